@@ -1,0 +1,1 @@
+"""Joint angles, moments, gait measures, norms, statistics."""

@@ -1,0 +1,64 @@
+"""Every error the package raises on purpose.
+
+Each message says what came, what is allowed and what to do. The command line
+turns any :class:`PlantigradeError` into one sentence and exit code 2.
+"""
+
+from pathlib import Path
+
+
+class PlantigradeError(Exception):
+    """Base class: catch this to catch everything the package raises on purpose."""
+
+    def __str__(self) -> str:
+        """Return the message itself (``KeyError`` would quote it)."""
+        return str(self.args[0]) if self.args else ""
+
+
+class ParameterError(PlantigradeError, ValueError):
+    """A parameter lies outside what is allowed."""
+
+
+class FileError(PlantigradeError, ValueError):
+    """A file cannot be read or written.
+
+    Attributes:
+        path: The file.
+        where: Line, field, block or label inside the file; empty where it is the file as a whole.
+        problem: What came and what was expected.
+        remedy: What to do.
+    """
+
+    def __init__(self, path: str | Path, problem: str, *, where: str = "", remedy: str = ""):
+        """Build the message from its parts."""
+        self.path, self.where, self.problem, self.remedy = Path(path), where, problem, remedy
+        place = f"{self.path}: {where}" if where else f"{self.path}"
+        super().__init__(f"{place}: {problem}" + (f" — {remedy}" if remedy else ""))
+
+    def __reduce__(self):
+        """Survive pickling between processes."""
+        return (_rebuild_file_error, (type(self), self.path, self.problem, self.where, self.remedy))
+
+
+def _rebuild_file_error(kind, path, problem, where, remedy):
+    return kind(path, problem, where=where, remedy=remedy)
+
+
+class UnsupportedFormat(FileError):
+    """The file's format is not one the package reads or writes."""
+
+
+class CoordinateNotFound(PlantigradeError, KeyError):
+    """A coordinate, joint or body name does not exist on this Human."""
+
+
+class MissingExtra(PlantigradeError, ImportError):
+    """An optional library is not installed; the message names the install line."""
+
+
+class FitError(PlantigradeError, ValueError):
+    """A recording cannot be fitted; the message says why and what would help."""
+
+
+class RunExists(PlantigradeError, FileExistsError):
+    """The run folder exists and ``overwrite`` was not asked for."""

@@ -1,0 +1,26 @@
+"""Optional libraries: one function that imports them or names their install line."""
+
+import importlib
+from types import ModuleType
+
+from plantigrade.errors import MissingExtra
+
+
+def require(module: str, extra: str) -> ModuleType:
+    """Return the imported ``module``.
+
+    Args:
+        module: Dotted name of the module.
+        extra: The extra of this package that installs it.
+
+    Raises:
+        MissingExtra: If the library is not installed (a fault inside it is passed on as it is).
+    """
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != module.split(".")[0]:
+            raise
+        raise MissingExtra(
+            f"{module} is not installed and is needed here: pip install 'plantigrade[{extra}]'"
+        ) from error

@@ -1,0 +1,1 @@
+"""Evaluated state, inverse kinematics, fitting."""

@@ -1,0 +1,1 @@
+"""The Human: anatomy, anthropometry, feet, joint sets, markers."""

@@ -1,0 +1,197 @@
+"""What a motion file holds, before any body is fitted to it.
+
+Everything is in SI units and world axes: x forward (as the file has it), y left, z up.
+File axes and units are turned in :mod:`plantigrade.io`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Trajectories of named points.
+
+    Attributes:
+        names: Marker names as the file spells them, unique.
+        time: Time of each frame [s], increasing.
+        positions: World positions [m]; NaN where a marker was not seen.
+    """
+
+    names: tuple[str, ...]
+    time: Float[Array, " n_frames"]
+    positions: Float[Array, "n_frames n_markers 3"]
+
+    @property
+    def rate(self) -> float:
+        """Frames per second [Hz]; NaN for fewer than two frames."""
+        return rate_of(self.time)
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.time)
+
+    def index(self, name: str) -> int:
+        """Return the column of marker ``name``.
+
+        Raises:
+            ParameterError: If there is no such marker.
+        """
+        try:
+            return self.names.index(name)
+        except ValueError:
+            raise ParameterError(
+                f"no marker {name!r} in the recording; it has {', '.join(self.names)}"
+            ) from None
+
+    def select(self, names: Sequence[str]) -> "Markers":
+        """Return only the markers ``names``, in that order."""
+        columns = [self.index(name) for name in names]
+        return replace(self, names=tuple(names), positions=self.positions[:, columns])
+
+
+@dataclass(frozen=True)
+class ForcePlate:
+    """One measured ground reaction *on the body*, as a wrench at the centre of pressure.
+
+    Attributes:
+        name: Name in the file (``"1"``, ``"ground_force_r"``, …).
+        time: Time of each sample [s], same clock as the markers; its rate may be higher.
+        force: Ground reaction force on the body, world axes [N].
+        cop: Centre of pressure, world [m]; NaN where the force is too small to have one.
+        free_moment: Moment about the vertical at the centre of pressure, on the body [N m].
+        corners: Corners of the plate, world [m], where known.
+        side: ``"l"`` or ``"r"`` where the file says which foot it is.
+    """
+
+    name: str
+    time: Float[Array, " n_samples"]
+    force: Float[Array, "n_samples 3"]
+    cop: Float[Array, "n_samples 3"]
+    free_moment: Float[Array, " n_samples"]
+    corners: Float[Array, "4 3"] | None = None
+    side: str | None = None
+
+
+@dataclass(frozen=True)
+class GaitEvent:
+    """A heel strike or toe off.
+
+    Attributes:
+        time: When [s], same clock as the frames.
+        side: ``"l"`` or ``"r"``.
+        kind: ``"heel_strike"`` (initial contact) or ``"toe_off"``.
+    """
+
+    time: float
+    side: str
+    kind: str
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What the file says about the person; None where it says nothing.
+
+    Attributes:
+        height: Body height [m].
+        mass: Body mass [kg].
+        sex: ``"male"`` or ``"female"``.
+        leg_length: Leg length, mean of both sides [m].
+    """
+
+    height: float | None = None
+    mass: float | None = None
+    sex: str | None = None
+    leg_length: float | None = None
+
+
+@dataclass(frozen=True)
+class SkeletonMotion:
+    """Motion of another skeleton (ASF/AMC, BVH, DeepMimic), to be retargeted.
+
+    Attributes:
+        names: Joint (or bone) names as the file spells them, parents before children.
+        parents: Index of each joint's parent, -1 for the root.
+        time: Time of each frame [s].
+        positions: World position of each joint [m].
+        rotations: World rotation of each joint's bone frame (maps bone axes, which in the rest
+            pose are parallel to the world axes x forward, y left, z up, to world axes).
+        rest_positions: Joint positions in the rest pose, root at the origin [m], same axes.
+        ends: World position of the end of each bone (for ASF the bone's own far end; for BVH its
+            ``End Site`` or NaN) [m].
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    time: Float[Array, " n_frames"]
+    positions: Float[Array, "n_frames n_joints 3"]
+    rotations: Float[Array, "n_frames n_joints 3 3"]
+    rest_positions: Float[Array, "n_joints 3"]
+    ends: Float[Array, "n_frames n_joints 3"]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Named columns over time: OpenSim coordinates, moments, any other signal.
+
+    Attributes:
+        names: Column names; OpenSim paths (``/jointset/hip_r/hip_flexion_r/value``) are reduced
+            to the coordinate's name.
+        time: Time of each row [s].
+        values: SI units and radians; NaN where the file has none.
+    """
+
+    names: tuple[str, ...]
+    time: Float[Array, " n_rows"]
+    values: Float[Array, "n_rows n_columns"]
+
+    def __getitem__(self, name: str) -> Float[Array, " n_rows"]:
+        """Return the column ``name``.
+
+        Raises:
+            ParameterError: If there is no such column.
+        """
+        if name not in self.names:
+            raise ParameterError(f"no column {name!r}; there are {', '.join(self.names)}")
+        return self.values[:, self.names.index(name)]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Everything one motion file (and its companions) holds.
+
+    Attributes:
+        source: The file it was read from.
+        markers: Marker trajectories.
+        skeleton: Motion of another skeleton.
+        coordinates: OpenSim coordinates over time [rad, m] (pelvis translations in OpenSim's own
+            axes: x forward, y up, z right; turned when put on a Human).
+        plates: Measured ground reactions.
+        events: Gait events stored in the file.
+        subject: What the file says about the person.
+        outputs: Model outputs stored in the file (Plug-in Gait angles, moments, powers, …), by
+            name: (n_frames, 3) on the clock of the markers, in the file's own units.
+        warnings: What a reader noticed and the user should know, one sentence each.
+    """
+
+    source: Path
+    markers: Markers | None = None
+    skeleton: SkeletonMotion | None = None
+    coordinates: Table | None = None
+    plates: tuple[ForcePlate, ...] = ()
+    events: tuple[GaitEvent, ...] = ()
+    subject: Subject = Subject()
+    outputs: dict[str, np.ndarray] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+
+def rate_of(time: Float[Array, " n_frames"]) -> float:
+    """Return frames per second [Hz] of an evenly sampled clock; NaN for fewer than two frames."""
+    return float((len(time) - 1) / (time[-1] - time[0])) if len(time) > 1 else float("nan")

@@ -1,0 +1,1 @@
+"""Plots, report.html, viewer.html and the live viewer."""
