@@ -1,0 +1,156 @@
+"""The command line: find the command, load its module alone, run it, print what it returns.
+
+Nothing heavy is imported here, so that ``plantigrade --help`` answers at once. Exit codes: 0 done;
+2 bad input; 3 the method did not reach a valid result (the run folder is still written and its
+``status`` says what failed); 130 interrupted from the keyboard.
+"""
+
+import contextlib
+import difflib
+import importlib
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+# One thread per solve: with a busy core, the worker threads of OpenMP and OpenBLAS slow the small
+# matrices of a human body two- to threefold. Parallelism is over runs, not inside them. It must be
+# said before numpy is loaded; whoever sets the variables otherwise is obeyed.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+from plantigrade import __version__  # noqa: E402
+from plantigrade.commands.outcome import Outcome, as_json  # noqa: E402
+from plantigrade.errors import PlantigradeError  # noqa: E402
+
+DONE, BAD_INPUT, NO_RESULT, INTERRUPTED = 0, 2, 3, 130
+
+COMMANDS = {
+    "demo": "Run the main job on the embedded default, end to end, and say where to look.",
+    "fit": "Fit a recording to a scaled human: motion, and moments where forces were measured.",
+    "convert": "Convert a motion file to another format.",
+    "model": "Write the human as MJCF and print what it is made of.",
+    "view": "Show a run as a live, movable scene in the browser.",
+    "report": "Write the report and the viewer page of a run anew.",
+    "experiment": "Compute a table or figure: ours beside the published numbers.",
+    "data": "List the recordings in a folder and what each of them holds.",
+}
+"""Every command in the order of the help page; each is a module of this package."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Args:
+        arguments: Words after ``plantigrade``; those of the process if absent.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(usage())
+        return DONE
+    if words[0] in ("-V", "--version"):
+        print(f"plantigrade {__version__}")
+        return DONE
+    try:
+        return run(words[0], words[1:])
+    except SystemExit as stop:  # the parser has printed its help (0) or its complaint (2)
+        return stop.code if isinstance(stop.code, int) else BAD_INPUT
+    except PlantigradeError as error:
+        return _complain(f"error: {error}", BAD_INPUT)
+    except BrokenPipeError:  # `plantigrade data | head`: the reader has seen enough
+        _discard_output()
+        return DONE
+    except OSError as error:  # no permission, no space, a folder where a file was named
+        return _complain(f"error: {error}", BAD_INPUT)
+    except KeyboardInterrupt:
+        return _complain("interrupted: nothing was written", INTERRUPTED)
+
+
+def usage() -> str:
+    """Return the help page of the program."""
+    width = max(map(len, COMMANDS))
+    listed = "\n".join(f"  {name:{width}}  {what}" for name, what in COMMANDS.items())
+    return (
+        "usage: plantigrade COMMAND [OPTIONS]\n\n"
+        "A human body that moves by the laws of physics, on feet that are feet.\n\n"
+        f"commands:\n{listed}\n\n"
+        "`plantigrade COMMAND --help` lists the options of a command;\n"
+        "`plantigrade --version` prints the version.\n"
+        "Start with `plantigrade demo`, then `plantigrade fit FILE`."
+    )
+
+
+def run(name: str, words: Sequence[str]) -> int:
+    """Parse ``words`` into the settings of command ``name``, run it and print its outcome.
+
+    Raises:
+        PlantigradeError: On bad input of any kind.
+        SystemExit: If the parser has printed its help or its complaint.
+    """
+    if name not in COMMANDS:
+        raise PlantigradeError(_unknown(name))
+    command = parse(name, words)
+    # What a library prints while the command runs must not mix with the JSON on standard output.
+    with _output_to_errors() if command.json else contextlib.nullcontext():
+        outcome: Outcome = command.run()
+    if command.json:
+        if outcome.text:
+            print(outcome.text, file=sys.stderr)
+        print(as_json(outcome.metrics))
+    elif outcome.text:
+        print(outcome.text)
+    sys.stdout.flush()
+    return DONE if outcome.ok else NO_RESULT
+
+
+def parse(name: str, words: Sequence[str]) -> Any:
+    """Return the settings of command ``name``: the dataclass ``Command`` of its module, filled.
+
+    Raises:
+        SystemExit: If the parser has printed its help (code 0) or its complaint (code 2).
+    """
+    module = importlib.import_module(f"plantigrade.commands.{name}")
+    import tyro
+
+    return tyro.cli(
+        module.Command,
+        prog=f"plantigrade {name}",
+        args=list(words),
+        config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
+    )
+
+
+def _unknown(name: str) -> str:
+    if name.startswith("-"):
+        return f"option {name} before the command; write `plantigrade COMMAND {name}`"
+    near = difflib.get_close_matches(name, COMMANDS, n=1)
+    hint = f"did you mean {near[0]}? " if near else ""
+    return f"no command {name!r}; {hint}there are {', '.join(COMMANDS)}"
+
+
+def _complain(sentence: str, code: int) -> int:
+    print(sentence, file=sys.stderr)
+    return code
+
+
+@contextlib.contextmanager
+def _output_to_errors() -> Iterator[None]:
+    """Send standard output to standard error meanwhile, that of compiled libraries too."""
+    sys.stdout.flush()
+    with contextlib.redirect_stdout(sys.stderr):
+        try:
+            kept = os.dup(1)
+        except OSError:  # the process was started without a standard output
+            yield
+            return
+        try:
+            os.dup2(2, 1)
+            yield
+        finally:
+            os.dup2(kept, 1)
+            os.close(kept)
+
+
+def _discard_output() -> None:
+    """Point standard output at nothing, so that the interpreter's last flush cannot fail."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

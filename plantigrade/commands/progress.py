@@ -1,0 +1,78 @@
+"""Progress on standard error: a line per step, a bar where a step has many items."""
+
+import contextlib
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
+
+Item = TypeVar("Item")
+
+
+class Progress:
+    """Tells on standard error what goes on; standard output stays for results.
+
+    Bars are drawn on a terminal only, so that a log file holds lines and nothing else.
+    """
+
+    def __init__(self, *, quiet: bool = False):
+        """Open on standard error.
+
+        Args:
+            quiet: Say nothing but warnings.
+        """
+        from rich.console import Console
+
+        self.quiet = quiet
+        self._console = Console(file=sys.stderr, highlight=False, markup=False, soft_wrap=True)
+
+    def say(self, sentence: str) -> None:
+        """Print one line, unless quiet."""
+        if not self.quiet:
+            self._console.print(sentence)
+
+    def warn(self, sentence: str) -> None:
+        """Print one warning, quiet or not."""
+        self._console.print(f"warning: {sentence}", style="yellow")
+
+    @contextlib.contextmanager
+    def step(self, sentence: str) -> Iterator[None]:
+        """Show that a step is under way until it ends, then a line with the time it took.
+
+        Example:
+            >>> with Progress(quiet=True).step("solving"):
+            ...     pass
+        """
+        import time
+
+        from rich.text import Text
+
+        if self.quiet:
+            yield
+            return
+        start = time.perf_counter()
+        with self._console.status(Text(sentence)):
+            yield
+        self.say(f"{sentence}: {time.perf_counter() - start:.1f} s")
+
+    def track(self, items: Iterable[Item], sentence: str, *, total: int | None = None):
+        """Yield ``items`` while a bar counts them.
+
+        Args:
+            items: What is worked through.
+            sentence: What is done with them.
+            total: How many there are; their length, where they have one, if absent.
+
+        Example:
+            >>> [2 * x for x in Progress(quiet=True).track([1, 2], "doubling")]
+            [2, 4]
+        """
+        if self.quiet or not self._console.is_terminal:
+            yield from items
+            return
+        from rich.progress import track
+
+        if total is None and isinstance(items, Sequence):
+            total = len(items)
+        yield from track(
+            items, sentence, total=total, console=self._console, transient=True, update_period=0.1
+        )
