@@ -1,0 +1,145 @@
+"""The layer rule: a folder imports only from folders above it, never from a neighbour on its line.
+
+The tree of every module is walked, so imports inside functions and under ``TYPE_CHECKING`` count.
+"""
+
+import ast
+import importlib
+from pathlib import Path
+
+import pytest
+
+import plantigrade
+
+ROOT = Path(plantigrade.__file__).parent
+
+# Each line may import from the lines above it only.
+LAYERS = (
+    ("errors",),
+    ("arrays", "extras"),
+    ("spatial",),
+    ("models", "motion"),
+    ("io",),
+    ("kinematics",),
+    ("dynamics",),
+    ("reproduce", "synthesize", "simulate"),
+    ("control",),
+    ("learn",),
+    ("analyze",),
+    ("report",),
+    ("experiments",),
+    ("commands",),
+    ("__main__",),
+)
+RANK = {name: rank for rank, line in enumerate(LAYERS) for name in line}
+
+# Two engines at run time would mean two conventions everywhere: the second one checks the first, in
+# the tests, and is never imported by the package.
+ORACLES = {"pinocchio"}
+
+FILES = sorted(ROOT.rglob("*.py"))
+
+
+def module_name(path: Path) -> str:
+    """Return the dotted name of the module in ``path``."""
+    parts = path.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(tree: ast.AST, name: str, *, is_package: bool) -> list[tuple[int, str]]:
+    """Return line and dotted name of everything a module imports, wherever it stands in it."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [(node.lineno, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:  # relative: level 1 is the package the module lies in
+                parts = name.split(".") + ([""] if is_package else [])
+                base = ".".join(filter(None, [*parts[: -node.level], base]))
+            # `from plantigrade import motion` imports a folder, `from plantigrade.motion import x`
+            # something of it; the longest name says which folder it is in both cases.
+            found += [(node.lineno, f"{base}.{alias.name}") for alias in node.names]
+        elif (
+            isinstance(node, ast.Call)
+            and getattr(node.func, "attr", getattr(node.func, "id", ""))
+            in ("import_module", "require", "__import__")
+            and node.args
+            and isinstance(node.args[0], ast.Constant)
+            and isinstance(node.args[0].value, str)
+        ):
+            found.append((node.lineno, node.args[0].value))
+    return found
+
+
+def broken_rules(name: str, tree: ast.AST, *, is_package: bool) -> list[str]:
+    """Return one sentence for each import of module ``name`` that the layers forbid."""
+    own = name.split(".")[1] if "." in name else ""
+    complaints = []
+    for line, target in imports(tree, name, is_package=is_package):
+        parts = target.split(".")
+        if parts[0] in ORACLES:
+            complaints.append(f"line {line}: {parts[0]} is for tests only")
+        if parts[0] != "plantigrade" or len(parts) < 2 or parts[1] == "__version__":
+            continue
+        if parts[1] == own:
+            continue
+        if parts[1] not in RANK:
+            complaints.append(f"line {line}: {target} is in no layer")
+        elif not own or RANK[parts[1]] > RANK[own]:
+            complaints.append(f"line {line}: {target} lies below {own or 'the package itself'}")
+        elif RANK[parts[1]] == RANK[own]:
+            complaints.append(f"line {line}: {target} is a neighbour on the line of {own}")
+    return complaints
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: module_name(path))
+def test_module_keeps_to_its_layer(path):
+    name = module_name(path)
+    own = name.split(".")[1] if "." in name else ""
+    assert not own or own in RANK, f"{own} is in no layer: add it to LAYERS where it belongs"
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert not broken_rules(name, tree, is_package=path.name == "__init__.py")
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "words"),
+    [
+        ("plantigrade.models.human", "from plantigrade.motion import Motion", "neighbour"),
+        ("plantigrade.motion.motion", "from plantigrade.models import Human", "neighbour"),
+        ("plantigrade.motion.motion", "import plantigrade.io.c3d", "lies below"),
+        ("plantigrade.io.c3d", "def f():\n    from plantigrade.report import draw", "lies below"),
+        ("plantigrade.simulate.world", "from ..reproduce import solve", "neighbour"),
+        ("plantigrade.simulate.world", "from plantigrade import control", "lies below"),
+        ("plantigrade.io", "from ..commands import main", "lies below"),
+        ("plantigrade.io.c3d", "import_module('plantigrade.commands.fit')", "lies below"),
+        ("plantigrade.dynamics.inverse", "import pinocchio as pin", "tests only"),
+        ("plantigrade.io.c3d", "import plantigrade.helpers", "no layer"),
+    ],
+)
+def test_the_rule_itself_catches(name, source, words):
+    complaints = broken_rules(name, ast.parse(source), is_package=name.count(".") == 1)
+    assert len(complaints) == 1 and words in complaints[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "source"),
+    [
+        ("plantigrade.io.c3d", "from plantigrade.motion import Recording\nfrom .axes import turn"),
+        ("plantigrade.commands.main", "from plantigrade import __version__"),
+        ("plantigrade.models.human", "import numpy as np\nfrom plantigrade.errors import *"),
+    ],
+)
+def test_the_rule_itself_allows(name, source):
+    assert not broken_rules(name, ast.parse(source), is_package=False)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [module_name(path) for path in FILES if "__all__" in path.read_text(encoding="utf-8")],
+)
+def test_every_public_name_exists(name):
+    module = importlib.import_module(name)
+    missing = [each for each in module.__all__ if not hasattr(module, each)]
+    assert not missing
+    assert len(set(module.__all__)) == len(module.__all__)

@@ -1,0 +1,67 @@
+"""The README tells the truth: its Python runs, its commands are those that are checked."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+CI = ROOT / ".ci" / "run"
+
+
+def blocks(language: str) -> list[str]:
+    """Return the code blocks of the README in ``language``."""
+    return re.findall(rf"^```{language}\n(.*?)^```", README.read_text("utf-8"), re.DOTALL | re.M)
+
+
+@pytest.mark.parametrize("source", blocks("python"))
+def test_python_block_runs(source, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(source, str(README), "exec"), {"__name__": "__main__"})
+    assert capsys.readouterr().out.strip()
+
+
+def test_there_is_a_python_block():
+    assert blocks("python")
+
+
+def test_the_test_command_is_the_one_that_is_checked():
+    (command,) = [block.strip() for block in blocks("bash") if "pytest" in block]
+    lines = [line.strip() for line in CI.read_text("utf-8").splitlines()]
+    assert command in lines
+
+
+def test_the_main_command_is_tried_from_the_wheel():
+    (command,) = [block.strip() for block in blocks("bash") if "demo" in block]
+    install, job = command.split(" && ")
+    assert install == "pip install ."
+    assert job in [line.strip() for line in CI.read_text("utf-8").splitlines()]
+
+
+def test_every_command_exists():
+    from plantigrade.commands.main import COMMANDS
+
+    spoken = re.findall(r"\bplantigrade ([a-z]+)\b", "\n".join(blocks("bash")))
+    assert spoken and set(spoken) <= set(COMMANDS)
+
+
+def test_commands_parse():
+    from plantigrade.commands.main import parse
+
+    for line in "\n".join(blocks("bash")).splitlines():
+        for part in line.split("&&"):
+            words = shlex.split(part)
+            if words[0] == "plantigrade":
+                parse(words[1], words[2:])
+
+
+def test_first_screen_is_short():
+    assert len(README.read_text("utf-8").splitlines()) <= 80
+
+
+def test_links_lead_somewhere():
+    text = README.read_text("utf-8")
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)", text):
+        assert (ROOT / target).exists(), f"README links to {target}, which is not there"
