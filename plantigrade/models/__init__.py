@@ -1,1 +1,8 @@
-"""The Human: anatomy, anthropometry, feet, joint sets, markers."""
+"""The Human: anatomy, anthropometry, feet, joint sets, landmarks and marker sets."""
+
+from plantigrade.models.anthropometry import Dimensions
+from plantigrade.models.feet import FEET
+from plantigrade.models.human import Human
+from plantigrade.models.joint_sets import JOINT_SETS
+
+__all__ = ["FEET", "JOINT_SETS", "Dimensions", "Human"]

@@ -1,0 +1,361 @@
+"""The finest anatomy: every part of the body above the feet, as a function of its lengths.
+
+A joint set chooses which parts move (:mod:`plantigrade.models.joint_sets`); the others are
+welded to their parents. In the zero pose all frames are parallel to the world's, each origin
+lies in the joint that carries the part, and palms face forward, as in Rajagopal's model.
+"""
+
+import numpy as np
+
+from plantigrade.models.anthropometry import (
+    DE_LEVA,
+    SUPRASTERNALE,
+    TRUNK_LANDMARKS,
+    Dimensions,
+)
+from plantigrade.models.parts import Inertia, Part, Solid, combine, mirrored, rod
+
+# Where the trunk is divided, heights above the lumbar joint as fractions of the trunk.
+MID_UPPER_TRUNK = 0.742
+SHOULDER_HEIGHT = 0.886
+# Where the neck is divided, heights above the joint under C7 as fractions of the head's length.
+MID_NECK, UPPER_NECK = 0.22, 0.42
+# Share of one shoulder girdle in the mass of de Leva's upper trunk: clavicle and scapula with the
+# muscles that move with them, an estimate by volume.
+GIRDLE_SHARE = 0.04
+# Share of the neck in the mass of de Leva's head-and-neck segment: by volume of a cylinder.
+NECK_SHARE = 0.17
+# Share of the fingers in the mass of the hand: by volume, four fingers and the distal thumb.
+FINGER_SHARE = 0.35
+
+
+def hip(d: Dimensions) -> np.ndarray:
+    """Return the right hip joint centre in the pelvis frame [m].
+
+    The pelvis frame has its origin midway between the anterior superior iliac spines. The
+    regression is that of [Harrington2007]_ (its Eqs. for adults and children together).
+    """
+    return np.array(
+        [
+            -(0.24 * d.pelvis_depth + 0.0099),
+            -(0.33 * d.pelvis_width + 0.0073),
+            -(0.30 * d.pelvis_width + 0.0109),
+        ]
+    )
+
+
+def lumbar(d: Dimensions) -> np.ndarray:
+    """Return the lumbar joint in the pelvis frame [m]; depth from [Rajagopal2016]_."""
+    return np.array([-0.538 * d.pelvis_depth, 0.0, hip(d)[2] + d.pelvis_height])
+
+
+def shoulder(d: Dimensions) -> np.ndarray:
+    """Return the right shoulder joint centre from the lumbar joint, zero pose [m]."""
+    return np.array([0.079 * d.trunk, -0.5 * d.shoulder_width, SHOULDER_HEIGHT * d.trunk])
+
+
+def neck(d: Dimensions) -> np.ndarray:
+    """Return the joint under C7 from the lumbar joint, zero pose [m]."""
+    return np.array([0.02 * d.trunk, 0.0, d.trunk])
+
+
+def _principal(mass, com, gyration, length, axes="xyz") -> Inertia:
+    """Return an Inertia from radii of gyration about (sagittal, transverse, longitudinal).
+
+    ``axes`` names the frame's axes they belong to, in that order.
+    """
+    k2 = {axis: (g * length) ** 2 for axis, g in zip(axes, gyration, strict=True)}
+    return Inertia(mass, np.asarray(com, float), mass * np.diag([k2["x"], k2["y"], k2["z"]]))
+
+
+def _halves(whole: Inertia, length: float) -> tuple[Inertia, Inertia]:
+    """Cut a segment across its vertical axis into two equal halves that add up to the whole."""
+    quarter = np.array([0.0, 0.0, length / 4])
+    own = whole.tensor / 2 - whole.mass / 2 * (length / 4) ** 2 * np.diag([1.0, 1.0, 0.0])
+    return (
+        Inertia(whole.mass / 2, whole.com - quarter, own),
+        Inertia(whole.mass / 2, whole.com + quarter, own),
+    )
+
+
+def body_parts(d: Dimensions, sex: str, mass: float) -> list[Part]:
+    """Return all parts but the feet, parents first.
+
+    Args:
+        d: The person's lengths.
+        sex: ``"female"`` or ``"male"``.
+        mass: Body mass [kg].
+    """
+    parts = [*_trunk(d, sex, mass), *_head(d, sex, mass)]
+    for part in [*_arm(d, sex, mass), *_leg(d, sex, mass)]:
+        parent = part.parent if part.parent in ("pelvis", "thorax") else part.parent + "_l"
+        parts.append(mirrored(part, part.name + "_l", parent))
+        right = parent.removesuffix("_l") + ("_r" if parent.endswith("_l") else "")
+        parts.append(
+            Part(
+                part.name + "_r",
+                right,
+                part.position,
+                part.inertia,
+                part.solids,
+                part.contacts,
+            )
+        )
+    return parts
+
+
+def _trunk(d: Dimensions, sex: str, mass: float) -> list[Part]:
+    table, marks = DE_LEVA[sex], TRUNK_LANDMARKS[sex]
+    h, low = hip(d), lumbar(d)
+    p = table["lower_trunk"]
+    length = marks["lower_trunk"] * d.pelvis_height
+    pelvis = _principal(
+        mass * p.mass, [h[0], 0, h[2] + (1 - p.com) * length], p.gyration, length
+    )
+    p = table["middle_trunk"]
+    length = marks["middle_trunk"] * d.trunk
+    middle = _principal(
+        mass * p.mass,
+        [0.10 * d.trunk, 0, marks["xiphoid"] * d.trunk - p.com * length],
+        p.gyration,
+        length,
+    )
+    p = table["upper_trunk"]
+    length = marks["upper_trunk"] * d.trunk
+    upper = _principal(
+        mass * p.mass,
+        [0.08 * d.trunk, 0, SUPRASTERNALE * d.trunk - p.com * length],
+        p.gyration,
+        length,
+    )
+    upper_low, upper_high = _halves(upper, length)
+    at = np.array([0.04 * d.trunk, 0, marks["xiphoid"] * d.trunk])
+    high = np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
+    wide, deep = 0.5 * d.shoulder_width, 0.5 * d.pelvis_depth
+    return [
+        Part(
+            "pelvis",
+            "",
+            np.zeros(3),
+            pelvis,
+            (
+                Solid(
+                    "ellipsoid",
+                    np.array([1.15 * h[0], 0, h[2] + 0.45 * d.pelvis_height]),
+                    np.array([0.95 * deep, 0.62 * d.pelvis_width, 0.75 * d.pelvis_height]),
+                ),
+            ),
+        ),
+        Part(
+            "abdomen",
+            "pelvis",
+            low,
+            middle,
+            (
+                Solid(
+                    "ellipsoid",
+                    np.array([0.13 * d.trunk, 0, 0.22 * d.trunk]),
+                    np.array([0.85 * deep, 0.78 * wide, 0.36 * d.trunk]),
+                ),
+            ),
+        ),
+        Part(
+            "lower_thorax",
+            "abdomen",
+            at,
+            upper_low.shifted(-at),
+            (
+                Solid(
+                    "ellipsoid",
+                    np.array([0.09 * d.trunk, 0, 0.66 * d.trunk]) - at,
+                    np.array([1.05 * deep, 0.92 * wide, 0.34 * d.trunk]),
+                ),
+            ),
+        ),
+        Part(
+            "thorax",
+            "lower_thorax",
+            high - at,
+            upper_high.scaled(1 - 4 * GIRDLE_SHARE).shifted(-high),  # half the mass, two girdles
+            (
+                Solid(
+                    "capsule",
+                    shoulder(d) * np.array([1, 0.85, 1]) - high,
+                    shoulder(d) * np.array([1, -0.85, 1]) - high,
+                    0.24 * wide,
+                ),
+            ),
+        ),
+    ]
+
+
+def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
+    p = DE_LEVA[sex]["head"]
+    root = neck(d) - np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
+    length = 0.889 * d.head  # de Leva's vertex to cervicale, his mean lengths
+    whole = _principal(
+        mass * p.mass, [0.07 * d.head, 0, d.head - p.com * length], p.gyration, length
+    )
+    radius = 0.20 * d.head
+    lower = np.array([0.02 * d.head, 0, MID_NECK * d.head])
+    upper = np.array([0.06 * d.head, 0, UPPER_NECK * d.head])
+    pieces = []
+    for a, b in ((np.zeros(3), lower), (lower, upper)):
+        m = whole.mass * NECK_SHARE / 2
+        rise = b[2] - a[2]
+        across = m * (3 * radius**2 + rise**2) / 12
+        pieces.append(Inertia(m, (a + b) / 2, np.diag([across, across, m * radius**2 / 2])))
+    # The skull is what the neck leaves of the whole, so that both together are de Leva's segment.
+    both = combine(pieces)
+    m = whole.mass - both.mass
+    com = (whole.mass * whole.com - both.mass * both.com) / m
+    skull_zero = combine([*pieces, Inertia(m, com, np.zeros((3, 3)))])
+    skull = Inertia(m, com, np.diag(np.diag(whole.tensor - skull_zero.tensor)))
+    face = np.array([0.09 * d.head, 0, 0.70 * d.head]) - upper
+    return [
+        Part(
+            "lower_neck",
+            "thorax",
+            root,
+            pieces[0],
+            (Solid("capsule", np.zeros(3), lower, radius),),
+        ),
+        Part(
+            "upper_neck",
+            "lower_neck",
+            lower,
+            pieces[1].shifted(-lower),
+            (Solid("capsule", np.zeros(3), upper - lower, radius),),
+        ),
+        Part(
+            "head",
+            "upper_neck",
+            upper - lower,
+            skull.shifted(-upper),
+            (
+                Solid(
+                    "ellipsoid",
+                    face,
+                    np.array([0.34 * d.head, 0.27 * d.head, 0.30 * d.head]),
+                ),
+            ),
+        ),
+    ]
+
+
+def _limb(mass, p, length) -> Inertia:
+    return _principal(mass * p.mass, [0, 0, -p.com * length], p.gyration, length)
+
+
+def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
+    """Return the right arm; names without side."""
+    table = DE_LEVA[sex]
+    at_thorax = np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
+    s = shoulder(d)
+    sternum = np.array([0.16 * d.trunk, -0.1 * d.shoulder_width, 0.94 * d.trunk])
+    elbow = np.array([0.0, 0.03 * d.upper_arm, -d.upper_arm])
+    girdle = GIRDLE_SHARE * mass * table["upper_trunk"].mass
+    upper = _limb(mass, table["upper_arm"], d.upper_arm)
+    lower = _limb(mass, table["forearm"], d.forearm)
+    palm_length = 0.46 * d.hand  # wrist to third metacarpal head, de Leva's lengths
+    whole = _limb(mass, table["hand"], palm_length)
+    fingers = whole.scaled(FINGER_SHARE)
+    palm_com = whole.com + np.array([0, 0, 0.35 * palm_length])
+    finger_com = (whole.com - (1 - FINGER_SHARE) * palm_com) / FINGER_SHARE
+    knuckles = np.array([0, 0, -palm_length])
+    # Moving both halves apart lengthens the whole: their own inertia is what that leaves.
+    apart = combine(
+        [
+            Inertia(whole.mass * (1 - FINGER_SHARE), palm_com, np.zeros((3, 3))),
+            Inertia(fingers.mass, finger_com, np.zeros((3, 3))),
+        ]
+    ).tensor
+    own = np.maximum(whole.tensor - apart, 0.15 * whole.tensor)
+    palm = Inertia(whole.mass - fingers.mass, palm_com, own * (1 - FINGER_SHARE))
+    fingers = Inertia(fingers.mass, finger_com, own * FINGER_SHARE)
+    tip = np.array([0, 0, -(d.hand - palm_length)])
+    half = np.array([0, 0, -0.5 * d.forearm])
+    return [
+        Part(
+            "clavicle",
+            "thorax",
+            sternum - at_thorax,
+            rod(girdle, np.zeros(3), s - sternum, 0.06 * d.shoulder_width),
+            (Solid("capsule", np.zeros(3), s - sternum, 0.06 * d.shoulder_width),),
+        ),
+        Part(
+            "humerus",
+            "clavicle",
+            s - sternum,
+            upper,
+            (Solid("capsule", np.zeros(3), elbow, 0.15 * d.upper_arm),),
+        ),
+        Part(
+            "ulna",
+            "humerus",
+            elbow,
+            lower.scaled(0.5),
+            (Solid("capsule", np.zeros(3), half, 0.14 * d.forearm),),
+        ),
+        Part(
+            "radius",
+            "ulna",
+            np.zeros(3),
+            lower.scaled(0.5),
+            (Solid("capsule", half, np.array([0, 0, -0.97 * d.forearm]), 0.11 * d.forearm),),
+        ),
+        Part(
+            "hand",
+            "radius",
+            np.array([0, 0, -d.forearm]),
+            palm,
+            (
+                Solid(
+                    "box",
+                    knuckles * 0.5,
+                    np.array([0.11 * palm_length, 0.42 * palm_length, 0.5 * palm_length]),
+                ),
+            ),
+        ),
+        Part(
+            "fingers",
+            "hand",
+            knuckles,
+            fingers.shifted(-knuckles),
+            (
+                Solid(
+                    "box",
+                    tip * 0.5,
+                    np.array([0.09 * palm_length, 0.40 * palm_length, -0.5 * tip[2]]),
+                ),
+            ),
+        ),
+    ]
+
+
+def _leg(d: Dimensions, sex: str, mass: float) -> list[Part]:
+    """Return the right leg above the foot; names without side. Offsets from [Rajagopal2016]_."""
+    table = DE_LEVA[sex]
+    knee = np.array([-0.011 * d.thigh, -0.0043 * d.thigh * -1, -d.thigh])
+    ankle = np.array([-0.025 * d.shank, 0.0, -d.shank])
+    return [
+        Part(
+            "femur",
+            "pelvis",
+            hip(d),
+            _limb(mass, table["thigh"], d.thigh),
+            (Solid("capsule", np.zeros(3), knee, 0.155 * d.thigh),),
+        ),
+        Part(
+            "tibia",
+            "femur",
+            knee,
+            _limb(mass, table["shank"], d.shank),
+            (Solid("capsule", np.zeros(3), ankle, 0.105 * d.shank),),
+        ),
+    ]
+
+
+def foot_position(d: Dimensions) -> np.ndarray:
+    """Return the ankle joint centre in the tibia frame [m]."""
+    return np.array([-0.025 * d.shank, 0.0, -d.shank])

@@ -1,0 +1,202 @@
+"""Lengths and masses of body segments from stature, body mass and sex.
+
+Lengths are fractions of stature: legs, foot and heights from Drillis and Contini as tabulated in
+[Winter2009]_, arms and trunk divisions from [deLeva1996]_, the pelvis from Rajagopal's model
+[Rajagopal2016]_ and the hip joint centre by the regression of [Harrington2007]_. Masses, centres
+of mass and radii of gyration are those of [deLeva1996]_ by sex, of the segment's own length.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from plantigrade.errors import ParameterError
+
+SEXES = ("female", "male")
+
+# Fractions of stature, standing: foot + shank + thigh + pelvis + trunk + head = 1.
+_FRACTIONS = {
+    "ankle_height": 0.039,
+    "shank": 0.246,
+    "thigh": 0.245,
+    "pelvis_height": 0.094,
+    "trunk": 0.219,
+    "head": 0.157,
+    "pelvis_width": 0.137,
+    "pelvis_depth": 0.096,
+    "shoulder_width": 0.200,
+    "upper_arm": {"male": 0.1618, "female": 0.1586},
+    "forearm": {"male": 0.1545, "female": 0.1523},
+    "hand": {"male": 0.1079, "female": 0.0980},
+    "foot_length": 0.152,
+    "foot_width": 0.055,
+}
+_VERTICAL = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")
+_ABSORBING = ("pelvis_height", "trunk", "head")  # give way so that stature stays exact
+
+
+@dataclass(frozen=True)
+class Dimensions:
+    """Lengths that describe one body; the geometry is a function of these alone.
+
+    Attributes:
+        ankle_height: Ankle joint centre above the sole [m].
+        shank: Knee to ankle joint centre [m].
+        thigh: Hip to knee joint centre [m].
+        pelvis_height: Hip joint centres to lumbar joint, vertically [m].
+        trunk: Lumbar joint to the joint under C7, vertically [m].
+        head: Joint under C7 to the vertex, vertically [m].
+        pelvis_width: Between the anterior superior iliac spines [m].
+        pelvis_depth: Anterior to posterior superior iliac spines [m].
+        shoulder_width: Between the shoulder joint centres [m].
+        upper_arm: Shoulder to elbow joint centre [m].
+        forearm: Elbow to wrist joint centre [m].
+        hand: Wrist joint centre to the tip of the middle finger [m].
+        foot_length: Heel to toe tip [m].
+        foot_width: Across the metatarsal heads [m].
+    """
+
+    ankle_height: float
+    shank: float
+    thigh: float
+    pelvis_height: float
+    trunk: float
+    head: float
+    pelvis_width: float
+    pelvis_depth: float
+    shoulder_width: float
+    upper_arm: float
+    forearm: float
+    hand: float
+    foot_length: float
+    foot_width: float
+
+    @property
+    def height(self) -> float:
+        """Stature: the sum of the vertical lengths [m]."""
+        return float(sum(getattr(self, name) for name in _VERTICAL))
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Return the names of all lengths."""
+        return tuple(f.name for f in fields(cls))
+
+    def as_array(self) -> np.ndarray:
+        """Return the lengths in the order of :meth:`names` [m]."""
+        return np.array([getattr(self, name) for name in self.names()])
+
+    @classmethod
+    def from_array(cls, values: np.ndarray) -> "Dimensions":
+        """Build from an array in the order of :meth:`names` [m]."""
+        return cls(*(float(v) for v in values))
+
+
+def dimensions(
+    height: float, sex: str = "male", lengths: Mapping[str, float] | None = None
+) -> Dimensions:
+    """Return the lengths of a person; stature is kept exactly.
+
+    Args:
+        height: Stature [m], 0.5 to 2.5.
+        sex: ``"female"`` or ``"male"``.
+        lengths: Own lengths [m] that replace the average ones. The pelvis, trunk and head lengths
+            that are not given make up for the difference in stature.
+
+    Raises:
+        ParameterError: If a value is out of range, a name unknown, or the given lengths leave
+            less than half or more than twice the usual length to the others.
+    """
+    check_range("height", height, 0.5, 2.5, "m")
+    if sex not in SEXES:
+        raise ParameterError(f"sex is {sex!r}; allowed are {', '.join(SEXES)}")
+    lengths = dict(lengths or {})
+    unknown = sorted(set(lengths) - set(Dimensions.names()))
+    if unknown:
+        raise ParameterError(
+            f"unknown segment length {unknown[0]!r}; allowed are {', '.join(Dimensions.names())}"
+        )
+    for name, value in lengths.items():
+        check_range(name, value, 0.01, 1.0, "m")
+    average = {
+        name: height * (f[sex] if isinstance(f, dict) else f) for name, f in _FRACTIONS.items()
+    }
+    result = replace(Dimensions(**average), **lengths)
+    free = [name for name in _ABSORBING if name not in lengths]
+    excess = result.height - height
+    if abs(excess) > 1e-12:
+        usual = sum(getattr(result, name) for name in free)
+        if not free:
+            raise ParameterError(
+                f"the given segment lengths add up to {result.height:.4f} m but height is "
+                f"{height:.4f} m; leave out one of {', '.join(_ABSORBING)} or change the height"
+            )
+        factor = (usual - excess) / usual
+        if not 0.5 < factor < 2:
+            raise ParameterError(
+                f"the given segment lengths leave {usual - excess:.3f} m for {', '.join(free)}, "
+                f"usually {usual:.3f} m at a height of {height:.3f} m; check them and their unit"
+            )
+        result = replace(result, **{name: factor * getattr(result, name) for name in free})
+    return result
+
+
+def check_range(name: str, value: float, low: float, high: float, unit: str) -> None:
+    """Raise a ParameterError unless ``low <= value <= high`` (NaN is refused)."""
+    if not (isinstance(value, int | float | np.floating) and low <= value <= high):
+        raise ParameterError(f"{name} is {value!r} {unit}; allowed is {low:g} to {high:g} {unit}")
+
+
+@dataclass(frozen=True)
+class SegmentParameters:
+    """One row of de Leva's table 4.
+
+    Attributes:
+        mass: Fraction of body mass.
+        com: Centre of mass from the first endpoint, fraction of the length between endpoints.
+        gyration: Radii of gyration about the sagittal (forward), transverse (sideways) and
+            longitudinal axis, fractions of that length.
+    """
+
+    mass: float
+    com: float
+    gyration: tuple[float, float, float]
+
+
+# de Leva 1996, table 4. Endpoints: head vertex–C7 (cervicale), upper trunk suprasternale–xiphoid,
+# middle trunk xiphoid–omphalion, lower trunk omphalion–mid-hip, upper arm, forearm, thigh and
+# shank between joint centres, hand wrist–third metacarpal head, foot heel–toe tip.
+DE_LEVA: dict[str, dict[str, SegmentParameters]] = {
+    "male": {
+        "head": SegmentParameters(0.0694, 0.5002, (0.303, 0.315, 0.261)),
+        "upper_trunk": SegmentParameters(0.1596, 0.2999, (0.716, 0.454, 0.659)),
+        "middle_trunk": SegmentParameters(0.1633, 0.4502, (0.482, 0.383, 0.468)),
+        "lower_trunk": SegmentParameters(0.1117, 0.6115, (0.615, 0.551, 0.587)),
+        "upper_arm": SegmentParameters(0.0271, 0.5772, (0.285, 0.269, 0.158)),
+        "forearm": SegmentParameters(0.0162, 0.4574, (0.276, 0.265, 0.121)),
+        "hand": SegmentParameters(0.0061, 0.7900, (0.628, 0.513, 0.401)),
+        "thigh": SegmentParameters(0.1416, 0.4095, (0.329, 0.329, 0.149)),
+        "shank": SegmentParameters(0.0433, 0.4395, (0.251, 0.246, 0.102)),
+        "foot": SegmentParameters(0.0137, 0.4415, (0.257, 0.245, 0.124)),
+    },
+    "female": {
+        "head": SegmentParameters(0.0668, 0.4841, (0.271, 0.295, 0.261)),
+        "upper_trunk": SegmentParameters(0.1545, 0.2077, (0.746, 0.502, 0.718)),
+        "middle_trunk": SegmentParameters(0.1465, 0.4512, (0.433, 0.354, 0.415)),
+        "lower_trunk": SegmentParameters(0.1247, 0.4920, (0.433, 0.402, 0.444)),
+        "upper_arm": SegmentParameters(0.0255, 0.5754, (0.278, 0.260, 0.148)),
+        "forearm": SegmentParameters(0.0138, 0.4559, (0.261, 0.257, 0.094)),
+        "hand": SegmentParameters(0.0056, 0.7474, (0.531, 0.454, 0.335)),
+        "thigh": SegmentParameters(0.1478, 0.3612, (0.369, 0.364, 0.162)),
+        "shank": SegmentParameters(0.0481, 0.4352, (0.267, 0.263, 0.092)),
+        "foot": SegmentParameters(0.0129, 0.4014, (0.299, 0.279, 0.139)),
+    },
+}
+
+# Lengths between de Leva's trunk landmarks as fractions of our own lengths, from the mean
+# segment lengths of his table 4 (male stature 1.741 m, female 1.735 m).
+TRUNK_LANDMARKS = {
+    "male": {"lower_trunk": 0.890, "xiphoid": 0.518, "middle_trunk": 0.565, "upper_trunk": 0.4477},
+    "female": {"lower_trunk": 1.113, "xiphoid": 0.589, "middle_trunk": 0.540, "upper_trunk": 0.375},
+}
+SUPRASTERNALE = 0.966  # height above the lumbar joint, fraction of the trunk

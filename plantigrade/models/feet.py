@@ -1,0 +1,268 @@
+"""Feet as interchangeable parts: one box, two boxes with a toe hinge, or sixteen bones.
+
+All three share one outline, so that they stand on the same hull: the points of the multi-segment
+foot of [Park2018]_ (the paper gives no coordinates; these are anatomically plausible ones that
+hold all four joints at the height of the contact spheres when the foot rests, which is what the
+paper's Eqs. 1-2 assume). The frame of a foot has its origin in the ankle joint centre; x points
+forward, y left; points are tabled for a left foot of 0.240 m length and 0.0585 m ankle height
+and scaled to the person.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.errors import ParameterError
+from plantigrade.models.anthropometry import DE_LEVA, Dimensions
+from plantigrade.models.parts import (
+    ContactPoint,
+    Inertia,
+    Part,
+    Solid,
+    block,
+    combine,
+    mirrored,
+    rod,
+)
+
+FEET = ("rigid", "two-segment", "multi-segment")
+
+_LENGTH, _WIDTH, _ANKLE = 0.240, 0.094, 0.0585  # of the table below [m]
+_RADIUS = 0.010
+
+# x forward, y lateral (left foot), z above the ground [m]; None: resting on the ground.
+_POINTS: dict[str, tuple[float, float, float | None]] = {
+    "ankle": (0.0, 0.0, _ANKLE),
+    "metatarsal_1": (0.125, -0.034, None),
+    "metatarsal_2": (0.130, -0.014, None),
+    "metatarsal_3": (0.124, 0.006, None),
+    "metatarsal_4": (0.114, 0.024, None),
+    "metatarsal_5": (0.101, 0.040, None),
+    "toe_1": (0.172, -0.032, None),
+    "toe_2": (0.174, -0.012, None),
+    "toe_3": (0.166, 0.009, None),
+    "toe_4": (0.152, 0.027, None),
+    "toe_5": (0.134, 0.043, None),
+    "base_1": (0.055, -0.018, 0.040),
+    "base_2": (0.052, -0.006, 0.043),
+    "base_3": (0.050, 0.004, 0.040),
+    "base_4": (0.042, 0.018, None),
+    "base_5": (0.034, 0.036, None),
+    "heel": (-0.010, 0.0, None),
+    "heel_back_medial": (-0.046, -0.015, None),
+    "heel_back_lateral": (-0.046, 0.015, None),
+    "heel_front_medial": (0.008, -0.017, None),
+    "heel_front_lateral": (0.008, 0.019, None),
+}
+
+
+@dataclass(frozen=True)
+class _Segment:
+    """A segment of the multi-segment foot: its joint, its bones and the ends that touch."""
+
+    name: str
+    parent: str
+    joint: str
+    bones: tuple[tuple[str, str], ...]
+    contacts: tuple[str, ...]
+
+
+_SEGMENTS = (
+    _Segment(
+        "medial_metatarsal",
+        "",
+        "ankle",
+        (
+            ("base_1", "metatarsal_1"),
+            ("base_2", "metatarsal_2"),
+            ("base_3", "metatarsal_3"),
+            ("ankle", "base_1"),
+            ("ankle", "base_3"),
+            ("ankle", "base_4"),
+            ("ankle", "heel"),
+        ),
+        (),
+    ),
+    _Segment(
+        "medial_phalanges",
+        "medial_metatarsal",
+        "metatarsal_3",
+        (("metatarsal_1", "toe_1"), ("metatarsal_2", "toe_2"), ("metatarsal_3", "toe_3")),
+        ("metatarsal_1", "metatarsal_2", "metatarsal_3", "toe_1", "toe_2", "toe_3"),
+    ),
+    _Segment(
+        "lateral_metatarsal",
+        "medial_metatarsal",
+        "base_4",
+        (("base_4", "metatarsal_4"), ("base_5", "metatarsal_5")),
+        ("base_4", "base_5"),
+    ),
+    _Segment(
+        "lateral_phalanges",
+        "lateral_metatarsal",
+        "metatarsal_4",
+        (("metatarsal_4", "toe_4"), ("metatarsal_5", "toe_5")),
+        ("metatarsal_4", "metatarsal_5", "toe_4", "toe_5"),
+    ),
+    _Segment(
+        "heel",
+        "medial_metatarsal",
+        "heel",
+        (("heel_back_medial", "heel_front_medial"), ("heel_back_lateral", "heel_front_lateral")),
+        ("heel_back_medial", "heel_back_lateral", "heel_front_medial", "heel_front_lateral"),
+    ),
+)
+# A segment's share of contacts above follows the paper: three or more for each segment that meets
+# the ground; the lateral metatarsal's third is the fourth metatarsal head it shares with the toes.
+
+
+def sphere_radius(d: Dimensions) -> float:
+    """Return the one radius of all bones and contact spheres [m]."""
+    return _RADIUS * d.foot_length / _LENGTH
+
+
+def point(name: str, d: Dimensions) -> np.ndarray:
+    """Return a point of the left foot at rest, in the ankle frame [m].
+
+    Args:
+        name: Name in the table of this module (``"toe_1"``, ``"heel"``, ``"base_4"``, …).
+        d: The person's lengths.
+    """
+    x, y, z = _POINTS[name]
+    height = sphere_radius(d) if z is None else z * d.ankle_height / _ANKLE
+    return np.array(
+        [x * d.foot_length / _LENGTH, y * d.foot_width / _WIDTH, height - d.ankle_height]
+    )
+
+
+def foot_parts(kind: str, d: Dimensions, sex: str, mass: float) -> list[Part]:
+    """Return the parts of both feet, parents first; the first of each side hangs on the tibia.
+
+    The mass of the foot is shared out by volume; its mass is de Leva's.
+
+    Args:
+        kind: One of :data:`FEET`.
+        d: The person's lengths.
+        sex: ``"female"`` or ``"male"``.
+        mass: Body mass [kg].
+
+    Raises:
+        ParameterError: If ``kind`` is unknown.
+    """
+    builders = {"rigid": _rigid, "two-segment": _two_segment, "multi-segment": _multi_segment}
+    if kind not in builders:
+        raise ParameterError(f"feet is {kind!r}; allowed are {', '.join(FEET)}")
+    left = builders[kind](d, sex, mass * DE_LEVA[sex]["foot"].mass)
+    right = [mirrored(p, p.name[:-1] + "r", p.parent[:-1] + "r") for p in left]
+    return [*right, *left]
+
+
+def _outline(d: Dimensions, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lower and upper corner of the box around spheres at ``names``, [m]."""
+    r = sphere_radius(d)
+    points = np.array([point(n, d) for n in names])
+    return points.min(axis=0) - r, points.max(axis=0) + r
+
+
+def _contacts(d: Dimensions, names: tuple[str, ...], segment: str, origin: np.ndarray):
+    r = sphere_radius(d)
+    return tuple(ContactPoint(n, point(n, d) - origin, r, segment) for n in names)
+
+
+_SOLE = ("heel_back_medial", "heel_back_lateral", "metatarsal_1", "metatarsal_5")
+_TOES = ("toe_1", "toe_3", "toe_5")
+
+
+def _rigid(d: Dimensions, sex: str, mass: float) -> list[Part]:
+    p = DE_LEVA[sex]["foot"]
+    low, high = _outline(d, (*_SOLE, *_TOES))
+    length = d.foot_length
+    com = np.array([low[0] + p.com * length, (low[1] + high[1]) / 2, -0.6 * d.ankle_height])
+    sagittal, transverse, longitudinal = p.gyration
+    # de Leva's longitudinal axis of the foot runs from heel to toe; the sagittal one is vertical.
+    tensor = np.diag([longitudinal**2, transverse**2, sagittal**2]) * mass * length**2
+    return [
+        Part(
+            "foot_l",
+            "tibia_l",
+            np.zeros(3),
+            Inertia(mass, com, tensor),
+            _sole_solids(d, low, high),
+            _contacts(d, (*_SOLE, *_TOES), "foot", np.zeros(3)),
+        )
+    ]
+
+
+def _sole_solids(d: Dimensions, low: np.ndarray, high: np.ndarray) -> tuple[Solid, ...]:
+    """Return a box on the ground, 0.4 ankle heights tall, and the instep above it."""
+    half = (high - low) / 2
+    half[2] = 0.2 * d.ankle_height
+    centre = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, half[2] - d.ankle_height])
+    r = 0.45 * d.ankle_height
+    front = np.array([0.45 * high[0], centre[1], -0.6 * d.ankle_height])
+    return (
+        Solid("box", centre, half),
+        Solid("capsule", np.array([0.0, 0.0, -0.1 * d.ankle_height]), front, r),
+    )
+
+
+def _two_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
+    low, high = _outline(d, _SOLE)
+    hinge = np.array([point("metatarsal_1", d)[0], 0.0, sphere_radius(d) - d.ankle_height])
+    high[0] = hinge[0]
+    toe_low, toe_high = _outline(d, _TOES)
+    toe_low[0] = hinge[0]
+    toe_half = (toe_high - toe_low) / 2
+    toe_half[2] = sphere_radius(d)
+    toe_centre = (toe_low + toe_high) / 2 - hinge
+    hind_solids = _sole_solids(d, low, high)
+    sole, instep = hind_solids
+    # The hindfoot is a sole with a wedge above it: its volume is that of a box 0.55 ankles tall.
+    hind_half = sole.b * np.array([1, 1, 0.55 / 0.4])
+    hind_centre = np.array([sole.a[0], sole.a[1], hind_half[2] - d.ankle_height])
+    volumes = np.array([np.prod(hind_half), np.prod(toe_half)])
+    masses = mass * volumes / volumes.sum()
+    return [
+        Part(
+            "foot_l",
+            "tibia_l",
+            np.zeros(3),
+            block(masses[0], hind_centre, hind_half),
+            hind_solids,
+            _contacts(d, _SOLE, "foot", np.zeros(3)),
+        ),
+        Part(
+            "toes_l",
+            "foot_l",
+            hinge,
+            block(masses[1], toe_centre, toe_half),
+            (Solid("box", toe_centre, toe_half),),
+            _contacts(d, _TOES, "toes", hinge),
+        ),
+    ]
+
+
+def _multi_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
+    r = sphere_radius(d)
+    lengths = [
+        np.linalg.norm(point(b, d) - point(a, d)) for s in _SEGMENTS for a, b in s.bones
+    ]  # one radius: volume goes with length
+    per_metre = mass / sum(lengths)
+    part_name = {s.name: f"{s.name}_l" for s in _SEGMENTS} | {"medial_metatarsal": "foot_l"}
+    origin = {s.name: point(s.joint, d) for s in _SEGMENTS} | {"medial_metatarsal": np.zeros(3)}
+    parts = []
+    for s in _SEGMENTS:
+        o = origin[s.name]
+        ends = [(point(a, d) - o, point(b, d) - o) for a, b in s.bones]
+        parent_origin = origin[s.parent] if s.parent else np.zeros(3)
+        parts.append(
+            Part(
+                part_name[s.name],
+                part_name[s.parent] if s.parent else "tibia_l",
+                o - parent_origin if s.parent else np.zeros(3),
+                combine(rod(per_metre * float(np.linalg.norm(b - a)), a, b, r) for a, b in ends),
+                tuple(Solid("capsule", a, b, r) for a, b in ends),
+                _contacts(d, s.contacts, s.name, o),
+            )
+        )
+    return parts

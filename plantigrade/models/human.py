@@ -1,0 +1,232 @@
+"""Who moves: one person as one compiled MuJoCo model with named coordinates."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import CoordinateNotFound, ParameterError
+from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
+from plantigrade.models.coordinates import COORDINATES
+from plantigrade.models.joint_sets import NATIVE_FEET, moving_parts
+from plantigrade.models.mjcf import to_mjcf
+from plantigrade.models.skeleton import Skeleton, build, split_side
+from plantigrade.spatial.conventions import (
+    OPENSIM_TO_WORLD,
+    pelvis_angles_to_quaternion,
+    quaternion_to_pelvis_angles,
+)
+
+if TYPE_CHECKING:
+    import mujoco
+
+PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
+_STANDING = {"pro_sup": 1.4}  # palms to the thighs [rad]
+
+
+@dataclass(frozen=True)
+class Human:
+    """A person: lengths, masses, joints, feet, and the MuJoCo model made of them.
+
+    Build one with :meth:`create`.
+
+    Attributes:
+        height: Stature [m].
+        mass: Body mass [kg].
+        sex: ``"female"`` or ``"male"``.
+        joints: Joint set (:data:`plantigrade.models.joint_sets.JOINT_SETS`).
+        feet: Kind of foot (:data:`plantigrade.models.feet.FEET`).
+        dimensions: All lengths.
+        skeleton: Bodies and where every anatomical part is.
+        xml: The model as MJCF text, which loads in plain MuJoCo.
+    """
+
+    height: float
+    mass: float
+    sex: str
+    joints: str
+    feet: str
+    dimensions: Dimensions
+    skeleton: Skeleton
+    xml: str
+
+    @classmethod
+    def create(
+        cls,
+        height: float = 1.74,
+        mass: float = 71.0,
+        sex: str = "male",
+        joints: str = "42",
+        feet: str | None = None,
+        lengths: Mapping[str, float] | None = None,
+    ) -> "Human":
+        """Return a person.
+
+        Args:
+            height: Stature [m], 0.5 to 2.5; exact in the model.
+            mass: Body mass [kg], 5 to 300; exact in the model.
+            sex: ``"female"`` or ``"male"``.
+            joints: ``"42"``, ``"43"``, ``"58"`` or ``"66"``.
+            feet: ``"rigid"``, ``"two-segment"`` or ``"multi-segment"``; the joint set's own if
+                not given.
+            lengths: Own segment lengths [m], names as in :class:`Dimensions`.
+
+        Raises:
+            ParameterError: If a value is not allowed.
+
+        Example:
+            >>> human = Human.create(height=1.50, mass=48.5, joints="66")
+            >>> human.model.nv
+            66
+        """
+        check_range("mass", mass, 5.0, 300.0, "kg")
+        d = dimensions(height, sex, lengths)
+        moving_parts(joints, "rigid")  # refuses an unknown joint set before its foot is looked up
+        feet = feet or NATIVE_FEET[joints]
+        skeleton = build(d, sex, float(mass), joints, feet)
+        moving = moving_parts(joints, feet)
+        names = {c for m in moving.values() for c in m.coordinates}
+        standing = {
+            f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in ("r", "l")
+        }
+        ankle = skeleton.origins["foot_r"][2]
+        xml = to_mjcf(
+            f"human-{joints}-{feet}",
+            skeleton,
+            pelvis_height=d.ankle_height - ankle,
+            standing=standing,
+        )
+        return cls(float(height), float(mass), sex, joints, feet, d, skeleton, xml)
+
+    @cached_property
+    def model(self) -> "mujoco.MjModel":
+        """The compiled MuJoCo model."""
+        import mujoco
+
+        return mujoco.MjModel.from_xml_string(self.xml)
+
+    @cached_property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the hinges, in the order of ``qpos[7:]`` and ``qvel[6:]``."""
+        return tuple(h.name for b in self.skeleton.bodies for h in b.hinges)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the MuJoCo joints: ``root``, then the hinges."""
+        return ("root", *self.coordinates)
+
+    @cached_property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of the moving segments; body ``i`` of the model is ``body_names[i - 1]``."""
+        return tuple(b.name for b in self.skeleton.bodies)
+
+    def body(self, name: str) -> int:
+        """Return the index of a body in the model.
+
+        Raises:
+            CoordinateNotFound: If there is no such body.
+        """
+        if name not in self.body_names:
+            raise CoordinateNotFound(f"no body {name!r}; there are {', '.join(self.body_names)}")
+        return self.body_names.index(name) + 1
+
+    def hinge(self, coordinate: str) -> int:
+        """Return the index of a hinge within :attr:`coordinates`.
+
+        Raises:
+            CoordinateNotFound: If this person has no such coordinate.
+        """
+        if coordinate not in self.coordinates:
+            raise CoordinateNotFound(
+                f"no coordinate {coordinate!r} in joint set {self.joints} with {self.feet} feet; "
+                f"there are {', '.join(self.coordinates)}"
+            )
+        return self.coordinates.index(coordinate)
+
+    @cached_property
+    def limits(self) -> Float[Array, "2 n_hinges"]:
+        """Lower and upper limits of the hinges [rad]."""
+        hinges = [h for b in self.skeleton.bodies for h in b.hinges]
+        return np.array([[h.low for h in hinges], [h.high for h in hinges]])
+
+    @cached_property
+    def contact_points(self) -> tuple[tuple[str, str, str], ...]:
+        """(geom name, side, foot segment) of every contact sphere."""
+        return tuple(
+            (f"contact_{c.segment}_{c.name}_{b.name[-1]}", b.name[-1], c.segment)
+            for b in self.skeleton.bodies
+            for c in b.contacts
+        )
+
+    def standing(self) -> Float[Array, " nq"]:
+        """Return the configuration of quiet standing at the origin, feet on the ground."""
+        return np.array(self.model.key_qpos[0])
+
+    def to_coordinates(
+        self, qpos: Float[Array, "n_frames nq"]
+    ) -> tuple[tuple[str, ...], Float[Array, "n_frames n_coordinates"]]:
+        """Return OpenSim's coordinates of configurations: names and values [rad, m].
+
+        Pelvis translations are in OpenSim's axes (x forward, y up, z right).
+        """
+        translation = qpos[:, :3] @ OPENSIM_TO_WORLD
+        angles = quaternion_to_pelvis_angles(qpos[:, 3:7])
+        return PELVIS + self.coordinates, np.hstack([angles, translation, qpos[:, 7:]])
+
+    def from_coordinates(
+        self, names: Sequence[str], values: Float[Array, "n_frames n_columns"]
+    ) -> Float[Array, "n_frames nq"]:
+        """Return configurations from OpenSim's coordinates; the inverse of :meth:`to_coordinates`.
+
+        Coordinates this person lacks are left out; coordinates that are not given keep their
+        standing value.
+
+        Args:
+            names: Coordinate names.
+            values: Their values [rad, m], one column each.
+
+        Raises:
+            ParameterError: If not one of the names is a coordinate of this person.
+        """
+        if not set(names) & set(PELVIS + self.coordinates):
+            raise ParameterError(
+                f"none of the columns {', '.join(names[:8])} … is a coordinate of this person; "
+                f"those are {', '.join(PELVIS + self.coordinates)}"
+            )
+        column = {name: values[:, i] for i, name in enumerate(names)}
+        qpos = np.tile(self.standing(), (len(values), 1))
+        angles = np.stack([column.get(n, np.zeros(len(values))) for n in PELVIS[:3]], axis=1)
+        qpos[:, 3:7] = pelvis_angles_to_quaternion(angles)
+        rest = OPENSIM_TO_WORLD.T @ qpos[0, :3]
+        translation = np.stack(
+            [column.get(n, np.full(len(values), rest[i])) for i, n in enumerate(PELVIS[3:])],
+            axis=1,
+        )
+        qpos[:, :3] = translation @ OPENSIM_TO_WORLD.T
+        for i, name in enumerate(self.coordinates):
+            if name in column:
+                qpos[:, 7 + i] = column[name]
+        return qpos
+
+    def body_positions(self, d: Dimensions) -> Float[Array, "n_bodies 3"]:
+        """Return every body's origin in its parent for other lengths, in model order [m].
+
+        The first row (the pelvis, which hangs on the free joint) is zero.
+        """
+        other = build(d, self.sex, self.mass, self.joints, self.feet)
+        return np.array([b.position if b.parent else np.zeros(3) for b in other.bodies])
+
+
+def coordinate_of(name: str):
+    """Return the table row of a coordinate named with its side.
+
+    Raises:
+        CoordinateNotFound: If the table has no such coordinate.
+    """
+    plain, _ = split_side(name)
+    if plain not in COORDINATES:
+        raise CoordinateNotFound(f"no coordinate {name!r}; there are {', '.join(COORDINATES)}")
+    return COORDINATES[plain]

@@ -1,0 +1,121 @@
+"""Write a skeleton as MJCF: explicit inertials, so every reader sees the same masses."""
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from plantigrade.models.parts import Solid
+from plantigrade.models.skeleton import Body, Skeleton, split_side
+
+_COLOURS = {"r": "0.80 0.36 0.30 1", "l": "0.27 0.47 0.72 1", "": "0.78 0.74 0.68 1"}
+
+
+def to_mjcf(
+    name: str, skeleton: Skeleton, *, pelvis_height: float, standing: dict[str, float]
+) -> str:
+    """Return the MJCF text of a person standing on a plane.
+
+    Contact is by the small spheres of the feet alone (group 3); the solids (group 1) are for the
+    eye and carry no mass. The free joint is called ``root``; each hinge has the name of its
+    coordinate and an actuator-force range from its strength.
+
+    Args:
+        name: Model name.
+        skeleton: The bodies.
+        pelvis_height: Height of the pelvis frame when standing [m].
+        standing: Coordinates of the key frame ``standing`` that are not zero [rad].
+    """
+    root = ET.Element("mujoco", model=name)
+    ET.SubElement(root, "compiler", angle="radian", autolimits="true", inertiagrouprange="5 5")
+    ET.SubElement(root, "option", gravity="0 0 -9.81", timestep="0.001", integrator="implicitfast")
+    visual = ET.SubElement(root, "visual")
+    ET.SubElement(visual, "headlight", ambient="0.4 0.4 0.4", diffuse="0.5 0.5 0.5")
+    world = ET.SubElement(root, "worldbody")
+    ET.SubElement(world, "light", pos="2 2 4", dir="-0.4 -0.4 -0.8", diffuse="0.5 0.5 0.5")
+    ET.SubElement(
+        world,
+        "geom",
+        name="floor",
+        type="plane",
+        size="20 20 0.1",
+        contype="0",
+        conaffinity="1",
+        condim="3",
+        friction="1 0.005 0.0001",
+        rgba="0.92 0.92 0.90 1",
+    )
+    elements: dict[str, ET.Element] = {"": world}
+    for body in skeleton.bodies:
+        elements[body.name] = _body(elements[body.parent], body, pelvis_height)
+    hinges = [h.name for b in skeleton.bodies for h in b.hinges]
+    key = [0.0, 0.0, pelvis_height, 1.0, 0.0, 0.0, 0.0, *(standing.get(h, 0.0) for h in hinges)]
+    frames = ET.SubElement(root, "keyframe")
+    ET.SubElement(frames, "key", name="standing", qpos=_text(key))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode")
+
+
+def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
+    position = body.position if body.parent else np.array([0.0, 0.0, pelvis_height])
+    element = ET.SubElement(parent, "body", name=body.name, pos=_text(position))
+    if not body.parent:
+        ET.SubElement(element, "freejoint", name="root")
+    for hinge in body.hinges:
+        ET.SubElement(
+            element,
+            "joint",
+            name=hinge.name,
+            type="hinge",
+            axis=_text(hinge.axis),
+            range=_text([hinge.low, hinge.high]),
+            actuatorfrcrange=_text(hinge.torque),
+        )
+    i = body.inertia.tensor
+    ET.SubElement(
+        element,
+        "inertial",
+        pos=_text(body.inertia.com),
+        mass=_text([body.inertia.mass]),
+        fullinertia=_text([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
+    )
+    _, side = split_side(body.name)
+    for solid in body.solids:
+        ET.SubElement(
+            element,
+            "geom",
+            **_shape(solid),
+            group="1",
+            contype="0",
+            conaffinity="0",
+            rgba=_COLOURS[side],
+        )
+    for contact in body.contacts:
+        ET.SubElement(
+            element,
+            "geom",
+            name=f"contact_{contact.segment}_{contact.name}_{side}",
+            type="sphere",
+            size=_text([contact.radius]),
+            pos=_text(contact.position),
+            group="3",
+            contype="1",
+            conaffinity="0",
+            condim="3",
+            friction="1 0.005 0.0001",
+            rgba="0.2 0.2 0.2 1",
+        )
+    return element
+
+
+def _shape(solid: Solid) -> dict[str, str]:
+    if solid.kind == "capsule":
+        return {
+            "type": "capsule",
+            "fromto": _text([*solid.a, *solid.b]),
+            "size": _text([solid.radius]),
+        }
+    return {"type": solid.kind, "pos": _text(solid.a), "size": _text(solid.b)}
+
+
+def _text(values) -> str:
+    return " ".join(f"{float(v) + 0.0:.17g}" for v in values)

@@ -1,0 +1,145 @@
+"""The pieces a body is made of: solids, parts with mass, and how masses combine."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+
+Vector = Float[Array, "3"]
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A shape to draw, in the frame of its part.
+
+    Attributes:
+        kind: ``"capsule"`` (from ``a`` to ``b``), ``"box"`` or ``"ellipsoid"`` (centre ``a``,
+            half sizes ``b``).
+        a: First point or centre [m].
+        b: Second point or half sizes [m].
+        radius: Radius of a capsule [m].
+    """
+
+    kind: str
+    a: Vector
+    b: Vector
+    radius: float = 0.0
+
+
+@dataclass(frozen=True)
+class ContactPoint:
+    """A small sphere by which a foot touches the ground.
+
+    Attributes:
+        name: Name without the side.
+        position: Its centre in the frame of its part [m].
+        radius: Its radius [m].
+        segment: Foot segment it belongs to.
+    """
+
+    name: str
+    position: Vector
+    radius: float
+    segment: str
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Mass, centre of mass and inertia about it, in one frame.
+
+    Attributes:
+        mass: Mass [kg].
+        com: Centre of mass [m].
+        tensor: Inertia about the centre of mass, axes of the frame [kg m^2].
+    """
+
+    mass: float
+    com: Vector
+    tensor: Float[Array, "3 3"]
+
+    def shifted(self, offset: Vector) -> "Inertia":
+        """Return the same body seen from a frame whose origin lies at ``-offset``."""
+        return Inertia(self.mass, self.com + offset, self.tensor)
+
+    def scaled(self, factor: float) -> "Inertia":
+        """Return the same shape with ``factor`` times the mass."""
+        return Inertia(self.mass * factor, self.com, self.tensor * factor)
+
+
+def combine(pieces: Iterable[Inertia]) -> Inertia:
+    """Return the inertia of rigidly joined pieces given in one frame (parallel axes)."""
+    pieces = [p for p in pieces if p.mass > 0]
+    mass = sum(p.mass for p in pieces)
+    if not pieces:
+        return Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
+    com = sum(p.mass * p.com for p in pieces) / mass
+    tensor = np.zeros((3, 3))
+    for p in pieces:
+        d = p.com - com
+        tensor += p.tensor + p.mass * (d @ d * np.eye(3) - np.outer(d, d))
+    return Inertia(float(mass), com, tensor)
+
+
+def rod(mass: float, a: Vector, b: Vector, radius: float) -> Inertia:
+    """Return the inertia of a solid cylinder from ``a`` to ``b`` with the ends of a capsule.
+
+    The ends are counted as lengthening the cylinder by a third of the radius on each side, which
+    keeps the volume of the capsule.
+    """
+    axis = b - a
+    length = float(np.linalg.norm(axis))
+    u = axis / length
+    full = length + 2 * radius * 2 / 3
+    along = 0.5 * mass * radius**2
+    across = mass * (3 * radius**2 + full**2) / 12
+    return Inertia(mass, (a + b) / 2, across * np.eye(3) + (along - across) * np.outer(u, u))
+
+
+def block(mass: float, centre: Vector, half_sizes: Vector) -> Inertia:
+    """Return the inertia of a solid box."""
+    x2, y2, z2 = (2 * half_sizes) ** 2
+    return Inertia(mass, centre, np.diag([y2 + z2, x2 + z2, x2 + y2]) * mass / 12)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One piece of the anatomy; parts without a movable joint are welded to their parent.
+
+    Attributes:
+        name: Name, with side suffix.
+        parent: Name of the part it hangs on; empty for the pelvis.
+        position: Origin in the parent's frame in the zero pose [m]; all frames are parallel then.
+        inertia: Mass properties in its own frame.
+        solids: What to draw.
+        contacts: Where it touches the ground.
+    """
+
+    name: str
+    parent: str
+    position: Vector
+    inertia: Inertia
+    solids: tuple[Solid, ...] = ()
+    contacts: tuple[ContactPoint, ...] = ()
+
+
+MIRROR = np.array([1.0, -1.0, 1.0])
+
+
+def mirrored(part: Part, name: str, parent: str) -> Part:
+    """Return the part of the other side: y turned around."""
+    m = np.diag(MIRROR)
+    return Part(
+        name=name,
+        parent=parent,
+        position=MIRROR * part.position,
+        inertia=Inertia(part.inertia.mass, MIRROR * part.inertia.com, m @ part.inertia.tensor @ m),
+        solids=tuple(
+            Solid(s.kind, MIRROR * s.a, MIRROR * s.b if s.kind == "capsule" else s.b, s.radius)
+            for s in part.solids
+        ),
+        contacts=tuple(
+            ContactPoint(c.name, MIRROR * c.position, c.radius, c.segment) for c in part.contacts
+        ),
+    )

@@ -1,0 +1,162 @@
+"""From parts and a joint set to bodies: welding, offsets, geometry as a function of lengths."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.models.anatomy import body_parts, foot_position
+from plantigrade.models.anthropometry import Dimensions
+from plantigrade.models.coordinates import COORDINATES, REFERENCE_HEIGHT, REFERENCE_MASS
+from plantigrade.models.feet import foot_parts
+from plantigrade.models.joint_sets import moving_parts
+from plantigrade.models.parts import ContactPoint, Inertia, Part, Solid, combine
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """One coordinate of a body: its name with side and its unit axis."""
+
+    name: str
+    axis: np.ndarray
+    low: float
+    high: float
+    torque: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A moving segment with everything welded to it, in its own frame.
+
+    Attributes:
+        name: Name with side.
+        parent: Name of the parent body; empty for the pelvis.
+        position: Origin in the parent body's frame, zero pose [m].
+        hinges: Its coordinates, outermost first.
+        inertia: Mass properties.
+        solids: What to draw.
+        contacts: Contact points.
+    """
+
+    name: str
+    parent: str
+    position: np.ndarray
+    hinges: tuple[Hinge, ...]
+    inertia: Inertia
+    solids: tuple[Solid, ...]
+    contacts: tuple[ContactPoint, ...]
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """The bodies of one person and where each anatomical part ended up.
+
+    Attributes:
+        bodies: Parents first.
+        parts: Part name → (body name, offset of the part's origin in the body's frame [m]).
+        origins: Part name → origin in the pelvis frame, zero pose [m].
+    """
+
+    bodies: tuple[Body, ...]
+    parts: dict[str, tuple[str, np.ndarray]]
+    origins: dict[str, np.ndarray]
+
+
+def split_side(name: str) -> tuple[str, str]:
+    """Return a name without its side suffix, and the side (``"r"``, ``"l"`` or ``""``)."""
+    return (name[:-2], name[-1]) if name[-2:] in ("_r", "_l") else (name, "")
+
+
+def all_parts(d: Dimensions, sex: str, mass: float, feet: str) -> list[Part]:
+    """Return every part of the body, parents first."""
+    feet_parts = [
+        Part(p.name, p.parent, foot_position(d), p.inertia, p.solids, p.contacts)
+        if p.parent.startswith("tibia")
+        else p
+        for p in foot_parts(feet, d, sex, mass)
+    ]
+    return [*body_parts(d, sex, mass), *feet_parts]
+
+
+def build(d: Dimensions, sex: str, mass: float, joints: str, feet: str) -> Skeleton:
+    """Return the skeleton of a person: parts that do not move are welded to their parents.
+
+    Args:
+        d: Lengths.
+        sex: ``"female"`` or ``"male"``.
+        mass: Body mass [kg]; the bodies' masses add up to it exactly.
+        joints: Joint set.
+        feet: Kind of foot.
+    """
+    moving = moving_parts(joints, feet)
+    parts = all_parts(d, sex, mass, feet)
+    share = mass / sum(p.inertia.mass for p in parts)
+    home: dict[str, tuple[str, np.ndarray]] = {}
+    origins: dict[str, np.ndarray] = {}
+    frames: dict[str, tuple[str, np.ndarray, tuple[Hinge, ...]]] = {}
+    members: dict[str, list[tuple[Part, np.ndarray]]] = {}
+    for part in parts:
+        plain, side = split_side(part.name)
+        origins[part.name] = (
+            origins[part.parent] + part.position if part.parent else np.zeros(3)
+        )
+        if part.parent and plain not in moving:
+            body, offset = home[part.parent]
+            home[part.name] = (body, offset + part.position)
+        else:
+            mover = moving.get(plain)
+            body = _sided(mover.body, side) if mover else part.name
+            parent, offset = home[part.parent] if part.parent else ("", np.zeros(3))
+            hinges = tuple(
+                _hinge(c, side, mass * d.height) for c in (mover.coordinates if mover else ())
+            )
+            frames[body] = (parent, offset + part.position, hinges)
+            home[part.name] = (body, np.zeros(3))
+            members[body] = []
+        body, offset = home[part.name]
+        members[body].append((part, offset))
+    bodies = []
+    for name, (parent, position, hinges) in frames.items():
+        inertia = combine(p.inertia.scaled(share).shifted(o) for p, o in members[name])
+        solids = tuple(_moved(s, o) for p, o in members[name] for s in p.solids)
+        contacts = tuple(
+            ContactPoint(c.name, c.position + o, c.radius, c.segment)
+            for p, o in members[name]
+            for c in p.contacts
+        )
+        bodies.append(Body(name, parent, position, hinges, inertia, solids, contacts))
+    return Skeleton(_depth_first(bodies), home, origins)
+
+
+def _depth_first(bodies: list[Body]) -> tuple[Body, ...]:
+    """Return the bodies in the order in which MuJoCo numbers them."""
+    children: dict[str, list[Body]] = {}
+    for body in bodies:
+        children.setdefault(body.parent, []).append(body)
+    ordered: list[Body] = []
+    stack = children[""][::-1]
+    while stack:
+        body = stack.pop()
+        ordered.append(body)
+        stack.extend(children.get(body.name, [])[::-1])
+    return tuple(ordered)
+
+
+def _sided(name: str, side: str) -> str:
+    return f"{name}_{side}" if side else name
+
+
+def _hinge(coordinate: str, side: str, mass_height: float) -> Hinge:
+    c = COORDINATES[coordinate]
+    factor = mass_height / (REFERENCE_MASS * REFERENCE_HEIGHT)
+    return Hinge(
+        _sided(coordinate, side),
+        c.axis_of(side),
+        c.low,
+        c.high,
+        (factor * c.weakest, factor * c.strongest),
+    )
+
+
+def _moved(solid: Solid, offset: np.ndarray) -> Solid:
+    b = solid.b + offset if solid.kind == "capsule" else solid.b
+    return Solid(solid.kind, solid.a + offset, b, solid.radius)

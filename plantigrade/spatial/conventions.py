@@ -1,0 +1,69 @@
+"""Where engines and files disagree about axes and order: decided here and nowhere else.
+
+* World and bodies: x forward, y left, z up. OpenSim: x forward, y up, z right.
+* Quaternions: MuJoCo ``wxyz``; SciPy and Pinocchio ``xyzw``.
+* Free joint: MuJoCo's velocity is linear in world axes and angular in body axes; Pinocchio's is
+  both in body axes.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+
+# Columns are OpenSim's axes in ours: v_ours = OPENSIM_TO_WORLD @ v_opensim.
+OPENSIM_TO_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+def wxyz_to_xyzw(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
+    """Return MuJoCo's quaternion in SciPy's and Pinocchio's order."""
+    return np.roll(quat, -1, axis=-1)
+
+
+def xyzw_to_wxyz(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
+    """Return SciPy's or Pinocchio's quaternion in MuJoCo's order."""
+    return np.roll(quat, 1, axis=-1)
+
+
+def free_joint_velocity_to_pinocchio(
+    qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]
+) -> Float[Array, " nv"]:
+    """Return a MuJoCo velocity with the root's linear part turned into body axes."""
+    rotation = rotation_matrix(qpos[3:7])
+    return np.concatenate([rotation.T @ qvel[:3], qvel[3:]])
+
+
+def configuration_to_pinocchio(qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:
+    """Return a MuJoCo configuration with the root quaternion as ``xyzw``."""
+    return np.concatenate([qpos[:3], wxyz_to_xyzw(qpos[3:7]), qpos[7:]])
+
+
+def rotation_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:
+    """Return the matrix that maps body axes to world axes for ``wxyz`` quaternions."""
+    q = quat / np.linalg.norm(quat, axis=-1, keepdims=True)
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def pelvis_angles_to_quaternion(angles: Float[Array, "*n 3"]) -> Float[Array, "*n 4"]:
+    """Return ``wxyz`` from OpenSim's pelvis tilt, list and rotation [rad].
+
+    OpenSim turns the pelvis about its own z (right), then x (forward), then y (up); in our axes
+    that is about -y, x and z.
+    """
+    from scipy.spatial.transform import Rotation
+
+    signed = np.asarray(angles) * np.array([-1.0, 1.0, 1.0])
+    return xyzw_to_wxyz(Rotation.from_euler("YXZ", signed).as_quat())
+
+
+def quaternion_to_pelvis_angles(quat: Float[Array, "n 4"]) -> Float[Array, "n 3"]:
+    """Return pelvis tilt, list and rotation [rad] of ``wxyz`` quaternions, unwrapped over time."""
+    from scipy.spatial.transform import Rotation
+
+    angles = Rotation.from_quat(wxyz_to_xyzw(quat)).as_euler("YXZ")
+    return np.unwrap(angles * np.array([-1.0, 1.0, 1.0]), axis=0)
