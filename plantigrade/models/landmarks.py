@@ -1,0 +1,260 @@
+"""Points on the body that markers are put on, as a function of its lengths.
+
+A landmark is given in the frame of a reference part in the zero pose and attached to the first
+of its parts that moves on this body (a toe marker belongs to the toes where the foot has toes).
+Positions are of the marker's centre on the skin of an average adult: bony landmarks from
+[Rajagopal2016]_'s marker set and the foot table of this package; they are a start, which fitting
+refines for every person within the stated trust.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.models.anatomy import hip, shoulder
+from plantigrade.models.anthropometry import Dimensions
+from plantigrade.models.feet import point
+from plantigrade.models.human import Human
+from plantigrade.models.parts import MIRROR
+
+# How far a marker may sit from its landmark, one standard deviation [m].
+BONE, SKIN, LOOSE = 0.012, 0.025, 0.06
+
+
+@dataclass(frozen=True)
+class Landmark:
+    """Where a point is and how well that is known.
+
+    Attributes:
+        reference: Part in whose frame ``position`` is given, without side.
+        position: Position for the right side, zero pose [m].
+        parts: Parts it moves with, most distal first, without side.
+        spread: Standard deviation of a marker's place about it [m].
+    """
+
+    reference: str
+    position: np.ndarray
+    parts: tuple[str, ...]
+    spread: float
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A point fixed to a body.
+
+    Attributes:
+        body: Body name.
+        position: In the body's frame [m].
+        spread: Standard deviation of a marker's place about it [m].
+    """
+
+    body: str
+    position: np.ndarray
+    spread: float
+
+
+_PELVIS = ("pelvis",)
+_BACK = ("abdomen",)
+_THORAX = ("thorax", "lower_thorax", "abdomen")
+_LOW_THORAX = ("lower_thorax", "abdomen")
+_HEAD = ("head", "upper_neck", "lower_neck")
+_THIGH, _SHANK = ("femur",), ("tibia",)
+_UPPER_ARM, _FOREARM, _HAND = ("humerus",), ("radius", "ulna"), ("hand", "radius", "ulna")
+_ELBOW = ("ulna",)
+_HIND = ("foot",)
+_HEEL = ("heel", "foot")
+_MEDIAL_TOES = ("medial_phalanges", "toes", "foot")
+_LATERAL_TOES = ("lateral_phalanges", "toes", "foot")
+_LATERAL_FOOT = ("lateral_metatarsal", "foot")
+
+
+def _midline(d: Dimensions) -> dict[str, Landmark]:
+    def pelvis(x, z, spread=BONE):
+        return Landmark(
+            "pelvis", np.array([x * d.pelvis_depth, 0, z * d.pelvis_depth]), _PELVIS, spread
+        )
+
+    def trunk(x, z, parts, spread=SKIN):
+        return Landmark("abdomen", np.array([x * d.trunk, 0, z * d.trunk]), parts, spread)
+
+    return {
+        "sacrum": pelvis(-1.02, -0.06),
+        "pubis": pelvis(-0.02, -0.45, SKIN),
+        "l5": trunk(-0.10, 0.0, _BACK),
+        "l3": trunk(-0.09, 0.14, _BACK),
+        "t12": trunk(-0.10, 0.33, _BACK),
+        "t10": trunk(-0.12, 0.45, _LOW_THORAX),
+        "t8": trunk(-0.14, 0.56, _LOW_THORAX),
+        "t6": trunk(-0.15, 0.68, _LOW_THORAX),
+        "t4": trunk(-0.15, 0.80, _THORAX),
+        "t2": trunk(-0.14, 0.92, _THORAX),
+        "c7": trunk(-0.12, 1.02, _THORAX, BONE),
+        "suprasternale": trunk(0.23, 0.945, _THORAX, BONE),
+        "sternum": trunk(0.34, 0.72, _THORAX),
+        "xiphoid": trunk(0.37, 0.58, _LOW_THORAX),
+        "vertex": Landmark("lower_neck", np.array([0.07, 0, 1.02]) * d.head, _HEAD, SKIN),
+        "forehead": Landmark("lower_neck", np.array([0.43, 0, 0.78]) * d.head, _HEAD, SKIN),
+        "occiput": Landmark("lower_neck", np.array([-0.26, 0, 0.72]) * d.head, _HEAD, SKIN),
+    }
+
+
+def _right(d: Dimensions) -> dict[str, Landmark]:
+    half, depth = 0.5 * d.pelvis_width, d.pelvis_depth
+    knee_half = 0.125 * d.thigh
+    ankle_half = 0.082 * d.shank
+
+    def pelvis(x, y, z, spread=BONE):
+        return Landmark("pelvis", np.array([x * depth, -y * half, z * depth]), _PELVIS, spread)
+
+    def thigh(x, y, z, spread=LOOSE):
+        return Landmark("femur", np.array([x, -y, -z]) * d.thigh, _THIGH, spread)
+
+    def shank(x, y, z, spread=LOOSE):
+        return Landmark("tibia", np.array([x, -y, -z]) * d.shank, _SHANK, spread)
+
+    def upper_arm(x, y, z, spread=LOOSE):
+        return Landmark("humerus", np.array([x, -y, -z]) * d.upper_arm, _UPPER_ARM, spread)
+
+    def forearm(x, y, z, parts=_FOREARM, spread=SKIN):
+        return Landmark("ulna", np.array([x, -y, -z]) * d.forearm, parts, spread)
+
+    def hand(x, y, z, parts=_HAND, spread=SKIN):
+        return Landmark("hand", np.array([x, -y, -z]) * d.hand, parts, spread)
+
+    def head(x, y, z):
+        return Landmark("lower_neck", np.array([x, -y, z]) * d.head, _HEAD, SKIN)
+
+    lift = 0.35 * d.ankle_height
+
+    def foot(name, parts, *, dx=0.0, dy=0.0, up=lift, spread=BONE):
+        """A point of the foot table, raised by ``up`` above the sole, moved by dx, dy (lateral)."""
+        p = point(name, d) * MIRROR + np.array([dx * d.foot_length, -dy * d.foot_width, 0])
+        p[2] = up - d.ankle_height
+        return Landmark("foot", p, parts, spread)
+
+    s = shoulder(d)
+    return {
+        "asis": pelvis(0.0, 1.0, 0.0),
+        "psis": pelvis(-1.0, 0.38, -0.11),
+        "iliac_crest": pelvis(-0.36, 1.24, 0.35, SKIN),
+        "hip_joint": Landmark("pelvis", hip(d), _PELVIS, BONE),
+        "trochanter": Landmark(
+            "femur", np.array([-0.02 * d.thigh, -0.20 * d.thigh, 0]), _THIGH, SKIN
+        ),
+        "thigh_upper": thigh(0.10, 0.20, 0.35),
+        "thigh_front": thigh(0.22, 0.04, 0.55),
+        "thigh_rear": thigh(-0.06, 0.22, 0.60),
+        "thigh": thigh(0.03, 0.22, 0.62),
+        "knee_lateral": thigh(-0.01, knee_half / d.thigh, 0.985, BONE),
+        "knee_medial": thigh(-0.01, -knee_half / d.thigh, 0.985, BONE),
+        "patella": thigh(0.13, 0.0, 0.97, SKIN),
+        "knee_joint": thigh(-0.011, -0.0043, 1.0, BONE),
+        "fibula_head": shank(-0.05, 0.125, 0.06, SKIN),
+        "tibial_tuberosity": shank(0.10, 0.01, 0.13, SKIN),
+        "shank_upper": shank(0.02, 0.13, 0.25),
+        "shank_front": shank(0.07, 0.03, 0.50, SKIN),
+        "shank_rear": shank(-0.15, 0.10, 0.35),
+        "shank": shank(-0.01, 0.12, 0.50),
+        "ankle_lateral": shank(-0.035, ankle_half / d.shank, 0.975, BONE),
+        "ankle_medial": shank(-0.005, -ankle_half / d.shank, 0.955, BONE),
+        "ankle_joint": shank(-0.025, 0.0, 1.0, BONE),
+        "heel": foot("heel_back_lateral", _HEEL, dx=-0.055, dy=-0.16, up=0.55 * d.ankle_height),
+        "heel_upper": foot(
+            "heel_back_lateral", _HEEL, dx=-0.055, dy=-0.16, up=0.75 * d.ankle_height, spread=SKIN
+        ),
+        "heel_wand": foot(
+            "heel_back_lateral", _HEEL, dx=-0.12, dy=-0.16, up=0.6 * d.ankle_height, spread=LOOSE
+        ),
+        "heel_lateral": foot("heel_front_lateral", _HEEL, dx=-0.02, dy=0.12),
+        "heel_medial": foot("heel_front_medial", _HEEL, dx=-0.02, dy=-0.12),
+        "sustentaculum": foot("heel_front_medial", _HEEL, dx=0.02, dy=-0.12, up=0.6 * d.ankle_height),
+        "navicular": foot("base_1", _HIND, dx=-0.05, dy=-0.15, up=0.7 * d.ankle_height, spread=SKIN),
+        "midfoot": foot("base_3", _HIND, up=1.15 * d.ankle_height, spread=SKIN),
+        "midfoot_lateral": foot("base_5", _LATERAL_FOOT, dy=0.1, spread=SKIN),
+        "metatarsal_1_base": foot("base_1", _HIND, dy=-0.05, up=0.95 * d.ankle_height, spread=SKIN),
+        "metatarsal_1_head": foot("metatarsal_1", _HIND, dx=-0.02, dy=-0.10, up=0.5 * d.ankle_height),
+        "metatarsal_2_head": foot("metatarsal_2", _HIND, dx=-0.02, up=0.7 * d.ankle_height),
+        "metatarsal_5_base": foot("base_5", _LATERAL_FOOT, dy=0.12),
+        "metatarsal_5_head": foot("metatarsal_5", _LATERAL_FOOT, dx=-0.02, dy=0.10),
+        "hallux": foot("toe_1", _MEDIAL_TOES, dx=-0.02, up=0.5 * d.ankle_height),
+        "toe_tip": foot("toe_2", _MEDIAL_TOES, dx=0.03, up=0.4 * d.ankle_height),
+        "toe_medial": foot("metatarsal_1", _MEDIAL_TOES, dx=0.03, dy=-0.06, spread=SKIN),
+        "toe_lateral": foot("metatarsal_5", _LATERAL_TOES, dx=0.03, dy=0.06, spread=SKIN),
+        "toe_5": foot("toe_5", _LATERAL_TOES, dx=-0.02, spread=SKIN),
+        "acromion": Landmark(
+            "abdomen", s + np.array([-0.03, 0.03, 0.125]) * d.trunk, _SHOULDER, SKIN
+        ),
+        "clavicle": Landmark(
+            "abdomen", np.array([0.22, -0.075, 0.96]) * d.trunk, _THORAX, SKIN
+        ),
+        "scapula": Landmark(
+            "abdomen", np.array([-0.20, -0.22, 0.68]) * d.trunk, _THORAX, LOOSE
+        ),
+        "shoulder_joint": Landmark("abdomen", s, _SHOULDER, BONE),
+        "upper_arm": upper_arm(0.05, 0.15, 0.60),
+        "elbow_lateral": upper_arm(0.0, 0.12, 0.98, BONE),
+        "elbow_medial": upper_arm(0.0, -0.16, 0.98, BONE),
+        "elbow_joint": upper_arm(0.0, -0.03, 1.0, BONE),
+        "elbow_rear": upper_arm(-0.16, 0.0, 1.0, SKIN),
+        "forearm": forearm(0.0, 0.15, 0.50, _FOREARM, LOOSE),
+        "wrist_radial": forearm(0.0, 0.13, 0.98, _FOREARM, BONE),
+        "wrist_ulnar": forearm(0.0, -0.13, 0.98, _FOREARM, BONE),
+        "wrist": forearm(-0.11, 0.0, 0.98, _FOREARM, SKIN),
+        "wrist_joint": forearm(0.0, 0.0, 1.0, _FOREARM, BONE),
+        "hand": hand(-0.10, 0.0, 0.44),
+        "hand_radial": hand(-0.06, 0.18, 0.44),
+        "hand_ulnar": hand(-0.06, -0.18, 0.42),
+        "finger_tip": hand(0.0, 0.0, 1.0, ("fingers", *_HAND)),
+        "head_front": head(0.36, 0.24, 0.80),
+        "head_back": head(-0.22, 0.22, 0.80),
+        "temple": head(0.22, 0.29, 0.72),
+        "ear": head(0.07, 0.30, 0.62),
+    }
+
+
+_SHOULDER = ("clavicle", "thorax", "lower_thorax", "abdomen")
+
+
+def landmarks(d: Dimensions) -> dict[str, Landmark]:
+    """Return every landmark of a person with these lengths, sides as suffix ``_r`` and ``_l``."""
+    found = dict(_midline(d))
+    for name, mark in _right(d).items():
+        found[f"{name}_r"] = mark
+        found[f"{name}_l"] = Landmark(
+            mark.reference, MIRROR * mark.position, mark.parts, mark.spread
+        )
+    return found
+
+
+_UNSIDED = {"pelvis", "abdomen", "lower_thorax", "thorax", "lower_neck", "upper_neck", "head"}
+
+
+def attachments(human: Human, d: Dimensions | None = None) -> dict[str, Attachment]:
+    """Return every landmark as a point fixed to one of the person's bodies.
+
+    Args:
+        human: The person; its joint set and feet decide which body carries a landmark.
+        d: Other lengths to take the positions from; the person's own if not given.
+    """
+    from plantigrade.models.skeleton import build
+
+    skeleton = human.skeleton
+    if d is None:
+        d = human.dimensions
+    else:
+        skeleton = build(d, human.sex, human.mass, human.joints, human.feet)
+    result = {}
+    for name, mark in landmarks(d).items():
+        side = name[-2:] if name[-2:] in ("_r", "_l") else ""
+
+        def sided(part: str, side: str = side) -> str:
+            return part if part in _UNSIDED else part + side
+
+        part = next(p for p in map(sided, mark.parts) if p in skeleton.parts)
+        body, offset = skeleton.parts[part]
+        shift = skeleton.origins[sided(mark.reference)] - skeleton.origins[part]
+        result[name] = Attachment(body, mark.position + shift + offset, mark.spread)
+    return result
+
+
+__all__ = ["BONE", "LOOSE", "SKIN", "Attachment", "Landmark", "attachments", "landmarks"]

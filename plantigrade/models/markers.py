@@ -1,0 +1,331 @@
+"""Marker sets: which landmark a marker of a given name sits on.
+
+Four sets are built in; names that no set knows are looked up among common spellings of the
+landmarks (``R.ASIS``, ``RASI``, ``R_ASIS``, ``asis_r``, ``RIAS`` are one point). A user's own set
+is a small TOML file::
+
+    name = "my lab"
+    [markers]
+    RKN1 = "knee_lateral_r"                                  # on a landmark
+    RTH7 = { body = "femur_r", position = [0.05, -0.09, -0.2] } # or on a body, in its frame [m]
+"""
+
+import re
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.models.human import Human
+from plantigrade.models.landmarks import LOOSE, Attachment, attachments
+
+
+@dataclass(frozen=True)
+class MarkerSet:
+    """Names of markers and the landmarks they sit on.
+
+    Attributes:
+        name: Name of the set.
+        landmarks: Marker name → landmark name (with side).
+        fixed: Marker name → (body name, position in its frame [m]) for markers placed by hand.
+    """
+
+    name: str
+    landmarks: dict[str, str]
+    fixed: dict[str, tuple[str, tuple[float, float, float]]]
+
+
+def _sides(table: dict[str, str], pattern: str = "{side}{name}") -> dict[str, str]:
+    return {
+        pattern.format(side=side, name=name): f"{mark}_{side.lower()}"
+        for name, mark in table.items()
+        for side in ("R", "L")
+    }
+
+
+_HEAD_AND_TRUNK = {
+    "C7": "c7",
+    "T2": "t2",
+    "T6": "t6",
+    "T10": "t10",
+    "T12": "t12",
+    "CLAV": "suprasternale",
+    "STRN": "sternum",
+    "RBAK": "scapula_r",
+    "SACR": "sacrum",
+}
+_PLUG_IN_GAIT = {
+    "FHD": "head_front",
+    "BHD": "head_back",
+    "SHO": "acromion",
+    "UPA": "upper_arm",
+    "ELB": "elbow_lateral",
+    "FRM": "forearm",
+    "WRA": "wrist_radial",
+    "WRB": "wrist_ulnar",
+    "FIN": "hand",
+    "ASI": "asis",
+    "PSI": "psis",
+    "THI": "thigh",
+    "KNE": "knee_lateral",
+    "KNM": "knee_medial",
+    "TIB": "shank",
+    "ANK": "ankle_lateral",
+    "MED": "ankle_medial",
+    "HEE": "heel",
+    "TOE": "metatarsal_2_head",
+}
+_OXFORD_FOOT = {
+    "HFB": "fibula_head",
+    "TUB": "tibial_tuberosity",
+    "SHN": "shank_front",
+    "MMA": "ankle_medial",
+    "CPG": "heel_wand",
+    "PCA": "heel_upper",
+    "LCA": "heel_lateral",
+    "STL": "sustentaculum",
+    "NAV": "navicular",
+    "P1M": "metatarsal_1_base",
+    "D1M": "metatarsal_1_head",
+    "P5M": "metatarsal_5_base",
+    "D5M": "metatarsal_5_head",
+    "HLX": "hallux",
+}
+_GAIT2392 = {
+    "ASIS": "asis",
+    "Thigh.Upper": "thigh_upper",
+    "Thigh.Front": "thigh_front",
+    "Thigh.Rear": "thigh_rear",
+    "Knee.Lat": "knee_lateral",
+    "Knee.Med": "knee_medial",
+    "Shank.Upper": "shank_upper",
+    "Shank.Front": "shank_front",
+    "Shank.Rear": "shank_rear",
+    "Ankle.Lat": "ankle_lateral",
+    "Ankle.Med": "ankle_medial",
+    "Heel": "heel",
+    "Midfoot.Sup": "midfoot",
+    "Midfoot.Lat": "midfoot_lateral",
+    "Toe.Tip": "toe_tip",
+    "Toe.Lat": "toe_lateral",
+    "Toe.Med": "toe_medial",
+    "Acromium": "acromion",
+    "Bicep": "upper_arm",
+    "Elbow": "elbow_lateral",
+    "Wrist.Med": "wrist_ulnar",
+    "Wrist.Lat": "wrist_radial",
+    "Temple": "temple",
+}
+_RAJAGOPAL = {
+    "ASIS": "asis",
+    "PSIS": "psis",
+    "Knee": "knee_lateral",
+    "MKnee": "knee_medial",
+    "Ankle": "ankle_lateral",
+    "MAnkle": "ankle_medial",
+    "Heel": "heel",
+    "MT5": "metatarsal_5_head",
+    "Toe": "hallux",
+    "Shoulder": "acromion",
+    "Clavicle": "clavicle",
+    "Biceps": "upper_arm",
+    "Elbow": "elbow_lateral",
+    "MElbow": "elbow_medial",
+    "Forearm": "forearm",
+    "Wrist": "wrist",
+}
+
+MARKER_SETS: dict[str, MarkerSet] = {
+    s.name: s
+    for s in (
+        MarkerSet("plug-in-gait", {**_HEAD_AND_TRUNK, **_sides(_PLUG_IN_GAIT)}, {}),
+        MarkerSet(
+            "oxford-foot-model",
+            {**_HEAD_AND_TRUNK, **_sides(_PLUG_IN_GAIT), **_sides(_OXFORD_FOOT)},
+            {},
+        ),
+        MarkerSet(
+            "gait2392",
+            {
+                "V.Sacral": "sacrum",
+                "Sternum": "sternum",
+                "Top.Head": "vertex",
+                **_sides(_GAIT2392, "{side}.{name}"),
+            },
+            {},
+        ),
+        MarkerSet("rajagopal", {"S2": "sacrum", **_sides(_RAJAGOPAL, "{side}.{name}")}, {}),
+    )
+}
+
+# Common spellings, without side and separators, upper case.
+_SPELLINGS: dict[str, str] = {
+    "asis": "ASI ASIS IAS",
+    "psis": "PSI PSIS IPS",
+    "iliac_crest": "IC ICR ILC ILCR CREST ILIAC ILIACCREST ICT",
+    "trochanter": "FTC TROC GT GTR GTROC TROCHANTER",
+    "hip_joint": "HJC HIPJC HIPJOINT",
+    "knee_joint": "KJC KNEEJC KNEEJOINT",
+    "ankle_joint": "AJC ANKLEJC ANKLEJOINT",
+    "shoulder_joint": "SJC SHOULDERJC GHJC",
+    "elbow_joint": "EJC ELBOWJC",
+    "wrist_joint": "WJC WRISTJC",
+    "thigh": "THI THIGH LTHI THILAT LATTHIGH",
+    "thigh_front": "THIGHFRONT",
+    "knee_lateral": "KNE KNEE KNEELAT LKNE LKNEE LEK FLE LFC LFE LATKNEE KNEELATERAL LCON KNEL",
+    "knee_medial": "KNM KNEEMED MKNE MKNEE MEK FME MFC MFE MEDKNEE KNEEMEDIAL MCON KNEM",
+    "patella": "PAT PATELLA",
+    "fibula_head": "HFB FAX FH HF FIB FIBULA",
+    "tibial_tuberosity": "TUB TTC TT TTUB TTU",
+    "shank": "TIB SHANK SHA LSHA TIBIA LATSHANK",
+    "shank_front": "SHN SHIN",
+    "ankle_lateral": "ANK ANKLE ANKLELAT LM LMAL LMALL LANK FAL MALL LATANK LATMAL ANKLELATERAL ANKL",
+    "ankle_medial": "MMA MM MMAL MMALL MANK MANKLE TAM ANKLEMED MEDANK MEDMAL ANKLEMEDIAL ANKM",
+    "heel": "HEE HEEL CAL FCC CA CALC CALCANEUS",
+    "heel_upper": "PCA",
+    "heel_wand": "CPG",
+    "heel_lateral": "LCA",
+    "sustentaculum": "STL SUST",
+    "navicular": "NAV NAVICULAR",
+    "metatarsal_1_base": "P1M",
+    "metatarsal_1_head": "D1M MT1 FM1 MTP1 MTH1 FM 1MTH M1 MET1 1MT",
+    "metatarsal_2_head": "MT2 FM2 MTP2 MTH2 2MTH M2 MET2 MT3 MTH3 MT23 2MT TOE SM",
+    "metatarsal_5_base": "P5M",
+    "metatarsal_5_head": "D5M MT5 FM5 MTP5 MTH5 VM 5MTH M5 MET5 5MT",
+    "hallux": "HLX HAL HALLUX BTOE GTOE BIGTOE GREATTOE DM",
+    "toe_tip": "TOETIP TTIP TIPTOE",
+    "acromion": "SHO SHOULDER ACROMION ACROMIUM ACR SAE AC ACRO",
+    "clavicle": "CLAVICLE CLA",
+    "scapula": "BAK SCAP SCAPULA IAN",
+    "upper_arm": "UPA BICEP BICEPS UPPERARM ARM UARM",
+    "elbow_lateral": "ELB ELBOW HLE ELBLAT LELB LEL ELBOWLAT LATELB LEE ELBL",
+    "elbow_medial": "MELB ELBM HME MELBOW ELBMED MEL ELBOWMED MEDELB MEE",
+    "forearm": "FRM FRA FOREARM FARM",
+    "wrist_radial": "WRA WRISTLAT WRISTRAD RSP RS RADIUS WRR WRIRAD LWRI",
+    "wrist_ulnar": "WRB WRISTMED WRISTULN USP US ULNA WRU WRIULN MWRI",
+    "wrist": "WRIST WRI",
+    "hand": "FIN HAND HM3 MC3 KNUCKLE",
+    "hand_radial": "HM2 MC2",
+    "hand_ulnar": "HM5 MC5",
+    "head_front": "FHD HEADFRONT",
+    "head_back": "BHD HEADBACK",
+    "temple": "TEMPLE HEAD HD",
+    "ear": "EAR TRAGUS",
+}
+_MIDLINE: dict[str, str] = {
+    "sacrum": "SACR SAC SACRUM SACRAL VSACRAL VSACRUM S2 S1 MIDPSIS MPSI",
+    "c7": "C7 CV7 VC7",
+    "t2": "T2 TV2",
+    "t4": "T4 TV4",
+    "t6": "T6 TV6",
+    "t8": "T8 TV8",
+    "t10": "T10 TV10",
+    "t12": "T12 TV12",
+    "l3": "L3 LV3",
+    "l5": "L5 LV5 L5S1",
+    "suprasternale": "CLAV IJ JN SJN MAN JUGULARNOTCH MANUBRIUM",
+    "sternum": "STRN STERNUM STER STE",
+    "xiphoid": "XIPH PX SXS XIPHOID",
+    "vertex": "TOPHEAD HEADTOP VERTEX TOPOFHEAD ARIEL TOP",
+    "forehead": "FOREHEAD HEADFRONT FHEAD",
+    "occiput": "OCCIPUT HEADREAR BACKHEAD BHEAD",
+}
+_BY_SPELLING = {s: mark for mark, words in _SPELLINGS.items() for s in words.split()}
+_BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in _SPELLINGS}
+_BY_MIDLINE = {s: mark for mark, words in _MIDLINE.items() for s in words.split()}
+
+
+def landmark_of(name: str) -> str | None:
+    """Return the landmark a marker of this name sits on by its spelling, or None.
+
+    Example:
+        >>> landmark_of("R.ASIS"), landmark_of("LKNE"), landmark_of("sacrum"), landmark_of("RTH2")
+        ('asis_r', 'knee_lateral_l', 'sacrum', None)
+    """
+    plain = re.sub(r"[^A-Z0-9]", "", name.upper())
+    if plain in _BY_MIDLINE:
+        return _BY_MIDLINE[plain]
+    for word, side in (("RIGHT", "r"), ("LEFT", "l"), ("R", "r"), ("L", "l")):
+        for rest in (plain.removeprefix(word), plain.removesuffix(word)):
+            if rest != plain and rest in _BY_SPELLING:
+                return f"{_BY_SPELLING[rest]}_{side}"
+    return None
+
+
+def best_set(names: Iterable[str]) -> MarkerSet:
+    """Return the built-in set that knows most of the names; the earlier one where two tie."""
+    names = set(names)
+    return max(MARKER_SETS.values(), key=lambda s: len(names & set(s.landmarks)))
+
+
+def place_markers(
+    names: Iterable[str], human: Human, marker_set: MarkerSet | None = None
+) -> dict[str, Attachment | None]:
+    """Return where each marker sits on the person; None where nobody knows the name.
+
+    Args:
+        names: Marker names as in the recording.
+        human: The person.
+        marker_set: The set to use first; the best built-in one if not given.
+
+    Raises:
+        ParameterError: If a set names a landmark or body that does not exist.
+    """
+    names = list(names)
+    chosen = marker_set or best_set(names)
+    places = attachments(human)
+    result: dict[str, Attachment | None] = {}
+    for name in names:
+        if name in chosen.fixed:
+            body, position = chosen.fixed[name]
+            human.body(body)
+            result[name] = Attachment(body, np.array(position), LOOSE / 3)
+            continue
+        mark = chosen.landmarks.get(name) or landmark_of(name)
+        if mark is not None and mark not in places:
+            raise ParameterError(
+                f"marker set {chosen.name!r} puts {name} on {mark!r}; there is no such landmark; "
+                f"there are {', '.join(sorted(places))}"
+            )
+        result[name] = places[mark] if mark else None
+    return result
+
+
+def read_marker_set(path: str | Path) -> MarkerSet:
+    """Read a user's marker set (format at the head of this module).
+
+    Raises:
+        FileError: If the file cannot be read or says something that is not allowed.
+    """
+    path = Path(path)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror})") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FileError(path, f"is not a TOML file: {error}", remedy=_EXAMPLE) from error
+    markers = content.get("markers")
+    if not isinstance(markers, dict) or not markers:
+        raise FileError(path, "has no [markers] table", remedy=_EXAMPLE)
+    named: dict[str, str] = {}
+    fixed: dict[str, tuple[str, tuple[float, float, float]]] = {}
+    for name, value in markers.items():
+        match value:
+            case str():
+                named[name] = value
+            case {"body": str(body), "position": [x, y, z]} if all(
+                isinstance(v, int | float) for v in (x, y, z)
+            ):
+                fixed[name] = (body, (float(x), float(y), float(z)))
+            case _:
+                raise FileError(path, f"{value!r} is no place", where=f"marker {name}", remedy=_EXAMPLE)
+    return MarkerSet(str(content.get("name", path.stem)), named, fixed)
+
+
+_EXAMPLE = (
+    'write lines like RKNE = "knee_lateral_r" or '
+    'RTH7 = { body = "femur_r", position = [0.05, -0.09, -0.2] } under [markers]'
+)
