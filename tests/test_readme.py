@@ -50,7 +50,7 @@ def test_every_command_exists():
 def test_commands_parse():
     from plantigrade.commands.main import parse
 
-    for line in "\n".join(blocks("bash")).splitlines():
+    for line in "".join(blocks("bash")).splitlines():
         for part in line.split("&&"):
             words = shlex.split(part)
             if words[0] == "plantigrade":

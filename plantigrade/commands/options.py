@@ -23,7 +23,7 @@ Feet = Annotated[
     Literal["rigid", "two-segment", "multi-segment"] | None,
     optional("{rigid,two-segment,multi-segment}"),
 ]
-Joints = Annotated[Literal[42, 43, 58, 66] | None, optional("{42,43,58,66}")]
+Joints = Annotated[Literal["42", "43", "58", "66"] | None, optional("{42,43,58,66}")]
 Flag = Annotated[bool, tyro.conf.arg(help_behavior_hint="")]
 Backend = Literal["loky", "threading", "multiprocessing", "ray", "dask"]
 

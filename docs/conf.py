@@ -1,0 +1,17 @@
+from plantigrade import __version__ as release
+
+project = "plantigrade"
+author = "The plantigrade developers"
+copyright = f"2025, {author}"
+version = release
+
+extensions = ["myst_parser", "sphinx.ext.mathjax"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build"]
+
+html_theme = "furo"
+html_title = f"plantigrade {release}"
+
+# A reference may be there for the reader, without a docstring that names it.
+suppress_warnings = ["ref.citation"]
