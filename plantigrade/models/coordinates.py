@@ -51,7 +51,7 @@ def _c(axis, low_deg, high_deg, weakest, strongest, source) -> Coordinate:
 _ANDERSON = "Anderson 2007"  # isometric and isokinetic maxima of hip, knee and ankle, young men
 _RAJAGOPAL = "Rajagopal 2016"  # torque actuators of its arms and joints without muscles
 _MCGILL = "McGill 1994"  # trunk and neck, isometric, young men
-_PAPER = "Park 2018"  # foot joints: peak moments seen in walking with that foot, tripled
+_PAPER = "Park 2020"  # foot joints: peak moments seen in walking with that foot, tripled
 
 Y, Z, X = (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 

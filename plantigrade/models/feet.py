@@ -1,7 +1,7 @@
 """Feet as interchangeable parts: one box, two boxes with a toe hinge, or sixteen bones.
 
 All three share one outline, so that they stand on the same hull: the points of the multi-segment
-foot of [Park2018]_ (the paper gives no coordinates; these are anatomically plausible ones that
+foot of [Park2020]_ (the paper gives no coordinates; these are anatomically plausible ones that
 hold all four joints at the height of the contact spheres when the foot rests, which is what the
 paper's Eqs. 1-2 assume). The frame of a foot has its origin in the ankle joint centre; x points
 forward, y left; points are tabled for a left foot of 0.240 m length and 0.0585 m ankle height

@@ -1,0 +1,204 @@
+r"""Inverse kinematics: the configuration whose points come closest to measured ones.
+
+Per frame, Eq. 1 of [Boukheddimi]_,
+
+.. math:: \min_q \sum_i w_i \lVert x_i^{exp} - x_i(q) \rVert^2
+    \quad \text{s.t.} \quad \underline q \le q \le \bar q,
+
+solved by Gauss-Newton steps, each a bounded least-squares problem, so the joint limits are hard.
+Coordinates that no marker sees are held by a weak pull towards the previous frame's posture and
+the standing posture.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from scipy.linalg.lapack import dposv
+
+from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.points import Points
+
+# Pull on each hinge towards the rest posture, in the units of squared metres per squared radian
+# of the marker term: a centimetre of marker error weighs as much as two radians of posture.
+POSTURE_WEIGHT = 2.5e-5
+
+
+@dataclass(frozen=True)
+class InverseSolution:
+    """What inverse kinematics found for one frame.
+
+    Attributes:
+        qpos: The configuration.
+        residual: Distance of each point to its measurement [m]; NaN where not measured.
+        iterations: Gauss-Newton steps taken.
+    """
+
+    qpos: Float[Array, " nq"]
+    residual: Float[Array, " n_points"]
+    iterations: int
+
+
+class InverseKinematics:
+    """Solves frame after frame, warm-started with the one before.
+
+    Args:
+        points: The points on the body that were measured.
+        weights: Weight of each point; one each if not given.
+        tolerance: Stop when no coordinate moves by more than this in a step [rad, m].
+        max_iterations: Steps per frame at most.
+    """
+
+    def __init__(
+        self,
+        points: Points,
+        weights: Float[Array, " n_points"] | None = None,
+        *,
+        tolerance: float = 2e-5,
+        max_iterations: int = 60,
+    ):
+        self.points = points
+        self.weights = np.ones(len(points.body)) if weights is None else np.asarray(weights, float)
+        self.tolerance, self.max_iterations = tolerance, max_iterations
+        self.low, self.high = points.human.limits
+        self.rest = points.human.standing()[7:]
+
+    def solve(
+        self, measured: Float[Array, "n_points 3"], start: Float[Array, " nq"]
+    ) -> InverseSolution:
+        """Return the configuration closest to ``measured``.
+
+        Args:
+            measured: World positions [m]; NaN rows are left out.
+            start: Configuration to start from.
+        """
+        seen = np.isfinite(measured[:, 0])
+        target = np.where(seen[:, None], measured, 0.0)
+        w = np.where(seen, self.weights, 0.0)
+        root_w = np.sqrt(np.repeat(w, 3))
+        q = np.array(start)
+        q[7:] = np.clip(q[7:], self.low, self.high)
+        damping = 1e-9
+        cost = self._cost(q, target, w)
+        iterations = 0
+        for iterations in range(1, self.max_iterations + 1):
+            J = self.points.jacobian().reshape(-1, self.points.model.nv) * root_w[:, None]
+            r = (target - self.points.position).ravel() * root_w
+            H = J.T @ J
+            g = J.T @ r
+            H.flat[:: H.shape[0] + 1] += damping
+            n = H.shape[0]
+            pull = np.arange(6, n)
+            H[pull, pull] += POSTURE_WEIGHT
+            g[6:] += POSTURE_WEIGHT * (self.rest - q[7:])
+            step = bounded_step(H, g, self.low - q[7:], self.high - q[7:])
+            candidate = self.points.integrate(q, step)
+            candidate[7:] = np.clip(candidate[7:], self.low, self.high)
+            new_cost = self._cost(candidate, target, w)
+            if new_cost <= cost * (1 + 1e-12) + 1e-16:
+                q = candidate
+                damping = max(damping / 10, 1e-9)
+                small = np.abs(step).max() < self.tolerance or cost - new_cost < 1e-5 * cost
+                cost = new_cost
+                if small:
+                    break
+            else:
+                self.points.at(q)
+                damping = max(damping * 30, 1e-5)
+                if damping > 1e3:
+                    break
+        position = self.points.at(q)
+        residual = np.where(seen, np.linalg.norm(target - position, axis=1), np.nan)
+        return InverseSolution(q, residual, iterations)
+
+    def _cost(self, q, target, w) -> float:
+        error = target - self.points.at(q)
+        posture = q[7:] - self.rest
+        return float(
+            w @ np.einsum("ij,ij->i", error, error) + POSTURE_WEIGHT * (posture @ posture)
+        )
+
+
+def bounded_step(
+    H: Float[Array, "nv nv"],
+    g: Float[Array, " nv"],
+    low: Float[Array, " n_hinges"],
+    high: Float[Array, " n_hinges"],
+) -> Float[Array, " nv"]:
+    r"""Return the minimiser of :math:`\tfrac12 d^T H d - g^T d` with bounds on the hinges.
+
+    A primal active-set method: a hinge that would leave its range is held at the limit; it is
+    let go when its multiplier says that it wants back.
+
+    Args:
+        H: Positive definite matrix.
+        g: Right-hand side.
+        low: Lower bounds on ``d[6:]``.
+        high: Upper bounds on ``d[6:]``.
+    """
+    n = len(g)
+    held = np.full(n, np.nan)
+    for _ in range(2 * n):
+        free = np.isnan(held)
+        d = np.where(free, 0.0, held)
+        if free.all():
+            _, x, info = dposv(H, g, lower=1)
+            d = x
+        else:
+            sub = H[np.ix_(free, free)]
+            _, x, info = dposv(sub, (g - H @ d)[free], lower=1)
+            d[free] = x
+        if info:
+            return np.zeros(n)
+        below, above = d[6:] < low - 1e-12, d[6:] > high + 1e-12
+        out = below | above
+        if out.any():
+            bound = np.where(below, low, high)
+            held[6:][out] = bound[out]
+            continue
+        slope = g - H @ d  # where the solution would go if it were let go
+        fixed = ~free[6:]
+        inside = fixed & (
+            ((held[6:] <= low) & (slope[6:] > 1e-10)) | ((held[6:] >= high) & (slope[6:] < -1e-10))
+        )
+        inside &= high > low
+        if not inside.any():
+            return d
+        worst = int(np.argmax(np.where(inside, np.abs(slope[6:]), -1.0)))
+        held[6 + worst] = np.nan
+    return d
+
+
+def track(
+    solver: InverseKinematics,
+    measured: Float[Array, "n_frames n_points 3"],
+    start: Float[Array, " nq"],
+    progress=None,
+) -> tuple[Float[Array, "n_frames nq"], Float[Array, "n_frames n_points"]]:
+    """Solve all frames in order, each from an extrapolation of the two before it.
+
+    Args:
+        solver: The inverse kinematics.
+        measured: World positions over time [m]; NaN where not measured.
+        start: Configuration to start the first frame from.
+        progress: Called with the number of frames done, now and then.
+
+    Returns:
+        Configurations and the distance of each point to its measurement [m].
+    """
+    model = solver.points.model
+    n = len(measured)
+    qpos = np.empty((n, model.nq))
+    residual = np.empty(measured.shape[:2])
+    previous = start
+    velocity = np.zeros(model.nv)
+    for k in range(n):
+        guess = solver.points.integrate(previous, velocity)
+        solution = solver.solve(measured[k], guess)
+        qpos[k], residual[k] = solution.qpos, solution.residual
+        if k:
+            mujoco.mj_differentiatePos(model, velocity, 1.0, previous, solution.qpos)
+        previous = solution.qpos
+        if progress and k % 50 == 0:
+            progress(k + 1)
+    return qpos, residual
