@@ -1,0 +1,411 @@
+r"""Scale a person to recorded markers: lengths, marker places and poses in one least squares.
+
+Over a choice of frames :math:`f`, markers :math:`i`, lengths :math:`\ell_k` and marker places
+:math:`b_i` (in their bodies),
+
+.. math:: \min_{q_f,\, \ell,\, b} \;
+    \sum_{f,i} \frac{\lVert x_{fi} - x_i(q_f, \ell, b_i) \rVert^2}{\sigma^2}
+    + \sum_i \frac{\lVert b_i - b_i(\ell) \rVert^2}{s_i^2}
+    + \sum_k \frac{(\ln \ell_k / \ell_k^0)^2}{s_\ell^2}
+
+by Gauss-Newton, the poses eliminated frame by frame (Schur complement), the joint limits kept.
+The places start from the landmarks of :mod:`plantigrade.models.landmarks`, each trusted as far
+as its kind allows (:math:`s_i`), the lengths from stature and sex. Markers of unknown name are
+put on the body on which they move least, once the known ones give the pose.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import FitError
+from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
+from plantigrade.kinematics.points import Points
+from plantigrade.models import Dimensions, Human
+from plantigrade.models.landmarks import Attachment, attachments
+
+NOISE = 0.006  # soft tissue and measurement, standard deviation of one marker [m]
+LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
+HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
+FREE_SPREAD = 0.5  # of markers nobody knows the place of [m]
+POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
+CHANGE_SPREAD = 0.03  # of a length in one step, as a fraction: keeps steps inside the linear range
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A person scaled to markers.
+
+    Attributes:
+        human: The person with the lengths found.
+        places: Where each marker sits.
+        names: Marker names, in the order of ``places``.
+        qpos: Poses of the frames used.
+        residual: Marker distances on these frames [m]; NaN where not seen.
+        attached: Markers of unknown name → the body they were put on.
+    """
+
+    human: Human
+    places: tuple[Attachment, ...]
+    names: tuple[str, ...]
+    qpos: Float[Array, "n_frames nq"]
+    residual: Float[Array, "n_frames n_markers"]
+    attached: dict[str, str]
+
+
+class Calibrator:
+    """Holds the state of the joint least squares; :func:`calibrate` drives it."""
+
+    def __init__(
+        self,
+        human: Human,
+        names: Sequence[str],
+        landmarks: dict[str, Attachment | None],
+        measured: Float[Array, "n_frames n_markers 3"],
+        *,
+        height: float | None,
+        length_spread: float,
+    ):
+        self.human, self.names = human, list(names)
+        self.places: list[Attachment | None] = [landmarks[n] for n in names]
+        self.measured = measured
+        self.height = height
+        self.length_spread = length_spread
+        self.start = human.dimensions.as_array()
+        self.log_lengths = np.zeros(len(self.start))
+        self.offsets = np.zeros((len(names), 3))
+        self.qpos = np.tile(human.standing(), (len(measured), 1))
+        self.landmark_names = self._landmark_names()
+
+    def _landmark_names(self) -> list[str | None]:
+        """Return the landmark each place came from, to follow it when lengths change."""
+        table = attachments(self.human)
+        by_place = {(a.body, tuple(a.position)): name for name, a in table.items()}
+        return [by_place.get((p.body, tuple(p.position))) if p else None for p in self.places]
+
+    @property
+    def dimensions(self) -> Dimensions:
+        """The lengths as they stand [m]."""
+        return Dimensions.from_array(self.start * np.exp(self.log_lengths))
+
+    def geometry(self, d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
+        """Return body offsets and marker places (without refinements) for lengths ``d`` [m]."""
+        table = attachments(self.human, d)
+        places = np.array(
+            [
+                table[name].position if name else (p.position if p else np.zeros(3))
+                for name, p in zip(self.landmark_names, self.places, strict=True)
+            ]
+        )
+        return self.human.body_positions(d), places
+
+    def known(self) -> np.ndarray:
+        """Return which markers have a place (indices)."""
+        return np.array([i for i, p in enumerate(self.places) if p is not None], dtype=int)
+
+    def points(self, which: np.ndarray) -> Points:
+        """Return evaluator of the markers ``which`` with the current lengths and places."""
+        bodies, base = self.geometry(self.dimensions)
+        places = [p for p in (self.places[i] for i in which) if p is not None]
+        points = Points(self.human, [p.body for p in places], (base + self.offsets)[which])
+        points.set_geometry(bodies)
+        return points
+
+    def solve_poses(self, which: np.ndarray | None = None) -> np.ndarray:
+        """Solve every frame's pose with lengths and places held; return the residuals [m]."""
+        which = self.known() if which is None else which
+        places = [p for p in (self.places[i] for i in which) if p is not None]
+        weights = np.array([min(1.0, (0.02 / p.spread) ** 2) for p in places])
+        solver = InverseKinematics(self.points(which), weights, tolerance=1e-4)
+        residual = np.full(self.measured.shape[:2], np.nan)
+        for f in range(len(self.measured)):
+            solution = solver.solve(self.measured[f, which], self.qpos[f])
+            self.qpos[f] = solution.qpos
+            residual[f, which] = solution.residual
+        return residual
+
+    def refine(self) -> float:
+        """Take one joint Gauss-Newton step; return the root-mean-square marker error [m]."""
+        which = self.known()
+        lengths = self.dimensions.as_array()
+        d_bodies, d_base = (slope * lengths[:, None, None] for slope in self._slopes)
+        points = self.points(which)
+        n_l, n_m, nv = len(lengths), len(which), points.model.nv
+        n_p = n_l + 3 * n_m
+        H = np.zeros((n_p, n_p))
+        g = np.zeros(n_p)
+        steps = []
+        total, count = 0.0, 0
+        low, high = self.human.limits
+        rest = self.human.standing()[7:]
+        for f in range(len(self.measured)):
+            target = self.measured[f, which]
+            seen = np.isfinite(target[:, 0])
+            position = points.at(self.qpos[f])
+            error = np.where(seen[:, None], target - position, 0.0)
+            distance = np.linalg.norm(error, axis=1)
+            # Huber: a marker far off (swapped, flying) pulls like one at five standard deviations.
+            w = seen * np.minimum(1.0, 5 * NOISE / np.maximum(distance, 1e-9)) / NOISE**2
+            root_w = np.sqrt(np.repeat(w, 3))
+            J = points.jacobian().reshape(-1, nv) * root_w[:, None]
+            rotation = points.rotations
+            L = self._length_jacobian(points, rotation, d_bodies, d_base[:, which])
+            L = L.reshape(-1, n_l) * root_w[:, None]
+            R = rotation[points.body]
+            r = error.ravel() * root_w
+            A = J.T @ J
+            A[np.arange(6, nv), np.arange(6, nv)] += 1 / POSTURE_SPREAD**2
+            A.flat[:: nv + 1] += 1e-6 * A.trace() / nv
+            gq = J.T @ r
+            gq[6:] += (rest - self.qpos[f, 7:]) / POSTURE_SPREAD**2
+            # Offsets: block diagonal, each marker's rotation times its root weight.
+            B = np.zeros((3 * n_m, 3 * n_m))
+            for i in range(n_m):
+                s = slice(3 * i, 3 * i + 3)
+                B[s, s] = R[i] * np.sqrt(w[i])
+            P = np.hstack([L, B])
+            C = J.T @ P
+            X = np.linalg.solve(A, np.column_stack([C, gq]))
+            H += P.T @ P - C.T @ X[:, :-1]
+            g += P.T @ r - C.T @ X[:, -1]
+            steps.append((A, gq, C))
+            total += float((distance[seen] ** 2).sum())
+            count += int(seen.sum())
+        self._add_priors(H, g, which, lengths)
+        step = np.linalg.solve(H + 1e-9 * np.eye(n_p), g)
+        biggest = np.abs(step[:n_l]).max()
+        if biggest > 0.1:
+            step *= 0.1 / biggest
+        self.log_lengths += step[:n_l]
+        self.offsets[which] += step[n_l:].reshape(-1, 3)
+        for f, (A, gq, C) in enumerate(steps):
+            d = bounded_step(
+                A, gq - C @ step, low - self.qpos[f, 7:], high - self.qpos[f, 7:]
+            )
+            size = np.abs(d).max()
+            self.qpos[f] = points.integrate(self.qpos[f], d * min(1.0, 0.5 / max(size, 1e-9)))
+            self.qpos[f, 7:] = np.clip(self.qpos[f, 7:], low, high)
+        return float(np.sqrt(total / max(count, 1)))
+
+    @cached_property
+    def _slopes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Change of body offsets and marker places per length; the geometry is linear in them."""
+        values = self.start.copy()
+        bodies, base = self.geometry(Dimensions.from_array(values))
+        d_bodies, d_base = [], []
+        for k in range(len(values)):
+            changed = values.copy()
+            changed[k] += 0.01
+            other_bodies, other_base = self.geometry(Dimensions.from_array(changed))
+            d_bodies.append((other_bodies - bodies) / 0.01)
+            d_base.append((other_base - base) / 0.01)
+        return np.array(d_bodies), np.array(d_base)
+
+    @staticmethod
+    def _length_jacobian(points, rotation, d_bodies, d_base) -> np.ndarray:
+        """Return d position / d log length, (n_markers, 3, n_lengths)."""
+        parent = points.model.body_parentid
+        n_bodies = points.model.nbody
+        # Movement of each body's origin: its parent's movement plus the turned change of offset.
+        moved = np.zeros((n_bodies, len(d_bodies), 3))
+        for body in range(2, n_bodies):
+            moved[body] = moved[parent[body]] + d_bodies[:, body - 1] @ rotation[parent[body]].T
+        own = np.einsum("mij,kmj->mki", rotation[points.body], d_base)
+        return (moved[points.body] + own).transpose(0, 2, 1)
+
+    def _add_priors(self, H, g, which, lengths) -> None:
+        n_l = len(lengths)
+        k = np.arange(n_l)
+        H[k, k] += 1 / self.length_spread**2
+        g[:n_l] -= self.log_lengths / self.length_spread**2
+        vertical = np.array(
+            [
+                name in ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")
+                for name in Dimensions.names()
+            ]
+        )
+        if self.height is not None:
+            slope = np.where(vertical, lengths, 0.0)
+            H[:n_l, :n_l] += np.outer(slope, slope) / HEIGHT_SPREAD**2
+            g[:n_l] += slope * (self.height - self.dimensions.height) / HEIGHT_SPREAD**2
+        for i, marker in enumerate(which):
+            place = self.places[marker]
+            spread = place.spread if place else FREE_SPREAD
+            s = np.arange(n_l + 3 * i, n_l + 3 * i + 3)
+            H[s, s] += 1 / spread**2
+            g[s] -= self.offsets[marker] / spread**2
+
+    def attach_unknown(self) -> dict[str, str]:
+        """Put markers without a place on the body on which they move least."""
+        bodies, _ = self.geometry(self.dimensions)
+        points = Points(self.human, [self.human.body_names[0]], np.zeros((1, 3)))
+        points.set_geometry(bodies)
+        frames = []
+        for q in self.qpos:
+            points.at(q)
+            frames.append((points._data.xpos.copy(), points.rotations))
+        attached = {}
+        for i, place in enumerate(self.places):
+            seen = np.isfinite(self.measured[:, i, 0])
+            if place is not None or seen.sum() < 3:
+                continue
+            spreads = []
+            for body in range(1, points.model.nbody):
+                local = np.array(
+                    [
+                        frames[f][1][body].T @ (self.measured[f, i] - frames[f][0][body])
+                        for f in np.flatnonzero(seen)
+                    ]
+                )
+                middle = np.median(local, axis=0)
+                wander = np.linalg.norm(local - middle, axis=1).mean()
+                # Among bodies on which it moves alike, the nearer one is the one it sits on.
+                spreads.append((wander + 0.02 * np.linalg.norm(middle), body, middle, wander))
+            score, body, middle, wander = min(spreads, key=lambda s: s[0])
+            if wander > 0.05 or np.linalg.norm(middle) > 0.8:
+                continue  # belongs to no body: a wand of another person, a reference on the floor
+            name = self.human.body_names[body - 1]
+            self.places[i] = Attachment(name, middle, FREE_SPREAD)
+            attached[self.names[i]] = name
+        return attached
+
+
+def calibrate(
+    human: Human,
+    names: Sequence[str],
+    placed: dict[str, Attachment | None],
+    measured: Float[Array, "n_frames n_markers 3"],
+    *,
+    height: float | None,
+    length_spread: float = LENGTH_SPREAD,
+    iterations: int = 25,
+    progress=None,
+) -> Calibration:
+    """Scale a person to the markers of a few frames.
+
+    Args:
+        human: The person to start from (average for stature and sex).
+        names: Marker names.
+        placed: Where each marker sits, None where nobody knows.
+        measured: Marker positions of the frames to use [m]; NaN where not seen.
+        height: Stature to keep [m]; found from the markers if None.
+        length_spread: How far lengths may be from average, standard deviation of the logarithm.
+        iterations: Joint steps at most.
+        progress: Called with the number of steps done.
+
+    Raises:
+        FitError: If too few markers have a known name to give the pose.
+    """
+    known = [n for n in names if placed[n] is not None]
+    bodies = {p.body for p in placed.values() if p is not None}
+    if len(known) < 6 or len(bodies) < 3:
+        raise FitError(
+            f"only {len(known)} of {len(names)} markers have a name that a marker set knows "
+            f"({', '.join(known) or 'none'}); markers on at least three segments are needed: give "
+            "your own set with --marker-set FILE"
+        )
+    c = Calibrator(
+        human, names, placed, measured, height=height, length_spread=length_spread
+    )
+    _initial_poses(c)
+    if height is None:
+        _overall_size(c)
+    c.solve_poses()
+    last = np.inf
+    attached: dict[str, str] = {}
+    for k in range(iterations):
+        rms = c.refine()
+        if progress:
+            progress(k + 1)
+        if k == 4:
+            attached = c.attach_unknown()
+        if k > 6 and abs(last - rms) < 1e-5:
+            break
+        last = rms
+    residual = c.solve_poses()
+    d = c.dimensions
+    free = {"pelvis_height", "trunk", "head"}
+    lengths = {n: v for n, v in zip(d.names(), d.as_array(), strict=True)}
+    stature = d.height if height is None else height
+    if height is not None:
+        factor = (height - d.height + sum(lengths[n] for n in free)) / sum(
+            lengths[n] for n in free
+        )
+        if 0.8 < factor < 1.25:
+            lengths |= {n: lengths[n] * factor for n in free}
+            lengths.pop("head")
+        else:
+            stature = d.height
+    scaled = Human.create(
+        stature, human.mass, human.sex, human.joints, human.feet, lengths=lengths
+    )
+    _, base = c.geometry(scaled.dimensions)
+    places = tuple(
+        Attachment(p.body, base[i] + c.offsets[i], p.spread)
+        for i, p in enumerate(c.places)
+        if p is not None
+    )
+    which = c.known()
+    return Calibration(
+        scaled,
+        places,
+        tuple(c.names[i] for i in which),
+        c.qpos,
+        residual[:, which],
+        attached,
+    )
+
+
+def _initial_poses(c: Calibrator) -> None:
+    """Place each frame's standing body on the trunk and pelvis markers, then on all markers."""
+    which = c.known()
+    points = c.points(which)
+    standing = c.human.standing()
+    model_points = points.at(standing).copy()
+    names = {p.body for p in c.places if p}
+    trunk = {"pelvis", "torso", "abdomen", "lower_thorax", "thorax"} & names
+    on_trunk = np.array([c.places[i].body in trunk for i in which])  # type: ignore[union-attr]
+    for f in range(len(c.measured)):
+        target = c.measured[f, which]
+        seen = np.isfinite(target[:, 0])
+        use = seen & on_trunk
+        if use.sum() < 4:
+            use = seen
+        if use.sum() < 3:
+            continue
+        a, b = model_points[use], target[use]
+        # Upright: only the heading is free, so that a few markers cannot tip the body over.
+        da, db = a - a.mean(0), b - b.mean(0)
+        yaw = np.arctan2(
+            (da[:, 0] * db[:, 1] - da[:, 1] * db[:, 0]).sum(), (da[:, :2] * db[:, :2]).sum()
+        )
+        q = standing.copy()
+        q[3:7] = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]])
+        q[:3] = b.mean(0) + turn @ (standing[:3] - a.mean(0))
+        c.qpos[f] = q
+
+
+def _overall_size(c: Calibrator) -> None:
+    """Scale all lengths by the median ratio of distances between markers on one body or two."""
+    which = c.known()
+    points = c.points(which)
+    model_points = points.at(c.human.standing()).copy()
+    parent = points.model.body_parentid
+    ratios = []
+    for i in range(len(which)):
+        for j in range(i):
+            a, b = points.body[i], points.body[j]
+            rest = np.linalg.norm(model_points[i] - model_points[j])
+            near = a == b or parent[a] == b or parent[b] == a
+            if not near or rest < 0.15:
+                continue
+            distance = np.linalg.norm(c.measured[:, which[i]] - c.measured[:, which[j]], axis=1)
+            if np.isfinite(distance).any():
+                ratios.append(np.nanmedian(distance) / rest)
+    if ratios:
+        c.start = c.start * float(np.clip(np.median(ratios), 0.45, 1.6))
