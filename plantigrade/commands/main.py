@@ -45,14 +45,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Words after ``plantigrade``; those of the process if absent.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
-    if not words or words[0] in ("-h", "--help", "help"):
-        print(usage())
-        return DONE
-    if words[0] in ("-V", "--version"):
-        print(f"plantigrade {__version__}")
-        return DONE
     try:
-        return run(words[0], words[1:])
+        code = run(words)
+        sys.stdout.flush()  # here, where a closed pipe can still be met
+        return code
     except SystemExit as stop:  # the parser has printed its help (0) or its complaint (2)
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     except PlantigradeError as error:
@@ -63,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:  # no permission, no space, a folder where a file was named
         return _complain(f"error: {error}", BAD_INPUT)
     except KeyboardInterrupt:
-        return _complain("interrupted: nothing was written", INTERRUPTED)
+        return _complain("interrupted: a run folder that is not complete is not kept", INTERRUPTED)
 
 
 def usage() -> str:
@@ -80,16 +76,22 @@ def usage() -> str:
     )
 
 
-def run(name: str, words: Sequence[str]) -> int:
-    """Parse ``words`` into the settings of command ``name``, run it and print its outcome.
+def run(words: Sequence[str]) -> int:
+    """Do what ``words`` say, print the outcome and return the exit code.
 
     Raises:
         PlantigradeError: On bad input of any kind.
         SystemExit: If the parser has printed its help or its complaint.
     """
-    if name not in COMMANDS:
-        raise PlantigradeError(_unknown(name))
-    command = parse(name, words)
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(usage())
+        return DONE
+    if words[0] in ("-V", "--version"):
+        print(f"plantigrade {__version__}")
+        return DONE
+    if words[0] not in COMMANDS:
+        raise PlantigradeError(_unknown(words[0]))
+    command = parse(words[0], words[1:])
     # What a library prints while the command runs must not mix with the JSON on standard output.
     with _output_to_errors() if command.json else contextlib.nullcontext():
         outcome: Outcome = command.run()
@@ -99,7 +101,6 @@ def run(name: str, words: Sequence[str]) -> int:
         print(as_json(outcome.metrics))
     elif outcome.text:
         print(outcome.text)
-    sys.stdout.flush()
     return DONE if outcome.ok else NO_RESULT
 
 
