@@ -60,7 +60,7 @@ def hinge_table(model: mujoco.MjModel, motion: Motion) -> Table:
 
 
 def panels_of(curves: Table | dict[str, np.ndarray], n_frames: int) -> tuple[Panel, ...]:
-    """Return one panel per quantity, hip, knee and ankle first.
+    """Return one panel per quantity that changes, hip, knee and ankle first.
 
     Args:
         curves: A table of coordinates in radians and metres (shown in degrees and metres), or
@@ -82,7 +82,13 @@ def panels_of(curves: Table | dict[str, np.ndarray], n_frames: int) -> tuple[Pan
         grouped.setdefault((without_side(name), unit), []).append(line)
     order = {name: i for i, name in enumerate(FIRST)}
     keys = sorted(grouped, key=lambda key: order.get(key[0], len(FIRST)))
-    return tuple(Panel(title_of(name), unit, tuple(grouped[name, unit])) for name, unit in keys)
+    panels = (Panel(title_of(name), unit, tuple(grouped[name, unit])) for name, unit in keys)
+    return tuple(panel for panel in panels if any(map(_moves, panel.lines)))
+
+
+def _moves(line: Line) -> bool:
+    finite = line.values[np.isfinite(line.values)]
+    return finite.size > 0 and float(np.ptp(finite)) > 1e-6
 
 
 def _flat(curves):

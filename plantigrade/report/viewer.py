@@ -19,7 +19,7 @@ from plantigrade.report.curves import Line, Panel, hinge_table, panels_of
 from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces
 
 BODY, LEFT_BODY, RIGHT_BODY, STATIC = "#c9c3ba", "#dd9c74", "#7fa9c9", "#b8bec7"
-COM = "#2f3b4a"
+COM = "#e0b020"
 
 
 def viewer_html(

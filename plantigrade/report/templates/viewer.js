@@ -127,10 +127,10 @@ float lit(vec3 p, vec3 n) {
 vec3 shade(vec3 base, vec3 p, vec3 n, float gloss) {
   vec3 v = normalize(uEye - p); if (dot(n, v) < 0.0) n = -n;
   float sun = max(dot(n, uSun), 0.0) * lit(p, n);
-  vec3 sky = mix(vec3(0.36, 0.35, 0.34), vec3(0.62, 0.64, 0.68), 0.5 + 0.5 * n.z);
-  float rim = pow(1.0 - max(dot(n, v), 0.0), 3.0) * 0.22;
+  vec3 sky = mix(vec3(0.30, 0.29, 0.28), vec3(0.56, 0.58, 0.62), 0.5 + 0.5 * n.z);
+  float rim = pow(1.0 - max(dot(n, v), 0.0), 3.0) * 0.16;
   float spec = pow(max(dot(n, normalize(v + uSun)), 0.0), 42.0) * gloss * sun;
-  return base * (sky + 0.62 * sun) + rim * mix(base, vec3(1.0), 0.5) + spec;
+  return base * (sky + 0.66 * sun) + rim * mix(base, vec3(1.0), 0.5) + spec;
 }`;
 const POSE = `
 uniform highp sampler2D uPose; uniform vec3 uOffset;
@@ -160,8 +160,8 @@ const SHADERS = {
     `precision highp float; out vec4 o; void main() { o = vec4(1.0); }`],
   inst: [`${INST} uniform mat4 uView; out vec3 P, Nn; out vec4 C;
     void main() { vec3 n; placeI(P, n); Nn = n; C = iColor; gl_Position = uView * vec4(P, 1.0); }`,
-    `${LIGHT} in vec3 P, Nn; in vec4 C; out vec4 o;
-    void main() { o = vec4(mix(C.rgb, shade(C.rgb, P, normalize(Nn), 0.1), 0.85), C.a); }`],
+    `${LIGHT} in vec3 P, Nn; in vec4 C; uniform float uFade; out vec4 o;
+    void main() { o = vec4(mix(C.rgb, shade(C.rgb, P, normalize(Nn), 0.1), 0.85), C.a * uFade); }`],
   ground: [`layout(location=0) in vec3 aPos; uniform mat4 uView; uniform vec3 uCentre; out vec3 P;
     void main() { P = vec3(aPos.xy * 60.0 + uCentre.xy, 0.0); gl_Position = uView * vec4(P, 1.0); }`,
     `${LIGHT} in vec3 P; uniform vec3 uCentre, uFloor, uLine; out vec4 o;
@@ -342,7 +342,7 @@ function collect(at) {
     for (let s = 0; s < 3; s++) {
       for (let i = Math.max(0, at[0] - 150); i < Math.min(N, at[0] + 150); i++) {
         const p = mix3(cop, 3, s, [i, i, 0]);
-        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], i <= at[0] ? 0.009 : 0.005, SIDE[s]);
+        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], i <= at[0] ? 0.011 : 0.006, SIDE[s]);
       }
       const p = mix3(cop, 3, s, at);
       if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.004], [0, 0, 0.004], 0.032, SIDE[s]);
@@ -402,11 +402,19 @@ function draw() {
   gl.uniform3fv(g.uLine, dark ? [0.32, 0.35, 0.4] : [0.66, 0.70, 0.75]);
   if (D.ground) { gl.bindVertexArray(buffers.ground.vao); gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4); }
   if (show.body && !show.xray) { const u = common("body"); gl.uniform1f(u.uAlpha, 1); gl.uniform4f(u.uTint, 0, 0, 0, 0); drawBody("body", view, buffers.pose, [0, 0, 0]); }
-  common("inst");
+  gl.uniform1f(common("inst").uFade, 1);
   for (const k of ["sphere", "shaft", "cone"]) {
     gl.bindVertexArray(buffers[k].vao);
     gl.drawElementsInstanced(gl.TRIANGLES, buffers[k].count, gl.UNSIGNED_SHORT, 0, buffers[k].rows.length / INSTANCE);
   }
+  /* once more, faintly, where the body hides them */
+  gl.uniform1f(uniforms.inst.uFade, 0.28); gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+  gl.depthFunc(gl.GREATER); gl.depthMask(false);
+  for (const k of ["sphere", "shaft", "cone"]) {
+    gl.bindVertexArray(buffers[k].vao);
+    gl.drawElementsInstanced(gl.TRIANGLES, buffers[k].count, gl.UNSIGNED_SHORT, 0, buffers[k].rows.length / INSTANCE);
+  }
+  gl.depthFunc(gl.LESS); gl.depthMask(true); gl.disable(gl.BLEND);
   const ghost = (texture, tint, alpha, offset) => {
     const u = common("body"); gl.uniform1f(u.uAlpha, alpha); gl.uniform4fv(u.uTint, tint);
     gl.colorMask(false, false, false, false); drawBody("body", view, texture, offset);
@@ -414,7 +422,11 @@ function draw() {
     gl.depthFunc(gl.LEQUAL); drawBody("body", view, texture, offset); gl.depthFunc(gl.LESS); gl.disable(gl.BLEND);
   };
   if (show.body && show.xray) ghost(buffers.pose, [0, 0, 0, 0], 0.38, [0, 0, 0]);
-  if (ref && show.ref) ghost(buffers.refPose, [...COLOURS.reference, 0.8], 0.42, sideways);
+  if (ref && show.ref) {     // pushed back a little: where both bodies coincide the result is seen
+    gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(2, 8);
+    ghost(buffers.refPose, [...COLOURS.reference, 0.8], 0.5, sideways);
+    gl.disable(gl.POLYGON_OFFSET_FILL);
+  }
 }
 function drawBody(name, view, texture, offset) {
   gl.useProgram(programs[name]); const u = uniforms[name];
