@@ -1,0 +1,286 @@
+"""Text files read safely: size, encoding, numbers with the line where they go wrong.
+
+Every text reader of the package goes through :func:`read_text` and, for its table of numbers,
+through :func:`numbers`, so that a broken file of any format ends in the same plain error.
+"""
+
+import codecs
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import FileError
+
+LIMIT_BYTES = 200e6
+"""Largest text file read without being asked to [bytes]; an hour of 60 markers is about this."""
+
+# Words that stand for "not measured" in tables people export, beside an empty field.
+MISSING_WORDS = frozenset(
+    {"", "nan", "+nan", "-nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "missing"}
+    | {"inf", "+inf", "-inf", "infinity", "-infinity", "1.#ind", "-1.#ind", "1.#qnan", "-1.#qnan"}
+    | {"nan(ind)", "-nan(ind)", "1.#inf", "-1.#inf"}
+)
+
+_BYTE_ORDER_MARKS = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+
+
+def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
+    """Return the bytes of a file.
+
+    Args:
+        path: The file.
+        limit_bytes: Largest size accepted [bytes].
+
+    Raises:
+        FileError: If the file is not there, not a file, not readable, empty or too large.
+    """
+    path = Path(path)
+    try:
+        if path.is_dir():
+            raise FileError(path, "is a folder, not a file", remedy="name the file inside it")
+        size = path.stat().st_size
+        if size > limit_bytes:
+            raise FileError(
+                path,
+                f"has {size / 1e6:.0f} MB, more than the {limit_bytes / 1e6:.0f} MB that are read",
+                remedy="cut the recording to the part that matters, or raise limit_bytes",
+            )
+        with open(path, "rb") as file:
+            raw = file.read(int(limit_bytes) + 1)
+    except FileNotFoundError:
+        raise FileError(
+            path, "there is no such file", remedy="check the name and the folder"
+        ) from None
+    except (OSError, ValueError) as error:  # ValueError: a null byte in the name; and our own
+        if isinstance(error, FileError):
+            raise
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(
+            path, f"cannot be read ({reason})", remedy="check its permissions"
+        ) from error
+    if len(raw) > limit_bytes:
+        raise FileError(path, "never ends", remedy="name an ordinary file")
+    if not raw.strip(b" \t\r\n\0"):
+        raise FileError(path, "is empty", remedy="export the recording again")
+    return raw
+
+
+def read_text(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> str:
+    r"""Return the text of a file, line ends as ``\n``.
+
+    UTF-8, UTF-16 and UTF-32 (by their byte order mark, UTF-16 also without one) and, where bytes
+    are not UTF-8, Latin-1, in which every byte is a letter.
+
+    Args:
+        path: The file.
+        limit_bytes: Largest size accepted [bytes].
+
+    Raises:
+        FileError: If the file cannot be read (see :func:`read_bytes`) or holds no text.
+    """
+    raw = read_bytes(path, limit_bytes)
+    encoding = _encoding_of(raw)
+    try:
+        text = raw.decode(encoding)
+    except UnicodeDecodeError as error:
+        if encoding != "utf-8":
+            raise FileError(
+                path,
+                f"starts as {encoding} text, but byte {error.start} does not continue it",
+                where=f"byte {error.start}",
+                remedy="save it again as UTF-8",
+            ) from None
+        text = raw.decode("latin-1")
+    except UnicodeError as error:
+        raise FileError(path, f"is not text ({error})", remedy="save it again as UTF-8") from None
+    null = text.find("\0")
+    if null >= 0:
+        raise FileError(
+            path,
+            "holds zero bytes, so it is not a text file",
+            where=f"line {text.count(chr(10), 0, null) + 1}",
+            remedy="check that the ending of its name says its format",
+        )
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return text
+
+
+def write_text(path: str | Path, text: str) -> None:
+    r"""Write ``text`` as UTF-8 with ``\n`` line ends.
+
+    Raises:
+        FileError: If the file cannot be written.
+    """
+    try:
+        Path(path).write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise FileError(
+            path,
+            f"cannot be written ({error.strerror or error})",
+            remedy="check that the folder exists and may be written to",
+        ) from error
+
+
+def numbers(
+    lines: Sequence[str],
+    path: str | Path,
+    *,
+    count: int | None = None,
+    first_line: int = 1,
+    delimiter: str | None = None,
+    decimal: str = ".",
+    short: bool = False,
+    names: Sequence[str] | None = None,
+) -> Float[Array, "n_rows n_columns"]:
+    """Return a table of numbers; NaN where a field is empty or says that it is missing.
+
+    Rows in order are parsed all at once; only a row with a blank, a word or a wrong number of
+    fields is looked at by itself.
+
+    Args:
+        lines: Rows, without line ends. Blank rows are skipped.
+        path: The file, for error messages.
+        count: Fields per row; by default as many as the first row has.
+        first_line: Line number of ``lines[0]`` in the file, from 1.
+        delimiter: ``"\\t"``, ``","``, ``";"`` or None for any white space. Only with a delimiter can
+            a field be empty.
+        decimal: ``","`` where the file writes 1,5 for 1.5.
+        short: Whether a row may have fewer fields than ``count``; the rest is NaN.
+        names: Column names, for error messages.
+
+    Raises:
+        FileError: With line and field, if a field is no number or a row has the wrong length.
+    """
+    kept = [(n, line) for n, line in enumerate(lines, start=first_line) if not _blank(line)]
+    if not kept:
+        return np.empty((0, count or 0))
+    rows = [line for _, line in kept]
+    if decimal == ",":
+        rows = [row.replace(",", ".") for row in rows]
+    if count is None:
+        count = len(_fields(rows[0], delimiter))
+    plain = _token_counts(rows, delimiter) == count
+    values = np.full((len(rows), count), np.nan)
+    fast = _parse_plain(rows, plain, delimiter, count)
+    if fast is None:
+        plain[:] = False
+    else:
+        values[plain] = fast
+    for i in np.flatnonzero(~plain):
+        values[i] = _parse_row(rows[i], path, kept[i][0], count, delimiter, short, names)
+    values[~np.isfinite(values)] = np.nan
+    return values
+
+
+def number(word: str, path: str | Path, *, where: str, what: str) -> float:
+    """Return one number of a header.
+
+    Raises:
+        FileError: If ``word`` is not a finite number.
+    """
+    try:
+        value = float(word)
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value):
+        raise FileError(
+            path,
+            f"{what} is {word[:40]!r}, not a number",
+            where=where,
+            remedy="correct the header or export the file again",
+        )
+    return value
+
+
+def _encoding_of(raw: bytes) -> str:
+    for mark, encoding in _BYTE_ORDER_MARKS:
+        if raw.startswith(mark):
+            return encoding
+    head = np.frombuffer(raw[: 4096 - 4096 % 2], dtype=np.uint8)
+    head = head[: len(head) - len(head) % 2]
+    zero_even, zero_odd = (head[0::2] == 0).mean(), (head[1::2] == 0).mean()
+    if zero_odd > 0.8 and zero_even < 0.1:
+        return "utf-16-le"
+    if zero_even > 0.8 and zero_odd < 0.1:
+        return "utf-16-be"
+    return "utf-8"
+
+
+def _blank(line: str) -> bool:
+    return not line or line.isspace()
+
+
+def _fields(row: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return row.split()
+    fields = [field.strip() for field in row.rstrip("\n\r ").split(delimiter)]
+    return fields
+
+
+def _token_counts(rows: list[str], delimiter: str | None) -> np.ndarray:
+    """Return how many non-empty fields each row has, counted on bytes."""
+    lengths = np.fromiter((len(row) for row in rows), dtype=np.int64, count=len(rows))
+    data = np.frombuffer(
+        ("\n".join(rows) + "\n").encode("latin-1", errors="replace"), dtype=np.uint8
+    )
+    gap = data <= 32
+    if delimiter is not None:
+        gap |= data == ord(delimiter)
+    starts = ~gap
+    starts[1:] &= gap[:-1]
+    ends = np.concatenate([[0], np.cumsum(lengths + 1)[:-1]])
+    return np.add.reduceat(starts.astype(np.int64), ends)
+
+
+def _parse_plain(rows, plain, delimiter, count) -> np.ndarray | None:
+    """Parse the rows that have every field, or return None where one of them is no number."""
+    text = "\n".join(row for row, good in zip(rows, plain, strict=True) if good)
+    if delimiter is not None and not delimiter.isspace():
+        text = text.replace(delimiter, " ")
+    if not text:
+        return np.empty((0, count))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            flat = np.fromstring(text, sep=" ")
+        except (DeprecationWarning, ValueError, UnicodeError):
+            return None
+    return flat.reshape(-1, count) if flat.size == count * int(plain.sum()) else None
+
+
+def _parse_row(row, path, line, count, delimiter, short, names) -> np.ndarray:
+    fields = _fields(row, delimiter)
+    if len(fields) > count and not any(fields[count:]):  # rows that end in delimiters
+        fields = fields[:count]
+    if len(fields) > count or (len(fields) < count and not short):
+        raise FileError(
+            path,
+            f"this row has {len(fields)} fields where {count} are expected",
+            where=f"line {line}",
+            remedy="export the file again, or delete the row if the file was cut there",
+        )
+    values = np.full(count, np.nan)
+    for column, field in enumerate(fields):
+        try:
+            values[column] = float(field)
+        except ValueError:
+            if field.strip("\"'").lower() in MISSING_WORDS:
+                continue
+            name = f" ({names[column]})" if names is not None and column < len(names) else ""
+            raise FileError(
+                path,
+                f"{field[:40]!r} is not a number",
+                where=f"line {line}, field {column + 1}{name}",
+                remedy="write a number, or leave the field empty where nothing was measured",
+            ) from None
+    return values
