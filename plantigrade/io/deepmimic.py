@@ -1,0 +1,188 @@
+"""DeepMimic reference motions: JSON with 44 numbers per frame on one fixed humanoid.
+
+Each frame holds its duration [s], the root's position [m] and rotation, then the rotations of the
+joints in :data:`JOINTS`' order: unit quaternions ``wxyz`` for ball joints, one angle [rad] about
+z for knees and elbows (elbows flex with positive angles, knees with negative ones). File axes are
+x forward, y up, z to the right. The humanoid's joint offsets are those of [DeepMimic]_'s
+``humanoid3d`` character (1.62 m tall, 45 kg).
+
+[DeepMimic]: Peng, Abbeel, Levine and van de Panne, *DeepMimic: example-guided deep reinforcement
+learning of physics-based character skills*, ACM Transactions on Graphics 37(4), 2018.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.errors import FileError
+from plantigrade.io.skeletons import axis_rotation, quat_rotation
+from plantigrade.io.text import read_text
+from plantigrade.motion.recording import Recording, SkeletonMotion
+
+# name, parent, offset from the parent [m] (x forward, y up, z right), numbers per frame
+JOINTS: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
+    ("root", -1, (0.0, 0.0, 0.0), 4),
+    ("chest", 0, (0.0, 0.236151, 0.0), 4),
+    ("neck", 1, (0.0, 0.223894, 0.0), 4),
+    ("right_hip", 0, (0.0, 0.0, 0.084887), 4),
+    ("right_knee", 3, (0.0, -0.421546, 0.0), 1),
+    ("right_ankle", 4, (0.0, -0.409870, 0.0), 4),
+    ("right_shoulder", 1, (-0.02405, 0.24350, 0.18311), 4),
+    ("right_elbow", 6, (0.0, -0.274788, 0.0), 1),
+    ("right_wrist", 7, (0.0, -0.258947, 0.0), 0),
+    ("left_hip", 0, (0.0, 0.0, -0.084887), 4),
+    ("left_knee", 9, (0.0, -0.421546, 0.0), 1),
+    ("left_ankle", 10, (0.0, -0.409870, 0.0), 4),
+    ("left_shoulder", 1, (-0.02405, 0.24350, -0.18311), 4),
+    ("left_elbow", 12, (0.0, -0.274788, 0.0), 1),
+    ("left_wrist", 13, (0.0, -0.258947, 0.0), 0),
+)
+NUMBERS = 4 + sum(width for *_, width in JOINTS)
+
+# Far ends of bones at which no joint begins, in the bone's frame [m]: top of the head, toe end at
+# the height of the sole (the foot is a box 0.177 m long around a point 0.045 m before the ankle).
+ENDS = {
+    "neck": (0.0, 0.2775, 0.0),
+    "right_ankle": (0.1335, -0.05, 0.0),
+    "left_ankle": (0.1335, -0.05, 0.0),
+}
+
+_TO_OURS = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # x forward, y up, z right to ours
+_UNIT = 0.02  # how far a quaternion's length may be from 1
+
+
+def read_deepmimic(path: str | Path) -> Recording:
+    """Read a DeepMimic motion.
+
+    Args:
+        path: The JSON file (usually ``.txt``).
+
+    Returns:
+        A recording with a ``skeleton`` of 15 joints. A frame is shown for its own duration, so the
+        last one's does not count. A cyclic motion (``"Loop": "wrap"``) is left as one cycle.
+
+    Raises:
+        FileError: If the file is not such a motion; the frame and field are named.
+    """
+    path = Path(path)
+    remedy = 'a DeepMimic motion is a JSON object with a list "Frames" of rows of 44 numbers'
+    try:
+        data = json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise FileError(
+            path,
+            f"is not JSON ({error.msg})",
+            where=f"line {error.lineno}, column {error.colno}",
+            remedy=remedy,
+        ) from error
+    except (RecursionError, ValueError) as error:
+        if isinstance(error, FileError):
+            raise
+        raise FileError(path, f"is not JSON ({str(error)[:80]})", remedy=remedy) from error
+    if not isinstance(data, dict) or not isinstance(data.get("Frames"), list):
+        raise FileError(path, 'has no list "Frames"', where="Frames", remedy=remedy)
+    rows = data["Frames"]
+    if len(rows) < 2:
+        raise FileError(
+            path, f"has {len(rows)} frames, two are needed", where="Frames", remedy=remedy
+        )
+    warnings: list[str] = []
+    frames = _frames(path, rows, remedy)
+    duration = frames[:, 0]
+    loop = str(data.get("Loop", "none")).lower()
+    if loop not in ("wrap", "none"):
+        warnings.append(f"Loop is {loop[:20]!r}, known are wrap and none: none taken")
+    elif loop == "wrap":
+        warnings.append("the motion is one cycle that is meant to repeat")
+    time = np.concatenate([[0.0], np.cumsum(duration[:-1])])
+    return Recording(source=path, skeleton=_kinematics(frames, time), warnings=tuple(warnings))
+
+
+def _frames(path: Path, rows: list, remedy: str) -> np.ndarray:
+    """Return the frames with unit quaternions; every error names the frame."""
+    for n, row in enumerate(rows, start=1):
+        count = len(row) if isinstance(row, list) else None
+        if count != NUMBERS:
+            what = "is no list" if count is None else f"has {count} numbers"
+            raise FileError(
+                path,
+                f"{what}; {NUMBERS} are needed",
+                where=f"Frames[{n - 1}]",
+                remedy="other characters than humanoid3d (dog, atlas) are not read",
+            )
+        if not all(type(x) in (int, float) for x in row):
+            k = next(k for k, x in enumerate(row) if type(x) not in (int, float))
+            raise FileError(
+                path,
+                f"{str(row[k])[:30]!r} is not a number",
+                where=f"Frames[{n - 1}][{k}]",
+                remedy=remedy,
+            )
+    try:
+        frames = np.array(rows, dtype=float)
+    except OverflowError as error:
+        raise FileError(path, f"a number is too large ({error})", where="Frames") from error
+    if not np.isfinite(frames).all():
+        n, k = np.argwhere(~np.isfinite(frames))[0]
+        raise FileError(
+            path, "is not finite", where=f"Frames[{n}][{k}]", remedy="export the motion again"
+        )
+    if (frames[:-1, 0] <= 0).any():
+        n = int(np.argmax(frames[:-1, 0] <= 0))
+        raise FileError(
+            path,
+            f"lasts {frames[n, 0]} s; a frame must last longer than 0 s",
+            where=f"Frames[{n}][0]",
+            remedy=remedy,
+        )
+    column = 4
+    for name, _, _, width in JOINTS:
+        if width == 4:
+            quat = frames[:, column : column + 4]
+            length = np.linalg.norm(quat, axis=1)
+            if (np.abs(length - 1) > _UNIT).any():
+                n = int(np.argmax(np.abs(length - 1)))
+                raise FileError(
+                    path,
+                    f"the quaternion of {name} has length {length[n]:.3g}; it must be 1",
+                    where=f"Frames[{n}][{column}:{column + 4}]",
+                    remedy=remedy,
+                )
+            frames[:, column : column + 4] = quat / length[:, None]
+        column += width
+    return frames
+
+
+def _kinematics(frames: np.ndarray, time: np.ndarray) -> SkeletonMotion:
+    n, k = len(frames), len(JOINTS)
+    R, p, ends = np.empty((n, k, 3, 3)), np.empty((n, k, 3)), np.full((n, k, 3), np.nan)
+    rest = np.zeros((k, 3))
+    column = 4
+    for i, (name, parent, offset, width) in enumerate(JOINTS):
+        values = frames[:, column : column + width]
+        column += width
+        if width == 4:
+            local = quat_rotation(values)
+        elif width == 1:
+            local = axis_rotation("z", values[:, 0])
+        else:
+            local = np.broadcast_to(np.eye(3), (n, 3, 3))
+        if parent < 0:
+            R[:, i], p[:, i] = local, frames[:, 1:4]
+        else:
+            R[:, i] = R[:, parent] @ local
+            p[:, i] = p[:, parent] + R[:, parent] @ np.array(offset)
+            rest[i] = rest[parent] + offset
+        if name in ENDS:
+            ends[:, i] = p[:, i] + R[:, i] @ np.array(ENDS[name])
+    T = _TO_OURS
+    return SkeletonMotion(
+        names=tuple(name for name, *_ in JOINTS),
+        parents=tuple(parent for _, parent, *_ in JOINTS),
+        time=time,
+        positions=p @ T.T,
+        rotations=T @ R @ T.T,
+        rest_positions=rest @ T.T,
+        ends=ends @ T.T,
+    )

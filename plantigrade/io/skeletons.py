@@ -1,0 +1,164 @@
+"""What the skeleton formats (ASF/AMC, BVH, DeepMimic) share: kinematics, axes, sides.
+
+Every skeleton file has its own up, forward and left. Two turns take it to ours: one for the world
+(which way is up in the motion) and one for the body (which way the person faces in the rest pose).
+Both are found from the skeleton itself, by the names of its joints and where they lie.
+"""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+
+FORWARD_LEFT_UP_OF_Y_UP = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+"""Maps y-up file axes (x left, y up, z forward: CMU and most BVH) to ours (x, y left, z up)."""
+
+_HEAD = re.compile(r"head|neck|skull|thorax|chest|spine", re.IGNORECASE)
+_FEET = re.compile(r"foot|feet|ankle|toe|heel|ball|tibia|shin|calf", re.IGNORECASE)
+
+
+def axis_rotation(axis: str, angle: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
+    """Return rotations by ``angle`` [rad] about ``axis`` (``"x"``, ``"y"`` or ``"z"``)."""
+    i = "xyz".index(axis.lower())
+    j, k = (i + 1) % 3, (i + 2) % 3
+    rotation = np.zeros((len(angle), 3, 3))
+    rotation[:, i, i] = 1.0
+    rotation[:, j, j] = rotation[:, k, k] = np.cos(angle)
+    rotation[:, k, j] = np.sin(angle)
+    rotation[:, j, k] = -rotation[:, k, j]
+    return rotation
+
+
+def euler_rotation(axes: str, angles: Float[Array, "n k"]) -> Float[Array, "n 3 3"]:
+    """Return :math:`R = R_{a_1} R_{a_2} …` for the letters of ``axes``, angles in [rad]."""
+    rotation = np.broadcast_to(np.eye(3), (len(angles), 3, 3))
+    for column, axis in enumerate(axes):
+        rotation = rotation @ axis_rotation(axis, angles[:, column])
+    return rotation
+
+
+def quat_rotation(quat: Float[Array, "n 4"]) -> Float[Array, "n 3 3"]:
+    """Return the rotations of unit quaternions ``wxyz``."""
+    w, x, y, z = quat.T
+    return np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], -1),
+            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], -1),
+            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], -1),
+        ],
+        axis=1,
+    )
+
+
+def mirrored_name(name: str) -> str | None:
+    """Return the right twin of a left joint's name, None if the name is not a left one's.
+
+    Example:
+        >>> [mirrored_name(n) for n in ("lfemur", "LeftUpLeg", "hip_l", "hip.L", "b_l_knee")]
+        ['rfemur', 'RightUpLeg', 'hip_r', 'hip.R', 'b_r_knee']
+    """
+    for left, right in (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")):
+        if left in name:
+            return name.replace(left, right, 1)
+    found = re.search(r"(?<=[ _.:-])([lL])(?=$|[ _.:-])", name) or re.search(
+        r"(?:^|(?<=:))([lL])(?=.)", name
+    )
+    if found:
+        return name[: found.start()] + ("r" if found[1] == "l" else "R") + name[found.end() :]
+    return None
+
+
+def side_pairs(names: Sequence[str]) -> list[tuple[int, int]]:
+    """Return the (left, right) indices of joints that have a twin on the other side."""
+    index = {name: i for i, name in enumerate(names)}
+    pairs = []
+    for i, name in enumerate(names):
+        twin = mirrored_name(name)
+        if twin is not None and twin in index and index[twin] != i:
+            pairs.append((i, index[twin]))
+    return pairs
+
+
+def head_and_feet(names: Sequence[str]) -> tuple[list[int], list[int]]:
+    """Return the indices of joints above and far below the pelvis, by their names."""
+    above = [i for i, name in enumerate(names) if _HEAD.search(name)]
+    below = [i for i, name in enumerate(names) if _FEET.search(name) and not _HEAD.search(name)]
+    return above, below
+
+
+def nearest_axis(vector: Float[Array, "3"]) -> Float[Array, "3"] | None:
+    """Return the signed coordinate axis nearest to ``vector``; None where none stands out."""
+    size = np.abs(vector)
+    best = int(np.argmax(size))
+    if (
+        not np.all(np.isfinite(vector))
+        or size[best] <= 1e-9
+        or size[best] < 0.7 * np.hypot(*size[[i for i in range(3) if i != best]])
+    ):
+        return None
+    axis = np.zeros(3)
+    axis[best] = np.sign(vector[best])
+    return axis
+
+
+def up_axis(
+    names: Sequence[str], positions: Float[Array, "n_frames n_joints 3"]
+) -> Float[Array, "3"] | None:
+    """Return the file axis along which the head lies above the feet, None where unclear."""
+    above, below = head_and_feet(names)
+    if not above or not below:
+        return None
+    rise = positions[:, above].mean(axis=1) - positions[:, below].mean(axis=1)
+    return nearest_axis(np.median(rise, axis=0))
+
+
+def turn_to_ours(
+    up: Float[Array, "3"] | None, left: Float[Array, "3"] | None
+) -> Float[Array, "3 3"]:
+    """Return the rotation from file axes to ours (x forward, y left, z up).
+
+    Where ``left`` is not known the usual one is taken: x, the person facing z in files with y up
+    and facing -y in files with z up.
+    """
+    if up is None:
+        up = np.array([0.0, 1, 0])
+    if left is None or abs(left @ up) > 0.5:
+        left = np.array([0.0, 0, 1]) if abs(up[0]) > 0.5 else np.array([1.0, 0, 0])
+    return np.stack([np.cross(left, up), left, up])
+
+
+def left_axis(
+    names: Sequence[str],
+    rest: Float[Array, "n_joints 3"],
+    up: Float[Array, "3"] | None,
+) -> Float[Array, "3"] | None:
+    """Return the file axis that points to the person's left in the rest pose, None if unclear."""
+    pairs = side_pairs(names)
+    if not pairs:
+        return None
+    across = sum(rest[i] - rest[j] for i, j in pairs)
+    if up is not None:
+        across = across - (across @ up) * up
+    return nearest_axis(np.asarray(across))
+
+
+def bone_height(
+    names: Sequence[str], parents: Sequence[int], rest: Float[Array, "n_joints 3"]
+) -> float:
+    """Return the person's height in file units, measured along the bones.
+
+    The longest way from the root down to a joint named like an ankle or foot plus the longest way
+    up to one named like head, neck or chest: no pose changes it. It lacks the foot and the head's
+    end, so it serves to tell units apart, not to measure a person. NaN where the names do not tell.
+    """
+    length = np.zeros(len(names))
+    for i, parent in enumerate(parents):
+        if parent >= 0:
+            length[i] = length[parent] + np.linalg.norm(rest[i] - rest[parent])
+    above, below = head_and_feet(names)
+    ankles = [i for i in below if not re.search(r"toe|ball", names[i], re.IGNORECASE)] or below
+    if not above or not ankles:
+        return float("nan")
+    return float(length[above].max() + length[ankles].max())
