@@ -1,0 +1,5 @@
+# MuJoCo's compiled modules say nothing about their types: whatever is taken from it is unknown to the
+# checker, rather than an error at every use.
+from typing import Any
+
+def __getattr__(name: str) -> Any: ...
