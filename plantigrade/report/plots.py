@@ -105,7 +105,6 @@ def line_plot(
     width: int = 330,
     height: int = 210,
     zero: bool = False,
-    ends: tuple[str, str] = ("", ""),
 ) -> str:
     """Return a line plot.
 
@@ -119,8 +118,6 @@ def line_plot(
         width: Of the drawing [px].
         height: Of the drawing [px].
         zero: Whether zero must lie on the vertical axis.
-        ends: Words at the top and the bottom of the vertical axis (what positive and negative
-            mean).
     """
     xs = [s.x for s in series] + [b.x for b in bands]
     ys = [s.y for s in series] + [b.low for b in bands] + [b.high for b in bands]
@@ -152,10 +149,7 @@ def line_plot(
             f'<path d="{_path(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
             f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"{dash}/>'
         )
-    for word, y, anchor in ((ends[0], top + 10, "end"), (ends[1], bottom - 4, "end")):
-        if word:
-            parts.append(_text(word, right - 3, y, anchor=anchor, size=9.5))
-    parts += _legend(series, right)
+    parts += _legend(series, left + 7.2 * len(title), right)
     return "".join(parts) + "</svg>"
 
 
@@ -217,7 +211,7 @@ def path_plot(
     x_label: str,
     y_label: str,
     outlines: Sequence[Outline] = (),
-    width: int = 680,
+    width: int = 1060,
     max_height: int = 460,
     ground: bool = False,
 ) -> str:
@@ -261,7 +255,7 @@ def path_plot(
             f'<path d="{_path(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
             f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"/>'
         )
-    parts += _legend(series, right)
+    parts += _legend(series, left + 7.2 * len(title), right)
     return "".join(parts) + "</svg>"
 
 
@@ -301,7 +295,7 @@ def _path(x, y) -> str:
 def _axes(x0, x1, y0, y1, px, py, box, x_label, y_label):
     left, right, top, bottom = box
     last = -1e9
-    for tick in ticks_of(y0, y1, max(3, round((bottom - top) / 34))):
+    for tick in ticks_of(y0, y1, max(3, round((bottom - top) / 27))):
         at = float(py(tick))
         zero = abs(tick) < 1e-12
         yield _line(left, right, at, at, _SOFT if zero else _GRID, 0.8)
@@ -324,15 +318,15 @@ def _axes(x0, x1, y0, y1, px, py, box, x_label, y_label):
     )
 
 
-def _legend(series, right):
-    """Yield the legend, from the right end of the title line to the left."""
-    at, seen = right, set()
-    for s in reversed(series):
-        if not s.label or s.label in seen:
-            continue
-        seen.add(s.label)
-        at -= 5.6 * len(s.label)
-        yield _text(s.label, at, 15)
+def _legend(series, left, right):
+    """Yield the legend at the right of the title line; initials where words would not fit."""
+    named = {s.label: s for s in series if s.label}
+    short = sum(5.6 * len(label) + 28 for label in named) > right - left
+    at = right
+    for label, s in reversed(named.items()):
+        text = label[0].upper() if short else label
+        at -= 5.6 * len(text) + (2 if short else 0)
+        yield _text(text, at, 15)
         at -= 18
         dash = f' stroke-dasharray="{s.dash}"' if s.dash else ""
         yield (

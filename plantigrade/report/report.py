@@ -268,10 +268,30 @@ def _metrics(metrics: dict) -> list[tuple[str, str]]:
     """Return the flat figures of a run as rows of name and value."""
     hidden = set(_known(metrics)) | {"status"}
     return [
-        (key.replace("_", " "), _figure(value))
+        (_label(key), _figure(value))
         for key, value in metrics.items()
         if key not in hidden and isinstance(value, (int, float, str, bool, np.number))
     ]
+
+
+UNITS = {
+    "deg": "°", "rad": "rad", "mm": "mm", "cm": "cm", "m": "m", "s": "s", "ms": "ms", "hz": "Hz",
+    "n": "N", "nm": "N m", "kg": "kg", "w": "W", "j": "J", "percent": "%", "bw": "body weight",
+    "mps": "m/s", "spm": "steps/min", "mb": "MB",
+}  # fmt: skip
+
+
+def _label(key: str) -> str:
+    """Return a metric's key as words, its unit in brackets.
+
+    Example:
+        >>> _label("knee_rom_error_r_deg"), _label("frames")
+        ('knee rom error r [°]', 'frames')
+    """
+    words = key.split("_")
+    if len(words) > 1 and words[-1] in UNITS:
+        return f"{' '.join(words[:-1])} [{UNITS[words[-1]]}]"
+    return " ".join(words)
 
 
 def _known(metrics: dict) -> dict:

@@ -149,8 +149,7 @@ def cycle_section(
                     marks=marks,
                     title=title_of(base),
                     x_label="gait cycle [%]",
-                    y_label=f"[{unit}]",
-                    ends=MEANINGS.get(base, ("", "")) if unit == "°" else ("", ""),
+                    y_label=_signed(base, unit),
                 )
             )
         )
@@ -263,7 +262,64 @@ def force_section(model: mujoco.MjModel, record: Record) -> Section:
                 wide=True,
             )
         )
+        figures += _foot_figures(model, record, total, cop, weight)
     return Section(title, figures, text=text)
+
+
+def _foot_figures(model, record, total, cop, weight) -> list[Figure]:
+    """Return, per foot, the centre of pressure of every stance in the frame of that foot."""
+    figures = []
+    for row, (side, colour) in enumerate((("r", RIGHT), ("l", LEFT))):
+        inside = foot_bodies(model, side)
+        shapes = [s for s in shapes_of(model) if inside[s.body]]
+        stances = stances_of(total[:, row, 2], weight)
+        if not shapes or not stances:
+            continue
+        ankle = int(np.flatnonzero(inside)[0])
+        series, outlines = [], []
+        for start, stop in stances:
+            middle = (start + stop) // 2
+            positions, quats, _ = poses(model, record.motion.qpos[middle : middle + 1])
+            prints = [_print(s, positions[0], quats[0], colour) for s in shapes]
+            tips = np.concatenate([o.points for o in prints])
+            origin = positions[0, ankle, :2]
+            # the foot points from its ankle to the far end of its outline
+            away = tips - origin
+            axis = away[np.argmax(np.linalg.norm(away, axis=1))]
+            near = away[np.linalg.norm(away, axis=1) > 0.8 * np.linalg.norm(axis)].mean(axis=0)
+            forward = near / max(np.linalg.norm(near), 1e-9)
+            turn = np.array([[forward[1], -forward[0]], forward])  # right of it, along it
+            if not outlines:
+                outlines = [
+                    Outline(100 * (o.points - origin) @ turn.T, o.colour, 100 * o.width)
+                    for o in prints
+                ]
+            path = 100 * (cop[start:stop, row, :2] - origin) @ turn.T
+            series.append(Series(path[:, 0], path[:, 1], "", colour, 1.6, 0.8))
+        figures.append(
+            Figure(
+                path_plot(
+                    series,
+                    outlines=outlines,
+                    title=f"{SIDE_NAMES[side].capitalize()} foot, {len(series)} stances",
+                    x_label="to the right of the ankle [cm]",
+                    y_label="ahead of the ankle [cm]",
+                    width=520,
+                    max_height=380,
+                ),
+                "Centre of pressure of every stance, in the frame of the foot at mid-stance."
+                if row == 0
+                else "",
+            )
+        )
+    return figures
+
+
+def stances_of(vertical: Float[Array, " n"], weight: float) -> list[tuple[int, int]]:
+    """Return first and last-plus-one frame of each time a foot bears a tenth of body weight."""
+    loaded = np.concatenate([[False], vertical > 0.1 * weight, [False]])
+    change = np.flatnonzero(np.diff(loaded.astype(int)))
+    return [(int(a), int(b)) for a, b in zip(change[::2], change[1::2], strict=True) if b - a > 3]
 
 
 def foot_prints(model, record: Record, total, weight: float) -> list[Outline]:
@@ -272,11 +328,8 @@ def foot_prints(model, record: Record, total, weight: float) -> list[Outline]:
     for row, side in enumerate("rl"):
         inside = foot_bodies(model, side)
         shapes = [s for s in shapes_of(model) if inside[s.body]]
-        loaded = np.concatenate([[False], total[:, row, 2] > 0.1 * weight, [False]])
-        change = np.flatnonzero(np.diff(loaded.astype(int)))
-        starts, stops = change[::2], change[1::2]
-        frames = [(a + b) // 2 for a, b in zip(starts, stops, strict=True) if b - a > 3]
-        frames = [min(f, record.motion.n_frames - 1) for f in frames][: MAX_PRINTS // 2]
+        stances = stances_of(total[:, row, 2], weight)[: MAX_PRINTS // 2]
+        frames = [(start + stop) // 2 for start, stop in stances]
         if not frames or not shapes:
             continue
         positions, quats, _ = poses(model, record.motion.qpos[frames])
@@ -344,8 +397,9 @@ def marker_section(record: Record) -> Section:
     overall = float(np.sqrt(square.sum() / seen.sum()))
     text = (
         f"Distance between each recorded marker and the same marker on the fitted body: "
-        f"{overall:.1f} mm root mean square over all markers and frames. Skin moves over bone by "
-        "5 to 20 mm in walking, so errors much below that would be fitting noise."
+        f"{overall:.1f} mm root mean square over all markers and frames. Markers ride on skin, "
+        "which slides over the bone by millimetres to centimetres in walking (Leardini et al. "
+        "2005, Gait & Posture 21:212), so these distances cannot all vanish."
     )
     return Section(
         title,
@@ -413,6 +467,14 @@ def path_section(model: mujoco.MjModel, record: Record) -> Section:
             )
         )
     return Section("Paths of the centre of mass and the feet", figures)
+
+
+def _signed(base: str, unit: str) -> str:
+    """Return the label of the vertical axis with what its ends mean, where that is known."""
+    up, down = MEANINGS.get(base.removesuffix("_moment"), ("", ""))
+    if base.endswith("_power"):
+        up, down = "gives", "takes"
+    return f"{down} ← [{unit}] → {up}" if up else f"[{unit}]"
 
 
 def as_norm(value) -> Norm | None:

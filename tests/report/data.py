@@ -31,9 +31,9 @@ def report_data(model, record) -> ReportData:
                 joint = model.joint(f"{base}_{side}")
                 column = joint.qposadr[0] if kind == "qpos" else joint.dofadr[0]
                 source = record.motion.qpos if kind == "qpos" else record.qfrc_actuator
-                rng = np.random.default_rng(abs(hash(base)) % 1000)
+                rng = np.random.default_rng(len(found))
                 values = cycles(scale * source[:, column], side)
-                noise = rng.normal(0, 0.03 * max(np.ptp(values), 1e-3), (len(values), 1))
+                noise = rng.normal(0, 0.03 * np.ptp(values), (len(values), 1))
                 name = f"{base}_{side}" + ending
                 found.append(CycleCurves(name, percent, values + noise, unit))
         return found

@@ -85,6 +85,8 @@ def walk(model: mujoco.MjModel, *, duration: float = 4.0, rate: float = 100.0) -
         qpos[:, columns[f"ankle_angle_{side}"]] = np.radians(
             8 * np.sin(phase * 1 - 1.2) - 18 * np.exp(-(((cycle - 0.63) / 0.06) ** 2))
         )
+        sign = 1 if side == "r" else -1
+        qpos[:, columns[f"hip_adduction_{side}"]] = -sign * np.radians(4 * np.sin(phase))
         qpos[:, columns[f"mtp_angle_{side}"]] = np.radians(
             30 * np.exp(-(((cycle - 0.58) / 0.06) ** 2))
         )
@@ -94,6 +96,7 @@ def walk(model: mujoco.MjModel, *, duration: float = 4.0, rate: float = 100.0) -
             1.05 + 0.25 * np.cos(4 * np.pi * cycle / 0.62)
         )
     qpos[:, 0] = SPEED * time
+    qpos[:, 1] = 0.02 * np.sin(2 * np.pi * time / STRIDE + np.pi)
     data = mujoco.MjData(model)
     soles = np.zeros((len(time), 2, 3))
     feet = [model.body(f"calcn_{side}").id for side in "rl"]
@@ -120,6 +123,10 @@ def walk(model: mujoco.MjModel, *, duration: float = 4.0, rate: float = 100.0) -
         point[loaded, k] = soles[loaded, k] + np.outer(
             np.clip(cycle[loaded] / 0.62, 0, 1) * 0.2 - 0.04, [1, 0, 0]
         )
+        if side == "r":
+            force[:, k, 1] = 0.04 * force[:, k, 2]
+        else:
+            force[:, k, 1] = -0.04 * force[:, k, 2]
     rng = np.random.default_rng(1)
     bodies = [b for b in range(1, model.nbody)]
     fitted = np.zeros((len(time), 2 * len(bodies), 3))
