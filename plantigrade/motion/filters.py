@@ -1,0 +1,203 @@
+"""Filters for sampled signals: gaps, zero-lag smoothing, derivatives, resampling.
+
+Every function takes the time along the first axis and any shape after it, treats each channel by
+itself, and keeps NaN where there was nothing to see: a filter never reaches across a gap.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.errors import ParameterError
+from plantigrade.motion.recording import rate_of
+
+
+def runs(valid: Bool[Array, " n_frames"]) -> list[slice]:
+    """Return the unbroken stretches of True, in order.
+
+    Example:
+        >>> runs(np.array([True, True, False, True]))
+        [slice(0, 2, None), slice(3, 4, None)]
+    """
+    edges = np.diff(np.concatenate([[0], np.asarray(valid, dtype=int), [0]]))
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return [slice(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
+
+
+def fill_gaps(
+    time: Float[Array, " n_frames"],
+    values: Float[Array, "n_frames *channels"],
+    *,
+    longest: float,
+) -> Float[Array, "n_frames *channels"]:
+    """Return the signal with short gaps closed by a monotone cubic (PCHIP) through what is seen.
+
+    Args:
+        time: Time of each frame [s], increasing.
+        values: Signal; NaN where nothing was seen.
+        longest: Longest gap to close, from the last frame seen to the next [s]. Longer gaps and
+            the ends of the recording stay NaN.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    _check_time(time, values)
+    flat, result = _columns(values)
+    for column in range(flat.shape[1]):
+        seen = np.isfinite(flat[:, column])
+        if seen.all() or seen.sum() < 2:
+            continue
+        curve = PchipInterpolator(time[seen], flat[seen, column])
+        for gap in runs(~seen):
+            inside = gap.start > 0 and gap.stop < len(time)
+            if inside and time[gap.stop] - time[gap.start - 1] <= longest * (1 + 1e-9):
+                result[gap, column] = curve(time[gap])
+    return result.reshape(values.shape)
+
+
+def lowpass(
+    time: Float[Array, " n_frames"],
+    values: Float[Array, "n_frames *channels"],
+    *,
+    cutoff: float,
+    order: int = 4,
+) -> Float[Array, "n_frames *channels"]:
+    r"""Return the signal through a Butterworth low-pass run forwards and backwards (no lag).
+
+    Each pass has half the ``order``; its cut-off is moved by
+    :math:`(2^{1/2} - 1)^{-1/(2n)}`, ``n`` the order of one pass, so that the amplitude after both
+    passes is :math:`1/\sqrt 2` at ``cutoff`` [Winter2009]_ (chapter 3).
+
+    Args:
+        time: Time of each frame [s], evenly spaced.
+        values: Signal; every unbroken stretch is filtered alone, NaN stays NaN.
+        cutoff: Frequency of half power after both passes [Hz].
+        order: Order of both passes together; even.
+
+    Raises:
+        ParameterError: If the cut-off is not between zero and half the frame rate, or the order is
+            not even and positive.
+
+    References:
+        .. [Winter2009] D. A. Winter, *Biomechanics and Motor Control of Human Movement*,
+           4th ed., Wiley, 2009.
+    """
+    from scipy.signal import butter, sosfiltfilt
+
+    _check_time(time, values)
+    if order < 2 or order % 2:
+        raise ParameterError(f"{order=} of a filter run both ways must be even and positive")
+    if len(time) < 2:
+        return np.array(values, dtype=float)
+    rate = rate_of(time)
+    one_pass = order // 2
+    corrected = cutoff * (np.sqrt(2.0) - 1.0) ** (-0.5 / one_pass)
+    if not 0 < corrected < rate / 2:
+        highest = rate / 2 * (np.sqrt(2.0) - 1.0) ** (0.5 / one_pass)
+        raise ParameterError(
+            f"{cutoff=} [Hz] must lie between 0 and {highest:.4g} at {rate:.4g} frames per second"
+        )
+    sections = butter(one_pass, corrected, fs=rate, output="sos")
+    # Odd reflection over three time constants of the filter, as much as the stretch has.
+    reflection = int(np.ceil(3 * rate / (2 * np.pi * corrected))) + 3 * one_pass
+    flat, result = _columns(values)
+
+    def smooth(block):
+        if len(block) < 4:
+            return block
+        return sosfiltfilt(sections, block, axis=0, padlen=min(reflection, len(block) - 1))
+
+    if np.isfinite(flat).all():
+        return smooth(flat).reshape(values.shape)
+    for column in range(flat.shape[1]):
+        for stretch in runs(np.isfinite(flat[:, column])):
+            result[stretch, column] = smooth(flat[stretch, column])
+    return result.reshape(values.shape)
+
+
+def derivative(
+    time: Float[Array, " n_frames"],
+    values: Float[Array, "n_frames *channels"],
+    *,
+    order: int = 1,
+    cutoff: float | None = None,
+) -> Float[Array, "n_frames *channels"]:
+    """Return the first or second time derivative, smoothed first where a cut-off is given.
+
+    The derivative is that of a cubic spline through the (smoothed) samples, so it belongs to the
+    sample's own instant; stretches of fewer than four frames give NaN.
+
+    Args:
+        time: Time of each frame [s], increasing; evenly spaced if ``cutoff`` is given.
+        values: Signal, NaN in gaps.
+        order: 1 or 2.
+        cutoff: Low-pass before differentiation [Hz]; see :func:`lowpass`.
+
+    Raises:
+        ParameterError: If the order is neither 1 nor 2.
+    """
+    from scipy.interpolate import CubicSpline
+
+    if order not in (1, 2):
+        raise ParameterError(f"{order=} of a derivative must be 1 or 2")
+    _check_time(time, values)
+    if cutoff is not None:
+        values = lowpass(time, values, cutoff=cutoff)
+    flat, _ = _columns(values)
+    result = np.full_like(flat, np.nan)
+    if np.isfinite(flat).all() and len(flat) >= 4:
+        return CubicSpline(time, flat)(time, order).reshape(values.shape)
+    for column in range(flat.shape[1]):
+        for stretch in runs(np.isfinite(flat[:, column])):
+            if stretch.stop - stretch.start >= 4:
+                spline = CubicSpline(time[stretch], flat[stretch, column])
+                result[stretch, column] = spline(time[stretch], order)
+    return result.reshape(values.shape)
+
+
+def resample(
+    time: Float[Array, " n_frames"],
+    values: Float[Array, "n_frames *channels"],
+    new_time: Float[Array, " n_new"],
+    *,
+    longest_gap: float = 0.0,
+) -> Float[Array, "n_new *channels"]:
+    """Return the signal at other instants, by cubic splines over each unbroken stretch.
+
+    When the new rate is lower, low-pass first (:func:`lowpass` below half the new rate): a spline
+    does not keep high frequencies from folding back.
+
+    Args:
+        time: Time of each frame [s], increasing.
+        values: Signal, NaN in gaps.
+        new_time: Instants wanted [s]; NaN comes back outside what was seen.
+        longest_gap: Gaps up to this long are closed first [s]; see :func:`fill_gaps`.
+    """
+    from scipy.interpolate import CubicSpline
+
+    _check_time(time, values)
+    if longest_gap > 0:
+        values = fill_gaps(time, values, longest=longest_gap)
+    flat, _ = _columns(values)
+    result = np.full((len(new_time), flat.shape[1]), np.nan)
+    for column in range(flat.shape[1]):
+        for stretch in runs(np.isfinite(flat[:, column])):
+            t, y = time[stretch], flat[stretch, column]
+            slack = 1e-9 * max(1.0, abs(t[-1]))
+            inside = (new_time >= t[0] - slack) & (new_time <= t[-1] + slack)
+            wanted = np.clip(new_time[inside], t[0], t[-1])
+            result[inside, column] = (
+                CubicSpline(t, y)(wanted) if len(t) >= 4 else np.interp(wanted, t, y)
+            )
+    return result.reshape((len(new_time), *values.shape[1:]))
+
+
+def _columns(values):
+    """Return the signal as (frames, channels), and a copy to write into."""
+    flat = np.asarray(values, dtype=float).reshape(len(values), -1)
+    return flat, flat.copy()
+
+
+def _check_time(time, values):
+    if len(time) != len(values):
+        raise ParameterError(f"{len(time)} instants but {len(values)} frames: one time per frame")
+    if len(time) > 1 and not (np.diff(time) > 0).all():
+        raise ParameterError("time must increase from frame to frame")
