@@ -20,7 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
 from plantigrade.kinematics.points import Points
@@ -32,7 +32,10 @@ LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviati
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers nobody knows the place of [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
-CHANGE_SPREAD = 0.03  # of a length in one step, as a fraction: keeps steps inside the linear range
+STANDING_SPREAD = 0.10  # of legs and lumbar joint about zero in a standing trial [rad]
+# Marker places and knee angle trade against each other; people do not walk on knees bent backwards.
+STRAIGHT_KNEE = -0.04  # lower limit of the knee while calibrating [rad]
+_STANDING = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_", "lumbar_")
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,7 @@ class Calibrator:
         *,
         height: float | None,
         length_spread: float,
+        standing: Bool[Array, " n_frames"],
     ):
         self.human, self.names = human, list(names)
         self.places: list[Attachment | None] = [landmarks[n] for n in names]
@@ -79,6 +83,13 @@ class Calibrator:
         self.offsets = np.zeros((len(names), 3))
         self.qpos = np.tile(human.standing(), (len(measured), 1))
         self.landmark_names = self._landmark_names()
+        straight = [c.startswith(_STANDING) for c in human.coordinates]
+        spread = np.full((len(measured), len(straight)), POSTURE_SPREAD)
+        spread[np.ix_(standing, straight)] = STANDING_SPREAD
+        self.posture_weight = 1 / spread**2
+        self.low, self.high = human.limits.copy()
+        knees = [c.startswith("knee_angle") for c in human.coordinates]
+        self.low[knees] = np.maximum(self.low[knees], STRAIGHT_KNEE)
 
     def _landmark_names(self) -> list[str | None]:
         """Return the landmark each place came from, to follow it when lengths change."""
@@ -139,7 +150,7 @@ class Calibrator:
         g = np.zeros(n_p)
         steps = []
         total, count = 0.0, 0
-        low, high = self.human.limits
+        low, high = self.low, self.high
         rest = self.human.standing()[7:]
         for f in range(len(self.measured)):
             target = self.measured[f, which]
@@ -157,10 +168,10 @@ class Calibrator:
             R = rotation[points.body]
             r = error.ravel() * root_w
             A = J.T @ J
-            A[np.arange(6, nv), np.arange(6, nv)] += 1 / POSTURE_SPREAD**2
+            A[np.arange(6, nv), np.arange(6, nv)] += self.posture_weight[f]
             A.flat[:: nv + 1] += 1e-6 * A.trace() / nv
             gq = J.T @ r
-            gq[6:] += (rest - self.qpos[f, 7:]) / POSTURE_SPREAD**2
+            gq[6:] += (rest - self.qpos[f, 7:]) * self.posture_weight[f]
             # Offsets: block diagonal, each marker's rotation times its root weight.
             B = np.zeros((3 * n_m, 3 * n_m))
             for i in range(n_m):
@@ -280,6 +291,7 @@ def calibrate(
     measured: Float[Array, "n_frames n_markers 3"],
     *,
     height: float | None,
+    standing: Bool[Array, " n_frames"] | None = None,
     length_spread: float = LENGTH_SPREAD,
     iterations: int = 25,
     progress=None,
@@ -292,6 +304,7 @@ def calibrate(
         placed: Where each marker sits, None where nobody knows.
         measured: Marker positions of the frames to use [m]; NaN where not seen.
         height: Stature to keep [m]; found from the markers if None.
+        standing: Which frames are of a standing trial: legs and trunk are taken to be straight.
         length_spread: How far lengths may be from average, standard deviation of the logarithm.
         iterations: Joint steps at most.
         progress: Called with the number of steps done.
@@ -308,7 +321,13 @@ def calibrate(
             "your own set with --marker-set FILE"
         )
     c = Calibrator(
-        human, names, placed, measured, height=height, length_spread=length_spread
+        human,
+        names,
+        placed,
+        measured,
+        height=height,
+        length_spread=length_spread,
+        standing=np.zeros(len(measured), bool) if standing is None else standing,
     )
     _initial_poses(c)
     if height is None:

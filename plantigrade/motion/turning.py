@@ -1,0 +1,53 @@
+"""Turn and cut a recording: the same person seen from another side, or for a shorter time."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.motion.recording import Recording
+
+
+def turn(recording: Recording, angle: float) -> Recording:
+    """Return the recording turned about the vertical through the origin.
+
+    Markers, skeleton and plates are turned; coordinates and stored outputs are left as they are.
+
+    Args:
+        recording: The recording.
+        angle: Counter-clockwise seen from above [rad].
+    """
+    if angle == 0:
+        return recording
+    c, s = np.cos(angle), np.sin(angle)
+    if abs(angle / (np.pi / 2) - round(angle / (np.pi / 2))) < 1e-12:
+        c, s = float(round(c)), float(round(s))
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    markers, skeleton = recording.markers, recording.skeleton
+    if markers is not None:
+        markers = replace(markers, positions=markers.positions @ R.T)
+    if skeleton is not None:
+        skeleton = replace(
+            skeleton,
+            positions=skeleton.positions @ R.T,
+            ends=skeleton.ends @ R.T,
+            rotations=R @ skeleton.rotations,
+        )
+    plates = tuple(
+        replace(
+            p,
+            force=p.force @ R.T,
+            cop=p.cop @ R.T,
+            corners=None if p.corners is None else p.corners @ R.T,
+        )
+        for p in recording.plates
+    )
+    return replace(recording, markers=markers, skeleton=skeleton, plates=plates)
+
+
+def quarter_turn_to_face_x(facing: float) -> float:
+    """Return the multiple of a right angle that turns ``facing`` to within 45° of x [rad].
+
+    Laboratories are built along their axes: a quarter turn keeps the person's path along them
+    and keeps forces comparable with the file's own.
+    """
+    return float(-np.round(facing / (np.pi / 2)) * np.pi / 2) + 0.0
