@@ -54,6 +54,13 @@ def test_conventions_name_every_coordinate():
         assert f"`{name}`" in text or (f"`{base}_…`" in text and f"`_{kind}`" in text), name
 
 
+def test_every_package_with_public_names_is_in_the_api_page():
+    text = (PAGES / "api.md").read_text("utf-8")
+    for path in MODULES:
+        if path.name == "__init__.py" and "__all__" in path.read_text("utf-8"):
+            assert f".. automodule:: plantigrade.{path.parent.name}\n" in text
+
+
 def test_version_is_the_same_everywhere():
     citation = (ROOT / "CITATION.cff").read_text("utf-8")
     assert f"\nversion: {plantigrade.__version__}\n" in citation
