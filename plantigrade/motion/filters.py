@@ -64,7 +64,7 @@ def lowpass(
 
     Each pass has half the ``order``; its cut-off is moved by
     :math:`(2^{1/2} - 1)^{-1/(2n)}`, ``n`` the order of one pass, so that the amplitude after both
-    passes is :math:`1/\sqrt 2` at ``cutoff`` [Winter2009]_ (chapter 3).
+    passes is :math:`1/\sqrt 2` at ``cutoff``.
 
     Args:
         time: Time of each frame [s], evenly spaced.
@@ -77,8 +77,7 @@ def lowpass(
             not even and positive.
 
     References:
-        .. [Winter2009] D. A. Winter, *Biomechanics and Motor Control of Human Movement*,
-           4th ed., Wiley, 2009.
+        [Winter2009]_, chapter 3.
     """
     from scipy.signal import butter, sosfiltfilt
 
