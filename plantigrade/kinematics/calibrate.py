@@ -329,7 +329,7 @@ def calibrate(
         length_spread=length_spread,
         standing=np.zeros(len(measured), bool) if standing is None else standing,
     )
-    _initial_poses(c)
+    c.qpos = standing_poses(human, c.places, measured, c.points(c.known()))
     if height is None:
         _overall_size(c)
     c.solve_poses()
@@ -378,17 +378,33 @@ def calibrate(
     )
 
 
-def _initial_poses(c: Calibrator) -> None:
-    """Place each frame's standing body on the trunk and pelvis markers, then on all markers."""
-    which = c.known()
-    points = c.points(which)
-    standing = c.human.standing()
+def standing_poses(
+    human: Human,
+    places: Sequence[Attachment | None],
+    measured: Float[Array, "n_frames n_markers 3"],
+    points: Points | None = None,
+) -> Float[Array, "n_frames nq"]:
+    """Return the standing body moved to each frame's pelvis and trunk markers, upright.
+
+    Only position and heading are free, so that a few markers cannot tip the body over.
+
+    Args:
+        human: The person.
+        places: Where the markers sit; those without a place are not used.
+        measured: Their positions [m].
+        points: Evaluator of the markers that have a place, if there is one already.
+    """
+    which = [i for i, p in enumerate(places) if p is not None]
+    known = [p for p in places if p is not None]
+    if points is None:
+        points = Points(human, [p.body for p in known], np.array([p.position for p in known]))
+    standing = human.standing()
     model_points = points.at(standing).copy()
-    names = {p.body for p in c.places if p}
-    trunk = {"pelvis", "torso", "abdomen", "lower_thorax", "thorax"} & names
-    on_trunk = np.array([c.places[i].body in trunk for i in which])  # type: ignore[union-attr]
-    for f in range(len(c.measured)):
-        target = c.measured[f, which]
+    trunk = {"pelvis", "torso", "abdomen", "lower_thorax", "thorax"}
+    on_trunk = np.array([p.body in trunk for p in known])
+    qpos = np.tile(standing, (len(measured), 1))
+    for f in range(len(measured)):
+        target = measured[f, which]
         seen = np.isfinite(target[:, 0])
         use = seen & on_trunk
         if use.sum() < 4:
@@ -396,17 +412,15 @@ def _initial_poses(c: Calibrator) -> None:
         if use.sum() < 3:
             continue
         a, b = model_points[use], target[use]
-        # Upright: only the heading is free, so that a few markers cannot tip the body over.
         da, db = a - a.mean(0), b - b.mean(0)
         yaw = np.arctan2(
             (da[:, 0] * db[:, 1] - da[:, 1] * db[:, 0]).sum(), (da[:, :2] * db[:, :2]).sum()
         )
-        q = standing.copy()
-        q[3:7] = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
         cos, sin = np.cos(yaw), np.sin(yaw)
-        turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]])
-        q[:3] = b.mean(0) + turn @ (standing[:3] - a.mean(0))
-        c.qpos[f] = q
+        heading = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]])
+        qpos[f, :3] = b.mean(0) + heading @ (standing[:3] - a.mean(0))
+        qpos[f, 3:7] = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+    return qpos
 
 
 def _overall_size(c: Calibrator) -> None:

@@ -1,0 +1,386 @@
+"""Fit a marker recording: scale the person, follow every frame, find markers that lie.
+
+:func:`fit_markers` is the whole path: turn the recording so that the person faces x, choose
+frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve every frame with
+:class:`plantigrade.kinematics.inverse.InverseKinematics`, leave out samples that cannot be right,
+and say what was noticed.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.errors import FitError
+from plantigrade.kinematics.calibrate import Calibration, calibrate, standing_poses
+from plantigrade.kinematics.inverse import InverseKinematics, track
+from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.result import Fit
+from plantigrade.models import Human
+from plantigrade.models.landmarks import Attachment
+from plantigrade.models.markers import MarkerSet, place_markers
+from plantigrade.motion import Markers, Recording
+from plantigrade.motion.turning import quarter_turn_to_face_x, turn
+
+CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
+STATIC_FRAMES = 6
+VISIBLE = 0.75  # share of the markers a frame must show to be fitted
+FLYING = 0.05  # a sample this far off its place [m] is looked at …
+FLYING_FACTOR = 6.0  # … and left out if it also is this many times the marker's usual error
+SWAP_GAIN = 0.4  # two markers were swapped where swapping leaves less than this of their error
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Person:
+    """Who was recorded; what is None is found from the recording.
+
+    Attributes:
+        height: Stature [m].
+        mass: Body mass [kg].
+        sex: ``"female"`` or ``"male"``; male where nobody says.
+        joints: Joint set.
+        feet: Kind of foot; the joint set's own if None.
+    """
+
+    height: float | None = None
+    mass: float | None = None
+    sex: str | None = None
+    joints: str = "42"
+    feet: str | None = None
+
+
+def fit_markers(
+    recording: Recording,
+    person: Person | None = None,
+    *,
+    static: Recording | None = None,
+    marker_set: MarkerSet | None = None,
+    weights: dict[str, float] | None = None,
+    progress: Progress | None = None,
+) -> Fit:
+    """Put a marker recording on a person scaled to it.
+
+    Args:
+        recording: The recording; it must have markers.
+        person: What is known about who was recorded; the recording's own words fill the rest.
+        static: A standing trial of the same person with the same markers, if there is one.
+        marker_set: Where markers sit; the built-in set that knows most names if not given.
+        weights: Weight of single markers in the inverse kinematics; 1 for all others.
+        progress: Called with (what, done, total).
+
+    Raises:
+        FitError: If the recording has no markers, too few known ones, or no usable frame.
+    """
+    person = person or Person()
+    markers = recording.markers
+    if markers is None or not markers.names:
+        raise FitError(f"{recording.source} has no markers to fit")
+    notes: list[str] = []
+    names, ignored = _usable(markers, static)
+    if static is not None and static.markers is not None:
+        names = names + [
+            n for n in static.markers.names if n not in markers.names and _seen(static.markers, n)
+        ]
+    start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
+    if start > 0 or stop < markers.n_frames:
+        notes.append(
+            f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
+            f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
+        )
+    height, mass, sex = _who(person, recording, static)
+    human = Human.create(height or 1.72, mass, sex, person.joints, person.feet)
+    placed = place_markers(names, human, marker_set)
+    known = [n for n in names if placed[n] is not None and n in markers.names]
+    facing = _facing(human, known, placed, markers, start, stop)
+    angle = quarter_turn_to_face_x(facing)
+    recording = turn(recording, angle)
+    markers = recording.markers
+    assert markers is not None
+    standing_frames, measured_standing = _static_frames(static, names, human, known, placed)
+    measured = _columns(markers, names)
+    chosen = _choose_frames(measured, start, stop, CALIBRATION_FRAMES)
+    calibration = calibrate(
+        human,
+        names,
+        placed,
+        np.concatenate([measured_standing, measured[chosen]]),
+        height=height,
+        standing=np.arange(len(measured_standing) + len(chosen)) < standing_frames,
+        progress=(lambda k: progress("scaling the body", k, 25)) if progress else None,
+    )
+    for name in names:
+        if name not in calibration.names:
+            ignored[name] = "moves with no segment of the body"
+    window = slice(start, stop)
+    in_trial = [i for i, n in enumerate(calibration.names) if n in markers.names]
+    tracked = [calibration.names[i] for i in in_trial]
+    samples = _columns(markers, tracked)[window]
+    places = tuple(calibration.places[i] for i in in_trial)
+    solver = _solver(calibration.human, tracked, places, weights)
+    first = calibration.qpos[standing_frames]
+    qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
+    notes += more
+    cut = replace(recording, markers=Markers(markers.names, markers.time[window],
+                                              markers.positions[window]))
+    unknown = [n for n in calibration.attached if n in tracked]
+    if unknown:
+        notes.append(
+            f"{len(unknown)} markers of unknown name were put on the segment they move with: "
+            + ", ".join(f"{n} on {calibration.attached[n]}" for n in unknown[:12])
+            + (" …" if len(unknown) > 12 else "")
+            + "."
+        )
+    lost = [n for n in ignored if n in markers.names]
+    if lost:
+        notes.append(
+            f"{len(lost)} markers were not used: "
+            + "; ".join(f"{n} ({ignored[n]})" for n in lost[:8])
+            + (" …" if len(lost) > 8 else "")
+            + "."
+        )
+    if person.height is None and recording.subject.height is None:
+        notes.append(
+            f"the stature is not in the file; {calibration.human.height:.2f} m was found from the "
+            "markers (give --height to set it)."
+        )
+    used = np.where(kept, residual, np.nan)
+    return Fit(
+        human=calibration.human,
+        time=markers.time[window],
+        qpos=qpos,
+        recording=cut,
+        source_kind="markers",
+        markers=Markers(tuple(tracked), markers.time[window], samples),
+        places=places,
+        residual=residual,
+        kept=kept,
+        attached=calibration.attached,
+        ignored=ignored,
+        heading=angle,
+        metrics=_metrics(used, calibration, kept, np.isfinite(residual)),
+        warnings=tuple(recording.warnings) + tuple(notes),
+    )
+
+
+def remass(human: Human, mass: float) -> Human:
+    """Return the same person with another body mass [kg]: lengths and stature stay."""
+    d = human.dimensions
+    lengths = {n: getattr(d, n) for n in d.names() if n != "head"}
+    return Human.create(human.height, mass, human.sex, human.joints, human.feet, lengths)
+
+
+def _solver(
+    human: Human,
+    names: Sequence[str],
+    places: Sequence[Attachment],
+    weights: dict[str, float] | None,
+) -> InverseKinematics:
+    points = Points(human, [p.body for p in places], np.array([p.position for p in places]))
+    w = np.array([(weights or {}).get(n, 1.0) for n in names])
+    return InverseKinematics(points, w)
+
+
+def _seen(markers: Markers, name: str) -> bool:
+    return bool(np.isfinite(markers.positions[:, markers.index(name), 0]).any())
+
+
+def _usable(markers: Markers, static: Recording | None) -> tuple[list[str], dict[str, str]]:
+    """Return the markers worth fitting and the reason for each that is not."""
+    names, ignored = [], {}
+    for i, name in enumerate(markers.names):
+        x = markers.positions[:, i]
+        seen = np.isfinite(x[:, 0])
+        if not seen.any():
+            ignored[name] = "never seen"
+        elif any(
+            np.array_equal(x, markers.positions[:, markers.index(n)], equal_nan=True)
+            for n in names
+        ):
+            ignored[name] = "the same trajectory as another marker"
+        else:
+            names.append(name)
+    return names, ignored
+
+
+def _columns(markers: Markers, names: Sequence[str]) -> Float[Array, "n_frames n_names 3"]:
+    """Return the positions of ``names``; NaN where the recording lacks the marker."""
+    out = np.full((markers.n_frames, len(names), 3), np.nan)
+    for k, name in enumerate(names):
+        if name in markers.names:
+            out[:, k] = markers.positions[:, markers.names.index(name)]
+    return out
+
+
+def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
+    """Return the longest run of frames that show enough of the markers."""
+    x = _columns(markers, names)
+    ever = np.isfinite(x[..., 0]).mean(axis=0) > 0.3
+    share = np.isfinite(x[:, ever, 0]).mean(axis=1) if ever.any() else np.zeros(len(x))
+    good = share >= VISIBLE
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
+    runs = edges.reshape(-1, 2)
+    if not len(runs):
+        raise FitError(
+            f"no frame shows {VISIBLE:.0%} of the markers (best {share.max():.0%}); "
+            "fill the gaps first or give a marker set of the markers that are there"
+        )
+    # Join runs that a short gap divides: inverse kinematics tolerates gaps.
+    gap = 0.25 * markers.rate
+    joined = [list(runs[0])]
+    for a, b in runs[1:]:
+        if a - joined[-1][1] <= gap:
+            joined[-1][1] = b
+        else:
+            joined.append([a, b])
+    start, stop = max(joined, key=lambda r: r[1] - r[0])
+    if stop - start < 3:
+        raise FitError(f"only {stop - start} frames show enough markers; at least 3 are needed")
+    return int(start), int(stop)
+
+
+def _who(
+    person: Person, recording: Recording, static: Recording | None
+) -> tuple[float | None, float, str]:
+    """Return height, mass and sex from the caller, the files, or what is usual."""
+    said = [recording.subject] + ([static.subject] if static else [])
+    height = person.height or next((s.height for s in said if s.height), None)
+    sex = person.sex or next((s.sex for s in said if s.sex), None) or "male"
+    mass = person.mass or next((s.mass for s in said if s.mass), None)
+    return height, mass or 22.5 * (height or 1.72) ** 2, sex
+
+
+def _facing(human, known, placed, markers, start, stop) -> float:
+    """Return the median direction the pelvis and trunk face, from x towards y [rad]."""
+    frames = np.unique(np.linspace(start, stop - 1, 15).astype(int))
+    q = standing_poses(human, [placed[n] for n in known], _columns(markers, known)[frames])
+    yaw = 2 * np.arctan2(q[:, 6], q[:, 3])
+    mean = np.exp(1j * yaw).mean()
+    return float(np.angle(mean))
+
+
+def _static_frames(static, names, human, known, placed):
+    """Return the number of standing frames and their markers, turned to face x."""
+    if static is None or static.markers is None:
+        return 0, np.empty((0, len(names), 3))
+    markers = static.markers
+    common = [n for n in known if n in markers.names]
+    start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
+    angle = quarter_turn_to_face_x(_facing(human, common, placed, markers, start, stop))
+    turned = turn(static, angle).markers
+    assert turned is not None
+    x = _columns(turned, names)
+    frames = np.unique(np.linspace(start, stop - 1, STATIC_FRAMES).astype(int))
+    return len(frames), x[frames]
+
+
+def _choose_frames(measured, start: int, stop: int, count: int) -> np.ndarray:
+    """Return frames spread over the trial, each the best seen one of its stretch."""
+    share = np.isfinite(measured[..., 0]).mean(axis=1)
+    stretches = np.array_split(np.arange(start, stop), min(count, stop - start))
+    # The middle of the stretch unless another frame of it is seen better.
+    return np.array(
+        [s[np.lexsort((np.abs(np.arange(len(s)) - len(s) // 2), -share[s]))[0]] for s in stretches]
+    )
+
+
+def _follow(
+    solver: InverseKinematics,
+    samples: Float[Array, "n_frames n_markers 3"],
+    names: Sequence[str],
+    first: Float[Array, " nq"],
+    progress: Progress | None,
+):
+    """Solve all frames; put back swapped markers and leave out flying ones, then solve again."""
+    n = len(samples)
+    report = (lambda k: progress("following the markers", k, n)) if progress else None
+    qpos, residual = track(solver, samples, first, report)
+    notes: list[str] = []
+    kept = np.isfinite(residual)
+    suspects = _suspects(residual)
+    if suspects.any():
+        used = samples.copy()
+        swapped: dict[tuple[str, str], int] = {}
+        left_out: dict[str, int] = {}
+        for _ in range(2):
+            # What the others say: solve the frames concerned without the suspects.
+            frames = np.flatnonzero(suspects.any(axis=1))
+            clean = used.copy()
+            clean[suspects] = np.nan
+            for f in frames:
+                q = solver.solve(clean[f], qpos[max(f - 1, 0)]).qpos
+                model = solver.points.at(q).copy()
+                _unswap(used[f], model, names, suspects[f], swapped)
+                distance = np.linalg.norm(used[f] - model, axis=1)
+                suspects[f] &= ~(distance < FLYING)
+            clean = used.copy()
+            clean[suspects] = np.nan
+            qpos, _ = track(solver, clean, first)
+            residual = _distances(solver, qpos, used)
+            again = _suspects(residual)
+            if not (again & ~suspects).any():
+                break
+            suspects |= again
+        for i, name in enumerate(names):
+            if suspects[:, i].any():
+                left_out[name] = int(suspects[:, i].sum())
+        samples[:] = used
+        kept = np.isfinite(residual) & ~suspects
+        for (a, b), count in swapped.items():
+            notes.append(f"markers {a} and {b} are swapped in {count} frames; they were put back.")
+        if left_out:
+            notes.append(
+                "samples that fly off their segment were left out: "
+                + ", ".join(f"{k} in {v} frames" for k, v in left_out.items())
+                + "."
+            )
+    return qpos, residual, kept, notes
+
+
+def _suspects(residual: Float[Array, "n_frames n_markers"]) -> Bool[Array, "n_frames n_markers"]:
+    usual = np.nanmedian(residual, axis=0)
+    usual = np.where(np.isfinite(usual), usual, 0.0)
+    floor = np.nanmedian(usual)
+    limit = np.maximum(FLYING, FLYING_FACTOR * np.minimum(usual, 2 * floor))
+    return np.nan_to_num(residual) > limit
+
+
+def _unswap(frame, model, names, suspects, swapped) -> None:
+    """Exchange pairs of markers of one frame that fit far better the other way round."""
+    distance = np.linalg.norm(frame[:, None] - model[None], axis=2)  # sample i to place j
+    for i in np.flatnonzero(suspects):
+        for j in range(len(names)):
+            if j == i or not np.isfinite(distance[j, j]):
+                continue
+            now = distance[i, i] + distance[j, j]
+            other = distance[i, j] + distance[j, i]
+            if other < SWAP_GAIN * now and other < 2 * FLYING:
+                frame[[i, j]] = frame[[j, i]]
+                distance[[i, j]] = distance[[j, i]]
+                pair = tuple(sorted((names[i], names[j])))
+                swapped[pair] = swapped.get(pair, 0) + 1
+                break
+
+
+def _distances(solver, qpos, samples) -> Float[Array, "n_frames n_markers"]:
+    return np.array(
+        [np.linalg.norm(samples[f] - solver.points.at(q), axis=1) for f, q in enumerate(qpos)]
+    )
+
+
+def _metrics(used, calibration: Calibration, kept, seen) -> dict:
+    per_frame = np.sqrt(np.nanmean(used**2, axis=1))
+    per_marker = np.sqrt(np.nanmean(used**2, axis=0))
+    d = calibration.human.dimensions
+    return {
+        "marker_rms_mean_mm": 1e3 * float(np.nanmean(per_frame)),
+        "marker_rms_worst_frame_mm": 1e3 * float(np.nanmax(per_frame)),
+        "marker_rms_worst_marker_mm": 1e3 * float(np.nanmax(per_marker)),
+        "marker_error_max_mm": 1e3 * float(np.nanmax(used)),
+        "markers_used": int(used.shape[1]),
+        "samples_left_out": int((seen & ~kept).sum()),
+        "height_m": calibration.human.height,
+        **{f"length_{n}_m": getattr(d, n) for n in d.names()},
+    }
