@@ -1,11 +1,11 @@
 r"""Heel strike and toe off: from the feet's motion alone, and from force plates.
 
-**The ground.** A foot in stance moves with the ground. The velocity that the feet's points share most
-often is therefore the ground's: zero overground, the belt's on a treadmill. Everything below is
-relative to it, so that one method serves both.
+**The ground.** A foot in stance moves with the ground. The velocity that the feet's points share
+most often is therefore the ground's: zero overground, the belt's on a treadmill. Everything below
+is relative to it, so that one method serves both.
 
-**The foot.** In stance at least one end of the foot rests on the ground: the heel after heel strike,
-both in mid-stance, the toe in push-off. The speed of the slower end,
+**The foot.** In stance at least one end of the foot rests on the ground: the heel after heel
+strike, both in mid-stance, the toe in push-off. The speed of the slower end,
 
 .. math:: s(t) = \min(|\dot p_\text{heel} - v_g|, |\dot p_\text{toe} - v_g|),
 
@@ -17,14 +17,16 @@ while the other foot stands for part of it is a swing; the foot leaves where the
 scale with the walker.
 
 Velocity thresholds are those of [Ghoussayni2004]_; that they must scale with walking speed, and how
-the published methods compare, is in [Bruening2014]_. The peak swing speed of the slower end is about
-three and a half times the walking speed, so a tenth and a quarter of it are about 0.35 and 0.9 of
-the walking speed. The coordinate method [Zeni2008]_ finds heel strike 20 to 45 ms early on the same
-recordings, which is why it is not used here.
+the published methods compare, is in [Bruening2014]_. The peak speed of the slower end is about
+three and a half times the walking speed, so the two fractions are about 0.45 (heel strike) and 0.8
+(toe off) of the walking speed. A heel strike threshold must lie above the speed at which a heel
+marker still rolls forward about the heel while the foot comes down (a tenth of the peak). The
+coordinate method [Zeni2008]_ finds heel strike 20 to 45 ms before the plates do on the recordings
+this was checked on, so it is not used here.
 
 References:
-    .. [Ghoussayni2004] S. Ghoussayni, C. Stevens, S. Durham, D. Ewins, "Assessment and validation of
-       a simple automated method for the detection of gait events and intervals", Gait & Posture
+    .. [Ghoussayni2004] S. Ghoussayni, C. Stevens, S. Durham, D. Ewins, "Assessment and validation
+       of a simple automated method for the detection of gait events and intervals", Gait & Posture
        20(3), 266-272, 2004.
     .. [Bruening2014] D. A. Bruening, S. T. Ridge, "Automated event detection algorithms in
        pathological gait", Gait & Posture 39(1), 472-477, 2014.
@@ -45,10 +47,10 @@ from plantigrade.motion.recording import ForcePlate, GaitEvent, rate_of
 
 SIDES = ("l", "r")
 
-TOE_OFF_FRACTION = 0.25
+TOE_OFF_FRACTION = 0.22
 """Speed of the slower end of the foot at toe off, of its peak in that swing."""
 
-HEEL_STRIKE_FRACTION = 0.1
+HEEL_STRIKE_FRACTION = 0.125
 """Speed of the slower end of the foot at heel strike, of its peak in the swing before."""
 
 SLOWEST_SWING = 0.4

@@ -25,10 +25,10 @@ def runs(valid: Bool[Array, " n_frames"]) -> list[slice]:
 
 def fill_gaps(
     time: Float[Array, " n_frames"],
-    values: Float[Array, "n_frames *channels"],
+    values: Float[Array, " n_frames *channels"],
     *,
     longest: float,
-) -> Float[Array, "n_frames *channels"]:
+) -> Float[Array, " n_frames *channels"]:
     """Return the signal with short gaps closed by a monotone cubic (PCHIP) through what is seen.
 
     Args:
@@ -55,11 +55,11 @@ def fill_gaps(
 
 def lowpass(
     time: Float[Array, " n_frames"],
-    values: Float[Array, "n_frames *channels"],
+    values: Float[Array, " n_frames *channels"],
     *,
     cutoff: float,
     order: int = 4,
-) -> Float[Array, "n_frames *channels"]:
+) -> Float[Array, " n_frames *channels"]:
     r"""Return the signal through a Butterworth low-pass run forwards and backwards (no lag).
 
     Each pass has half the ``order``; its cut-off is moved by
@@ -114,11 +114,11 @@ def lowpass(
 
 def derivative(
     time: Float[Array, " n_frames"],
-    values: Float[Array, "n_frames *channels"],
+    values: Float[Array, " n_frames *channels"],
     *,
     order: int = 1,
     cutoff: float | None = None,
-) -> Float[Array, "n_frames *channels"]:
+) -> Float[Array, " n_frames *channels"]:
     """Return the first or second time derivative, smoothed first where a cut-off is given.
 
     The derivative is that of a cubic spline through the (smoothed) samples, so it belongs to the
@@ -154,11 +154,11 @@ def derivative(
 
 def resample(
     time: Float[Array, " n_frames"],
-    values: Float[Array, "n_frames *channels"],
+    values: Float[Array, " n_frames *channels"],
     new_time: Float[Array, " n_new"],
     *,
     longest_gap: float = 0.0,
-) -> Float[Array, "n_new *channels"]:
+) -> Float[Array, " n_new *channels"]:
     """Return the signal at other instants, by cubic splines over each unbroken stretch.
 
     When the new rate is lower, low-pass first (:func:`lowpass` below half the new rate): a spline

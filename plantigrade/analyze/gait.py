@@ -1,0 +1,213 @@
+r"""Spatio-temporal measures of walking from gait events and the feet's path.
+
+Lengths are taken over the ground: on a treadmill the ground's own motion (the velocity of the feet
+in stance, :func:`plantigrade.motion.events.ground_velocity`) is taken out first, so that a stride
+on a belt has the length it would have on a floor. Step length and width are measured at heel strike,
+along and across the line of that foot's stride, so that walking may go in any direction and turn;
+a step is named after the foot that lands.
+
+Terms as in [Whittle2007]_, chapter 2: double support is the sum of both parts of the cycle in
+which both feet are on the ground.
+
+References:
+    .. [Whittle2007] M. W. Whittle, *Gait Analysis: an Introduction*, 4th ed., Elsevier, 2007.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.motion.cycles import cut_cycles
+from plantigrade.motion.events import SIDES, ground_velocity
+from plantigrade.motion.filters import derivative, fill_gaps
+from plantigrade.motion.recording import GaitEvent
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Mean, sample standard deviation and number of one measure; NaN where unknown."""
+
+    mean: float
+    sd: float
+    count: int
+
+    @classmethod
+    def of(cls, values: Iterable[float]) -> "Measure":
+        """Summarise values, NaN left out."""
+        known = np.array([v for v in values if v is not None and np.isfinite(v)], dtype=float)
+        mean = float(known.mean()) if len(known) else float("nan")
+        sd = float(known.std(ddof=1)) if len(known) > 1 else float("nan")
+        return cls(mean, sd, len(known))
+
+
+@dataclass(frozen=True)
+class GaitMeasures:
+    """Spatio-temporal measures; those by side are dictionaries with keys ``"l"`` and ``"r"``.
+
+    Attributes:
+        speed: Walking speed over the ground [m/s]: stride length over stride time, all strides.
+        cadence: Steps per minute [1/min].
+        stride_length: Heel strike to next heel strike of the same foot, over the ground [m].
+        stride_time: The same in time [s].
+        step_length: Other foot to this foot at its heel strike, along the line of walking [m].
+        step_time: Other foot's heel strike to this foot's [s].
+        step_width: Distance of the landing heel from the line of the other foot's stride [m].
+        stance: Heel strike to toe off [% of stride].
+        swing: Toe off to heel strike [% of stride].
+        double_support: Both feet on the ground, both parts together [% of stride].
+        treadmill: Whether the ground moved.
+        belt_speed: Mean speed of the ground [m/s]; 0 overground. It is estimated from the feet in
+            stance, not read from the treadmill.
+    """
+
+    speed: Measure
+    cadence: Measure
+    stride_length: dict[str, Measure]
+    stride_time: dict[str, Measure]
+    step_length: dict[str, Measure]
+    step_time: dict[str, Measure]
+    step_width: Measure
+    stance: dict[str, Measure]
+    swing: dict[str, Measure]
+    double_support: Measure
+    treadmill: bool
+    belt_speed: float
+
+    def metrics(self) -> dict[str, float | int | bool]:
+        """Return every measure under a flat key with its unit; unknown ones are left out."""
+        flat: dict[str, float | int | bool] = {}
+
+        def put(name, unit, measure):
+            if measure.count:
+                flat[f"{name}_{unit}"] = measure.mean
+            if measure.count > 1:
+                flat[f"{name}_sd_{unit}"] = measure.sd
+
+        put("walking_speed", "m_s", self.speed)
+        put("cadence", "steps_min", self.cadence)
+        put("step_width", "m", self.step_width)
+        put("double_support", "pct", self.double_support)
+        for name, unit, by_side in (
+            ("stride_length", "m", self.stride_length),
+            ("stride_time", "s", self.stride_time),
+            ("step_length", "m", self.step_length),
+            ("step_time", "s", self.step_time),
+            ("stance", "pct", self.stance),
+            ("swing", "pct", self.swing),
+        ):
+            for side in SIDES:
+                put(f"{name}_{side}", unit, by_side[side])
+        for side in SIDES:
+            flat[f"strides_{side}_count"] = self.stride_time[side].count
+        flat["treadmill"] = self.treadmill
+        if self.treadmill:
+            flat["belt_speed_m_s"] = self.belt_speed
+        return flat
+
+
+def gait_measures(
+    time: Float[Array, " n_frames"],
+    heel: Float[Array, "n_frames 2 3"],
+    toe: Float[Array, "n_frames 2 3"],
+    events: Iterable[GaitEvent],
+) -> GaitMeasures:
+    """Return the spatio-temporal measures of a recording.
+
+    Args:
+        time: Time of each frame [s].
+        heel: Back of the heel, left then right, world [m]; NaN where not seen.
+        toe: Toe tip or metatarsal head, left then right, world [m] (to find a moving ground).
+        events: Gait events; what they do not enclose is left unknown.
+    """
+    events = sorted(events, key=lambda event: event.time)
+    ground = ground_velocity(time, heel, toe)
+    belt = float(np.linalg.norm(ground.mean(axis=0))) if len(time) else 0.0
+    floor = _over_ground(time, heel, ground)
+    cycles = cut_cycles(events)
+    strikes = [e for e in events if e.kind == "heel_strike"]
+
+    lengths, times, stance, swing = ({s: [] for s in SIDES} for _ in range(4))
+    speeds, double = [], []
+    for cycle in cycles:
+        k = SIDES.index(cycle.side)
+        a, b = _at(time, floor, cycle.start, k), _at(time, floor, cycle.stop, k)
+        length = float(np.linalg.norm(b - a))
+        lengths[cycle.side].append(length)
+        times[cycle.side].append(cycle.duration)
+        speeds.append(length / cycle.duration)
+        if cycle.toe_off is not None:
+            percent = cycle.percent(cycle.toe_off)
+            stance[cycle.side].append(percent)
+            swing[cycle.side].append(100.0 - percent)
+            first, second = cycle.opposite_toe_off, cycle.opposite_heel_strike
+            if first is not None and second is not None and first < second < cycle.stop:
+                both = max(cycle.toe_off - second, 0.0) + max(first - cycle.start, 0.0)
+                double.append(100.0 * both / cycle.duration)
+
+    step_times = {s: [] for s in SIDES}
+    measured: dict[int, list[float]] = {}  # step length by index of the strike that ends it
+    widths, cadences = [], []
+    for before, now in zip(strikes[:-1], strikes[1:], strict=True):
+        if before.side == now.side or now.time - before.time > 1.5:
+            continue
+        step_times[now.side].append(now.time - before.time)
+        cadences.append(60.0 / (now.time - before.time))
+    # A step lies between two strikes of the other foot: they give the line of walking.
+    triples = zip(strikes[:-2], strikes[1:-1], strikes[2:], strict=True)
+    for i, (first, now, last) in enumerate(triples):
+        if not first.side == last.side != now.side or last.time - first.time > 3.0:
+            continue
+        k, other = SIDES.index(now.side), SIDES.index(first.side)
+        start, end = _at(time, floor, first.time, other), _at(time, floor, last.time, other)
+        landing = _at(time, floor, now.time, k)
+        line = end - start
+        norm = np.linalg.norm(line)
+        if not norm > 0.05:
+            continue
+        line = line / norm
+        across = landing - start
+        measured.setdefault(i + 1, []).append(float(across @ line))
+        measured.setdefault(i + 2, []).append(float((end - landing) @ line))
+        widths.append(float(abs(line[0] * across[1] - line[1] * across[0])))
+    # A step inside the walk is measured along the strides of both feet: their mean is its length.
+    step_lengths = {s: [] for s in SIDES}
+    for i, values in measured.items():
+        step_lengths[strikes[i].side].append(float(np.mean(values)))
+    by_side = lambda table: {s: Measure.of(table[s]) for s in SIDES}  # noqa: E731
+    return GaitMeasures(
+        speed=Measure.of(speeds),
+        cadence=Measure.of(cadences),
+        stride_length=by_side(lengths),
+        stride_time=by_side(times),
+        step_length=by_side(step_lengths),
+        step_time=by_side(step_times),
+        step_width=Measure.of(widths),
+        stance=by_side(stance),
+        swing=by_side(swing),
+        double_support=Measure.of(double),
+        treadmill=belt > 0,
+        belt_speed=belt,
+    )
+
+
+def _over_ground(time, heel, ground):
+    """Return the heels' horizontal path on the ground, (n_frames, 2, 2)."""
+    steps = 0.5 * (ground[1:] + ground[:-1]) * np.diff(time)[:, None]
+    way = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])[: len(time)]
+    return fill_gaps(time, heel[..., :2], longest=0.1) - way[:, None, :2]
+
+
+def _at(time, floor, instant, side):
+    """Return where the heel is on the ground shortly after an instant, when it is at rest."""
+    # The heel still slides a few centimetres at heel strike: take it where it is slowest.
+    near = (time >= instant) & (time <= instant + 0.2)
+    if not near.any():
+        return np.full(2, np.nan)
+    path = floor[near, side]
+    if len(path) < 5 or not np.isfinite(path).all():
+        known = path[np.isfinite(path).all(axis=1)]
+        return known[-1] if len(known) else np.full(2, np.nan)
+    speed = np.linalg.norm(derivative(time[near], path), axis=1)
+    return path[int(np.argmin(speed))]

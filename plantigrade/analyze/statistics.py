@@ -1,0 +1,82 @@
+"""How far two curves differ, and what a curve spans."""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+
+
+def rmse(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
+    """Return the root mean square difference, over what both know; NaN where they share nothing.
+
+    Example:
+        >>> rmse(np.array([0.0, 0.0, np.nan]), np.array([3.0, 4.0, 9.0]))
+        3.5355339059327378
+    """
+    x, y = _shared(a, b)
+    return float(np.sqrt(np.mean((x - y) ** 2))) if len(x) else float("nan")
+
+
+def rmse_offset_removed(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
+    """Return the root mean square difference after removing the mean difference.
+
+    It compares shapes where two conventions differ by a constant (neutral pose of a joint).
+    """
+    x, y = _shared(a, b)
+    return float(np.std(x - y)) if len(x) else float("nan")
+
+
+def mean_difference(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
+    """Return the mean of ``a - b``, over what both know."""
+    x, y = _shared(a, b)
+    return float(np.mean(x - y)) if len(x) else float("nan")
+
+
+def correlation(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
+    """Return Pearson's r, over what both know; NaN where one of them is constant."""
+    x, y = _shared(a, b)
+    if len(x) < 2:
+        return float("nan")
+    x, y = x - x.mean(), y - y.mean()
+    scale = np.sqrt((x @ x) * (y @ y))
+    return float(x @ y / scale) if scale > 0 else float("nan")
+
+
+def range_of_motion(a: Float[Array, " *shape"]) -> float:
+    """Return greatest minus least value, NaN left out; NaN where nothing is known."""
+    known = np.asarray(a)[np.isfinite(a)]
+    return float(np.ptp(known)) if len(known) else float("nan")
+
+
+def mean_sd(
+    curves: Float[Array, " n_curves *shape"],
+) -> tuple[Float[Array, " *shape"], Float[Array, " *shape"]]:
+    """Return mean and sample standard deviation over the first axis, NaN left out.
+
+    The deviation of a single curve is not known: NaN.
+    """
+    curves = np.asarray(curves, dtype=float)
+    known = np.isfinite(curves)
+    count = known.sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(known, curves, 0.0).sum(axis=0) / count
+        squares = np.where(known, (curves - mean) ** 2, 0.0).sum(axis=0)
+        sd = np.sqrt(squares / (count - 1))
+    return np.where(count > 0, mean, np.nan), np.where(count > 1, sd, np.nan)
+
+
+def fraction_within(
+    curve: Float[Array, " n"], low: Float[Array, " n"], high: Float[Array, " n"]
+) -> float:
+    """Return the fraction of known points of a curve that lie within a band."""
+    known = np.isfinite(curve) & np.isfinite(low) & np.isfinite(high)
+    inside = (curve >= low) & (curve <= high)
+    return float(inside[known].mean()) if known.any() else float("nan")
+
+
+def _shared(a, b):
+    x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if x.shape != y.shape:
+        raise ParameterError(f"curves of shapes {x.shape} and {y.shape} cannot be compared")
+    known = np.isfinite(x) & np.isfinite(y)
+    return x[known], y[known]

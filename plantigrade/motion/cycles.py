@@ -1,0 +1,137 @@
+"""Gait cycles: cut between heel strikes of one foot, each put on 0 to 100 percent."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.motion.filters import resample
+from plantigrade.motion.recording import GaitEvent
+
+PERCENT = np.linspace(0.0, 100.0, 101)
+"""Percent of the cycle at which curves are given unless asked otherwise."""
+
+LONGEST_CYCLE = 3.0
+"""A foot that needs longer from one heel strike to the next has stood in between [s]."""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """One stride of one foot: heel strike to its next heel strike.
+
+    Attributes:
+        side: ``"l"`` or ``"r"``.
+        start: First heel strike [s].
+        stop: Next heel strike of the same foot [s].
+        toe_off: Its toe off in between [s]; None where it was not seen.
+        opposite_toe_off: Toe off of the other foot [s], end of the first double support.
+        opposite_heel_strike: Heel strike of the other foot [s], start of the second double support.
+    """
+
+    side: str
+    start: float
+    stop: float
+    toe_off: float | None = None
+    opposite_toe_off: float | None = None
+    opposite_heel_strike: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """Stride time [s]."""
+        return self.stop - self.start
+
+    def percent(self, instant: float) -> float:
+        """Return where in the cycle an instant [s] lies [%]."""
+        return 100.0 * (instant - self.start) / self.duration
+
+
+def cut_cycles(
+    events: Iterable[GaitEvent], *, side: str | None = None, longest: float = LONGEST_CYCLE
+) -> tuple[Cycle, ...]:
+    """Return the cycles that the events enclose, by start.
+
+    A pair of heel strikes with no toe off of that foot between them is still a cycle (some files
+    store heel strikes only), unless toe offs are known elsewhere for that foot: then a step was
+    missed and the pair is left out, as are pairs with two toe offs.
+
+    Args:
+        events: Gait events in any order.
+        side: Only this foot.
+        longest: Longest stride [s].
+    """
+    events = sorted(events, key=lambda event: event.time)
+    for event in events:
+        if event.side not in ("l", "r") or event.kind not in ("heel_strike", "toe_off"):
+            raise ParameterError(
+                f"event {event.kind!r} of side {event.side!r}: sides are 'l' and 'r', kinds are "
+                "'heel_strike' and 'toe_off'"
+            )
+
+    def times(of_side, kind):
+        return np.array([e.time for e in events if e.side == of_side and e.kind == kind])
+
+    cycles = []
+    for own, other in (("l", "r"), ("r", "l")):
+        if side not in (None, own):
+            continue
+        strikes, offs = times(own, "heel_strike"), times(own, "toe_off")
+        for start, stop in zip(strikes[:-1], strikes[1:], strict=True):
+            inside = offs[(offs > start) & (offs < stop)]
+            if stop - start > longest or len(inside) > 1 or (len(offs) and not len(inside)):
+                continue
+            toe_off = float(inside[0]) if len(inside) else None
+            cycles.append(
+                Cycle(
+                    own,
+                    float(start),
+                    float(stop),
+                    toe_off,
+                    _only(times(other, "toe_off"), start, stop),
+                    _only(times(other, "heel_strike"), start, stop),
+                )
+            )
+    return tuple(sorted(cycles, key=lambda cycle: cycle.start))
+
+
+def normalise(
+    time: Float[Array, " n_frames"],
+    values: Float[Array, " n_frames *channels"],
+    start: float,
+    stop: float,
+    *,
+    percent: Float[Array, " n_percent"] = PERCENT,
+) -> Float[Array, " n_percent *channels"]:
+    """Return a signal between two instants on percent of the cycle, by cubic splines.
+
+    Args:
+        time: Time of each frame [s].
+        values: Signal, NaN in gaps.
+        start: Instant of 0 % [s].
+        stop: Instant of 100 % [s].
+        percent: Where in the cycle the signal is wanted [%].
+
+    Returns:
+        The signal; NaN where it was not seen.
+    """
+    if not stop > start:
+        raise ParameterError(f"a cycle must end after it starts: {start=} s, {stop=} s")
+    return resample(time, values, start + (stop - start) * np.asarray(percent) / 100.0)
+
+
+def normalise_cycles(
+    time: Float[Array, " n_frames"],
+    values: Float[Array, " n_frames *channels"],
+    cycles: Iterable[Cycle],
+    *,
+    percent: Float[Array, " n_percent"] = PERCENT,
+) -> Float[Array, "n_cycles n_percent *channels"]:
+    """Return a signal over each cycle, on percent; cycles not seen whole keep NaN."""
+    curves = [normalise(time, values, c.start, c.stop, percent=percent) for c in cycles]
+    return np.array(curves).reshape((len(curves), len(percent), *np.shape(values)[1:]))
+
+
+def _only(times, start, stop):
+    inside = times[(times >= start) & (times < stop)]
+    return float(inside[0]) if len(inside) == 1 else None
