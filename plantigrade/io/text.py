@@ -142,7 +142,7 @@ def numbers(
     short: bool = False,
     names: Sequence[str] | None = None,
 ) -> Float[Array, "n_rows n_columns"]:
-    """Return a table of numbers; NaN where a field is empty or says that it is missing.
+    r"""Return a table of numbers; NaN where a field is empty or says that it is missing.
 
     Rows in order are parsed all at once; only a row with a blank, a word or a wrong number of
     fields is looked at by itself.
@@ -152,7 +152,7 @@ def numbers(
         path: The file, for error messages.
         count: Fields per row; by default as many as the first row has.
         first_line: Line number of ``lines[0]`` in the file, from 1.
-        delimiter: ``"\\t"``, ``","``, ``";"`` or None for any white space. Only with a delimiter can
+        delimiter: A tab, ``","``, ``";"`` or None for any white space. Only with a delimiter can
             a field be empty.
         decimal: ``","`` where the file writes 1,5 for 1.5.
         short: Whether a row may have fewer fields than ``count``; the rest is NaN.

@@ -1,0 +1,85 @@
+"""Turn a file's axes to the package's world: x forward, y left, z up.
+
+Turning never mirrors and never changes the heading: it only brings the file's vertical to z.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+
+# Rows are the new axes x, y, z expressed in the file's axes; each is a proper rotation.
+_TO_WORLD = {
+    "+z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "+y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),  # OpenSim and ISB: x forward, y up, z right
+    "+x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "-x": ((0, 1, 0), (0, 0, -1), (-1, 0, 0)),
+}
+
+UP_AXES = tuple(_TO_WORLD)
+"""Names of the vertical: ``"+z"``, ``"+y"``, ``"+x"``, ``"-z"``, ``"-y"``, ``"-x"``."""
+
+
+def rotation_to_world(up: str) -> Float[Array, "3 3"]:
+    """Return the rotation that maps vectors of a file whose vertical is ``up`` to world axes.
+
+    Raises:
+        ParameterError: If ``up`` is not one of :data:`UP_AXES`.
+    """
+    try:
+        return np.array(_TO_WORLD[up], dtype=float)
+    except KeyError:
+        raise ParameterError(f"{up=} is no axis; choose one of {', '.join(UP_AXES)}") from None
+
+
+def to_world(vectors: Float[Array, "*shape 3"], up: str) -> Float[Array, "*shape 3"]:
+    """Return vectors of a file whose vertical is ``up`` in world axes."""
+    rotation_to_world(up)
+    return _permute(vectors, _TO_WORLD[up])
+
+
+def from_world(vectors: Float[Array, "*shape 3"], up: str) -> Float[Array, "*shape 3"]:
+    """Return world vectors in the axes of a file whose vertical is ``up``."""
+    return _permute(vectors, tuple(zip(*rotation_to_world(up).astype(int).tolist(), strict=True)))
+
+
+def up_axis_of_points(positions: Float[Array, "n_frames n_markers 3"]) -> tuple[str, float]:
+    """Guess the vertical from where the markers of an upright person are.
+
+    Within one frame an upright body is taller than it is wide or than its step is long; the
+    ground is near zero, so the body lies on the positive side.
+
+    Args:
+        positions: Marker positions in any unit, NaN where not seen.
+
+    Returns:
+        The axis, as in :data:`UP_AXES`, and how sure: extent along it over the next largest
+        extent (1: no idea, above 1.4: an upright body).
+    """
+    seen = np.isfinite(positions).all(axis=2)
+    frames = np.flatnonzero(seen.sum(axis=1) >= 4)
+    if frames.size == 0:
+        return "+z", 1.0
+    frames = frames[:: max(1, len(frames) // 200)]
+    part = positions[frames].astype(float)
+    with np.errstate(all="ignore"):
+        # The 5th to 95th percentile: one flying marker does not make a body tall.
+        low, high = np.nanpercentile(part, [5, 95], axis=1)
+        extent = np.median(high - low, axis=0)
+        middle = np.nanmedian(part.reshape(-1, 3), axis=0)
+    order = np.argsort(extent)
+    axis, next_axis = int(order[-1]), int(order[-2])
+    sure = float(extent[axis] / extent[next_axis]) if extent[next_axis] > 0 else 1.0
+    return ("+" if middle[axis] >= 0 else "-") + "xyz"[axis], sure
+
+
+def _permute(vectors: np.ndarray, rows: tuple) -> np.ndarray:
+    """Apply a signed permutation exactly: no rounding, NaN stays in its own component."""
+    vectors = np.asarray(vectors)
+    out = np.empty_like(vectors, dtype=float)
+    for new, row in enumerate(rows):
+        old = next(i for i, value in enumerate(row) if value)
+        out[..., new] = vectors[..., old] * row[old]
+    return out
