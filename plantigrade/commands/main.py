@@ -20,7 +20,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 from plantigrade import __version__  # noqa: E402
-from plantigrade.commands.outcome import Outcome, as_json  # noqa: E402
+from plantigrade.commands.outcome import Outcome  # noqa: E402
 from plantigrade.errors import PlantigradeError  # noqa: E402
 
 DONE, BAD_INPUT, NO_RESULT, INTERRUPTED = 0, 2, 3, 130
@@ -96,9 +96,11 @@ def run(words: Sequence[str]) -> int:
     with _output_to_errors() if command.json else contextlib.nullcontext():
         outcome: Outcome = command.run()
     if command.json:
+        from plantigrade.io.run_folder import metrics_json
+
         if outcome.text:
             print(outcome.text, file=sys.stderr)
-        print(as_json(outcome.metrics))
+        print(metrics_json(outcome.metrics))
     elif outcome.text:
         print(outcome.text)
     return DONE if outcome.ok else NO_RESULT

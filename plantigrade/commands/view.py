@@ -6,18 +6,40 @@ from typing import Annotated
 
 import tyro
 
-from plantigrade.commands.options import PrintOptions
+from plantigrade.commands.options import Flag, PrintOptions
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import PlantigradeError
 
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions):
-    """Show a run as a live, movable scene in the browser."""
+    """Show a run as a live, movable scene in the browser.
+
+    The server runs on this machine until Ctrl-C; over ssh, forward its port. For a page that needs
+    no server, open the run's viewer.html.
+    """
 
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder to show."""
+    port: int = 8080
+    """Port to listen on; the next free one if it is taken."""
+    no_open: Flag = False
+    """Only print the address; do not open a browser."""
 
     def run(self) -> Outcome:
-        """Do it."""
-        raise PlantigradeError("plantigrade view is not written yet")
+        """Serve the run until interrupted.
+
+        Raises:
+            FileError: If the folder is no run folder.
+        """
+        from plantigrade.commands.run_folder import open_run
+        from plantigrade.report.live import serve
+
+        model, record, metrics = open_run(self.run_folder)
+        serve(
+            model,
+            record,
+            port=self.port,
+            open=not self.no_open,
+            title=self.run_folder.resolve().name,
+        )
+        return Outcome(metrics=metrics)

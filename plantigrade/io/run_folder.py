@@ -94,7 +94,7 @@ def write_run(
                 out / name, "is not a name for an extra file", remedy="use a plain new file name"
             )
     _refuse_existing(out, overwrite)
-    text = json.dumps(_complete(metrics), indent=2, allow_nan=False, ensure_ascii=False)
+    text = metrics_json(_complete(metrics))
     remedy = "choose another folder with --out, or free the disk"
     temporary = None
     try:
@@ -124,6 +124,19 @@ def write_run(
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
     return out
+
+
+def metrics_json(metrics: Mapping[str, Any]) -> str:
+    """Return ``metrics`` as JSON that every parser reads: NaN and infinity become null.
+
+    Example:
+        >>> print(metrics_json({"status": "ok", "speed_m_s": float("nan")}))
+        {
+          "status": "ok",
+          "speed_m_s": null
+        }
+    """
+    return json.dumps(_plain(metrics), indent=2, allow_nan=False, ensure_ascii=False)
 
 
 def read_run(folder: str | Path) -> tuple[str, Record, dict[str, Any]]:
@@ -201,7 +214,7 @@ def _complete(metrics: Mapping[str, Any]) -> dict[str, Any]:
     whole.setdefault("version", __version__)
     for key in _ALWAYS:
         whole.setdefault(key, {} if key in ("settings", "source_files") else None)
-    return _plain(whole)
+    return whole
 
 
 def _plain(value: Any) -> Any:
