@@ -44,8 +44,8 @@ ASSUMED_HEIGHT = 1.60  # [m], ankle to head, where no unit fits
 MAX_JOINTS = 2000
 
 _CHANNEL = re.compile(r"([XYZ])(position|rotation)", re.IGNORECASE)
-_AT_REST = 1.0  # [deg]
-_JUMP = 2.0  # times the usual largest change between frames
+_AT_REST = 2.0  # [deg]
+_JUMP = 2.0  # times the usual change between frames
 
 
 @dataclass
@@ -364,10 +364,11 @@ def _without_rest_pose(
 ) -> tuple[int, np.ndarray]:
     """Return how many first frames are a rest pose or lead out of it, and the others.
 
-    The first frame is a rest pose where nine in ten of the rotations that change later are below 1
-    degree (conversions keep thumbs and feet bent). It is left out where the motion does not start from it: where the largest change of a rotation to the
-    second frame exceeds twice the usual largest one (99.5 % of the frames). Conversions smooth over
-    such a jump; frames that follow with changes as large are left out too.
+    The first frame is a rest pose where nine in ten of the rotations that change later are below
+    2 degrees (conversions keep thumbs and feet bent). It is left out where the motion does not
+    start from it: where the mean change of the rotations to the second frame exceeds twice the
+    largest one in the frames 8 to 40 after it. Conversions smooth over such a jump; the frames
+    that follow with changes as large, at most 8, are left out too.
     """
     columns = [
         joint.first_channel + k
@@ -375,20 +376,20 @@ def _without_rest_pose(
         for k, (kind, _) in enumerate(joint.channels)
         if kind == "rotation"
     ]
-    if len(values) < 3 or not columns:
+    if len(values) < 4 or not columns:
         return 0, values
     rotations = values[:, columns]
     moving = np.ptp(rotations[1:], axis=0) > 0.5
     if not moving.any() or np.quantile(np.abs(rotations[0, moving]), 0.9) > _AT_REST:
         return 0, values
     change = np.diff(rotations[:, moving], axis=0)
-    change = np.abs((change + 180) % 360 - 180).max(axis=1)
-    late = change[min(20, len(change) // 2) :]
-    usual = max(float(np.percentile(late, 99.5)), 0.5)
-    if change[0] <= _JUMP * usual:
+    change = np.abs((change + 180) % 360 - 180).mean(axis=1)
+    first = 8 if len(change) > 16 else 1
+    jump = _JUMP * max(float(change[first : first + 32].max()), 0.05)
+    if change[0] <= jump:
         warnings.append("the first frame is the rest pose; the motion starts from it, it is kept")
         return 0, values
-    skip = int(np.argmax(change <= _JUMP * usual)) if (change <= _JUMP * usual).any() else 1
+    skip = int(np.argmax(change[:8] <= jump)) or 1
     more = f", and the {skip - 1} after it that lead out of it" if skip > 1 else ""
     warnings.append(f"the first frame is a rest pose, no motion: left out{more}")
     return skip, values[skip:]
@@ -541,7 +542,9 @@ def write_bvh(skeleton: SkeletonMotion, path: str | Path, *, order: str = "ZXY")
         ]
         if moves:
             columns.append(local_p)
-        columns.append(Rotation.from_matrix(local_R).as_euler(order, degrees=True))
+        with catch_warnings():  # at a singularity any of the equal angles will do
+            simplefilter("ignore", UserWarning)
+            columns.append(Rotation.from_matrix(local_R).as_euler(order, degrees=True))
         if not children.get(i):
             tip = np.einsum("nij,ni->nj", R[:, i], ends[:, i] - p[:, i])
             tip = np.median(tip, axis=0) if np.isfinite(tip).all() else np.zeros(3)
