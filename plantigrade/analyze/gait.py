@@ -2,7 +2,7 @@ r"""Spatio-temporal measures of walking from gait events and the feet's path.
 
 Lengths are taken over the ground: on a treadmill the ground's own motion (the velocity of the feet
 in stance, :func:`plantigrade.motion.events.ground_velocity`) is taken out first, so that a stride
-on a belt has the length it would have on a floor. Step length and width are measured at heel strike,
+on a belt has the length it would have on a floor. Step length and width are measured at heel strike
 along and across the line of that foot's stride, so that walking may go in any direction and turn;
 a step is named after the foot that lands.
 

@@ -1,0 +1,219 @@
+r"""A whole-body walk at a chosen speed and size, from published mean curves.
+
+Joint angles of pelvis, hip, knee, ankle and trunk are Fourier series of six harmonics through the
+mean curves of [Schwartz2008]_ at five speeds (83 typically developing children; the curves of adults
+at the same dimensionless speed have the same shape), interpolated over the dimensionless speed
+:math:`v^* = v / \sqrt{g l}`. Toe extension and hindfoot inversion are the mean hallux and hindfoot
+curves of the Oxford Foot Model (method: [Stebbins2006]_). The coefficients, in degrees, are in
+``textbook_gait.json``: mean, then cosine and sine of each harmonic.
+
+Three conventions are turned: signs and names are those of OpenSim's Rajagopal model; Plug-in Gait's
+pelvic plane leans :data:`PELVIC_PLANE` forward in upright standing, where that model's pelvis tilt is
+zero, so this is taken out of pelvis tilt and hip flexion; foot angles are taken from their value in
+mid-stance. The pelvis and trunk are made symmetric: tilt keeps the even harmonics, list, rotation and
+bending the odd ones.
+
+Step length follows [Kuo2001]_, :math:`s/l = (v^*)^{0.42}`, his fit of what people prefer. The pelvis
+moves on at the mean speed with two small waves in a stride and sways once, with the amplitudes of
+[Zijlstra1997]_. Arm swing follows [Murray1967]_: about 32 degrees in the shoulder at free speed, arm
+against leg, growing with speed.
+
+References:
+    .. [Schwartz2008] M. H. Schwartz, A. Rozumalski, J. P. Trost, "The effect of walking speed on
+       the gait of typically developing children", J Biomech 41(8), 1639-1650, 2008.
+    .. [Stebbins2006] J. Stebbins, M. Harrington, N. Thompson, A. Zavatsky, T. Theologis,
+       "Repeatability of a model for measuring multi-segment foot kinematics in children", Gait &
+       Posture 23(4), 401-410, 2006.
+    .. [Kuo2001] A. D. Kuo, "A simple model of bipedal walking predicts the preferred speed-step
+       length relationship", J Biomech Eng 123(3), 264-269, 2001.
+    .. [Zijlstra1997] W. Zijlstra, A. L. Hof, "Displacement of the pelvis during human walking:
+       experimental data and model predictions", Gait & Posture 6(3), 249-262, 1997.
+    .. [Murray1967] M. P. Murray, S. B. Sepic, E. J. Barnard, "Patterns of sagittal rotation of the
+       upper limbs in walking", Phys Ther 47(4), 272-284, 1967.
+"""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.errors import ParameterError
+
+GRAVITY = 9.80665
+"""Standard gravity [m/s²]."""
+
+PELVIC_PLANE = 10.0
+"""Forward lean of the plane through the four iliac spines in upright standing [deg]."""
+
+CLASS_SPEEDS = {
+    "very_slow": 0.159,
+    "slow": 0.295,
+    "free": 0.4315,
+    "fast": 0.568,
+    "very_fast": 0.704,
+}
+"""Dimensionless speed in the middle of each class; the outer ones by the same spacing."""
+
+FOOT_OFF = {"very_slow": 68.0, "slow": 62.0, "free": 59.0, "fast": 58.0, "very_fast": 56.0}
+"""Foot off [% of cycle], Cycle Events of [Schwartz2008]_."""
+
+FREE = CLASS_SPEEDS["free"]
+
+
+@dataclass(frozen=True)
+class TextbookGait:
+    """A periodic walk; right heel strike at time zero.
+
+    Attributes:
+        time: Time of each frame [s].
+        coordinates: Joint coordinates over time [rad] under their names; and ``pelvis_tx`` (forward)
+            and ``pelvis_tz`` (to the right) [m], in OpenSim's axes. ``pelvis_ty`` is missing: how
+            high the pelvis is follows from the body that stands on its feet.
+        heel_strikes: Heel strikes within the time, by side [s].
+        toe_offs: Toe offs within the time, by side [s].
+        speed: Walking speed [m/s].
+        stride_length: Length of a stride [m].
+        stride_time: Time of a stride [s].
+        foot_off: Toe off as a fraction of the cycle.
+    """
+
+    time: Float[Array, " n_frames"]
+    coordinates: dict[str, np.ndarray]
+    heel_strikes: dict[str, np.ndarray]
+    toe_offs: dict[str, np.ndarray]
+    speed: float
+    stride_length: float
+    stride_time: float
+    foot_off: float
+
+    @property
+    def cadence(self) -> float:
+        """Steps per minute [1/min]."""
+        return 120.0 / self.stride_time
+
+    def phase(self, side: str) -> Float[Array, " n_frames"]:
+        """Return the phase of a foot's cycle in each frame, 0 to 1 from its heel strike."""
+        return _phase(self.time / self.stride_time, side)
+
+    def stance(self, side: str) -> Bool[Array, " n_frames"]:
+        """Say in which frames a foot stands on the ground."""
+        return self.phase(side) < self.foot_off
+
+
+def textbook_gait(
+    speed: float, leg_length: float, *, rate: float = 100.0, cycles: int = 3
+) -> TextbookGait:
+    """Return a whole-body walk.
+
+    Args:
+        speed: Walking speed [m/s]; its dimensionless value between 0.1 and 0.8.
+        leg_length: Leg length, hip to ground [m].
+        rate: Frames per second [Hz].
+        cycles: Strides of the right foot.
+
+    Returns:
+        The walk, both ends of the last cycle included where they fall on a frame.
+
+    Raises:
+        ParameterError: If a value is out of range.
+    """
+    if not 0.2 <= leg_length <= 1.5:
+        raise ParameterError(f"{leg_length=} [m] must lie between 0.2 and 1.5")
+    slowest, fastest = np.array([0.1, 0.8]) * np.sqrt(GRAVITY * leg_length)
+    if not slowest <= speed <= fastest:
+        raise ParameterError(
+            f"{speed=} [m/s] is no walking speed for a leg of {leg_length} m: "
+            f"{slowest:.2f} to {fastest:.2f} m/s"
+        )
+    if not (rate >= 10 and cycles >= 1):
+        raise ParameterError(f"{rate=} [Hz] must be at least 10 and {cycles=} at least 1")
+    relative = float(speed / np.sqrt(GRAVITY * leg_length))
+    stride_length = float(2.0 * leg_length * relative**0.42)
+    stride_time = stride_length / speed
+    time = np.arange(int(np.floor(cycles * stride_time * rate + 1e-9)) + 1) / rate
+    foot_off = float(
+        np.interp(relative, list(CLASS_SPEEDS.values()), list(FOOT_OFF.values())) / 100.0
+    )
+    whole = time / stride_time
+    degrees = _angles(relative, whole)
+    coordinates = {name: np.deg2rad(values) for name, values in degrees.items()}
+
+    # Fastest in double support, slowest in single support; half a centimetre to either side at
+    # free speed. Sway to the standing leg, two centimetres to either side, less when fast.
+    phase = 2 * np.pi * whole
+    wave = 0.0055 * leg_length * relative / FREE
+    sway = 0.022 * leg_length * np.clip(FREE / relative, 0.6, 2.0)
+    coordinates["pelvis_tx"] = speed * time + wave * np.sin(2 * (phase - 2 * np.pi * 0.05))
+    coordinates["pelvis_tz"] = sway * np.cos(phase - 2 * np.pi * 0.30)
+
+    end = time[-1]
+    strikes, offs = {}, {}
+    for side, start in (("l", 0.5), ("r", 0.0)):
+        count = np.arange(-1, cycles + 1)
+        for table, fraction in ((strikes, start), (offs, start + foot_off)):
+            instants = (count + fraction) * stride_time
+            table[side] = instants[(instants >= -1e-9) & (instants <= end + 1e-9)]
+    return TextbookGait(
+        time, coordinates, strikes, offs, float(speed), stride_length, stride_time, foot_off
+    )
+
+
+def _angles(relative, whole):
+    """Return every joint coordinate [deg] at strides `whole` of the right foot."""
+    right, left = _phase(whole, "r"), _phase(whole, "l")
+    angles = {
+        "pelvis_tilt": _series("pelvis_tilt", relative, right, "even") + PELVIC_PLANE,
+        "pelvis_list": _series("pelvis_list", relative, right, "odd"),
+        "pelvis_rotation": _series("pelvis_rotation", relative, right, "odd"),
+        "lumbar_bending": _series("lumbar_bending", relative, right, "odd"),
+        "lumbar_rotation": _series("lumbar_rotation", relative, right, "odd"),
+    }
+    # The trunk stays upright, leaning 2 degrees forward.
+    angles["lumbar_extension"] = -angles["pelvis_tilt"] - 2.0
+    swing = float(np.clip(relative / FREE, 0.2, 1.6))
+    for side, phase in (("r", right), ("l", left)):
+        for name in ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle"):
+            offset = PELVIC_PLANE if name == "hip_flexion" else 0.0
+            angles[f"{name}_{side}"] = _series(name, relative, phase) - offset
+        for name in ("subtalar_angle", "mtp_angle"):
+            middle = _series(name, relative, np.array([0.3]))[0]
+            angles[f"{name}_{side}"] = _series(name, relative, phase) - middle
+        forward = -np.cos(2 * np.pi * phase)  # arm back at heel strike of its own side
+        angles[f"arm_flex_{side}"] = -5.0 + 16.0 * swing * forward
+        angles[f"arm_add_{side}"] = np.full_like(phase, -8.0)
+        angles[f"arm_rot_{side}"] = np.zeros_like(phase)
+        angles[f"elbow_flex_{side}"] = 20.0 + 12.0 * swing * (1.0 + forward)
+    return angles
+
+
+def _series(name, relative, phase, harmonics="all"):
+    """Evaluate a Fourier series [deg], coefficients interpolated over the dimensionless speed."""
+    table = _coefficients()[name]
+    if "all" in table:
+        c = np.array(table["all"])
+    else:
+        rows = np.array([table[key] for key in CLASS_SPEEDS])
+        speeds = list(CLASS_SPEEDS.values())
+        c = np.array([np.interp(relative, speeds, column) for column in rows.T])
+    result = np.full(len(phase), c[0] if harmonics != "odd" else 0.0)
+    for h in range(1, (len(c) + 1) // 2):
+        if harmonics == "even" and h % 2 or harmonics == "odd" and h % 2 == 0:
+            continue
+        angle = 2 * np.pi * h * phase
+        result += c[2 * h - 1] * np.cos(angle) + c[2 * h] * np.sin(angle)
+    return result
+
+
+def _phase(whole, side):
+    if side not in ("l", "r"):
+        raise ParameterError(f"{side=}: allowed are 'l' and 'r'")
+    return np.mod(whole + (0.5 if side == "l" else 0.0), 1.0)
+
+
+@cache
+def _coefficients() -> dict[str, dict[str, list[float]]]:
+    text = files("plantigrade.models").joinpath("textbook_gait.json").read_text(encoding="utf-8")
+    return json.loads(text)
