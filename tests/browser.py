@@ -1,8 +1,8 @@
 """A real headless Chromium, driven over the DevTools protocol, for looking at the pages we write.
 
 Install it with ``apt-get install chromium`` (Debian); any Chromium or Chrome on the path is found,
-or the one that the environment variable ``CHROMIUM`` names. Where there is none, :func:`find_browser`
-returns None and a test that needs it skips, saying so.
+or the one that the environment variable ``CHROMIUM`` names. Where there is none,
+:func:`find_browser` returns None and a test that needs it skips, saying so.
 
 The flags that make it draw WebGL without a graphics card, as root in a container:
 
@@ -155,13 +155,16 @@ class Browser:
 
     def open(self, path: Path, *, ready: str = "document.readyState === 'complete'") -> None:
         """Open the file ``path`` and wait until the expression ``ready`` is true."""
-        self.call("Page.navigate", url=Path(path).resolve().as_uri())
-        _wait(lambda: self.evaluate(f"location.href !== 'about:blank' && Boolean({ready})"), 60)
+        self.open_address(Path(path).resolve().as_uri(), ready=ready)
 
     def open_address(self, url: str, *, ready: str = "document.readyState === 'complete'") -> None:
         """Open ``url`` and wait until the expression ``ready`` is true."""
         self.call("Page.navigate", url=url)
-        _wait(lambda: self.evaluate(f"location.href !== 'about:blank' && Boolean({ready})"), 60)
+        probe = (
+            "(() => { if (location.href === 'about:blank' || !document.body) return false;"
+            f"return Boolean({ready}); }})()"
+        )
+        _wait(lambda: self.evaluate(probe), 60)
 
     def evaluate(self, expression: str):
         """Return the value of a JavaScript ``expression`` (a promise is awaited)."""
@@ -183,10 +186,14 @@ class Browser:
             ("mouseMoved", end, 1),
             ("mouseReleased", end, 0),
         ):
-            button = "left" if kind != "mouseMoved" else "none"
             self.call(
                 "Input.dispatchMouseEvent",
-                type=kind, x=x, y=y, button=button, buttons=buttons, clickCount=1,
+                type=kind,
+                x=x,
+                y=y,
+                button="left",
+                buttons=buttons,
+                clickCount=1,
             )
 
     def screenshot(self, path: Path | None = None, *, whole: bool = False) -> np.ndarray:

@@ -38,7 +38,9 @@ def report_data(model, record) -> ReportData:
                 found.append(CycleCurves(name, percent, values + noise, unit))
         return found
 
-    mean = 8 + 12 * np.exp(-(((percent - 14) / 7) ** 2)) + 55 * np.exp(-(((percent - 72) / 10) ** 2))
+    mean = (
+        8 + 12 * np.exp(-(((percent - 14) / 7) ** 2)) + 55 * np.exp(-(((percent - 72) / 10) ** 2))
+    )
     return ReportData(
         title="Capsule human walking",
         sentence="A made-up walk of a capsule human was written as markers and fitted back.",

@@ -79,7 +79,8 @@ def walk(model: mujoco.MjModel, *, duration: float = 4.0, rate: float = 100.0) -
         cycle = (time / STRIDE + shift) % 1
         qpos[:, columns[f"hip_flexion_{side}"]] = np.radians(10 + 22 * np.cos(phase))
         qpos[:, columns[f"knee_angle_{side}"]] = np.radians(
-            8 + 12 * np.exp(-(((cycle - 0.14) / 0.07) ** 2))
+            8
+            + 12 * np.exp(-(((cycle - 0.14) / 0.07) ** 2))
             + 52 * np.exp(-(((cycle - 0.72) / 0.1) ** 2))
         )
         qpos[:, columns[f"ankle_angle_{side}"]] = np.radians(
@@ -105,7 +106,8 @@ def walk(model: mujoco.MjModel, *, duration: float = 4.0, rate: float = 100.0) -
         data.qpos[2] = PELVIS
         mujoco.mj_kinematics(model, data)
         low = min(
-            data.geom_xpos[g, 2] - abs(data.geom_xmat[g, 8]) * model.geom_size[g, 1]
+            data.geom_xpos[g, 2]
+            - abs(data.geom_xmat[g, 8]) * model.geom_size[g, 1]
             - model.geom_size[g, 0]
             for g in range(model.ngeom)
             if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_CAPSULE
@@ -118,7 +120,9 @@ def walk(model: mujoco.MjModel, *, duration: float = 4.0, rate: float = 100.0) -
     for k, side in enumerate("rl"):
         cycle = (time / STRIDE + (0.5 if side == "l" else 0)) % 1
         force[:, k, 2] = weight * loads[side]
-        force[:, k, 0] = -0.18 * weight * np.where(cycle < 0.62, np.sin(2 * np.pi * cycle / 0.62), 0)
+        force[:, k, 0] = (
+            -0.18 * weight * np.where(cycle < 0.62, np.sin(2 * np.pi * cycle / 0.62), 0)
+        )
         loaded = force[:, k, 2] > 20
         point[loaded, k] = soles[loaded, k] + np.outer(
             np.clip(cycle[loaded] / 0.62, 0, 1) * 0.2 - 0.04, [1, 0, 0]
@@ -158,7 +162,9 @@ def walk(model: mujoco.MjModel, *, duration: float = 4.0, rate: float = 100.0) -
         torque[:, model.jnt_dofadr[j]] = -40 * np.sin(2 * np.pi * time / STRIDE + j)
     return Record(
         motion=Motion(
-            time=time, qpos=qpos, qvel=qvel,
+            time=time,
+            qpos=qpos,
+            qvel=qvel,
             joint_names=tuple(model.joint(j).name for j in range(model.njnt)),
             events=tuple(sorted(events, key=lambda e: e.time)),
         ),

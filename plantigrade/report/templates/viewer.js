@@ -127,7 +127,7 @@ float lit(vec3 p, vec3 n) {
 vec3 shade(vec3 base, vec3 p, vec3 n, float gloss) {
   vec3 v = normalize(uEye - p); if (dot(n, v) < 0.0) n = -n;
   float sun = max(dot(n, uSun), 0.0) * lit(p, n);
-  vec3 sky = mix(vec3(0.30, 0.29, 0.28), vec3(0.56, 0.58, 0.62), 0.5 + 0.5 * n.z);
+  vec3 sky = mix(vec3(0.36, 0.35, 0.34), vec3(0.58, 0.60, 0.64), 0.5 + 0.5 * n.z);
   float rim = pow(1.0 - max(dot(n, v), 0.0), 3.0) * 0.16;
   float spec = pow(max(dot(n, normalize(v + uSun)), 0.0), 42.0) * gloss * sun;
   return base * (sky + 0.66 * sun) + rim * mix(base, vec3(1.0), 0.5) + spec;
