@@ -35,7 +35,7 @@ CMU_RATE = 120.0  # [Hz], of the CMU database: an AMC file does not say
 PLAUSIBLE_HEIGHT = (0.9, 2.3)  # [m], of a skeleton in its rest pose, ankle or toe to head
 UNITS = {"m": 1.0, "cm": 0.01, "in": 0.0254, "mm": 0.001}  # [m]
 MAX_BONES = 1000
-MAX_BYTES = 50e6  # of an AMC file [bytes]: about 9 minutes at 120 Hz
+MAX_BYTES = 30e6  # of an AMC file [bytes]: about 5 minutes at 120 Hz
 
 _ROOT_CHANNELS = ("TX", "TY", "TZ", "RX", "RY", "RZ")
 _BONE_CHANNELS = ("rx", "ry", "rz", "tx", "ty", "tz", "l")

@@ -42,6 +42,7 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "cmu": 0.0254 / 0.45} 
 PLAUSIBLE_HEIGHT = (1.0, 2.2)  # [m], along the bones from ankle to head
 ASSUMED_HEIGHT = 1.60  # [m], ankle to head, where no unit fits
 MAX_JOINTS = 2000
+MAX_BYTES = 50e6  # of a file [bytes]: about 6 minutes of 43 joints at 120 Hz
 
 _CHANNEL = re.compile(r"([XYZ])(position|rotation)", re.IGNORECASE)
 _AT_REST = 2.0  # [deg]
@@ -76,7 +77,7 @@ def read_bvh(path: str | Path, *, unit: str | None = None) -> Recording:
     path = Path(path)
     if unit is not None and unit not in UNITS:
         raise ParameterError(f"{unit=} is not one of {', '.join(UNITS)}")
-    text = read_text(path)
+    text = read_text(path, MAX_BYTES)
     warnings: list[str] = []
     found = re.search(r"^[ \t]*MOTION[ \t]*\r?$", text, re.MULTILINE | re.IGNORECASE)
     if found is None:
@@ -267,8 +268,10 @@ def _motion_block(
     block = text[head.end() :]
     values = _numbers(block)
     if values is None:
-        values = _numbers(_whole_rows(path, block, first_row - 1, n_channels))
-    assert values is not None
+        block = _whole_rows(path, block, first_row - 1, n_channels)
+        values = _numbers(block)
+    if values is None:
+        raise FileError(path, "holds words that are no numbers", where="MOTION", remedy=remedy)
     rows, rest = divmod(len(values), n_channels)
     if rest or rows != n_frames:
         rows = _count_rows(path, block, first_row - 1, n_channels)
@@ -343,7 +346,7 @@ def _count_rows(path: Path, block: str, line: int, n_channels: int) -> int:
 
 def _filled(path: Path, values: np.ndarray, warnings: list[str]) -> np.ndarray:
     """Return ``values`` with rows that are not finite bridged by their neighbours."""
-    bad = ~np.isfinite(values).all(axis=1)
+    bad = np.asarray(~np.isfinite(values).all(axis=1))
     if bad.mean() > 0.5:
         raise FileError(
             path,
@@ -442,14 +445,18 @@ def _kinematics(
             p += joints[0].offset
             ends += joints[0].offset
     scale = _scale(bone_height(names, parents, rest), unit, warnings)
+    for i in range(k):  # joint by joint: the arrays may be large
+        R[:, i] = world @ R[:, i] @ body.T
+        p[:, i] = p[:, i] @ world.T * scale
+        ends[:, i] = ends[:, i] @ world.T * scale
     return SkeletonMotion(
         names=names,
         parents=parents,
         time=time,
-        positions=p @ world.T * scale,
-        rotations=world @ R @ body.T,
+        positions=p,
+        rotations=R,
         rest_positions=rest @ body.T * scale,
-        ends=ends @ world.T * scale,
+        ends=ends,
     )
 
 

@@ -49,6 +49,7 @@ ENDS = {
 }
 
 _TO_OURS = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # x forward, y up, z right to ours
+MAX_BYTES = 20e6  # of a file [bytes]: about 10 minutes at 30 Hz
 _UNIT = 0.02  # how far a quaternion's length may be from 1
 
 
@@ -68,7 +69,7 @@ def read_deepmimic(path: str | Path) -> Recording:
     path = Path(path)
     remedy = 'a DeepMimic motion is a JSON object with a list "Frames" of rows of 44 numbers'
     try:
-        data = json.loads(read_text(path))
+        data = json.loads(read_text(path, MAX_BYTES))
     except json.JSONDecodeError as error:
         raise FileError(
             path,

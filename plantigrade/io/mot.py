@@ -26,6 +26,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
@@ -37,6 +38,7 @@ from plantigrade.motion.recording import ForcePlate, Recording, Table
 MIN_FORCE = 10.0  # [N] vertical; below it there is no centre of pressure
 HYPEREXTENSION = np.deg2rad(20)  # further back no knee goes [rad]
 MAX_COLUMNS = 5000
+MAX_BYTES = 80e6  # of a file [bytes]: about 5 minutes of two plates at 2000 Hz
 
 _OPENSIM_TO_OURS = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 _TRANSLATION = re.compile(r"_t[xyz]$")
@@ -139,7 +141,7 @@ def read_table(path: str | Path) -> Table:
 
 
 def _read(path: Path) -> MotFile:
-    text = read_text(path)
+    text = read_text(path, MAX_BYTES)
     remedy = "check that this is a MOT or STO file of OpenSim and whole"
     end = re.search(r"^[ \t]*endheader\b[^\n]*$", text, re.MULTILINE | re.IGNORECASE)
     if end is None:
@@ -241,6 +243,16 @@ def _rows(
     if len(lines) > 1 and len(lines[-1].strip().split(delimiter)) < len(names):
         warnings.append(f"the last row (line {line + len(lines)}) is cut off and left out")
         lines.pop()
+    if delimiter and all(line.count("\t") == len(names) - 1 for line in lines):
+        with catch_warnings():
+            simplefilter("error")
+            try:
+                flat = np.fromstring(text, sep=" ")
+            except (DeprecationWarning, ValueError, UnicodeError):
+                flat = np.empty(0)
+        if flat.size == len(lines) * len(names):
+            flat[np.isinf(flat)] = np.nan
+            return flat.reshape(-1, len(names))
     return numbers(
         lines, path, count=len(names), first_line=line + 1, delimiter=delimiter, names=names
     )
@@ -440,7 +452,8 @@ def _plate(table: Table, group: _ForceGroup, warnings: list[str]) -> ForcePlate:
         warnings.append(f"{group.name}: forces push down; turned to forces on the body")
         f, t = -f, -t
     loaded &= f[:, 1] >= MIN_FORCE
-    if loaded.any() and np.nanmedian(np.abs(p[loaded]).max(axis=1), axis=0) > 20.0:
+    far = np.abs(p[loaded & np.isfinite(p).all(axis=1)])
+    if far.size and np.median(far.max(axis=1)) > 20.0:
         warnings.append(f"{group.name}: points are given in mm; read so, torques in N mm")
         p, t = p / 1000, t / 1000
     if not group.columns[1]:

@@ -122,11 +122,11 @@ def turn_to_ours(
     Where ``left`` is not known the usual one is taken: x, the person facing z in files with y up
     and facing -y in files with z up.
     """
-    if up is None:
-        up = np.array([0.0, 1, 0])
-    if left is None or abs(left @ up) > 0.5:
-        left = np.array([0.0, 0, 1]) if abs(up[0]) > 0.5 else np.array([1.0, 0, 0])
-    return np.stack([np.cross(left, up), left, up])
+    z = np.array([0.0, 1, 0]) if up is None else up
+    y = left
+    if y is None or abs(y @ z) > 0.5:
+        y = np.array([0.0, 0, 1]) if abs(z[0]) > 0.5 else np.array([1.0, 0, 0])
+    return np.stack([np.cross(y, z), y, z])
 
 
 def left_axis(
