@@ -82,8 +82,15 @@ def panels_of(curves: Table | dict[str, np.ndarray], n_frames: int) -> tuple[Pan
         grouped.setdefault((without_side(name), unit), []).append(line)
     order = {name: i for i, name in enumerate(FIRST)}
     keys = sorted(grouped, key=lambda key: order.get(key[0], len(FIRST)))
-    panels = (Panel(title_of(name), unit, tuple(grouped[name, unit])) for name, unit in keys)
+    panels = (
+        Panel(title_of(name), unit, tuple(sorted(grouped[name, unit], key=_right_first)))
+        for name, unit in keys
+    )
     return tuple(panel for panel in panels if any(map(_moves, panel.lines)))
+
+
+def _right_first(line: Line) -> int:
+    return ("right", "left").index(line.label) if line.label in ("right", "left") else 2
 
 
 def _moves(line: Line) -> bool:

@@ -236,7 +236,7 @@ def path_plot(
     scale = min((width - left - 12) / (x1 - x0), (max_height - top - below) / (y1 - y0))
     right, bottom = left + scale * (x1 - x0), top + scale * (y1 - y0)
     px, py = _scale(x0, x1, left, right), _scale(y0, y1, bottom, top)
-    size = (max(round(right + 12), 260), round(bottom + below))
+    size = (max(round(right + 12), min(width, 400)), round(bottom + below))
     parts = [_open(*size, title), _title(title, left)]
     parts += _axes(x0, x1, y0, y1, px, py, (left, right, top, bottom), x_label, y_label)
     for o in outlines:
@@ -255,7 +255,7 @@ def path_plot(
             f'<path d="{_path(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
             f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"/>'
         )
-    parts += _legend(series, left + 7.2 * len(title), right)
+    parts += _legend(series, left + 7.2 * len(title), size[0] - 12)
     return "".join(parts) + "</svg>"
 
 

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from plantigrade.motion import Record, Table
-from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Series, line_plot
 from plantigrade.report.curves import panels_of
+from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Series, line_plot
 from plantigrade.report.scene import check
 from plantigrade.report.sections import (
     CycleCurves,

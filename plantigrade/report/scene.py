@@ -37,7 +37,8 @@ class Shape:
         size: MuJoCo's sizes: radius, half length, half axes [m].
         position: In the body's frame [m].
         quat: Rotation into the body's frame, ``wxyz``.
-        colour: Red, green, blue in 0–1; None where the model sets none.
+        colour: Red, green, blue in 0–1; None where the side's colour is to be used (sided bodies)
+            or the model sets none.
         body: Index of the body.
         body_name: Its name.
         vertices: Of a mesh, in the shape's frame [m].
@@ -251,8 +252,9 @@ def shapes_of(model: mujoco.MjModel) -> tuple[Shape, ...]:
             rgba = model.mat_rgba[model.geom_matid[g]]
         if kind is None or model.geom_group[g] > 2 or rgba[3] == 0:
             continue
-        default = bool(np.allclose(rgba[:3], 0.5))
         body = int(model.geom_bodyid[g])
+        sided = side_of(model.body(body).name) is not None
+        default = sided or bool(np.allclose(rgba[:3], 0.5))
         vertices, faces = _mesh(model, g) if kind == "mesh" else (None, None)
         shapes.append(
             Shape(

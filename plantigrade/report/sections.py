@@ -25,14 +25,18 @@ from plantigrade.report.scene import body_weight, foot_bodies, poses, shapes_of,
 from plantigrade.report.theme import SIDE_NAMES, side_of, title_of, without_side
 
 MAX_PRINTS = 16
-MEANINGS = {
-    "hip_flexion": ("flexion", "extension"),
-    "hip_adduction": ("adduction", "abduction"),
+MEANINGS = {  # what positive and negative mean, short enough for an axis
+    "hip_flexion": ("flex.", "ext."),
+    "hip_adduction": ("add.", "abd."),
     "hip_rotation": ("internal", "external"),
-    "knee_angle": ("flexion", "extension"),
-    "ankle_angle": ("dorsiflexion", "plantarflexion"),
-    "subtalar_angle": ("inversion", "eversion"),
-    "mtp_angle": ("toes up", "toes down"),
+    "knee_angle": ("flex.", "ext."),
+    "ankle_angle": ("dorsi", "plantar"),
+    "subtalar_angle": ("inv.", "ev."),
+    "mtp_angle": ("up", "down"),
+    "pelvis_tilt": ("back", "forward"),
+    "lumbar_extension": ("ext.", "flex."),
+    "arm_flex": ("flex.", "ext."),
+    "elbow_flex": ("flex.", "ext."),
 }
 
 
@@ -131,7 +135,7 @@ def cycle_section(
             series.append(Series(norm.percent, norm.mean, "norm", MIDDLE, 1.0, 0.8, "4 3"))
             if norm.source and norm.source not in sources:
                 sources.append(norm.source)
-        for curve in members:
+        for curve in sorted(members, key=lambda c: side_of(c.name) != "r"):
             side = side_of(curve.name)
             mean, sd = _mean_sd(curve.values)
             if len(curve.values) > 1:
@@ -301,7 +305,7 @@ def _foot_figures(model, record, total, cop, weight) -> list[Figure]:
                 path_plot(
                     series,
                     outlines=outlines,
-                    title=f"{SIDE_NAMES[side].capitalize()} foot, {len(series)} stances",
+                    title=f"{SIDE_NAMES[side].capitalize()} foot, stances: {len(series)}",
                     x_label="to the right of the ankle [cm]",
                     y_label="ahead of the ankle [cm]",
                     width=520,
@@ -427,7 +431,7 @@ def path_section(model: mujoco.MjModel, record: Record) -> Section:
     figures = [
         Figure(
             path_plot(above, title="From above", x_label="forward [m]", y_label="left [m]"),
-            "The centre of mass sways towards the standing foot while the feet travel straight.",
+            "In walking, the centre of mass sways towards the standing foot.",
             wide=True,
         ),
         Figure(

@@ -60,9 +60,7 @@ def strip_svg(
     """
     indices = [int(i) for i in indices]
     if not indices or min(indices) < 0 or max(indices) >= len(qpos):
-        raise ParameterError(
-            f"picture instants {indices} must be frames from 0 to {len(qpos) - 1}"
-        )
+        raise ParameterError(f"picture instants {indices} must be frames from 0 to {len(qpos) - 1}")
     chosen = np.asarray(qpos)[indices]
     positions, quats, com = poses(model, chosen)
     shapes = [shape for shape in shapes_of(model) if shape.body]
@@ -99,8 +97,7 @@ def strip_svg(
             f'height="{top + bottom:.3f}" fill="{background}"/>'
         )
     parts.append(
-        f'<line x1="{low:.3f}" x2="{high:.3f}" y1="0" y2="0" stroke="#8a94a3" '
-        'stroke-width=".008"/>'
+        f'<line x1="{low:.3f}" x2="{high:.3f}" y1="0" y2="0" stroke="#8a94a3" stroke-width=".008"/>'
     )
     for i, frame in enumerate(indices):
         shift = places[i] - centre[i]

@@ -132,7 +132,8 @@ def shape_colour(shape) -> tuple[float, float, float]:
         return shape.colour
     sides = {"r": RIGHT_BODY, "l": LEFT_BODY}
     text = STATIC if shape.body == 0 else sides.get(shape.side or "", BODY)
-    return tuple(int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
 
 
 def heading_of(scene: Scene) -> float:

@@ -1,0 +1,369 @@
+"""The live viewer: the same scene served to a browser, for ``plantigrade view``.
+
+Works over ssh and in a notebook: the server has no window and no OpenGL, the browser draws.
+"""
+
+import time as clock
+import webbrowser
+from dataclasses import dataclass, field
+from threading import Event
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plantigrade.errors import ParameterError
+from plantigrade.motion import Record
+from plantigrade.report import theme
+from plantigrade.report.scene import Shape, build_scene
+from plantigrade.report.viewer import COM, heading_of, shape_colour, standing_height
+
+ARROW = 0.6  # one body weight is drawn this long [m]
+
+
+def serve(
+    model: mujoco.MjModel,
+    record: Record,
+    *,
+    port: int = 8080,
+    open: bool = True,  # noqa: A002 - the word of the command line's option
+    title: str = "plantigrade",
+    stop: Event | None = None,
+) -> None:
+    """Serve ``record`` on http://localhost:``port`` until interrupted, or until ``stop`` is set.
+
+    Args:
+        model: The body.
+        record: What to show.
+        port: Port to listen on; the next free one is taken where it is in use.
+        open: Whether to open the page in the default browser.
+        title: Shown over the controls.
+        stop: Ends the service when set (for tests and notebooks).
+
+    Raises:
+        ParameterError: If the record does not fit the model or the port is no port.
+    """
+    live = LiveViewer(model, record, port=port, title=title)
+    stop = stop or Event()
+    try:
+        print(f"Viewer at {live.address} (end with Ctrl-C)")
+        if open:
+            webbrowser.open(live.address)
+        live.play(stop)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        live.close()
+
+
+@dataclass
+class _Nodes:
+    """Handles of what moves in the scene."""
+
+    bodies: list = field(default_factory=list)
+    reference: list = field(default_factory=list)
+    clouds: dict = field(default_factory=dict)
+    world: Any = None
+    arrows: Any = None
+    com: Any = None
+
+
+class LiveViewer:
+    """A record on a viser server, with playback controls in its panel.
+
+    Attributes:
+        scene: What is drawn.
+        server: The viser server, for more controls and shapes.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, record: Record, *, port: int = 8080, title: str = "plantigrade"
+    ):
+        """Start the server and draw the first frame.
+
+        Args:
+            model: The body.
+            record: What to show.
+            port: Port to listen on; the next free one is taken where it is in use.
+            title: Shown over the controls.
+        """
+        if not 0 < port < 65536:
+            raise ParameterError(f"{port=} is no port; choose one from 1024 to 65535")
+        import viser
+
+        self.scene = build_scene(model, record)
+        self.server = viser.ViserServer(host="localhost", port=port, verbose=False)
+        self._nodes = _Nodes()
+        self._frame = -1
+        self._now = float(self.scene.time[0])
+        self._draw_static()
+        self._add_controls(title)
+        self.show(0)
+
+    @property
+    def address(self) -> str:
+        """Where a browser finds it."""
+        return f"http://localhost:{self.server.get_port()}"
+
+    def close(self) -> None:
+        """Stop the server."""
+        self.server.stop()
+
+    def play(self, stop: Event) -> None:
+        """Run the clock until ``stop`` is set."""
+        times = self.scene.time
+        before = clock.monotonic()
+        while not stop.wait(1 / 60):
+            now = clock.monotonic()
+            if self._playing.value and len(times) > 1:
+                self._now += (now - before) * float(self._speed.value.rstrip("x"))
+                if self._now > times[-1]:
+                    self._now = float(times[0])
+                frame = int(np.searchsorted(times, self._now, side="right") - 1)
+                if frame != self._frame:
+                    self._slider.value = float(times[frame])
+                    self.show(frame)
+            before = now
+
+    def show(self, frame: int) -> None:
+        """Draw frame ``frame`` of the scene."""
+        scene, nodes = self.scene, self._nodes
+        self._frame = frame
+        with self.server.atomic():
+            # To follow, the world moves and the camera stays: what the user turned stays turned,
+            # and no answer of a slow browser can pull it back.
+            here = scene.com[frame if self._follow.value else 0] * [1, 1, 0]
+            nodes.world.position = -here
+            for handle, body in nodes.bodies:
+                handle.position = scene.positions[frame, body]
+                handle.wxyz = scene.quats[frame, body]
+            shift = self._sideways() if nodes.reference else np.zeros(3)
+            if scene.reference_positions is not None and scene.reference_quats is not None:
+                for handle, body in nodes.reference:
+                    handle.position = scene.reference_positions[frame, body] + shift
+                    handle.wxyz = scene.reference_quats[frame, body]
+            for name, handle in nodes.clouds.items():
+                points = getattr(scene, name)[frame]
+                handle.points = points[np.isfinite(points).all(axis=1)].astype(np.float32)
+            nodes.com.position = scene.com[frame]
+            if nodes.arrows is not None:
+                nodes.arrows.points, nodes.arrows.colors = self._arrows(frame)
+
+    def _draw_static(self) -> None:
+        server, scene = self.server, self.scene
+        height = standing_height(scene)
+        heading = heading_of(scene)
+        target = np.array([0.0, 0.0, 0.5 * height])
+        angle = heading - 0.95
+        away = np.array([np.cos(angle), np.sin(angle), 0.25]) * 1.6 * height
+        server.scene.set_up_direction("+z")
+        server.initial_camera.position = tuple(target + away)
+        server.initial_camera.look_at = tuple(target)
+        self._nodes.world = server.scene.add_frame("/world", show_axes=False)
+        server.scene.add_grid(
+            "/world/ground",
+            width=100.0,
+            height=100.0,
+            cell_size=0.25,
+            section_size=1.0,
+            fade_distance=25.0,
+            shadow_opacity=0.3,
+        )
+        self._nodes.bodies = self._add_bodies("/world/body", None, 1.0)
+        if scene.reference_positions is not None:
+            violet = _rgb(theme.REFERENCE)
+            self._nodes.reference = self._add_bodies("/world/reference", violet, 0.4)
+        for name, colour in (("recorded", theme.RECORDED), ("fitted", theme.FITTED)):
+            if getattr(scene, name) is not None:
+                self._nodes.clouds[name] = server.scene.add_point_cloud(
+                    f"/world/markers/{name}",
+                    np.zeros((0, 3), np.float32),
+                    _rgb(colour),
+                    point_size=0.012,
+                    point_shape="circle",
+                    precision="float32",
+                )
+        self._nodes.com = server.scene.add_icosphere("/world/com", radius=0.035, color=_rgb(COM))
+        if scene.total_force is not None:
+            self._nodes.arrows = server.scene.add_arrows(
+                "/world/ground_reaction",
+                np.zeros((0, 2, 3), np.float32),
+                np.zeros((0, 3), np.uint8),
+                shaft_radius=0.012,
+                head_radius=0.03,
+                head_length=0.08,
+            )
+
+    def _add_bodies(self, root: str, colour, opacity: float) -> list:
+        """Add one frame per body and its shapes below; return handles with body indices."""
+        handles = {}
+        for i, shape in enumerate(self.scene.shapes):
+            if shape.body not in handles:
+                name = shape.body_name or "world"
+                handles[shape.body] = self.server.scene.add_frame(
+                    f"{root}/{shape.body}_{name}", show_axes=False
+                )
+            vertices, faces = mesh_of(shape)
+            red, green, blue = shape_colour(shape)
+            own = (round(255 * red), round(255 * green), round(255 * blue))
+            self.server.scene.add_mesh_simple(
+                f"{root}/{shape.body}_{shape.body_name or 'world'}/{i}",
+                vertices.astype(np.float32),
+                faces.astype(np.uint32),
+                color=colour or own,
+                opacity=None if opacity == 1 else opacity,
+                flat_shading=shape.kind in ("box", "mesh"),
+                side="double",
+                position=shape.position,
+                wxyz=shape.quat,
+            )
+        return [(handle, body) for body, handle in handles.items()]
+
+    def _add_controls(self, title: str) -> None:
+        gui, scene = self.server.gui, self.scene
+        self.server.gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.set_panel_label(title)
+        self._playing = gui.add_checkbox("Play", True)
+        first, last = float(scene.time[0]), float(scene.time[-1])
+        self._slider = gui.add_slider(
+            "Time [s]", first, max(last, first + 1e-3), 0.001, first, disabled=last <= first
+        )
+        back, on = gui.add_button("One frame back"), gui.add_button("One frame on")
+        self._speed = gui.add_dropdown(
+            "Speed", ("0.1x", "0.25x", "0.5x", "1x", "2x"), initial_value="1x"
+        )
+        self._follow = gui.add_checkbox("Follow camera", True)
+        self._beside = gui.add_checkbox(
+            "Reference beside", True, visible=scene.reference_positions is not None
+        )
+
+        @self._slider.on_update
+        def _(event) -> None:
+            if event.client is not None:  # moved by a person, not by the clock
+                self._playing.value = False
+                self._go(int(np.searchsorted(scene.time, self._slider.value, side="right") - 1))
+
+        @back.on_click
+        def _(_event) -> None:
+            self._step(-1)
+
+        @on.on_click
+        def _(_event) -> None:
+            self._step(1)
+
+        @self._beside.on_update
+        def _(_event) -> None:
+            self.show(self._frame)
+
+        @self._follow.on_update
+        def _(_event) -> None:
+            self.show(self._frame)
+
+        layers = {
+            "Body": "/world/body",
+            "Reference body": "/world/reference",
+            "Markers": "/world/markers",
+        }
+        with gui.add_folder("Show"):
+            for label, root in (*layers.items(), ("Ground reaction", "/world/ground_reaction")):
+                handles = self._handles_under(root)
+                if not handles:
+                    continue
+                box = gui.add_checkbox(label, True)
+
+                @box.on_update
+                def _(_event, box=box, handles=handles) -> None:
+                    for handle in handles:
+                        handle.visible = box.value
+
+    def _handles_under(self, root: str) -> list:
+        nodes = self._nodes
+        if root == "/world/body":
+            return [handle for handle, _ in nodes.bodies]
+        if root == "/world/reference":
+            return [handle for handle, _ in nodes.reference]
+        if root == "/world/markers":
+            return list(nodes.clouds.values())
+        return [nodes.arrows] if nodes.arrows is not None else []
+
+    def _step(self, by: int) -> None:
+        self._playing.value = False
+        self._go(self._frame + by)
+        self._slider.value = self._now
+
+    def _go(self, frame: int) -> None:
+        frame = int(np.clip(frame, 0, len(self.scene.time) - 1))
+        self._now = float(self.scene.time[frame])
+        self.show(frame)
+
+    def _sideways(self) -> np.ndarray:
+        angle = heading_of(self.scene)
+        reach = 0.75 if self._beside.value else 0.0
+        return reach * np.array([-np.sin(angle), np.cos(angle), 0.0])
+
+    def _arrows(self, frame: int):
+        """Return start and end of each ground reaction [m] and its colour."""
+        scene = self.scene
+        points, colours = [], []
+        sides = () if scene.cop is None else (theme.RIGHT, theme.LEFT, theme.MIDDLE)
+        for side, colour in enumerate(sides):
+            assert scene.cop is not None and scene.total_force is not None  # both or neither
+            start = scene.cop[frame, side]
+            force = scene.total_force[frame, side]
+            if np.isfinite(start).all() and np.any(force):
+                points.append([start, start + ARROW * force / scene.weight])
+                colours.append(_rgb(colour))
+        return (
+            np.array(points, np.float32).reshape(-1, 2, 3),
+            np.array(colours, np.uint8).reshape(-1, 3),
+        )
+
+
+def mesh_of(shape: Shape, *, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices [m] and faces of a shape, in its own frame.
+
+    Args:
+        shape: The shape.
+        around: Corners of its circles.
+    """
+    if shape.vertices is not None and shape.faces is not None:
+        return shape.vertices, shape.faces
+    x, y, z = shape.size
+    if shape.kind == "box":
+        corners = np.array([[i, j, k] for i in (-x, x) for j in (-y, y) for k in (-z, z)])
+        quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        faces = [[a, b, c] for a, b, c, _ in quads] + [[a, c, d] for a, _, c, d in quads]
+        return corners, np.array(faces)
+    tilt = np.linspace(-np.pi / 2, np.pi / 2, around // 2 + 1)
+    if shape.kind == "cylinder":
+        profile = np.array([[0, -y], [x, -y], [x, y], [0, y]])
+        scale = np.ones(3)
+    elif shape.kind == "capsule":
+        low, high = tilt[tilt <= 1e-9], tilt[tilt >= -1e-9]
+        ends = [
+            np.stack([x * np.cos(a), x * np.sin(a) + s * y], 1) for a, s in ((low, -1), (high, 1))
+        ]
+        profile, scale = np.concatenate(ends), np.ones(3)
+    else:
+        profile = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
+        scale = np.full(3, x) if shape.kind == "sphere" else np.asarray(shape.size)
+    turn = np.linspace(0, 2 * np.pi, around, endpoint=False)
+    rows = len(profile)
+    vertices = np.stack(
+        [
+            np.outer(np.cos(turn), profile[:, 0]),
+            np.outer(np.sin(turn), profile[:, 0]),
+            np.tile(profile[:, 1], (around, 1)),
+        ],
+        axis=2,
+    ).reshape(-1, 3)
+    faces = []
+    for i in range(around):
+        a, b = i * rows, (i + 1) % around * rows
+        for j in range(rows - 1):
+            faces += [[a + j, b + j, a + j + 1], [a + j + 1, b + j, b + j + 1]]
+    return vertices * scale, np.array(faces)
+
+
+def _rgb(text: str) -> tuple[int, int, int]:
+    return (int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16))
