@@ -1,0 +1,457 @@
+"""C3D recordings: markers, force plates, events, the person, a model's outputs.
+
+The container is read in :mod:`~plantigrade.io.c3d_file`, force plates in
+:mod:`~plantigrade.io.force_plates`, and which points are markers is decided in
+:mod:`~plantigrade.io.c3d_labels`. Time is ``(frame number - 1) / rate``, so that the events of the
+file and a recording cut out of a longer one stay on one clock.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.errors import FileError
+from plantigrade.io.axes import rotation_to_world, to_world, up_axis_of_points
+from plantigrade.io.c3d_file import C3dFile, read_c3d_file
+from plantigrade.io.c3d_labels import Points, sort_points
+from plantigrade.io.force_plates import plate_axes, plates_from_c3d
+from plantigrade.motion.recording import ForcePlate, GaitEvent, Markers, Recording, Subject
+
+LENGTH_UNITS = {
+    **{name: 1e-3 for name in ("mm", "millimeter", "millimeters", "millimetre", "millimetres")},
+    **{name: 1e-2 for name in ("cm", "centimeter", "centimeters", "centimetre", "centimetres")},
+    **{name: 1.0 for name in ("m", "meter", "meters", "metre", "metres")},
+    **{name: 0.0254 for name in ("in", "inch", "inches")},
+    **{name: 0.3048 for name in ("ft", "feet", "foot")},
+    "dm": 0.1,
+}
+"""Length units by their name in a file [m]."""
+
+_STRIKE = re.compile(
+    r"(foot|heel|initial|toe)?[ _-]*(strike|contact|on|down)|[lr]?(hs|fs|ic|fc)", re.I
+)
+_OFF = re.compile(r"(foot|toe)[ _-]*off|[lr]?(to|fo)", re.I)
+
+
+def read_c3d(path: str | Path) -> Recording:
+    """Read a C3D file.
+
+    Returns:
+        Markers in world axes [m]. ``outputs`` holds what a model computed: positions (joint
+        centres, segment axes, centre of mass) in world axes [m], as the markers; angles, forces,
+        moments, powers and scalars in the file's own axes and units; and stray trajectories
+        under names that start with ``*``, world axes [m].
+
+    Raises:
+        FileError: If the file cannot be read.
+    """
+    file = read_c3d_file(path)
+    points = sort_points(file)
+    warnings = list(points.warnings)
+    marker_columns = list(points.markers)
+    unit = _length_unit(file, file.points[:, marker_columns], warnings)
+    up = _up(file, file.points[:, marker_columns], unit, warnings)
+    time = (file.first_frame - 1 + np.arange(len(file.points))) / file.rate
+    turned = {}
+    for i in points.computed + points.unlabelled:
+        turned[points.names[i]] = to_world(file.points[:, i] * unit, up)
+    outputs = {points.names[i]: file.points[:, i].copy() for i in points.typed} | turned
+    markers = None
+    if marker_columns:
+        markers = Markers(
+            names=tuple(points.names[i] for i in marker_columns),
+            time=time,
+            positions=to_world(file.points[:, marker_columns] * unit, up),
+        )
+        if not np.isfinite(markers.positions).any():
+            warnings.append("no marker is seen in any frame")
+    plates, plate_warnings = plates_from_c3d(file, unit, rotation_to_world(up))
+    if not points.names and not plates:
+        raise FileError(
+            path,
+            "holds neither points nor force plates",
+            remedy="export the trajectories into the file",
+        )
+    events = _events(file, float(time[0]), float(time[-1]), warnings)
+    return Recording(
+        source=Path(path),
+        markers=markers,
+        plates=tuple(plates),
+        events=events,
+        subject=_subject(file, warnings),
+        outputs=outputs,
+        warnings=tuple(warnings + plate_warnings + _people(points)),
+    )
+
+
+def write_c3d(recording: Recording, path: str | Path) -> None:
+    """Write markers, force plates (type 2) and events; world axes z up, points in mm.
+
+    Plates are resampled to the least multiple of the marker rate that is not below their own. A
+    plate of unknown corners is written as one of 0.5 m by 0.5 m under its mean centre of pressure.
+
+    Raises:
+        FileError: If there are no markers, they are not evenly sampled, or the file cannot be
+            written.
+    """
+    import ezc3d
+
+    markers = recording.markers
+    if markers is None or markers.n_frames == 0:
+        raise FileError(
+            path,
+            "the recording has no markers, and a C3D file holds markers",
+            remedy="write joint angles to .mot or .npz, another skeleton to .bvh",
+        )
+    rate = _even_rate(markers.time, path)
+    first_frame = int(round(markers.time[0] * rate)) + 1
+    if first_frame < 1 or abs(markers.time[0] * rate - (first_frame - 1)) > 0.01:
+        first_frame = max(first_frame, 1)
+    if first_frame + markers.n_frames - 1 > 65535:
+        raise FileError(
+            path,
+            f"frame {first_frame + markers.n_frames - 1} is beyond the 65535 a C3D header counts",
+            remedy="cut the recording, or write .trc or .csv",
+        )
+    shift = (first_frame - 1) / rate - markers.time[0]
+    out = ezc3d.c3d()
+    n = markers.n_frames
+    data = np.full((4, len(markers.names), n), np.nan)
+    data[:3] = markers.positions.transpose(2, 1, 0) * 1e3
+    data[3] = 1.0
+    out["data"]["points"] = data
+    seen = np.isfinite(data[:3]).all(axis=0)
+    out["data"]["meta_points"] = {
+        "residuals": np.where(seen, 0.0, -1.0)[None],
+        "camera_masks": np.zeros((7, len(markers.names), n), dtype=bool),
+    }
+    out["header"]["points"]["first_frame"] = first_frame - 1
+    point = out["parameters"]["POINT"]
+    point["RATE"]["value"] = np.array([rate])
+    point["LABELS"]["value"] = list(markers.names)
+    point["UNITS"]["value"] = ["mm"]
+    out.add_parameter("POINT", "X_SCREEN", ["+X"])
+    out.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    per_frame = _samples_per_frame(recording.plates, rate)
+    out["parameters"]["ANALOG"]["RATE"]["value"] = np.array([rate * per_frame])
+    if recording.plates:
+        _add_plates(out, recording.plates, markers.time[0], rate, per_frame, n)
+    if recording.events:
+        _add_events(out, recording.events, shift)
+    _add_subject(out, recording.subject)
+    try:
+        with open(path, "wb"):  # ezc3d says too little where it cannot write
+            pass
+        out.write(str(path))
+    except OSError as error:
+        raise FileError(
+            path,
+            f"cannot be written ({error.strerror or error})",
+            remedy="check that the folder exists and may be written to",
+        ) from error
+    except RuntimeError as error:
+        raise FileError(path, f"cannot be written as C3D ({error})") from error
+
+
+def _length_unit(file: C3dFile, points: np.ndarray, warnings: list[str]) -> float:
+    """Return the unit of the points [m]."""
+    words = file.strings("POINT", "UNITS")
+    word = words[0].lower().strip(". ") if words else ""
+    if word in LENGTH_UNITS:
+        return LENGTH_UNITS[word]
+    if not np.isfinite(points).any():
+        return 1e-3
+    unit = unit_of_points(points)
+    warnings.append(
+        f"the file gives its length unit as {word!r}; from the size of the body it was taken as "
+        f"{'mm' if unit == 1e-3 else 'cm' if unit == 1e-2 else 'm'}"
+    )
+    return unit
+
+
+def unit_of_points(points: np.ndarray) -> float:
+    """Return the unit [m] with which markers (n_frames, n_markers, 3) have the size of a body."""
+    with np.errstate(all="ignore"):
+        part = points[:: max(1, len(points) // 200)]
+        part = part[np.isfinite(part).all(axis=2).sum(axis=1) >= 2]
+        if len(part) == 0:
+            return 1e-3
+        extent = np.nanmax(part, axis=1) - np.nanmin(part, axis=1)
+        size = float(np.median(np.linalg.norm(extent, axis=1)))
+    return 1e-3 if size > 300 else 1e-2 if size > 10 else 1.0  # a body is 0.3 to 3 m long
+
+
+def _up(file: C3dFile, points: np.ndarray, unit: float, warnings: list[str]) -> str:
+    """Return the file's vertical: what it declares, unless plates or an upright body deny it."""
+    words = file.strings("POINT", "Y_SCREEN")
+    match = re.fullmatch(r"\s*([+-]?)\s*([xyz])\s*", words[0], re.I) if words else None
+    declared = (match[1] or "+") + match[2].lower() if match else None
+    plates = _up_of_plates(file, points)
+    body, sure = up_axis_of_points(points * unit)
+    seen = plates or (body if sure > 1.4 else None)
+    if declared is None:
+        return seen or "+z"
+    # The screen says how the laboratory is drawn, and plates where the floor is. A body says it
+    # less surely: someone may lie down.
+    if plates and plates != declared:
+        warnings.append(
+            f"POINT:Y_SCREEN says that {declared} is up, the force plates that {plates} is; the "
+            "plates were believed"
+        )
+        return plates
+    if not plates and sure > 1.8 and body != declared:
+        warnings.append(
+            f"POINT:Y_SCREEN says that {declared} is up, but the body is longest along {body}, "
+            "which was taken as up"
+        )
+        return body
+    return declared
+
+
+def _up_of_plates(file: C3dFile, points: np.ndarray) -> str | None:
+    """Return the axis along the plates' normal, on the side where the markers are."""
+    corners = file.values("FORCE_PLATFORM", "CORNERS")
+    corners = corners[..., None] if corners.ndim == 2 else corners
+    used = file.value("FORCE_PLATFORM", "USED")
+    if corners.ndim != 3 or corners.shape[:2] != (3, 4) or not used >= 1:
+        return None
+    axes = set()
+    for four in np.moveaxis(corners.astype(float), 2, 0)[: int(min(used, 64))]:
+        normal = plate_axes(four.T)[:, 2]
+        if not np.isfinite(normal).all() or np.abs(normal).max() < 0.9:
+            continue  # no plate, or a ramp
+        axis = int(np.argmax(np.abs(normal)))
+        with np.errstate(all="ignore"):
+            height = np.nanmedian(points[..., axis]) if np.isfinite(points).any() else np.nan
+        if not np.isfinite(height):
+            return None
+        axes.add(("+" if height >= four[axis].mean() else "-") + "xyz"[axis])
+    return axes.pop() if len(axes) == 1 else None
+
+
+def _events(file: C3dFile, start: float, end: float, warnings: list) -> tuple[GaitEvent, ...]:
+    times = file.values("EVENT", "TIMES")
+    labels, contexts = file.strings("EVENT", "LABELS"), file.strings("EVENT", "CONTEXTS")
+    rows: list[tuple[float, str, str]] = []
+    if times.ndim == 2 and times.shape[0] == 2 and times.shape[1]:
+        seconds = 60.0 * times[0] + times[1]
+        used = file.value("EVENT", "USED")
+        n = min(len(seconds), len(labels), int(used) if 0 <= used < 1e6 else len(seconds))
+        contexts = contexts + [""] * n
+        rows = [(float(seconds[i]), labels[i], contexts[i]) for i in range(n)]
+    elif file.header_events:
+        rows = [(time, label, "") for label, time in file.header_events]
+    events = []
+    for time, label, context in rows:
+        kind = event_kind(label)
+        side = event_side(label, context)
+        if kind and side and np.isfinite(time):
+            events.append(GaitEvent(time, side, kind))
+    half = 0.5 / file.rate
+    inside = [start - half <= event.time <= end + half for event in events]
+    if events and not any(inside):
+        moved = [GaitEvent(e.time + start, e.side, e.kind) for e in events]
+        if all(start - half <= event.time <= end + half for event in moved):
+            warnings.append("the events count their time from the first frame; they were moved")
+            return tuple(sorted(moved, key=lambda event: event.time))
+    outside = len(events) - sum(inside)
+    if outside:
+        warnings.append(f"{outside} events lie outside the recorded frames and were left out")
+    kept = [event for event, good in zip(events, inside, strict=True) if good]
+    return tuple(sorted(kept, key=lambda event: event.time))
+
+
+def event_kind(label: str) -> str | None:
+    """Return ``"heel_strike"`` or ``"toe_off"`` for the names in use, None for any other event."""
+    bare = re.sub(
+        r"^(left|right|[lr])[ _-]+|[ _-]+(left|right|[lr])$", "", label.strip(), flags=re.I
+    )
+    if _STRIKE.fullmatch(bare):
+        return "heel_strike"
+    return "toe_off" if _OFF.fullmatch(bare) else None
+
+
+def event_side(label: str, context: str) -> str | None:
+    """Return ``"l"`` or ``"r"`` from an event's context, else from its label."""
+    for word in (context, label):
+        match = re.match(
+            r"\s*(left|right|l(?=[ _-]|$|hs|fs|ic|fc|to|fo)|r(?=[ _-]|$|hs|fs|ic|fc|to|fo))",
+            word,
+            re.I,
+        )
+        match = match or re.search(r"[ _-](left|right|l|r)\s*$", word, re.I)
+        if match:
+            return match[1][0].lower()
+    return None
+
+
+_MASS_NAMES = ("bodymass", "mass", "weight", "bodyweight", "subjectmass", "subjectweight")
+_HEIGHT_NAMES = ("height", "bodyheight", "stature", "subjectheight")
+_LEG_NAMES = ("leglength", "lleglength", "rleglength", "leftleglength", "rightleglength")
+_SEX_NAMES = ("sex", "gender")
+
+
+def _subject(file: C3dFile, warnings: list[str]) -> Subject:
+    found: dict[str, float | str] = {}
+    for group in ("PROCESSING", "SUBJECTS", "SUBJECT", "ANTHROPOMETRY", "PATIENT"):
+        for name, value in file.parameters.get(group, {}).items():
+            key = re.sub(r"[^a-z]", "", name.lower())
+            if isinstance(value, list):
+                if key in _SEX_NAMES and value:
+                    found.setdefault(key, value[0])
+                try:
+                    number = float(value[0].split()[0]) if value else float("nan")
+                except (ValueError, IndexError):
+                    continue
+            else:
+                number = float(value.flat[0]) if value.size else float("nan")
+            if np.isfinite(number) and number != 0:
+                found.setdefault(key, number)
+
+    def first(names, convert, what, allowed):
+        values = []
+        for name in names:
+            if isinstance(found.get(name), float):
+                value = convert(found[name])
+                if value is None:
+                    warnings.append(f"{what} is given as {found[name]:g}, {allowed}; ignored")
+                else:
+                    values.append(value)
+        return values
+
+    mass = first(_MASS_NAMES, lambda v: v if 2 <= v <= 400 else None, "body mass", "2 to 400 kg")
+    height = first(
+        _HEIGHT_NAMES, lambda v: _metres(v, 0.3, 2.6), "body height", "0.3 to 2.6 m, in m, cm or mm"
+    )
+    leg = first(_LEG_NAMES, lambda v: _metres(v, 0.1, 1.5), "leg length", "0.1 to 1.5 m")
+    sex = next((str(found[k]).strip().lower() for k in _SEX_NAMES if k in found), "")
+    return Subject(
+        height=height[0] if height else None,
+        mass=mass[0] if mass else None,
+        sex="male"
+        if sex in ("m", "male", "man")
+        else "female"
+        if sex in ("f", "female", "w", "woman")
+        else None,
+        leg_length=float(np.mean(leg)) if leg else None,
+    )
+
+
+def _metres(value: float, low: float, high: float) -> float | None:
+    """Return a length given in m, mm or cm, whichever lies in the range [m]."""
+    for unit in (1.0, 1e-3, 1e-2):
+        if low <= value * unit <= high:
+            return value * unit
+    return None
+
+
+def _people(points: Points) -> list[str]:
+    people = sorted(
+        {points.names[i].split(":")[0] for i in points.markers if ":" in points.names[i]}
+    )
+    if len(people) < 2:
+        return []
+    return [
+        f"the file holds markers of {len(people)} subjects ({', '.join(people)}), kept by prefix"
+    ]
+
+
+def _even_rate(time: np.ndarray, path: str | Path) -> float:
+    if len(time) == 1:
+        return 100.0
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    if not step > 0 or np.abs(steps - step).max() > 0.05 * step:
+        raise FileError(
+            path,
+            "the markers are not evenly sampled in time, which C3D cannot say",
+            remedy="resample them first, or write .trc or .csv",
+        )
+    rate = (len(time) - 1) / float(time[-1] - time[0])
+    return float(round(rate)) if abs(rate - round(rate)) < 1e-3 * rate else rate
+
+
+def _samples_per_frame(plates: tuple[ForcePlate, ...], rate: float) -> int:
+    rates = [(len(p.time) - 1) / (p.time[-1] - p.time[0]) for p in plates if len(p.time) > 1]
+    return max(1, int(np.ceil(max(rates, default=rate) / rate - 1e-3)))
+
+
+def _add_plates(out, plates, start: float, rate: float, per_frame: int, n_frames: int) -> None:
+    clock = start + np.arange(n_frames * per_frame) / (rate * per_frame)
+    channels, corners, origins = [], [], []
+    for plate in plates:
+        force, cop, free = _on_clock(plate, clock)
+        four = plate.corners if plate.corners is not None else _invented_corners(plate)
+        axes = plate_axes(four)
+        if axes[2, 2] > 0:  # listed the other way round: keep z into the ground
+            four = four[[1, 0, 3, 2]]
+            axes = plate_axes(four)
+        centre = four.mean(axis=0)
+        arm = np.where(np.isfinite(cop), cop - centre, 0.0)
+        moment = np.cross(arm, force)
+        moment[:, 2] += free
+        channels += [-force @ axes, -1e3 * moment @ axes]  # on the plate; N and N mm
+        corners.append(four.T * 1e3)
+        origins.append(np.zeros(3))
+    samples = np.concatenate(channels, axis=1)
+    n = len(plates)
+    out["data"]["analogs"] = samples.T[None]
+    analog = out["parameters"]["ANALOG"]
+    analog["LABELS"]["value"] = [
+        f"{axis}{i + 1}" for i in range(n) for axis in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+    ]
+    analog["UNITS"]["value"] = ["N", "N", "N", "Nmm", "Nmm", "Nmm"] * n
+    analog["SCALE"]["value"] = np.ones(6 * n)
+    analog["OFFSET"]["value"] = np.zeros(6 * n, dtype=int)
+    group = out["parameters"]["FORCE_PLATFORM"]
+    group["USED"]["value"] = np.array([n])
+    group["TYPE"]["value"] = np.full(n, 2)
+    group["ZERO"]["value"] = np.array([1, 0])
+    group["CORNERS"]["value"] = np.stack(corners, axis=2)
+    group["ORIGIN"]["value"] = np.stack(origins, axis=1)
+    group["CHANNEL"]["value"] = np.arange(1, 6 * n + 1).reshape(n, 6).T
+
+
+def _on_clock(plate: ForcePlate, clock: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return force, centre of pressure and free moment at the times ``clock``; 0 outside."""
+    step = 1e-6
+    if len(plate.time) == len(clock) and np.abs(plate.time - clock).max() < step:
+        return plate.force, plate.cop, np.nan_to_num(plate.free_moment)
+
+    def at(values, outside):
+        return np.interp(clock, plate.time, values, left=outside, right=outside)
+
+    force = np.stack([at(np.nan_to_num(plate.force[:, k]), 0.0) for k in range(3)], axis=1)
+    seen = at(np.isfinite(plate.cop).all(axis=1).astype(float), 0.0) > 0.999
+    cop = np.stack([at(np.nan_to_num(plate.cop[:, k]), np.nan) for k in range(3)], axis=1)
+    cop[~seen] = np.nan
+    return force, cop, at(np.nan_to_num(plate.free_moment), 0.0)
+
+
+def _invented_corners(plate: ForcePlate) -> np.ndarray:
+    seen = plate.cop[np.isfinite(plate.cop).all(axis=1)]
+    centre = seen.mean(axis=0) if len(seen) else np.zeros(3)
+    # By quadrant of axes x, -y, into the ground: clockwise seen from above.
+    return centre + 0.25 * np.array([[1, -1, 0], [-1, -1, 0], [-1, 1, 0], [1, 1, 0]], dtype=float)
+
+
+def _add_events(out, events: tuple[GaitEvent, ...], shift: float) -> None:
+    times = np.array([[(e.time + shift) // 60, (e.time + shift) % 60] for e in events]).T
+    names = {"heel_strike": "Foot Strike", "toe_off": "Foot Off"}
+    out.add_parameter("EVENT", "USED", [len(events)])
+    out.add_parameter("EVENT", "CONTEXTS", [{"l": "Left", "r": "Right"}[e.side] for e in events])
+    out.add_parameter("EVENT", "LABELS", [names[e.kind] for e in events])
+    out.add_parameter("EVENT", "TIMES", times)
+
+
+def _add_subject(out, subject: Subject) -> None:
+    if subject.mass is not None:
+        out.add_parameter("PROCESSING", "Bodymass", [float(subject.mass)])
+    if subject.height is not None:
+        out.add_parameter("PROCESSING", "Height", [1e3 * subject.height])
+    if subject.leg_length is not None:
+        for side in "LR":
+            out.add_parameter("PROCESSING", f"{side}LegLength", [1e3 * subject.leg_length])
+    if subject.sex is not None:
+        out.add_parameter("SUBJECTS", "SEX", [subject.sex])
