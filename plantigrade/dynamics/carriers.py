@@ -1,0 +1,146 @@
+r"""Which segments of a foot carry a measured ground reaction.
+
+A plate measures one wrench per foot; how segments share it cannot be measured. The joints above
+the foot do not depend on the choice, the joints within it do.
+
+* ``rigid``: the foot.
+* ``two-segment``: the toes where the centre of pressure lies ahead of the toe joint, else the
+  hindfoot, as is usual [Stefanyshyn1997]_; the moment of the toe joint then starts from (almost)
+  no lever arm.
+* ``multi-segment``: every contact point :math:`i` carries the part :math:`s_i \ge 0` of the force,
+  chosen so that :math:`\sum s_i = 1` and :math:`\sum s_i p_i` is the centre of pressure, with the
+  least :math:`\sum s_i^2 / w_i`; :math:`w_i = \exp(-h_i / h_0)` falls with the height of the point
+  above the lowest one. What no share can give (a centre of pressure outside the sole) is added
+  as a moment on the segment with the largest share, so that the sum is what was measured.
+
+References:
+    .. [Stefanyshyn1997] D. J. Stefanyshyn, B. M. Nigg, "Mechanical energy contribution of the
+       metatarsophalangeal joint to running and sprinting", J Biomech 30(11-12), 1081-1085, 1997.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.models import Human
+
+SIDES = ("r", "l")  # order of sides wherever this folder has an axis for them
+SOFTNESS = 0.01  # height above the lowest point at which a point's readiness falls to 1/e [m]
+
+
+@dataclass(frozen=True)
+class SegmentLoad:
+    """What one body carries: a force at a point and a torque, world axes.
+
+    Attributes:
+        body: Index of the body in the model.
+        force: Force [N].
+        point: Where it acts [m].
+        torque: Torque [N m].
+    """
+
+    body: int
+    force: Float[Array, " 3"]
+    point: Float[Array, " 3"]
+    torque: Float[Array, " 3"]
+
+
+class Carriers:
+    """Divides ground reactions over the segments of one person's feet."""
+
+    def __init__(self, human: Human):
+        self.feet = human.feet
+        model = human.model
+        self.foot = {s: human.body(f"foot_{s}") for s in SIDES}
+        self.toes = {s: human.body(f"toes_{s}") for s in SIDES if f"toes_{s}" in human.body_names}
+        self.geoms = {
+            s: np.array(
+                [
+                    mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name)
+                    for name, side, _ in human.contact_points
+                    if side == s
+                ],
+                dtype=int,
+            )
+            for s in SIDES
+        }
+        self.geom_body = model.geom_bodyid
+        self.radius = model.geom_size[:, 0]
+
+    def divide(
+        self,
+        data,
+        side: str,
+        force: Float[Array, " 3"],
+        point: Float[Array, " 3"],
+        torque: Float[Array, " 3"],
+    ) -> list[SegmentLoad]:
+        """Return what each segment of a foot carries; the sum is what was given.
+
+        Args:
+            data: MuJoCo data with the kinematics of the frame.
+            side: ``"r"`` or ``"l"``.
+            force: Ground reaction on the foot [N].
+            point: Its centre of pressure [m].
+            torque: Free moment [N m].
+        """
+        body = self.foot[side]
+        if self.feet == "two-segment":
+            toes = self.toes[side]
+            forward = data.xmat[body].reshape(3, 3)[:2, 0]
+            if (point[:2] - data.xpos[toes, :2]) @ forward > 0:
+                body = toes
+        elif self.feet == "multi-segment":
+            return self._share(data, side, force, point, torque)
+        return [SegmentLoad(body, force, point, torque)]
+
+    def _share(self, data, side, force, point, torque) -> list[SegmentLoad]:
+        geoms = self.geoms[side]
+        places = data.geom_xpos[geoms].copy()
+        places[:, 2] -= self.radius[geoms]
+        share = shares(places, point)
+        loads = []
+        rest = np.array(torque, dtype=float)
+        bodies = self.geom_body[geoms]
+        for body in np.unique(bodies):
+            mine = bodies == body
+            part = share[mine].sum()
+            if part < 1e-6:
+                continue
+            at = (share[mine] @ places[mine]) / part
+            loads.append(SegmentLoad(int(body), part * force, at, part * np.asarray(torque)))
+            rest -= part * np.asarray(torque)
+            rest -= np.cross(at - point, part * force)
+        rest_force = force - sum(load.force for load in loads)
+        largest = max(range(len(loads)), key=lambda k: np.linalg.norm(loads[k].force))
+        load = loads[largest]
+        rest -= np.cross(load.point - point, rest_force)
+        loads[largest] = SegmentLoad(
+            load.body, load.force + rest_force, load.point, load.torque + rest
+        )
+        return loads
+
+
+def shares(
+    places: Float[Array, "n_points 3"], point: Float[Array, " 3"]
+) -> Float[Array, " n_points"]:
+    """Return the part of a load at ``point`` that each contact point carries; adds up to one.
+
+    Args:
+        places: Contact points [m].
+        point: Centre of pressure [m].
+    """
+    from scipy.optimize import nnls
+
+    height = places[:, 2] - places[:, 2].min()
+    root_weight = np.exp(-0.5 * np.minimum(height / SOFTNESS, 20.0))
+    arm = (places[:, :2] - point[:2]) / 0.1
+    stiff = 1e3
+    balance = stiff * np.vstack([np.ones(len(places)), arm.T]) * root_weight
+    system = np.vstack([balance, np.eye(len(places))])
+    wanted = np.zeros(len(system))
+    wanted[0] = stiff
+    share = nnls(system, wanted)[0] * root_weight
+    return share / share.sum()

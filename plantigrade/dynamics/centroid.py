@@ -1,0 +1,179 @@
+r"""Centre of mass, momentum, zero-moment point and centre of pressure over a motion.
+
+The ground must supply the force :math:`F = m(\ddot c - g)` and the moment :math:`\dot L` about
+the centre of mass :math:`c`. Both follow exactly from the motion: they are what inverse dynamics
+without contacts leaves at the root. The zero-moment point is where on a level plane at height
+:math:`z` that wrench has no horizontal moment,
+
+.. math:: p_x = c_x - \frac{(c_z - z) F_x + \dot L_y}{F_z}, \qquad
+    p_y = c_y - \frac{(c_z - z) F_y - \dot L_x}{F_z}.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.spatial.conventions import rotation_matrix
+
+
+@dataclass(frozen=True)
+class Centroid:
+    r"""The whole body as one over time, world axes.
+
+    Attributes:
+        com: Centre of mass [m].
+        com_vel: Its velocity [m/s].
+        angular_momentum: About the centre of mass [kg m²/s].
+        force: Force the ground must supply, :math:`m(\ddot c - g)` [N]; None without
+            accelerations, as are the next two.
+        moment: Moment about the centre of mass it must supply, :math:`\dot L` [N m].
+        zmp: Zero-moment point on the ground plane [m]; NaN where the force does not push up by a
+            hundredth of body weight.
+    """
+
+    com: Float[Array, "n_frames 3"]
+    com_vel: Float[Array, "n_frames 3"]
+    angular_momentum: Float[Array, "n_frames 3"]
+    force: Float[Array, "n_frames 3"] | None = None
+    moment: Float[Array, "n_frames 3"] | None = None
+    zmp: Float[Array, "n_frames 3"] | None = None
+
+
+def centroid(
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    qvel: Float[Array, "n_frames nv"],
+    qacc: Float[Array, "n_frames nv"] | None = None,
+    *,
+    ground: float = 0.0,
+) -> Centroid:
+    """Return centre of mass, momentum and, with accelerations, the zero-moment point.
+
+    Args:
+        human: Whose motion.
+        qpos: Configurations.
+        qvel: Velocities.
+        qacc: Accelerations.
+        ground: Height of the ground plane [m].
+
+    Raises:
+        ParameterError: If the arrays do not belong together.
+    """
+    model = without_constraints(human)
+    check_motion(human, qpos, qvel, qacc)
+    data = mujoco.MjData(model)
+    n = len(qpos)
+    com, com_vel, momentum = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
+    root = np.empty((n, 6)) if qacc is not None else None
+    for f in range(n):
+        data.qpos[:], data.qvel[:] = qpos[f], qvel[f]
+        if root is not None and qacc is not None:
+            data.qacc[:] = qacc[f]
+            mujoco.mj_inverse(model, data)
+            root[f] = data.qfrc_inverse[:6]
+        else:
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_comVel(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        com[f], com_vel[f] = data.subtree_com[1], data.subtree_linvel[1]
+        momentum[f] = data.subtree_angmom[1]
+    if root is None:
+        return Centroid(com, com_vel, momentum)
+    force, moment = root_wrench_at(root, qpos, com)
+    weight = human.mass * np.linalg.norm(model.opt.gravity)
+    points = zero_moment_point(force, moment, com, ground, least=0.01 * weight)
+    return Centroid(com, com_vel, momentum, force, moment, points)
+
+
+def zero_moment_point(
+    force: Float[Array, "n_frames 3"],
+    moment: Float[Array, "n_frames 3"],
+    about: Float[Array, "n_frames 3"],
+    ground: float,
+    *,
+    least: float,
+) -> Float[Array, "n_frames 3"]:
+    """Return where on a level plane a wrench has no horizontal moment [m].
+
+    Args:
+        force: Force [N], world axes.
+        moment: Its moment [N m] about the points ``about``.
+        about: Those points [m].
+        ground: Height of the plane [m].
+        least: Vertical force below which there is no such point (NaN) [N].
+    """
+    up = np.where(force[:, 2] > least, force[:, 2], np.nan)
+    drop = about[:, 2] - ground
+    x = about[:, 0] - (drop * force[:, 0] + moment[:, 1]) / up
+    y = about[:, 1] - (drop * force[:, 1] - moment[:, 0]) / up
+    return np.stack([x, y, np.where(np.isfinite(x), ground, np.nan)], axis=1)
+
+
+def centre_of_pressure(
+    force: Float[Array, "n_frames n_contacts 3"],
+    point: Float[Array, "n_frames n_contacts 3"],
+    *,
+    least: float = 20.0,
+) -> Float[Array, "n_frames 3"]:
+    """Return the common centre of pressure of all contacts [m]: their points weighted by load.
+
+    Args:
+        force: Force of the ground on the body at each contact [N].
+        point: Where it acts [m]; may be NaN where the force is zero.
+        least: Total vertical force below which there is none (NaN) [N].
+    """
+    load = np.where(np.isfinite(point[..., 2]), np.maximum(force[..., 2], 0.0), 0.0)
+    total = load.sum(axis=1)
+    weighted = (load[..., None] * np.nan_to_num(point)).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where((total > least)[:, None], weighted / total[:, None], np.nan)
+
+
+def root_wrench_at(
+    root: Float[Array, "n_frames 6"],
+    qpos: Float[Array, "n_frames nq"],
+    points: Float[Array, "n_frames 3"],
+) -> tuple[Float[Array, "n_frames 3"], Float[Array, "n_frames 3"]]:
+    """Return the generalised force of the free joint as force and moment about points, world.
+
+    Args:
+        root: World force [N] at the pelvis' origin, moment about it in body axes [N m].
+        qpos: Configurations.
+        points: World points to take the moment about [m].
+    """
+    force = root[:, :3]
+    moment = np.einsum("nij,nj->ni", rotation_matrix(qpos[:, 3:7]), root[:, 3:])
+    return force.copy(), moment + np.cross(qpos[:, :3] - points, force)
+
+
+def without_constraints(human: Human):
+    """Return the person's model with contacts and joint limits switched off."""
+    import copy
+
+    model = copy.deepcopy(human.model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    return model
+
+
+def check_motion(human: Human, qpos, qvel, qacc=None) -> None:
+    """Raise a ParameterError unless the arrays are a finite motion of this person."""
+    n, model = len(qpos), human.model
+    for name, values, width in (
+        ("qpos", qpos, model.nq),
+        ("qvel", qvel, model.nv),
+        ("qacc", qacc, model.nv),
+    ):
+        if values is None:
+            continue
+        if values.shape != (n, width):
+            raise ParameterError(
+                f"{name} has shape {values.shape}; {n} frames of this person need ({n}, {width})"
+            )
+        if not np.isfinite(values).all():
+            frame = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
+            raise ParameterError(f"{name} has missing values (first in frame {frame})")

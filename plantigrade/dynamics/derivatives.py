@@ -1,0 +1,109 @@
+r"""Velocities and accelerations of a motion, in MuJoCo's tangent space.
+
+The root's quaternion :math:`q` is smoothed and differentiated component by component (a linear
+filter commutes with turning the world, so no direction is preferred) and normalised again. With
+quintic splines through the samples for :math:`\dot q` and :math:`\ddot q`, the angular velocity
+and acceleration in body axes are
+
+.. math:: \omega = 2\,\mathrm{vec}(\bar q\,\dot q), \qquad
+    \dot\omega = 2\,\mathrm{vec}(\bar q\,\ddot q),
+
+the second because :math:`\dot{\bar q} \dot q` is a pure scalar.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.motion.filters import lowpass
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """A motion with what follows from it.
+
+    Attributes:
+        qpos: Configurations, smoothed where a cut-off was given.
+        qvel: Velocities: root linear in world axes [m/s], root angular in body axes [rad/s],
+            hinges [rad/s].
+        qacc: Accelerations, in the axes of ``qvel``.
+    """
+
+    qpos: Float[Array, "n_frames nq"]
+    qvel: Float[Array, "n_frames nv"]
+    qacc: Float[Array, "n_frames nv"]
+
+
+def differentiate(
+    human: Human,
+    time: Float[Array, " n_frames"],
+    qpos: Float[Array, "n_frames nq"],
+    cutoff: float | None,
+) -> Derivatives:
+    """Return a motion's velocities and accelerations.
+
+    Args:
+        human: Whose motion.
+        time: Time of each frame [s], increasing; evenly spaced if ``cutoff`` is given.
+        qpos: Configurations; either sign of the quaternion.
+        cutoff: Zero-lag fourth-order low-pass of everything before differentiation [Hz]; None
+            for no filter. Use the same for the forces.
+
+    Raises:
+        ParameterError: If shapes do not agree or values are missing.
+    """
+    if qpos.shape != (len(time), human.model.nq):
+        raise ParameterError(
+            f"qpos has shape {qpos.shape}; {len(time)} frames of this person need "
+            f"({len(time)}, {human.model.nq})"
+        )
+    if not np.isfinite(qpos).all():
+        frame = int(np.flatnonzero(~np.isfinite(qpos).all(axis=1))[0])
+        raise ParameterError(f"qpos has missing values (frame {frame}); close the gaps first")
+    if len(time) > 1 and not (np.diff(time) > 0).all():
+        raise ParameterError("time must increase from frame to frame")
+    smooth = continuous(qpos)
+    if cutoff is not None:
+        smooth = lowpass(time, smooth, cutoff=cutoff)
+    smooth[:, 3:7] /= np.linalg.norm(smooth[:, 3:7], axis=1, keepdims=True)
+    first, second = _slopes(time, smooth)
+    quat = smooth[:, 3:7]
+    velocity, acceleration = (
+        np.hstack([s[:, :3], 2 * _vector_of_product(quat, s[:, 3:7]), s[:, 7:]])
+        for s in (first, second)
+    )
+    return Derivatives(smooth, velocity, acceleration)
+
+
+def continuous(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames nq"]:
+    """Return the configurations with quaternions that do not change sign between frames."""
+    result = np.array(qpos, dtype=float)
+    dots = np.einsum("ij,ij->i", result[1:, 3:7], result[:-1, 3:7])
+    result[1:, 3:7] *= np.cumprod(np.where(dots < 0, -1.0, 1.0))[:, None]
+    return result
+
+
+def _slopes(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return first and second derivative of an interpolating spline, quintic where it can be."""
+    from scipy.interpolate import make_interp_spline
+
+    n = len(time)
+    if n < 3:
+        rise = np.diff(values, axis=0) / np.diff(time)[:, None] if n == 2 else np.zeros((1, 1))
+        return np.broadcast_to(rise, values.shape).copy(), np.zeros_like(values)
+    degree = 5 if n >= 6 else 3 if n >= 4 else 2
+    if degree == 2:  # the parabola through three samples
+        coefficients = np.polyfit(time - time[1], values, 2)
+        t = (time - time[1])[:, None]
+        return 2 * coefficients[0] * t + coefficients[1], np.tile(2 * coefficients[0], (n, 1))
+    spline = make_interp_spline(time - time[0], values, k=degree)
+    return spline(time - time[0], 1), spline(time - time[0], 2)
+
+
+def _vector_of_product(quat: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the vector part of conj(quat) other, ``wxyz``."""
+    w, v = quat[:, :1], quat[:, 1:]
+    return w * other[:, 1:] - other[:, :1] * v - np.cross(v, other[:, 1:])

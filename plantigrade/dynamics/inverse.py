@@ -1,0 +1,203 @@
+r"""Inverse dynamics: the joint moments that explain a motion and its measured ground reactions.
+
+With the equations of motion of the free-floating body,
+
+.. math:: M(q)\,\dot v + h(q, v) = \tau + \sum_k J_k^T w_k,
+
+:math:`\tau` is what remains after the external wrenches :math:`w_k` (ground on body) act through
+the Jacobians :math:`J_k` of the segments that carry them. Its hinge part is the internal joint
+moments; its root part should be zero and is what the measurements leave unexplained: the residual.
+
+:math:`\tau` is computed by MuJoCo's inverse dynamics without contacts and joint limits. The model
+has no passive joint moments: what ligaments and soft tissue do is part of :math:`\tau`.
+
+The moments of a leg follow from the forces under that leg alone, those of the trunk and arms from
+the motion alone; only the residual needs both feet to be measured
+(:attr:`~plantigrade.dynamics.plates.FootForces.valid_side`).
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.carriers import SIDES, Carriers
+from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
+from plantigrade.dynamics.plates import FootForces
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.models.human import PELVIS
+from plantigrade.spatial.conventions import (
+    OPENSIM_TO_WORLD,
+    quaternion_to_pelvis_angles,
+    rotation_matrix,
+)
+
+ROOT_NAMES = (
+    "root_force_x",
+    "root_force_y",
+    "root_force_z",
+    "root_moment_x",
+    "root_moment_y",
+    "root_moment_z",
+)
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Generalised forces of a motion.
+
+    Attributes:
+        tau: Generalised forces in the order of ``qvel``: the residual at the root as world force
+            [N] and moment about the pelvis' origin in body axes [N m], then joint moments by the
+            body [N m], positive in the sense of their coordinate (flexion, dorsiflexion, …).
+        names: One name per column: those of the root, then the coordinates.
+        power: Power of each, ``tau * qvel`` [W]; positive generates.
+        residual_force: Residual force at the root, world [N].
+        residual_moment: Residual moment about the centre of mass of the body, world axes [N m].
+        com: That centre of mass [m].
+    """
+
+    tau: Float[Array, "n_frames nv"]
+    names: tuple[str, ...]
+    power: Float[Array, "n_frames nv"]
+    residual_force: Float[Array, "n_frames 3"]
+    residual_moment: Float[Array, "n_frames 3"]
+    com: Float[Array, "n_frames 3"]
+
+    def __getitem__(self, name: str) -> Float[Array, " n_frames"]:
+        """Return the column of a coordinate or of the root.
+
+        Raises:
+            ParameterError: If there is no such column.
+        """
+        if name not in self.names:
+            raise ParameterError(f"no moment {name!r}; there are {', '.join(self.names)}")
+        return self.tau[:, self.names.index(name)]
+
+
+def inverse_dynamics(
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    qvel: Float[Array, "n_frames nv"],
+    qacc: Float[Array, "n_frames nv"],
+    forces: FootForces | None = None,
+) -> Moments:
+    """Return joint moments and root residuals of a motion.
+
+    Args:
+        human: Whose motion.
+        qpos: Configurations.
+        qvel: Velocities.
+        qacc: Accelerations.
+        forces: Ground reactions on the frames of the motion, smoothed like it; none if absent.
+
+    Raises:
+        ParameterError: If the arrays do not belong together.
+    """
+    check_motion(human, qpos, qvel, qacc)
+    n = len(qpos)
+    if forces is not None and len(forces.force) != n:
+        raise ParameterError(
+            f"the forces have {len(forces.force)} frames, the motion {n}; put both on one clock"
+        )
+    model = without_constraints(human)
+    data = mujoco.MjData(model)
+    carriers = Carriers(human)
+    tau, com = np.empty((n, model.nv)), np.empty((n, 3))
+    explained = np.empty(model.nv)
+    for f in range(n):
+        data.qpos[:], data.qvel[:], data.qacc[:] = qpos[f], qvel[f], qacc[f]
+        mujoco.mj_inverse(model, data)
+        com[f] = data.subtree_com[1]
+        explained[:] = 0.0
+        if forces is not None:
+            for k, side in enumerate(SIDES):
+                force, point, torque = forces.force[f, k], forces.point[f, k], forces.torque[f, k]
+                if not np.isfinite(point).all():
+                    continue
+                for load in carriers.divide(data, side, force, point, torque):
+                    mujoco.mj_applyFT(
+                        model, data, load.force, load.torque, load.point, load.body, explained
+                    )
+        tau[f] = data.qfrc_inverse - explained
+    force, moment = root_wrench_at(tau[:, :6], qpos, com)
+    names = ROOT_NAMES + human.coordinates
+    return Moments(tau, names, tau * qvel, force, moment, com)
+
+
+def opensim_moments(
+    qpos: Float[Array, "n_frames nq"], moments: Moments
+) -> tuple[tuple[str, ...], Float[Array, "n_frames nv"]]:
+    r"""Return the generalised forces under OpenSim's names and for its pelvis coordinates.
+
+    Joint moments are the same numbers. A force of a pelvis translation is the world force in
+    OpenSim's axes; a moment of a pelvis angle is the moment about the pelvis' origin projected on
+    the axis of that angle, so that power is the same: :math:`\tau^T v = Q^T \dot q`.
+
+    Args:
+        qpos: Configurations.
+        moments: From :func:`inverse_dynamics`.
+
+    Returns:
+        Names as in OpenSim's inverse dynamics (``pelvis_tilt_moment``, ``pelvis_tx_force``, …,
+        ``hip_flexion_r_moment``, …) and values [N m, N].
+    """
+    rotation = rotation_matrix(qpos[:, 3:7])
+    moment = np.einsum("nij,nj->ni", rotation, moments.tau[:, 3:6])
+    tilt = quaternion_to_pelvis_angles(qpos[:, 3:7])[:, 0]
+    zero = np.zeros_like(tilt)
+    tilt_axis = np.stack([zero, zero - 1.0, zero], axis=1)
+    list_axis = np.stack([np.cos(tilt), zero, np.sin(tilt)], axis=1)
+    turn_axis = rotation[:, :, 2]
+    angles = [np.einsum("ni,ni->n", moment, a) for a in (tilt_axis, list_axis, turn_axis)]
+    force = moments.tau[:, :3] @ OPENSIM_TO_WORLD
+    values = np.hstack([np.stack(angles, axis=1), force, moments.tau[:, 6:]])
+    pelvis = tuple(
+        f"{n}_force" if n[-2] == "t" and n[-1] in "xyz" else f"{n}_moment" for n in PELVIS
+    )
+    return pelvis + tuple(f"{n}_moment" for n in moments.names[6:]), values
+
+
+def residual_metrics(
+    moments: Moments, forces: FootForces, *, ground: float = 0.0
+) -> dict[str, float]:
+    """Return how well forces and motion agree, over the frames whose forces are complete.
+
+    The usual bounds are a residual force of 5 % of the peak ground reaction and a residual moment
+    of 1 % of that times the height of the centre of mass [Hicks2015]_; the shares returned
+    here are of these two references.
+
+    Args:
+        moments: From :func:`inverse_dynamics`.
+        forces: The ground reactions used.
+        ground: Height of the ground [m].
+
+    Returns:
+        Flat figures; empty where no frame is complete.
+
+    References:
+        .. [Hicks2015] J. L. Hicks et al., "Is my model good enough? Best practices for
+           verification and validation of musculoskeletal models and simulations of movement",
+           J Biomech Eng 137(2), 020905, 2015.
+    """
+    valid = forces.valid
+    if not valid.any():
+        return {"residual_frames": 0}
+    force = np.linalg.norm(moments.residual_force[valid], axis=1)
+    moment = np.linalg.norm(moments.residual_moment[valid], axis=1)
+    peak = float(np.linalg.norm(forces.force.sum(axis=1), axis=1)[valid].max())
+    height = float(np.mean(moments.com[valid, 2]) - ground)
+    rms_force, rms_moment = (float(np.sqrt(np.mean(x**2))) for x in (force, moment))
+    result = {
+        "residual_frames": int(valid.sum()),
+        "residual_force_rms_n": rms_force,
+        "residual_force_max_n": float(force.max()),
+        "residual_moment_rms_nm": rms_moment,
+        "residual_moment_max_nm": float(moment.max()),
+    }
+    if peak > 0:
+        result["residual_force_rms_share"] = rms_force / peak
+        result["residual_moment_rms_share"] = rms_moment / (peak * height)
+    return result
