@@ -1,0 +1,267 @@
+"""Plain tables of markers or joint coordinates, one row per time.
+
+The package's own format: a header, then numbers, separated by commas, semicolons or tabs::
+
+    # unit: m
+    # up: z
+    time, LASI_x, LASI_y, LASI_z, …, hip_flexion_r, …
+
+``NAME_x, NAME_y, NAME_z`` is a marker; every other column is a coordinate [rad, m]. An empty field
+means that nothing was measured. The lines that start with ``#`` may be left out, or say otherwise:
+``unit`` (m, cm, mm), ``up`` (x, y, z, with a sign if need be), ``angles`` (radians, degrees: of the
+columns that are angles, that is all but those that end in ``_tx``, ``_ty`` or ``_tz``). Where they
+are left out and the body would be hundreds of metres tall or lie on its side, the reader says what
+it took instead.
+"""
+
+import csv as _csv
+import re
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.errors import FileError
+from plantigrade.io.axes import UP_AXES, to_world, up_axis_of_points
+from plantigrade.io.c3d import LENGTH_UNITS, unit_of_points
+from plantigrade.io.text import numbers, read_text, write_text
+from plantigrade.motion.recording import Markers, Recording, Table
+
+_SURE = 1.4  # extent along the vertical over the next, of an upright body
+_TIME_NAMES = {"time", "t", "time_s", "time[s]", "time(s)", "times", "seconds", "timestamp"}
+_SKIPPED_NAMES = {"frame", "frame#", "frames", "index", "sample", ""}
+_AXIS = re.compile(r"(.+?)[ _.:\-]([xyz])", re.I)
+_AXIS_GLUED = re.compile(r"(.+?)([xyzXYZ])")
+
+
+def read_csv(path: str | Path) -> Recording:
+    """Read a table of markers, coordinates, or both.
+
+    Raises:
+        FileError: With line and field, if the table has no time, no columns or no numbers.
+    """
+    lines = read_text(path).split("\n")
+    if lines and not lines[-1].strip():
+        lines.pop()
+    says, at = _comments(lines, path)
+    delimiter = max("\t;,", key=lambda d: lines[at].count(d))
+    if not lines[at].count(delimiter):
+        raise FileError(
+            path,
+            "the header must hold several names, separated by commas, semicolons or tabs",
+            where=f"line {at + 1}",
+            remedy="write 'time, NAME_x, NAME_y, NAME_z, …'",
+        )
+    names = _header(lines[at], delimiter, path, at + 1)
+    time_at = next(
+        (i for i, n in enumerate(names) if n.lower().replace(" ", "") in _TIME_NAMES), -1
+    )
+    if time_at < 0:
+        raise FileError(
+            path,
+            f"no column 'time' among {', '.join(names[:6])}{', …' if len(names) > 6 else ''}",
+            where=f"line {at + 1}",
+            remedy="add a column 'time' in seconds",
+        )
+    rows = lines[at + 1 :]
+    decimal = "," if delimiter != "," and any("," in row for row in rows[:3]) else "."
+    table = numbers(
+        rows,
+        path,
+        count=len(names),
+        first_line=at + 2,
+        delimiter=delimiter,
+        decimal=decimal,
+        short=True,
+        names=names,
+    )
+    if len(table) == 0:
+        raise FileError(
+            path, "has a header but no rows", where=f"line {at + 2}", remedy="export it again"
+        )
+    time = table[:, time_at]
+    _check_time(time, rows, at + 2, path)
+    warnings: list[str] = []
+    triples = _triples(names)
+    taken = {i for three in triples.values() for i in three} | {time_at}
+    rest = [i for i, n in enumerate(names) if i not in taken and n.lower() not in _SKIPPED_NAMES]
+    markers = coordinates = None
+    if triples:
+        raw = np.stack([table[:, three] for three in triples.values()], axis=1)
+        positions = _positions(raw, says, path, warnings)
+        markers = Markers(tuple(triples), time, positions)
+    if rest:
+        values = table[:, rest].copy()
+        _to_radians(values, [names[i] for i in rest], says, path, warnings)
+        coordinates = Table(tuple(names[i] for i in rest), time, values)
+    if markers is None and coordinates is None:
+        raise FileError(
+            path,
+            "holds nothing but time",
+            where=f"line {at + 1}",
+            remedy="add columns NAME_x, NAME_y, NAME_z of markers, or joint coordinates",
+        )
+    return Recording(
+        source=Path(path), markers=markers, coordinates=coordinates, warnings=tuple(warnings)
+    )
+
+
+def write_csv(recording: Recording, path: str | Path) -> None:
+    """Write markers and, on the same clock, coordinates: SI units, radians, z up.
+
+    Raises:
+        FileError: If there is neither, or their clocks differ.
+    """
+    markers, coordinates = recording.markers, recording.coordinates
+    if markers is None and coordinates is None:
+        raise FileError(
+            path,
+            "the recording has neither markers nor coordinates",
+            remedy="write another skeleton to .bvh or .npz",
+        )
+    names: list[str] = []
+    parts = []
+    time = markers.time if markers is not None else coordinates.time
+    if markers is not None:
+        names += [f"{name}_{axis}" for name in markers.names for axis in "xyz"]
+        parts.append(markers.positions.reshape(len(time), -1))
+    if coordinates is not None:
+        if len(coordinates.time) != len(time) or np.abs(coordinates.time - time).max() > 1e-6:
+            raise FileError(
+                path,
+                "markers and coordinates have different times, and a table has one column of time",
+                remedy="resample one of them, or write .npz",
+            )
+        names += list(coordinates.names)
+        parts.append(coordinates.values)
+    quoted = [f'"{n}"' if re.search(r'[",;\t]', n) else n for n in names]
+    values = np.concatenate(parts, axis=1)
+    row = "%.9g" + ",%.9g" * values.shape[1]
+    body = "\n".join(
+        row % (t, *line) for t, line in zip(time.tolist(), values.tolist(), strict=True)
+    )
+    head = "# unit: m\n# up: z\n# angles: radians\ntime," + ",".join(quoted) + "\n"
+    write_text(path, head + body.replace("nan", "") + "\n")
+
+
+def _comments(lines: list[str], path) -> tuple[dict[str, str], int]:
+    """Return what the comments say, and the index of the header."""
+    says = {}
+    for i, line in enumerate(lines):
+        bare = line.strip()
+        if bare.startswith("#"):
+            match = re.match(r"#\s*(\w+)\s*[:=]\s*(.+?)[\s,;]*$", bare)
+            if match:
+                says[match[1].lower()] = match[2].strip().lower()
+        elif bare:
+            return says, i
+    raise FileError(path, "holds comments only", remedy="add a header and rows of numbers")
+
+
+def _header(line: str, delimiter: str, path, where: int) -> list[str]:
+    try:
+        names = next(_csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    except _csv.Error as error:
+        raise FileError(
+            path, f"header cannot be read ({error})", where=f"line {where}", remedy="shorten it"
+        ) from None
+    names = [name.strip() for name in names]
+    while names and not names[-1]:
+        names.pop()
+    seen = [name for name in names if name]
+    if len(set(seen)) < len(seen):
+        once: set[str] = set()
+        twice = next(n for n in seen if n in once or once.add(n))
+        raise FileError(
+            path,
+            f"column {twice!r} occurs more than once",
+            where=f"line {where}",
+            remedy="give every column a name of its own",
+        )
+    if seen and all(re.fullmatch(r"[-+.\deE]+", name) for name in seen):
+        raise FileError(
+            path,
+            "starts with numbers instead of column names",
+            where=f"line {where}",
+            remedy="add a header 'time, NAME_x, NAME_y, NAME_z, …'",
+        )
+    return names
+
+
+def _triples(names: list[str]) -> dict[str, tuple[int, int, int]]:
+    """Return the columns of each marker: NAME_x, NAME_y, NAME_z (also NAME.X, NAMEx)."""
+    for pattern in (_AXIS, _AXIS_GLUED):
+        found: dict[str, dict[str, int]] = {}
+        for i, name in enumerate(names):
+            match = pattern.fullmatch(name)
+            if match and not re.search(r"_t[xyz]$", name):
+                found.setdefault(match[1], {})[match[2].lower()] = i
+        whole = {n: (c["x"], c["y"], c["z"]) for n, c in found.items() if len(c) == 3}
+        if whole:
+            return whole
+    return {}
+
+
+def _check_time(time: np.ndarray, rows: list[str], first_line: int, path) -> None:
+    bad = ~np.isfinite(time)
+    bad[1:] |= ~(np.diff(time) > 0)
+    if not bad.any():
+        return
+    k = int(np.argmax(bad))
+    kept = [i for i, row in enumerate(rows, start=first_line) if row.strip()]
+    came = "no time" if not np.isfinite(time[k]) else f"time {time[k]:g} s after {time[k - 1]:g} s"
+    raise FileError(
+        path,
+        f"this row has {came}; time must increase",
+        where=f"line {kept[k]}",
+        remedy="sort the rows by time and remove repeated ones",
+    )
+
+
+def _positions(raw: np.ndarray, says: dict, path, warnings: list[str]) -> np.ndarray:
+    raw = raw.copy()
+    raw[~(np.isfinite(raw).all(axis=2) & (raw != 0).any(axis=2))] = np.nan
+    word = says.get("unit", says.get("units"))
+    if word is not None and word not in LENGTH_UNITS:
+        raise FileError(
+            path, f"unit {word[:20]!r} is not known", where="# unit", remedy="use m, cm or mm"
+        )
+    unit = LENGTH_UNITS[word] if word else unit_of_points(raw) if np.isfinite(raw).any() else 1.0
+    if word is None and unit != 1.0:
+        warnings.append(
+            f"the table names no unit; from the size of the body it was taken as "
+            f"{'mm' if unit == 1e-3 else 'cm'} (write '# unit: m' on top to say otherwise)"
+        )
+    up = says.get("up")
+    if up is not None:
+        up = up if up[0] in "+-" else "+" + up
+        if up not in UP_AXES:
+            raise FileError(
+                path, f"up {up[:10]!r} is no axis", where="# up", remedy=f"use {', '.join(UP_AXES)}"
+            )
+        return to_world(raw * unit, up)
+    body, sure = up_axis_of_points(raw)
+    if sure > _SURE and body != "+z":
+        warnings.append(
+            f"the table does not say which axis is up; the body stands along {body}, which was "
+            "taken as up (write '# up: z' on top to say otherwise)"
+        )
+        return to_world(raw * unit, body)
+    return to_world(raw * unit, "+z")
+
+
+def _to_radians(values: np.ndarray, names: list[str], says, path, warnings) -> None:
+    angles = [i for i, name in enumerate(names) if not re.search(r"_t[xyz]$", name, re.I)]
+    word = says.get("angles", "radians")
+    if word in ("degrees", "degree", "deg"):
+        values[:, angles] = np.deg2rad(values[:, angles])
+    elif word not in ("radians", "radian", "rad"):
+        raise FileError(
+            path,
+            f"angles {word[:20]!r} is no unit",
+            where="# angles",
+            remedy="use radians or degrees",
+        )
+    elif "angles" not in says and angles and np.nanmax(np.abs(values[:, angles]), initial=0) > 13:
+        warnings.append(
+            "coordinates beyond 13 rad look like degrees; write '# angles: degrees' on top if so"
+        )

@@ -1,0 +1,231 @@
+"""TRC marker trajectories (Motion Analysis, OpenSim): a five-line header, then one row per frame.
+
+OpenSim's axes are x forward, y up, z right; some laboratories export z up, which shows in the
+height of the body. Units stand in the header. An empty field, a word for "missing" and the exact
+point 0, 0, 0 all mean that the marker was not seen.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.errors import FileError
+from plantigrade.io.axes import from_world, to_world, up_axis_of_points
+from plantigrade.io.c3d import LENGTH_UNITS, unit_of_points
+from plantigrade.io.text import number, numbers, read_text, write_text
+from plantigrade.motion.recording import Markers, Recording
+
+_HEADER_LINES = 40  # a header longer than this is none
+_SURE = 1.4  # extent along the vertical over the next, of an upright body
+
+
+def read_trc(path: str | Path) -> Recording:
+    """Read a TRC file.
+
+    Raises:
+        FileError: With the line, if the file does not follow the format.
+    """
+    text = read_text(path)
+    cut = not text.endswith("\n")
+    lines = text.split("\n")
+    if cut is False:
+        lines.pop()
+    warnings: list[str] = []
+    labels_at = _find_labels(lines, path)
+    fields = _header(lines[:labels_at])
+    names, delimiter = _names(lines[labels_at], path, labels_at + 1)
+    first = _first_row(lines, labels_at + 1)
+    columns = ["Frame#", "Time"] + [f"{name} {axis}" for name in names for axis in "xyz"]
+    rows = lines[first:]
+    decimal = _decimal(rows, delimiter)
+    _drop_cut_row(rows, cut, len(columns), delimiter, warnings)
+    table = numbers(
+        rows,
+        path,
+        count=len(columns),
+        first_line=first + 1,
+        delimiter=delimiter,
+        decimal=decimal,
+        short=delimiter is not None,
+        names=columns,
+    )
+    if len(table) == 0:
+        raise FileError(
+            path,
+            "has a header but no frames",
+            where=f"line {first + 1}",
+            remedy="export the trajectories again",
+        )
+    time = _time(table, fields, rows, first, path, warnings)
+    _check_counts(fields, len(names), len(table), warnings)
+    raw = table[:, 2:].reshape(len(table), len(names), 3)
+    raw[~(np.isfinite(raw).all(axis=2) & (raw != 0).any(axis=2))] = np.nan
+    unit = _unit(fields, raw, warnings)
+    up = "+y"
+    body, sure = up_axis_of_points(raw)
+    if sure > _SURE and body != up:
+        warnings.append(
+            f"TRC files have y up, but this body stands along {body} ({sure:.1f} times longer "
+            f"than along the next axis); {body} was taken as up"
+        )
+        up = body
+    if not np.isfinite(raw).any():
+        warnings.append("no marker is seen in any frame")
+    markers = Markers(names=names, time=time, positions=to_world(raw * unit, up))
+    return Recording(source=Path(path), markers=markers, warnings=tuple(warnings))
+
+
+def write_trc(recording: Recording, path: str | Path) -> None:
+    """Write markers in mm, OpenSim's axes (x forward, y up, z right), to 1e-5 mm.
+
+    A marker that was not seen is an empty field.
+
+    Raises:
+        FileError: If there are no markers, or a name cannot stand in a TRC header.
+    """
+    markers = recording.markers
+    if markers is None or markers.n_frames == 0 or not markers.names:
+        raise FileError(
+            path,
+            "the recording has no markers, and a TRC file holds nothing else",
+            remedy="write joint angles to .mot or .npz, another skeleton to .bvh",
+        )
+    for name in markers.names:
+        if not name.strip() or any(c in name for c in "\t\r\n"):
+            raise FileError(
+                path, f"marker name {name!r} cannot stand in a TRC header", remedy="rename it"
+            )
+    n, rate = markers.n_frames, markers.rate
+    rate = 100.0 if not np.isfinite(rate) else rate
+    file = from_world(markers.positions, "+y").reshape(n, -1) * 1e3
+    row = "%d\t%.9g" + "\t%.5f" * file.shape[1]
+    body = "\n".join(
+        row % (i + 1, t, *values)
+        for i, (t, values) in enumerate(zip(markers.time.tolist(), file.tolist(), strict=True))
+    )
+    values = (f"{rate:.6g}", f"{rate:.6g}", n, len(markers.names), "mm", f"{rate:.6g}", 1, n)
+    header = [
+        f"PathFileType\t4\t(X/Y/Z)\t{Path(path).name}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame"
+        "\tOrigNumFrames",
+        "\t".join(map(str, values)),
+        "Frame#\tTime\t" + "\t\t\t".join(markers.names) + "\t\t",
+        "\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(len(markers.names)) for axis in "XYZ"),
+        "",
+    ]
+    write_text(path, "\n".join(header) + "\n" + body.replace("nan", "") + "\n")
+
+
+def _find_labels(lines: list[str], path) -> int:
+    for i, line in enumerate(lines[:_HEADER_LINES]):
+        words = line.lower().split()
+        if len(words) >= 2 and words[0].strip("#") == "frame" and words[1].startswith("time"):
+            return i
+    raise FileError(
+        path,
+        f"none of the first {min(len(lines), _HEADER_LINES)} lines starts with 'Frame#  Time', so "
+        "this is no TRC file or its header is cut off",
+        where="header",
+        remedy="check that the ending of its name says its format, or export it again",
+    )
+
+
+def _header(lines: list[str]) -> dict[str, str]:
+    """Return the fields of the header, keys in lower case: a line of names above one of values."""
+    for above, below in zip(lines, lines[1:], strict=False):
+        keys, values = above.split(), below.split()
+        if "datarate" in (key.lower() for key in keys):
+            return {key.lower(): value for key, value in zip(keys, values, strict=False)}
+    return {}
+
+
+def _names(line: str, path, where: int) -> tuple[tuple[str, ...], str | None]:
+    delimiter = "\t" if line.count("\t") >= 2 else "," if line.count(",") >= 2 else None
+    words = [word.strip() for word in line.split(delimiter)][2:]
+    names = [word for word in words if word]
+    if not names:
+        raise FileError(
+            path, "names no marker", where=f"line {where}", remedy="name one marker per 3 columns"
+        )
+    twice = sorted({name for name in names if names.count(name) > 1}) if len(names) < 5000 else []
+    if twice or len(set(names)) < len(names):
+        raise FileError(
+            path,
+            f"markers {', '.join(twice[:5])} occur more than once",
+            where=f"line {where}",
+            remedy="give every marker a name of its own",
+        )
+    return tuple(names), delimiter
+
+
+def _first_row(lines: list[str], start: int) -> int:
+    """Return the index of the first row of numbers: after ``X1 Y1 Z1`` and blank lines."""
+    for i in range(start, min(start + 5, len(lines))):
+        words = lines[i].split()
+        if words and not words[0].lower().startswith("x"):
+            return i
+    return min(start + 1, len(lines))
+
+
+def _decimal(rows: list[str], delimiter: str | None) -> str:
+    sample = rows[0] if rows else ""
+    return "," if delimiter != "," and "," in sample and "." not in sample else "."
+
+
+def _drop_cut_row(rows, cut: bool, count: int, delimiter, warnings: list[str]) -> None:
+    """Drop a last row that the end of the file cut off."""
+    if cut and len(rows) > 1 and rows[-1].strip():
+        fields = rows[-1].split(delimiter)
+        if len(fields) < count:
+            rows.pop()
+            warnings.append("the last row is cut off and was left out")
+
+
+def _time(table, fields, rows, first: int, path, warnings) -> np.ndarray:
+    time = table[:, 1].copy()
+    rate = fields.get("datarate", fields.get("camerarate", ""))
+    if not np.isfinite(time).any() or (len(time) > 1 and not np.any(time)):
+        step = 1.0 / number(rate, path, where="header", what="DataRate")
+        if not 0 < step < 1e3:
+            raise FileError(path, f"DataRate is {rate}", where="header", remedy="correct it")
+        warnings.append("the column Time is empty; time follows from DataRate")
+        return np.arange(len(table)) * step
+    bad = ~np.isfinite(time)
+    bad[1:] |= ~(np.diff(time) > 0)
+    if bad.any():
+        k = int(np.argmax(bad))
+        lines = [i for i, row in enumerate(rows, start=first + 1) if row.strip()]
+        what = (
+            "has no time"
+            if not np.isfinite(time[k])
+            else f"has time {time[k]:g} s after {time[k - 1]:g} s"
+        )
+        raise FileError(
+            path,
+            f"this row {what}; time must increase",
+            where=f"line {lines[k]}",
+            remedy="sort the rows by time and remove repeated ones",
+        )
+    return time
+
+
+def _check_counts(fields, n_markers: int, n_frames: int, warnings: list[str]) -> None:
+    for key, what, found in (
+        ("numframes", "frames", n_frames),
+        ("nummarkers", "markers", n_markers),
+    ):
+        said = fields.get(key, "")
+        if said.isdigit() and int(said) != found:
+            warnings.append(f"the header announces {said[:20]} {what}, the file has {found}")
+
+
+def _unit(fields, raw: np.ndarray, warnings: list[str]) -> float:
+    word = fields.get("units", "").lower()
+    if word in LENGTH_UNITS:
+        return LENGTH_UNITS[word]
+    unit = unit_of_points(raw)
+    warnings.append(
+        f"the header gives the unit as {word[:20]!r}; from the size of the body it was taken as "
+        f"{'mm' if unit == 1e-3 else 'cm' if unit == 1e-2 else 'm'}"
+    )
+    return unit
