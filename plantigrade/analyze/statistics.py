@@ -6,7 +6,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 
 
-def rmse(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
+def rmse(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
     """Return the root mean square difference, over what both know; NaN where they share nothing.
 
     Example:
@@ -17,7 +17,7 @@ def rmse(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
     return float(np.sqrt(np.mean((x - y) ** 2))) if len(x) else float("nan")
 
 
-def rmse_offset_removed(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
+def rmse_offset_removed(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
     """Return the root mean square difference after removing the mean difference.
 
     It compares shapes where two conventions differ by a constant (neutral pose of a joint).
@@ -26,13 +26,13 @@ def rmse_offset_removed(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) 
     return float(np.std(x - y)) if len(x) else float("nan")
 
 
-def mean_difference(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
+def mean_difference(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
     """Return the mean of ``a - b``, over what both know."""
     x, y = _shared(a, b)
     return float(np.mean(x - y)) if len(x) else float("nan")
 
 
-def correlation(a: Float[Array, " *shape"], b: Float[Array, " *shape"]) -> float:
+def correlation(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
     """Return Pearson's r, over what both know; NaN where one of them is constant."""
     x, y = _shared(a, b)
     if len(x) < 2:

@@ -1,22 +1,22 @@
 r"""A whole-body walk at a chosen speed and size, from published mean curves.
 
 Joint angles of pelvis, hip, knee, ankle and trunk are Fourier series of six harmonics through the
-mean curves of [Schwartz2008]_ at five speeds (83 typically developing children; the curves of adults
+mean curves of [Schwartz2008]_ at five speeds (83 typically developing children; curves of adults
 at the same dimensionless speed have the same shape), interpolated over the dimensionless speed
 :math:`v^* = v / \sqrt{g l}`. Toe extension and hindfoot inversion are the mean hallux and hindfoot
 curves of the Oxford Foot Model (method: [Stebbins2006]_). The coefficients, in degrees, are in
 ``textbook_gait.json``: mean, then cosine and sine of each harmonic.
 
-Three conventions are turned: signs and names are those of OpenSim's Rajagopal model; Plug-in Gait's
-pelvic plane leans :data:`PELVIC_PLANE` forward in upright standing, where that model's pelvis tilt is
-zero, so this is taken out of pelvis tilt and hip flexion; foot angles are taken from their value in
-mid-stance. The pelvis and trunk are made symmetric: tilt keeps the even harmonics, list, rotation and
-bending the odd ones.
+Three conventions are turned. Signs and names are those of OpenSim's Rajagopal model. Plug-in
+Gait's pelvic plane leans :data:`PELVIC_PLANE` forward in upright standing, where that model's
+pelvis tilt is zero: this is taken out of pelvis tilt and hip flexion. Foot angles are taken from
+their value in mid-stance. Pelvis and trunk are made symmetric: tilt keeps the even harmonics,
+list, rotation and bending the odd ones.
 
-Step length follows [Kuo2001]_, :math:`s/l = (v^*)^{0.42}`, his fit of what people prefer. The pelvis
-moves on at the mean speed with two small waves in a stride and sways once, with the amplitudes of
-[Zijlstra1997]_. Arm swing follows [Murray1967]_: about 32 degrees in the shoulder at free speed, arm
-against leg, growing with speed.
+Step length follows [Kuo2001]_, :math:`s/l = (v^*)^{0.42}`, what people prefer. The pelvis moves on
+at the mean speed with two small waves in a stride and sways once, with the amplitudes of
+[Zijlstra1997]_. Arm swing follows [Murray1967]_: about 32 degrees in the shoulder at free speed,
+arm against leg, growing with speed.
 
 References:
     .. [Schwartz2008] M. H. Schwartz, A. Rozumalski, J. P. Trost, "The effect of walking speed on
@@ -69,9 +69,9 @@ class TextbookGait:
 
     Attributes:
         time: Time of each frame [s].
-        coordinates: Joint coordinates over time [rad] under their names; and ``pelvis_tx`` (forward)
-            and ``pelvis_tz`` (to the right) [m], in OpenSim's axes. ``pelvis_ty`` is missing: how
-            high the pelvis is follows from the body that stands on its feet.
+        coordinates: Joint coordinates over time [rad] under their names; and ``pelvis_tx``
+            (forward) and ``pelvis_tz`` (to the right) [m], in OpenSim's axes. ``pelvis_ty`` is
+            missing: how high the pelvis is follows from the body that stands on its feet.
         heel_strikes: Heel strikes within the time, by side [s].
         toe_offs: Toe offs within the time, by side [s].
         speed: Walking speed [m/s].

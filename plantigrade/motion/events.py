@@ -318,7 +318,7 @@ def _swings(time, speed, middle, length):
         if len(s) < 5:
             continue
         taken = np.zeros(len(s), dtype=bool)
-        for top in np.argsort(-s, kind="stable"):
+        for top in np.argsort(-s, kind="stable").tolist():
             peak = s[top]
             if peak < SLOWEST_SWING:
                 break
@@ -326,8 +326,8 @@ def _swings(time, speed, middle, length):
                 continue
             low = np.flatnonzero(s[:top] < TOE_OFF_FRACTION * peak)
             high = np.flatnonzero(s[top:] < HEEL_STRIKE_FRACTION * peak)
-            left = low[-1] if len(low) else -1
-            right = top + high[0] if len(high) else len(s)
+            left = int(low[-1]) if len(low) else -1
+            right = int(top + high[0]) if len(high) else len(s)
             clash = taken[max(left, 0) : right].any()
             # The skirt of a higher hump is no hump: it must come down to stance on both sides.
             taken[max(left, 0) : min(right + 1, len(s))] = True
@@ -370,7 +370,7 @@ def _judge_cut(time, speed, swing, usual):
             return None
         k = swing.first + top + int(below[0]) - 1
         stop = _between(time, speed, k, HEEL_STRIKE_FRACTION * peak)
-        return _Swing(swing.first, swing.last, None, stop, peak)
+        return _Swing(swing.first, swing.last, None, stop, float(peak))
     if swing.peak < 0.5 * usual:
         return None
     first = swing.first
@@ -378,7 +378,7 @@ def _judge_cut(time, speed, swing, usual):
     if len(below) == 0:
         return None
     start = _between(time, speed, first + int(below[-1]), TOE_OFF_FRACTION * peak)
-    return _Swing(first, swing.last, start, None, peak)
+    return _Swing(first, swing.last, start, None, float(peak))
 
 
 def _other_stands(time, other, swing, usual):

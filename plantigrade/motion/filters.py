@@ -95,8 +95,8 @@ def lowpass(
             f"{cutoff=} [Hz] must lie between 0 and {highest:.4g} at {rate:.4g} frames per second"
         )
     sections = butter(one_pass, corrected, fs=rate, output="sos")
-    # Odd reflection over three time constants of the filter, as much as the stretch has.
-    reflection = int(np.ceil(3 * rate / (2 * np.pi * corrected))) + 3 * one_pass
+    # Odd reflection over nine time constants of the filter, as much as the stretch has.
+    reflection = int(np.ceil(9 * rate / (2 * np.pi * corrected))) + 3 * one_pass
     flat, result = _columns(values)
 
     def smooth(block):

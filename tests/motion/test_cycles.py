@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from plantigrade.errors import ParameterError
+from plantigrade.motion import GaitEvent
+from plantigrade.motion.cycles import cut_cycles, normalise, normalise_cycles
+
+
+def events(*rows):
+    return [GaitEvent(t, s, {"h": "heel_strike", "t": "toe_off"}[k]) for t, s, k in rows]
+
+
+def test_cycles_and_their_events():
+    found = cut_cycles(
+        events((0.0, "r", "h"), (0.1, "l", "t"), (0.5, "l", "h"), (0.6, "r", "t"), (1.0, "r", "h"))
+    )
+    assert len(found) == 1
+    cycle = found[0]
+    assert (cycle.side, cycle.duration, cycle.percent(cycle.toe_off)) == ("r", 1.0, 60.0)
+    assert (cycle.opposite_toe_off, cycle.opposite_heel_strike) == (0.1, 0.5)
+
+
+def test_missed_steps_make_no_cycle():
+    rows = [(0.0, "r", "h"), (0.6, "r", "t"), (1.0, "r", "h"), (2.0, "r", "h"), (6.0, "r", "h")]
+    assert [c.stop for c in cut_cycles(events(*rows))] == [1.0]
+
+
+def test_normalise():
+    time = np.arange(200) / 100
+    curve = normalise(time, np.sin(2 * np.pi * time), 0.25, 1.25)
+    np.testing.assert_allclose(curve, np.cos(2 * np.pi * np.linspace(0, 1, 101)), atol=1e-5)
+    cycles = cut_cycles(events((0.25, "r", "h"), (0.8, "r", "t"), (1.25, "r", "h")))
+    assert normalise_cycles(time, np.ones((200, 2, 3)), cycles).shape == (1, 101, 2, 3)
+    assert normalise_cycles(time, np.ones(200), ()).shape == (0, 101)
+    with pytest.raises(ParameterError, match="end after"):
+        normalise(time, time, 1.0, 1.0)
