@@ -23,7 +23,7 @@ def test_lowpass_keeps_lines_and_gaps():
     line[300:320, 0] = np.nan
     smooth = lowpass(TIME, line, cutoff=6.0)
     np.testing.assert_array_equal(np.isnan(smooth), np.isnan(line))
-    np.testing.assert_allclose(smooth, line, atol=1e-5)
+    np.testing.assert_allclose(smooth, line, atol=1e-4)
 
 
 def test_derivatives_of_a_sine():
@@ -48,7 +48,7 @@ def test_resample():
     new = np.linspace(-0.1, 5.0, 333)
     result = resample(TIME, wave, new)
     inside = new >= 0
-    np.testing.assert_allclose(result[inside], np.sin(2 * np.pi * new[inside]), atol=1e-5)
+    np.testing.assert_allclose(result[inside], np.sin(2 * np.pi * new[inside]), atol=1e-4)
     assert np.isnan(result[~inside]).all()
 
 
