@@ -20,9 +20,14 @@ def test_every_citation_in_a_docstring_is_in_the_references():
     cited = {
         (key, path.name)
         for path in MODULES
-        for key in re.findall(r"\[([A-Za-z]+(?:\d{4}[a-z]?)?)\]_", path.read_text("utf-8"))
+        for key in re.findall(r"\[([A-Za-z]{3,}(?:\d{4}[a-z]?)?)\]_", path.read_text("utf-8"))
     }
     assert {(key, name) for key, name in cited if key not in listed} == set()
+
+
+def test_references_are_written_out_in_one_place_only():
+    defined = re.compile(r"^ *\.\. \[\w+\]", re.M)
+    assert [path.name for path in MODULES if defined.search(path.read_text("utf-8"))] == []
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -10,7 +10,7 @@ Terms as in [Whittle2007]_, chapter 2: double support is the sum of both parts o
 which both feet are on the ground.
 
 References:
-    .. [Whittle2007] M. W. Whittle, *Gait Analysis: an Introduction*, 4th ed., Elsevier, 2007.
+    [Whittle2007]_.
 """
 
 from collections.abc import Iterable

@@ -13,8 +13,7 @@ that knee extensors and plantarflexors are negative). Curves are those of the ri
 left leg, pelvis list and rotation change sign.
 
 References:
-    .. [Schwartz2008] M. H. Schwartz, A. Rozumalski, J. P. Trost, "The effect of walking speed on
-       the gait of typically developing children", J Biomech 41(8), 1639-1650, 2008.
+    [Schwartz2008]_.
 """
 
 import json

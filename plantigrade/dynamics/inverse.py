@@ -178,9 +178,7 @@ def residual_metrics(
         Flat figures; empty where no frame is complete.
 
     References:
-        .. [Hicks2015] J. L. Hicks et al., "Is my model good enough? Best practices for
-           verification and validation of musculoskeletal models and simulations of movement",
-           J Biomech Eng 137(2), 020905, 2015.
+        [Hicks2015]_.
     """
     valid = forces.valid
     if not valid.any():

@@ -19,17 +19,7 @@ at the mean speed with two small waves in a stride and sways once, with the ampl
 arm against leg, growing with speed.
 
 References:
-    .. [Schwartz2008] M. H. Schwartz, A. Rozumalski, J. P. Trost, "The effect of walking speed on
-       the gait of typically developing children", J Biomech 41(8), 1639-1650, 2008.
-    .. [Stebbins2006] J. Stebbins, M. Harrington, N. Thompson, A. Zavatsky, T. Theologis,
-       "Repeatability of a model for measuring multi-segment foot kinematics in children", Gait &
-       Posture 23(4), 401-410, 2006.
-    .. [Kuo2001] A. D. Kuo, "A simple model of bipedal walking predicts the preferred speed-step
-       length relationship", J Biomech Eng 123(3), 264-269, 2001.
-    .. [Zijlstra1997] W. Zijlstra, A. L. Hof, "Displacement of the pelvis during human walking:
-       experimental data and model predictions", Gait & Posture 6(3), 249-262, 1997.
-    .. [Murray1967] M. P. Murray, S. B. Sepic, E. J. Barnard, "Patterns of sagittal rotation of the
-       upper limbs in walking", Phys Ther 47(4), 272-284, 1967.
+    [Schwartz2008]_, [Stebbins2006]_, [Kuo2001]_, [Zijlstra1997]_, [Murray1967]_.
 """
 
 import json

@@ -25,14 +25,7 @@ coordinate method [Zeni2008]_ finds heel strike 20 to 45 ms before the plates do
 this was checked on, so it is not used here.
 
 References:
-    .. [Ghoussayni2004] S. Ghoussayni, C. Stevens, S. Durham, D. Ewins, "Assessment and validation
-       of a simple automated method for the detection of gait events and intervals", Gait & Posture
-       20(3), 266-272, 2004.
-    .. [Bruening2014] D. A. Bruening, S. T. Ridge, "Automated event detection algorithms in
-       pathological gait", Gait & Posture 39(1), 472-477, 2014.
-    .. [Zeni2008] J. A. Zeni, J. G. Richards, J. S. Higginson, "Two simple methods for determining
-       gait events during treadmill and overground walking using kinematic data", Gait & Posture
-       27(4), 710-714, 2008.
+    [Ghoussayni2004]_, [Bruening2014]_, [Zeni2008]_.
 """
 
 from collections.abc import Sequence
