@@ -128,9 +128,9 @@ vec3 shade(vec3 base, vec3 p, vec3 n, float gloss) {
   vec3 v = normalize(uEye - p); if (dot(n, v) < 0.0) n = -n;
   float sun = max(dot(n, uSun), 0.0) * lit(p, n);
   vec3 sky = mix(vec3(0.36, 0.35, 0.34), vec3(0.58, 0.60, 0.64), 0.5 + 0.5 * n.z);
-  float rim = pow(1.0 - max(dot(n, v), 0.0), 3.0) * 0.16;
+  float rim = pow(1.0 - max(dot(n, v), 0.0), 3.0) * 0.09;
   float spec = pow(max(dot(n, normalize(v + uSun)), 0.0), 42.0) * gloss * sun;
-  return base * (sky + 0.66 * sun) + rim * mix(base, vec3(1.0), 0.5) + spec;
+  return base * (sky + 0.56 * sun + 0.13 * max(dot(n, v), 0.0)) + rim * mix(base, vec3(1.0), 0.5) + spec;
 }`;
 const POSE = `
 uniform highp sampler2D uPose; uniform vec3 uOffset;
@@ -373,7 +373,7 @@ function draw() {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffers[k].instances);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(buffers[k].rows), gl.DYNAMIC_DRAW);
   }
-  const sun = unit([Math.cos(D.heading - 0.7) * 0.5, Math.sin(D.heading - 0.7) * 0.5, 1]);
+  const sun = unit([Math.cos(D.heading - 0.55) * 0.85, Math.sin(D.heading - 0.55) * 0.85, 1]);
   const reach = HEIGHT * 1.25, centre = [c[0], c[1], HEIGHT * 0.45];
   const light = mul(ortho(reach, 0.1, 12), lookAt(centre.map((x, i) => x + sun[i] * 6), centre, [1, 0, 0]));
   const e = eye();
@@ -459,7 +459,7 @@ function buildCurves() {
     for (const l of lines) {
       let path = "", pen = false;
       l.values.forEach((v, i) => { if (Number.isNaN(v)) { pen = false; return; } path += `${pen ? "L" : "M"}${x(time[i]).toFixed(2)} ${y(v).toFixed(2)}`; pen = true; });
-      svg += `<path d="${path}" stroke="${l.colour}"/>`;
+      svg += `<path d="${path}" style="--c:${l.colour}"/>`;
     }
     figure.innerHTML = `<figcaption><b></b><span class="now"></span></figcaption><div class="plot"><div class="ticks"></div>
       <svg viewBox="0 0 100 100" preserveAspectRatio="none">${svg}<line class="cursor" x1="0" x2="0" y1="0" y2="100"/></svg></div>`;
@@ -491,6 +491,7 @@ function play() { if (N < 2) return; if (state.t >= T1 - 1e-6) state.t = T0; sta
 function pause() { state.playing = false; $("play").classList.remove("playing"); $("play").setAttribute("aria-label", "Play"); }
 function frameStep(k) { pause(); const at = frameAt(state.t); seek(time[Math.min(N - 1, Math.max(0, (at[2] > 0.5 ? at[1] : at[0]) + k))]); }
 function setUpControls() {
+  $("legend").open = innerWidth > 800;
   slider.min = T0; slider.max = T1; slider.step = "any"; slider.value = T0;
   slider.addEventListener("input", () => { pause(); seek(+slider.value); });
   $("play").addEventListener("click", () => (state.playing ? pause() : play()));
