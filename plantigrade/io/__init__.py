@@ -1,1 +1,296 @@
-"""Motion files: one module per format."""
+"""Motion files: one module per format, :func:`read`, :func:`write` and :func:`convert` for all.
+
+Formats stand in one table, :data:`FORMATS`. A file's format follows from the ending of its name
+and, where the ending leaves it open (``.txt``) or the content clearly is another, from its content.
+"""
+
+import importlib
+import inspect
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from plantigrade.errors import FileError, ParameterError, PlantigradeError, UnsupportedFormat
+from plantigrade.motion.recording import Recording
+
+__all__ = ["FORMATS", "Format", "convert", "format_of", "read", "write"]
+
+_HEAD = 65536  # bytes looked at to tell a format
+
+
+@dataclass(frozen=True)
+class Format:
+    """One file format.
+
+    Attributes:
+        name: What it is called in messages.
+        suffixes: Endings of its files, lower case, with the dot.
+        reader: ``module:function`` under :mod:`plantigrade.io`, called with the path and options.
+        writer: ``module:function``, called with a Recording and the path; None: read only.
+        holds: Parts of a :class:`~plantigrade.motion.recording.Recording` the writer keeps, the
+            main one first; parts before ``"|"`` are main parts: one of them must be there.
+        signature: Bytes (lower case) of which one stands in the head of every such file; empty
+            where a format has no mark.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    reader: str
+    writer: str | None = None
+    holds: str = ""
+    signature: tuple[bytes, ...] = ()
+
+    @property
+    def main_parts(self) -> tuple[str, ...]:
+        """Parts of a Recording of which the writer needs one."""
+        return tuple(self.holds.split("|")[0].split())
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Parts of a Recording the writer keeps."""
+        return tuple(self.holds.replace("|", " ").split())
+
+
+FORMATS = (
+    Format("C3D", (".c3d",), "c3d:read_c3d", "c3d:write_c3d", "markers | plates events subject"),
+    Format(
+        "TRC", (".trc",), "trc:read_trc", "trc:write_trc", "markers", (b"pathfiletype", b"frame#")
+    ),
+    Format(
+        "MOT/STO",
+        (".mot", ".sto"),
+        "mot:read_mot",
+        "mot:write_mot",
+        "coordinates plates",
+        (b"endheader",),
+    ),
+    Format("AMC", (".amc",), "asf_amc:read_amc", signature=(b":fully-specified", b":degrees")),
+    Format("BVH", (".bvh",), "bvh:read_bvh", "_writers:write_bvh", "skeleton", (b"hierarchy",)),
+    Format("DeepMimic", (".json", ".txt"), "deepmimic:read_deepmimic", signature=(b'"frames"',)),
+    Format(
+        "CSV",
+        (".csv", ".tsv", ".txt"),
+        "csv:read_csv",
+        "csv:write_csv",
+        "markers coordinates",
+    ),
+    Format("npz", (".npz",), "_writers:read_npz"),
+)
+"""Every format, in the order in which an open question of content is decided."""
+
+
+def read(path: str | Path, **options) -> Recording:
+    """Read a motion file.
+
+    Args:
+        path: The file.
+        options: Passed to the format's reader, such as ``skeleton`` for an AMC file.
+
+    Returns:
+        What the file holds, in SI units and world axes.
+
+    Raises:
+        UnsupportedFormat: If no format fits the file.
+        FileError: If the file cannot be read.
+        ParameterError: If the format knows no such option.
+    """
+    path = Path(path)
+    kind = format_of(path)
+    function = _function(kind.reader)
+    known = [name for name in inspect.signature(function).parameters if name != "path"]
+    for name in options:
+        if name not in known:
+            allowed = f"it has {', '.join(known)}" if known else "it has none"
+            raise ParameterError(f"{kind.name} files have no option {name!r}; {allowed}")
+    try:
+        return function(path, **options)
+    except PlantigradeError:
+        raise
+    except MemoryError as error:
+        raise FileError(
+            path, "is too large for the memory of this machine", remedy="cut the recording"
+        ) from error
+    except RecursionError as error:
+        raise FileError(
+            path, "is nested too deeply", remedy="check that it is a motion file"
+        ) from error
+
+
+def write(recording: Recording, path: str | Path) -> None:
+    """Write a recording in the format that the ending of ``path`` names.
+
+    Parts the format has no place for are left out; :func:`convert` says which.
+
+    Raises:
+        UnsupportedFormat: If the ending names no format that is written.
+        FileError: If the format cannot hold what the recording is about, or the file cannot be
+            written.
+    """
+    kind = _writable(Path(path))
+    if not any(_has(recording, part) for part in kind.main_parts):
+        has = [part for part in _PARTS if _has(recording, part)]
+        fitting = [
+            suffix
+            for other in FORMATS
+            if other.writer and any(part in other.main_parts for part in has)
+            for suffix in other.suffixes
+        ]
+        raise FileError(
+            path,
+            f"{kind.name} files hold {' or '.join(kind.main_parts)}; {recording.source} has "
+            f"{', '.join(has) or 'nothing'}",
+            remedy=f"write {', '.join(fitting)} instead" if fitting else "name another recording",
+        )
+    _function(kind.writer or "")(recording, Path(path))
+
+
+def convert(source: str | Path, target: str | Path, **options) -> tuple[str, ...]:
+    """Read ``source`` and write it as ``target``; endings say the formats.
+
+    Force plates that the target has no place for go beside it, as OpenSim keeps them: into
+    ``NAME_grf.mot``.
+
+    Args:
+        source: The file to read.
+        target: The file to write.
+        options: As for :func:`read`.
+
+    Returns:
+        What was left out or noticed, one sentence each.
+
+    Raises:
+        FileError: If ``source`` cannot be read, or ``target`` cannot hold it or be written.
+    """
+    target = Path(target)
+    kind = _writable(target)  # before a long read
+    recording = read(source, **options)
+    write(recording, target)
+    notes = list(recording.warnings)
+    left_out = [p for p in _PARTS if _has(recording, p) and p not in kind.parts]
+    if kind.name == "MOT/STO" and recording.coordinates is not None and recording.plates:
+        left_out.append("plates")  # coordinates went first
+    if "plates" in left_out:
+        from plantigrade.io.mot import write_mot
+
+        beside = target.with_name(f"{target.stem}_grf.mot")
+        write_mot(recording.plates, beside)
+        notes.append(f"force plates were written to {beside.name}")
+        left_out.remove("plates")
+    if left_out:
+        names = [_PARTS[part] for part in left_out]
+        notes.append(f"{kind.name} has no place for {', '.join(names)}, left out")
+    return tuple(notes)
+
+
+def format_of(path: str | Path) -> Format:
+    """Return the format of a file.
+
+    Raises:
+        UnsupportedFormat: If there is none for it.
+        FileError: If the file is not there or cannot be opened.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    candidates = [kind for kind in FORMATS if suffix in kind.suffixes]
+    head = _head(path)
+    if head[1:2] == b"\x50" and len(head) >= 512 and 2 <= head[0] < 128 and b"\0" in head[:512]:
+        return _named("C3D")
+    if head.startswith(b"PK\x03\x04") and suffix == ".npz":
+        return _named("npz")
+    text = head.replace(b"\0", b"").lower()  # UTF-16 too
+    marked = [kind for kind in FORMATS if any(mark in text for mark in kind.signature)]
+    if len(candidates) == 1 and (
+        candidates[0] in marked or not candidates[0].signature or not marked
+    ):
+        return candidates[0]
+    both = [kind for kind in candidates if kind in marked]
+    if both:
+        return both[0]
+    if len(candidates) > 1 and not marked and _has_time_column(text):
+        return _named("CSV")
+    if candidates and marked:  # the content clearly is another format
+        return marked[0]
+    endings = ", ".join(sorted({s for kind in FORMATS for s in kind.suffixes}))
+    if suffix == ".asf":
+        raise UnsupportedFormat(
+            path,
+            "is a skeleton without a motion",
+            remedy="name the .amc file; its skeleton is found beside it or given as an option",
+        )
+    if candidates:
+        kinds = " or ".join(kind.name for kind in candidates)
+        raise UnsupportedFormat(
+            path,
+            f"holds neither what marks a {kinds} motion nor a column 'time'",
+            remedy="name a motion file, or add a header 'time, NAME_x, NAME_y, NAME_z, …'",
+        )
+    raise UnsupportedFormat(
+        path,
+        f"ending {path.suffix!r} is not one of {endings}",
+        remedy="rename it to the ending of its format, or export it as C3D or TRC",
+    )
+
+
+_PARTS = {
+    "markers": "markers",
+    "skeleton": "the skeleton's motion",
+    "coordinates": "joint coordinates",
+    "plates": "force plates",
+    "events": "gait events",
+    "subject": "the subject's measures",
+    "outputs": "model outputs",
+}
+
+
+def _has(recording: Recording, part: str) -> bool:
+    value = getattr(recording, part)
+    if part == "subject":
+        return any(v is not None for v in vars(value).values())
+    return value is not None and (not hasattr(value, "__len__") or len(value) > 0)
+
+
+def _has_time_column(text: bytes) -> bool:
+    """Return whether the first line that is no comment names a column of time."""
+    lines = text.replace(b"\r", b"\n").split(b"\n")
+    header = next((line for line in lines if line.strip() and not line.startswith(b"#")), b"")
+    return re.search(rb"(^|[\t,;\"])\s*(time|t)\b", header) is not None
+
+
+def _named(name: str) -> Format:
+    return next(kind for kind in FORMATS if kind.name == name)
+
+
+def _writable(path: Path) -> Format:
+    found = [k for k in FORMATS if path.suffix.lower() in k.suffixes and k.writer]
+    if not found:
+        endings = ", ".join(s for k in FORMATS if k.writer for s in k.suffixes)
+        raise UnsupportedFormat(
+            path, f"{path.suffix or 'no ending'!r} is not written", remedy=f"use one of {endings}"
+        )
+    return found[0]
+
+
+def _function(name: str) -> Callable:
+    module, function = name.split(":")
+    return getattr(importlib.import_module(f"plantigrade.io.{module}"), function)
+
+
+def _head(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            raise FileError(path, "is a folder, not a file", remedy="name the file inside it")
+        with open(path, "rb") as file:
+            return file.read(_HEAD)
+    except FileNotFoundError:
+        raise FileError(
+            path, "there is no such file", remedy="check the name and the folder"
+        ) from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileError):
+            raise
+        raise FileError(
+            path,
+            f"cannot be read ({getattr(error, 'strerror', None) or error})",
+            remedy="check its permissions",
+        ) from error
