@@ -47,6 +47,10 @@ class InverseKinematics:
         weights: Weight of each point; one each if not given.
         tolerance: Stop when no coordinate moves by more than this in a step [rad, m].
         max_iterations: Steps per frame at most.
+
+    Attributes:
+        rest: Posture the hinges are pulled towards [rad]; standing unless set otherwise.
+        posture: Strength of that pull on each hinge [m^2/rad^2].
     """
 
     def __init__(
@@ -62,6 +66,7 @@ class InverseKinematics:
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self.low, self.high = points.human.limits
         self.rest = points.human.standing()[7:]
+        self.posture = np.full(len(self.rest), POSTURE_WEIGHT)
 
     def solve(
         self, measured: Float[Array, "n_points 3"], start: Float[Array, " nq"]
@@ -89,8 +94,8 @@ class InverseKinematics:
             H.flat[:: H.shape[0] + 1] += damping
             n = H.shape[0]
             pull = np.arange(6, n)
-            H[pull, pull] += POSTURE_WEIGHT
-            g[6:] += POSTURE_WEIGHT * (self.rest - q[7:])
+            H[pull, pull] += self.posture
+            g[6:] += self.posture * (self.rest - q[7:])
             step = bounded_step(H, g, self.low - q[7:], self.high - q[7:])
             candidate = self.points.integrate(q, step)
             candidate[7:] = np.clip(candidate[7:], self.low, self.high)
@@ -115,7 +120,7 @@ class InverseKinematics:
         error = target - self.points.at(q)
         posture = q[7:] - self.rest
         return float(
-            w @ np.einsum("ij,ij->i", error, error) + POSTURE_WEIGHT * (posture @ posture)
+            w @ np.einsum("ij,ij->i", error, error) + self.posture @ (posture * posture)
         )
 
 
