@@ -27,6 +27,7 @@ LAYERS = (
     ("learn",),
     ("analyze",),
     ("report",),
+    ("workflows",),
     ("experiments",),
     ("commands",),
     ("__main__",),

@@ -1,26 +1,142 @@
-"""Fit a recording to a scaled human."""
+"""Fit recordings to scaled humans."""
 
-from dataclasses import dataclass
+import sys
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from plantigrade.commands.options import PersonOptions, RunOptions
+from plantigrade.commands.options import JobOptions, OptionalPath, PersonOptions, RunOptions
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import PlantigradeError
+from plantigrade.errors import ParameterError, PlantigradeError
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PersonOptions, RunOptions):
-    """Fit a recording to a scaled human: motion, and moments where forces were measured."""
+class Command(PersonOptions, RunOptions, JobOptions):
+    """Fit a recording to a scaled human: motion, and moments where forces were measured.
+
+    A standing trial, a skeleton or a file of forces that belongs to the recording is found beside
+    it by name and content, or named by option.
+    """
 
     files: Annotated[
         tyro.conf.Positional[tuple[Path, ...]],
         tyro.conf.arg(metavar="FILE [FILE ...]", help_behavior_hint=""),
     ]
     """Recordings to fit (.c3d, .trc, .amc, .bvh, .mot, ...)."""
+    static: OptionalPath = None
+    """Standing trial of the same person."""
+    skeleton: OptionalPath = None
+    """Skeleton (.asf) of an AMC file."""
+    forces: OptionalPath = None
+    """Ground reactions of the same trial (.mot, .sto)."""
+    marker_set: OptionalPath = None
+    """Your own marker set (.toml)."""
+    cutoff: float = 6.0
+    """Low-pass of motion and forces [Hz]."""
 
     def run(self) -> Outcome:
         """Do it."""
-        raise PlantigradeError("plantigrade fit is not written yet")
+        if not self.files:
+            raise ParameterError("no recording was named; write plantigrade fit FILE")
+        if len(self.files) > 1 and self.out is not None:
+            raise ParameterError(
+                "--out names one folder but several recordings were given; leave it out (each goes "
+                "to runs/fit-<name>) or fit them one by one"
+            )
+        if len(self.files) == 1:
+            text, metrics = self.fit_one(self.files[0])
+            return Outcome(text, metrics)
+        return self._many()
+
+    def fit_one(self, path: Path, *, quiet: bool | None = None) -> tuple[str, dict]:
+        """Fit one recording and write its run folder; return the words and the metrics."""
+        import time
+
+        from plantigrade.commands.progress import Progress
+        from plantigrade.workflows import fitting
+
+        started = time.perf_counter()
+        progress = Progress(quiet=self.quiet if quiet is None else quiet)
+        settings = self.settings()
+        out = self.out or Path("runs") / f"fit-{path.stem}"
+        with progress.step(f"reading {path.name}"):
+            loaded = fitting.load(path, settings)
+        with progress.step("fitting"):
+            fitted = fitting.fit(loaded, settings)
+        with progress.step("analysing"):
+            trial = fitting.analyse(fitted, settings)
+        with progress.step("writing the report and the viewer"):
+            folder, metrics = fitting.write(
+                trial,
+                out,
+                title=path.name,
+                command=["plantigrade", *sys.argv[1:]],
+                settings=settings,
+                sources=loaded.sources,
+                seed=self.seed,
+                overwrite=self.overwrite,
+                extra={"fit_time_s": time.perf_counter() - started},
+            )
+        for sentence in trial.record.warnings:
+            progress.warn(sentence)
+        return summary(folder, metrics), metrics
+
+    def settings(self):
+        """Return what decides the result."""
+        from plantigrade.workflows.fitting import FitSettings
+
+        return FitSettings(
+            height=self.height,
+            mass=self.mass,
+            sex=self.sex,
+            joints=self.joints or "42",
+            feet=self.feet,
+            static=self.static,
+            skeleton=self.skeleton,
+            forces=self.forces,
+            marker_set=self.marker_set,
+            cutoff=self.cutoff,
+        )
+
+    def _many(self) -> Outcome:
+        from joblib import Parallel, delayed
+
+        words = {f.name: getattr(self, f.name) for f in fields(self)}
+        done = Parallel(n_jobs=self.jobs, backend=self.backend)(
+            delayed(_fit_alone)(words, path) for path in self.files
+        )
+        texts, metrics = [], {}
+        failed = 0
+        for path, (text, found) in zip(self.files, done, strict=True):
+            texts.append(f"{path}: {text}")
+            metrics[str(path)] = found
+            failed += found.get("status") != "ok"
+        status = "ok" if not failed else f"{failed} of {len(self.files)} recordings failed"
+        return Outcome("\n".join(texts), {"status": status, **metrics})
+
+
+def _fit_alone(words: dict, path: Path) -> tuple[str, dict]:
+    try:
+        return Command(**words).fit_one(path, quiet=True)
+    except PlantigradeError as error:
+        return f"error: {error}", {"status": str(error)}
+
+
+def summary(folder: Path, metrics: dict) -> str:
+    """Return what a reader wants to know first."""
+    lines = [f"{folder}: {metrics['frames']} frames, {metrics['duration_s']:.2f} s"]
+    error = metrics.get("marker_rms_mean_mm", metrics.get("joint_rms_mean_mm"))
+    if error is not None:
+        what = "marker" if "marker_rms_mean_mm" in metrics else "joint centre"
+        lines.append(f"  {what} error   {error:.1f} mm RMS")
+    lines.append(f"  person         {metrics['height_m']:.3f} m, {metrics['mass_kg']:.1f} kg")
+    if "walking_speed_m_s" in metrics:
+        lines.append(
+            f"  walking        {metrics['walking_speed_m_s']:.2f} m/s, "
+            f"{metrics['cadence_steps_min']:.0f} steps/min"
+        )
+    lines.append(f"  report         {folder / 'report.html'}")
+    lines.append(f"  viewer         {folder / 'viewer.html'}")
+    return "\n".join(lines)

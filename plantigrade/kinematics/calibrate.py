@@ -193,9 +193,7 @@ class Calibrator:
         self.log_lengths += step[:n_l]
         self.offsets[which] += step[n_l:].reshape(-1, 3)
         for f, (A, gq, C) in enumerate(steps):
-            d = bounded_step(
-                A, gq - C @ step, low - self.qpos[f, 7:], high - self.qpos[f, 7:]
-            )
+            d = bounded_step(A, gq - C @ step, low - self.qpos[f, 7:], high - self.qpos[f, 7:])
             size = np.abs(d).max()
             self.qpos[f] = points.integrate(self.qpos[f], d * min(1.0, 0.5 / max(size, 1e-9)))
             self.qpos[f, 7:] = np.clip(self.qpos[f, 7:], low, high)
@@ -312,14 +310,7 @@ def calibrate(
     Raises:
         FitError: If too few markers have a known name to give the pose.
     """
-    known = [n for n in names if placed[n] is not None]
-    bodies = {p.body for p in placed.values() if p is not None}
-    if len(known) < 6 or len(bodies) < 3:
-        raise FitError(
-            f"only {len(known)} of {len(names)} markers have a name that a marker set knows "
-            f"({', '.join(known) or 'none'}); markers on at least three segments are needed: give "
-            "your own set with --marker-set FILE"
-        )
+    require_known(names, placed)
     c = Calibrator(
         human,
         names,
@@ -350,17 +341,13 @@ def calibrate(
     lengths = {n: v for n, v in zip(d.names(), d.as_array(), strict=True)}
     stature = d.height if height is None else height
     if height is not None:
-        factor = (height - d.height + sum(lengths[n] for n in free)) / sum(
-            lengths[n] for n in free
-        )
+        factor = (height - d.height + sum(lengths[n] for n in free)) / sum(lengths[n] for n in free)
         if 0.8 < factor < 1.25:
             lengths |= {n: lengths[n] * factor for n in free}
             lengths.pop("head")
         else:
             stature = d.height
-    scaled = Human.create(
-        stature, human.mass, human.sex, human.joints, human.feet, lengths=lengths
-    )
+    scaled = Human.create(stature, human.mass, human.sex, human.joints, human.feet, lengths=lengths)
     _, base = c.geometry(scaled.dimensions)
     places = tuple(
         Attachment(p.body, base[i] + c.offsets[i], p.spread)
@@ -376,6 +363,19 @@ def calibrate(
         residual[:, which],
         attached,
     )
+
+
+def require_known(names: Sequence[str], placed: dict[str, Attachment | None]) -> None:
+    """Raise a FitError unless enough markers have a place to give the pose of a body."""
+    known = [n for n in names if placed[n] is not None]
+    bodies = {p.body for p in placed.values() if p is not None}
+    if len(known) < 6 or len(bodies) < 3:
+        shown = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
+        raise FitError(
+            f"only {len(known)} of {len(names)} markers ({shown}) have a name that a marker set "
+            "knows; at least 6 on three segments are needed: give your own set with "
+            "--marker-set FILE"
+        )
 
 
 def standing_poses(

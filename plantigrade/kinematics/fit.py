@@ -13,7 +13,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
-from plantigrade.kinematics.calibrate import Calibration, calibrate, standing_poses
+from plantigrade.kinematics.calibrate import (
+    Calibration,
+    calibrate,
+    require_known,
+    standing_poses,
+)
 from plantigrade.kinematics.inverse import InverseKinematics, track
 from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
@@ -94,6 +99,7 @@ def fit_markers(
     human = Human.create(height or 1.72, mass, sex, person.joints, person.feet)
     placed = place_markers(names, human, marker_set)
     known = [n for n in names if placed[n] is not None and n in markers.names]
+    require_known([n for n in names if n in markers.names], placed)
     facing = _facing(human, known, placed, markers, start, stop)
     angle = quarter_turn_to_face_x(facing)
     recording = turn(recording, angle)
@@ -123,8 +129,9 @@ def fit_markers(
     first = calibration.qpos[standing_frames]
     qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
     notes += more
-    cut = replace(recording, markers=Markers(markers.names, markers.time[window],
-                                              markers.positions[window]))
+    cut = replace(
+        recording, markers=Markers(markers.names, markers.time[window], markers.positions[window])
+    )
     unknown = [n for n in calibration.attached if n in tracked]
     if unknown:
         notes.append(
@@ -196,8 +203,7 @@ def _usable(markers: Markers, static: Recording | None) -> tuple[list[str], dict
         if not seen.any():
             ignored[name] = "never seen"
         elif any(
-            np.array_equal(x, markers.positions[:, markers.index(n)], equal_nan=True)
-            for n in names
+            np.array_equal(x, markers.positions[:, markers.index(n)], equal_nan=True) for n in names
         ):
             ignored[name] = "the same trajectory as another marker"
         else:

@@ -13,7 +13,7 @@ from plantigrade.models.anthropometry import (
     TRUNK_LANDMARKS,
     Dimensions,
 )
-from plantigrade.models.parts import Inertia, Part, Solid, combine, mirrored, rod
+from plantigrade.models.parts import Inertia, Part, Solid, block, combine, mirrored, rod
 
 # Where the trunk is divided, heights above the lumbar joint as fractions of the trunk.
 MID_UPPER_TRUNK = 0.742
@@ -25,8 +25,6 @@ MID_NECK, UPPER_NECK = 0.22, 0.42
 GIRDLE_SHARE = 0.04
 # Share of the neck in the mass of de Leva's head-and-neck segment: by volume of a cylinder.
 NECK_SHARE = 0.17
-# Share of the fingers in the mass of the hand: by volume, four fingers and the distal thumb.
-FINGER_SHARE = 0.35
 
 
 def hip(d: Dimensions) -> np.ndarray:
@@ -109,9 +107,7 @@ def _trunk(d: Dimensions, sex: str, mass: float) -> list[Part]:
     h, low = hip(d), lumbar(d)
     p = table["lower_trunk"]
     length = marks["lower_trunk"] * d.pelvis_height
-    pelvis = _principal(
-        mass * p.mass, [h[0], 0, h[2] + (1 - p.com) * length], p.gyration, length
-    )
+    pelvis = _principal(mass * p.mass, [h[0], 0, h[2] + (1 - p.com) * length], p.gyration, length)
     p = table["middle_trunk"]
     length = marks["middle_trunk"] * d.trunk
     middle = _principal(
@@ -258,22 +254,16 @@ def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
     upper = _limb(mass, table["upper_arm"], d.upper_arm)
     lower = _limb(mass, table["forearm"], d.forearm)
     palm_length = 0.46 * d.hand  # wrist to third metacarpal head, de Leva's lengths
-    whole = _limb(mass, table["hand"], palm_length)
-    fingers = whole.scaled(FINGER_SHARE)
-    palm_com = whole.com + np.array([0, 0, 0.35 * palm_length])
-    finger_com = (whole.com - (1 - FINGER_SHARE) * palm_com) / FINGER_SHARE
     knuckles = np.array([0, 0, -palm_length])
-    # Moving both halves apart lengthens the whole: their own inertia is what that leaves.
-    apart = combine(
-        [
-            Inertia(whole.mass * (1 - FINGER_SHARE), palm_com, np.zeros((3, 3))),
-            Inertia(fingers.mass, finger_com, np.zeros((3, 3))),
-        ]
-    ).tensor
-    own = np.maximum(whole.tensor - apart, 0.15 * whole.tensor)
-    palm = Inertia(whole.mass - fingers.mass, palm_com, own * (1 - FINGER_SHARE))
-    fingers = Inertia(fingers.mass, finger_com, own * FINGER_SHARE)
     tip = np.array([0, 0, -(d.hand - palm_length)])
+    palm_half = np.array([0.11 * palm_length, 0.42 * palm_length, 0.5 * palm_length])
+    finger_half = np.array([0.09 * palm_length, 0.40 * palm_length, -0.5 * tip[2]])
+    # Palm and fingers are blocks that share de Leva's mass so that his centre of mass is kept.
+    hand = table["hand"]
+    middle = knuckles[2] + tip[2] / 2
+    share = (-hand.com * palm_length - knuckles[2] / 2) / (middle - knuckles[2] / 2)
+    palm = block((1 - share) * mass * hand.mass, knuckles / 2, palm_half)
+    fingers = block(share * mass * hand.mass, np.array([0, 0, middle]), finger_half)
     half = np.array([0, 0, -0.5 * d.forearm])
     return [
         Part(
@@ -313,7 +303,7 @@ def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
                 Solid(
                     "box",
                     knuckles * 0.5,
-                    np.array([0.11 * palm_length, 0.42 * palm_length, 0.5 * palm_length]),
+                    palm_half,
                 ),
             ),
         ),
@@ -326,7 +316,7 @@ def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
                 Solid(
                     "box",
                     tip * 0.5,
-                    np.array([0.09 * palm_length, 0.40 * palm_length, -0.5 * tip[2]]),
+                    finger_half,
                 ),
             ),
         ),

@@ -1,7 +1,7 @@
 """Who moves: one person as one compiled MuJoCo model with named coordinates."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -50,8 +50,8 @@ class Human:
     joints: str
     feet: str
     dimensions: Dimensions
-    skeleton: Skeleton
-    xml: str
+    skeleton: Skeleton = field(repr=False)
+    xml: str = field(repr=False)
 
     @classmethod
     def create(
@@ -89,9 +89,7 @@ class Human:
         skeleton = build(d, sex, float(mass), joints, feet)
         moving = moving_parts(joints, feet)
         names = {c for m in moving.values() for c in m.coordinates}
-        standing = {
-            f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in ("r", "l")
-        }
+        standing = {f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in ("r", "l")}
         ankle = skeleton.origins["foot_r"][2]
         xml = to_mjcf(
             f"human-{joints}-{feet}",

@@ -167,12 +167,18 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         ),
         "heel_lateral": foot("heel_front_lateral", _HEEL, dx=-0.02, dy=0.12),
         "heel_medial": foot("heel_front_medial", _HEEL, dx=-0.02, dy=-0.12),
-        "sustentaculum": foot("heel_front_medial", _HEEL, dx=0.02, dy=-0.12, up=0.6 * d.ankle_height),
-        "navicular": foot("base_1", _HIND, dx=-0.05, dy=-0.15, up=0.7 * d.ankle_height, spread=SKIN),
+        "sustentaculum": foot(
+            "heel_front_medial", _HEEL, dx=0.02, dy=-0.12, up=0.6 * d.ankle_height
+        ),
+        "navicular": foot(
+            "base_1", _HIND, dx=-0.05, dy=-0.15, up=0.7 * d.ankle_height, spread=SKIN
+        ),
         "midfoot": foot("base_3", _HIND, up=1.15 * d.ankle_height, spread=SKIN),
         "midfoot_lateral": foot("base_5", _LATERAL_FOOT, dy=0.1, spread=SKIN),
         "metatarsal_1_base": foot("base_1", _HIND, dy=-0.05, up=0.95 * d.ankle_height, spread=SKIN),
-        "metatarsal_1_head": foot("metatarsal_1", _HIND, dx=-0.02, dy=-0.10, up=0.5 * d.ankle_height),
+        "metatarsal_1_head": foot(
+            "metatarsal_1", _HIND, dx=-0.02, dy=-0.10, up=0.5 * d.ankle_height
+        ),
         "metatarsal_2_head": foot("metatarsal_2", _HIND, dx=-0.02, up=0.7 * d.ankle_height),
         "metatarsal_5_base": foot("base_5", _LATERAL_FOOT, dy=0.12),
         "metatarsal_5_head": foot("metatarsal_5", _LATERAL_FOOT, dx=-0.02, dy=0.10),
@@ -184,12 +190,8 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "acromion": Landmark(
             "abdomen", s + np.array([-0.03, 0.03, 0.125]) * d.trunk, _SHOULDER, SKIN
         ),
-        "clavicle": Landmark(
-            "abdomen", np.array([0.22, -0.075, 0.96]) * d.trunk, _THORAX, SKIN
-        ),
-        "scapula": Landmark(
-            "abdomen", np.array([-0.20, -0.22, 0.68]) * d.trunk, _THORAX, LOOSE
-        ),
+        "clavicle": Landmark("abdomen", np.array([0.22, -0.075, 0.96]) * d.trunk, _THORAX, SKIN),
+        "scapula": Landmark("abdomen", np.array([-0.20, -0.22, 0.68]) * d.trunk, _THORAX, LOOSE),
         "shoulder_joint": Landmark("abdomen", s, _SHOULDER, BONE),
         "upper_arm": upper_arm(0.05, 0.15, 0.60),
         "elbow_lateral": upper_arm(0.0, 0.12, 0.98, BONE),

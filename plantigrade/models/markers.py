@@ -182,7 +182,9 @@ _SPELLINGS: dict[str, str] = {
     "tibial_tuberosity": "TUB TTC TT TTUB TTU",
     "shank": "TIB SHANK SHA LSHA TIBIA LATSHANK",
     "shank_front": "SHN SHIN",
-    "ankle_lateral": "ANK ANKLE ANKLELAT LM LMAL LMALL LANK FAL MALL LATANK LATMAL ANKLELATERAL ANKL",
+    "ankle_lateral": (
+        "ANK ANKLE ANKLELAT LM LMAL LMALL LANK FAL MALL LATANK LATMAL ANKLELATERAL ANKL"
+    ),
     "ankle_medial": "MMA MM MMAL MMALL MANK MANKLE TAM ANKLEMED MEDANK MEDMAL ANKLEMEDIAL ANKM",
     "heel": "HEE HEEL CAL FCC CA CALC CALCANEUS",
     "heel_upper": "PCA",
@@ -321,7 +323,9 @@ def read_marker_set(path: str | Path) -> MarkerSet:
             ):
                 fixed[name] = (body, (float(x), float(y), float(z)))
             case _:
-                raise FileError(path, f"{value!r} is no place", where=f"marker {name}", remedy=_EXAMPLE)
+                raise FileError(
+                    path, f"{value!r} is no place", where=f"marker {name}", remedy=_EXAMPLE
+                )
     return MarkerSet(str(content.get("name", path.stem)), named, fixed)
 
 

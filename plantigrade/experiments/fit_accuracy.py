@@ -1,0 +1,235 @@
+"""How close fits come: to markers, to OpenSim, to Plug-in Gait, to force plates.
+
+Every walking trial of the data folder is fitted as a user would call it, with its file name alone;
+then its angles, moments and events are held against what other software and the plates say.
+"""
+
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.analyze.statistics import correlation, rmse_offset_removed
+from plantigrade.analyze.trial import SIDES, Trial
+from plantigrade.errors import PlantigradeError
+from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
+from plantigrade.io import read
+from plantigrade.io.mot import read_table
+from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.points import Points
+from plantigrade.motion import Recording, Table
+from plantigrade.motion.events import plate_events
+from plantigrade.workflows import fitting
+
+LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
+LONGEST_MATCH = 0.15  # events further apart than this are different events [s]
+
+# Walking trials with markers; those OpenSim solved too: angles, moments and whether the knee's
+# flexion is negative there.
+WALKS = (
+    "c3d/HC038A11.c3d",
+    "c3d/HC038A27.c3d",
+    "c3d/HC032A03.c3d",
+    "c3d/opensim_walking2.c3d",
+    "c3d/gaitalytics_treadmill_events.c3d",
+    "opensim/rajagopal_walk/markers_walk.trc",
+    "opensim/gait2392_subject01/subject01_walk1.trc",
+)
+OPENSIM = {
+    "opensim/rajagopal_walk/markers_walk.trc": ("coordinates.sto", "id_walk.sto"),
+    "opensim/gait2392_subject01/subject01_walk1.trc": ("std_subject01_walk1_ik.mot", None),
+}
+# Plug-in Gait's angle and moment → ours, and the sign between them.
+PLUG_IN_GAIT = {
+    "hip_flexion": ("HipAngles", "HipMoment", -1),
+    "knee_angle": ("KneeAngles", "KneeMoment", -1),
+    "ankle_angle": ("AnkleAngles", "AnkleMoment", -1),
+}
+
+
+def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+    """Return the table over every walking trial in a data folder.
+
+    Args:
+        data: The folder (layout as in its README).
+        say: Called with one line per trial as it is done.
+    """
+    rows: list[Row] = []
+    notes = []
+    for name in WALKS:
+        path = data / name
+        if not path.exists():
+            notes.append(f"{name} is not there and was left out.")
+            continue
+        try:
+            rows += trial_rows(path, name)
+            say(f"{name} done")
+        except PlantigradeError as error:
+            rows.append(Row(name, "fit", None, note=str(error), met=False))
+    return ResultTable("Accuracy of fits, each called with its file name alone", rows, notes)
+
+
+def trial_rows(path: Path, name: str) -> list[Row]:
+    """Return all rows of one trial."""
+    settings = fitting.FitSettings()
+    started = time.perf_counter()
+    loaded = fitting.load(path, settings)
+    fitted = fitting.fit(loaded, settings)
+    trial = fitting.analyse(fitted, settings)
+    seconds = time.perf_counter() - started
+    rows = [
+        at_most(name, "marker RMS, mean", fitted.metrics["marker_rms_mean_mm"], 10, "mm"),
+        at_most(name, "inverse kinematics, median", frame_time_ms(trial), 1.0, "ms/frame"),
+        Row(name, "read, fit and analyse", seconds, "s"),
+    ]
+    rows += event_rows(name, trial, loaded.recording)
+    if name in OPENSIM:
+        angles, moments = OPENSIM[name]
+        rows += opensim_rows(name, trial, read(path.parent / angles), path.parent, moments)
+    if loaded.recording.outputs:
+        rows += plug_in_gait_rows(name, trial, loaded.recording)
+    return rows
+
+
+def frame_time_ms(trial: Trial) -> float:
+    """Return the median time of inverse kinematics per frame, warm-started [ms]."""
+    fit = trial.fit
+    assert fit.markers is not None
+    points = Points(
+        fit.human, [p.body for p in fit.places], np.array([p.position for p in fit.places])
+    )
+    solver = InverseKinematics(points)
+    spent = []
+    qpos = fit.qpos[0]
+    for measured in fit.markers.positions:
+        begin = time.perf_counter()
+        qpos = solver.solve(measured, qpos).qpos
+        spent.append(time.perf_counter() - begin)
+    return 1e3 * float(np.median(spent))
+
+
+def opensim_rows(
+    name: str, trial: Trial, theirs: Recording, folder: Path, moments: str | None
+) -> list[Row]:
+    """Hold angles and moments against OpenSim's."""
+    rows = []
+    coordinates = theirs.coordinates
+    assert coordinates is not None
+    names, values = trial.fit.human.to_coordinates(trial.fit.qpos)
+    ours = Table(names, trial.fit.time, values)
+    for joint in LEGS:
+        for side in SIDES[::-1]:
+            a, b = shared(ours, coordinates, f"{joint}_{side}")
+            error = rmse_offset_removed(np.rad2deg(a), np.rad2deg(b))
+            rows.append(at_most(name, f"{joint}_{side} against OpenSim, RMSE", error, 3, "deg"))
+    if moments is None or trial.moments is None or trial.forces is None:
+        return rows
+    table = read_table(folder / moments)
+    for joint in LEGS:
+        for side in SIDES[::-1]:
+            column = f"{joint}_{side}"
+            i = 6 + trial.fit.human.hinge(column)
+            known = np.asarray(trial.forces.valid_side)[:, trial.forces.sides.index(side)]
+            tau = np.where(known, trial.moments.tau[:, i], np.nan)
+            mine = Table((column,), trial.fit.time, tau[:, None])
+            their = Table((column,), table.time, table[f"{column}_moment"][:, None])
+            a, b = shared(mine, their, column)
+            ok = np.isfinite(a)
+            a, b = a[ok], b[ok]
+            peak = np.abs(b).argmax()
+            near = np.abs(np.arange(len(b)) - peak) < 0.1 / np.median(np.diff(table.time))
+            ours_peak = a[near][np.abs(a[near]).argmax()]
+            off = 100 * abs(abs(ours_peak) - abs(b[peak])) / abs(b[peak])
+            label = f"{column} moment against OpenSim"
+            rows.append(at_least(name, f"{label}, r", correlation(a, b), 0.97))
+            rows.append(at_most(name, f"{label}, peak", off, 10, "%"))
+    return rows
+
+
+def plug_in_gait_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
+    """Hold sagittal angles and moments against Plug-in Gait's, stored in the file."""
+    rows = []
+    fit = trial.fit
+    assert recording.markers is not None
+    clock = recording.markers.time
+    names, values = fit.human.to_coordinates(fit.qpos)
+    for joint, (angle, moment, sign) in PLUG_IN_GAIT.items():
+        for side in SIDES[::-1]:
+            column, prefix = f"{joint}_{side}", side.upper()
+            stored = recording.outputs.get(prefix + angle)
+            if stored is not None and np.isfinite(stored[:, 0]).sum() > 20:
+                theirs = on_clock(clock, stored[:, 0], fit.time)
+                mine = np.rad2deg(values[:, names.index(column)])
+                r = correlation(mine, theirs)
+                rows.append(at_least(name, f"{column} against Plug-in Gait, r", r, 0.95))
+            stored = recording.outputs.get(prefix + moment)
+            if stored is None or trial.moments is None or trial.forces is None:
+                continue
+            k = trial.forces.sides.index(side)
+            loaded = np.asarray(trial.forces.valid_side)[:, k] & (trial.forces.force[:, k, 2] > 20)
+            theirs = on_clock(clock, stored[:, 0], fit.time)
+            mine = trial.moments.tau[:, 6 + fit.human.hinge(column)]
+            ok = loaded & np.isfinite(theirs) & (theirs != 0)
+            if ok.sum() > 20:
+                r = sign * correlation(mine[ok], theirs[ok])
+                rows.append(at_least(name, f"{column} moment against Plug-in Gait, r", r, 0.95))
+    return rows
+
+
+def event_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
+    """Hold the kinematic events against the plates and the events stored in the file."""
+    rows = []
+    own = trial.record.motion.events
+    fit = trial.fit
+    measured = plate_events(fit.recording.plates, fit.time, trial.feet.heel, trial.feet.toe)
+    for what, truth in (("plates", measured), ("file", recording.events)):
+        if not truth:
+            continue
+        for kind in ("heel_strike", "toe_off"):
+            theirs = [e for e in truth if e.kind == kind and fit.time[0] <= e.time <= fit.time[-1]]
+            if not theirs:
+                continue
+            errors, missed, invented = match(own, theirs, kind, complete=what == "file")
+            label = f"{kind} against {what}"
+            if errors:
+                mae = 1e3 * float(np.mean(np.abs(errors)))
+                rows.append(at_most(name, f"{label}, mean error ({len(errors)})", mae, 20, "ms"))
+            rows.append(at_most(name, f"{label}, missed", missed, 0))
+            if what == "file":
+                rows.append(at_most(name, f"{label}, invented", invented, 0))
+    return rows
+
+
+def match(ours: Iterable, theirs: Iterable, kind: str, *, complete: bool):
+    """Return time errors of matched events [s], the number missed and the number invented."""
+    errors, missed, used = [], 0, set()
+    ours = [e for e in ours if e.kind == kind]
+    theirs = list(theirs)
+    for e in theirs:
+        near = [
+            (abs(o.time - e.time), i)
+            for i, o in enumerate(ours)
+            if o.side == e.side and i not in used
+        ]
+        if near and min(near)[0] < LONGEST_MATCH:
+            i = min(near)[1]
+            used.add(i)
+            errors.append(ours[i].time - e.time)
+        else:
+            missed += 1
+    first, last = min(e.time for e in theirs), max(e.time for e in theirs)
+    extra = [o for i, o in enumerate(ours) if i not in used and first < o.time < last]
+    return errors, missed, len(extra) if complete else 0
+
+
+def shared(a: Table, b: Table, column: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return a column of both tables on the clock of the second, where both have it."""
+    inside = (b.time >= a.time[0]) & (b.time <= a.time[-1])
+    return np.interp(b.time[inside], a.time, a[column]), b[column][inside]
+
+
+def on_clock(clock: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Return a signal at the samples of another clock that lie on it; NaN elsewhere."""
+    index = np.rint(np.interp(wanted, clock, np.arange(len(clock)))).astype(int)
+    return np.where(np.abs(clock[index] - wanted) < 1e-3, values[index], np.nan)

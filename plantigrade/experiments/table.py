@@ -1,0 +1,89 @@
+"""What an experiment returns: a table with the goal beside each figure."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure.
+
+    Attributes:
+        subject: What it was measured on.
+        quantity: What was measured.
+        value: The figure; None where it could not be measured.
+        unit: Its unit.
+        goal: What it is held against (``"<= 10"``); empty where there is no goal.
+        met: Whether the goal is met; None where there is no goal.
+        note: Why a figure is missing, or anything a reader should know.
+    """
+
+    subject: str
+    quantity: str
+    value: float | None
+    unit: str = ""
+    goal: str = ""
+    met: bool | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class ResultTable:
+    """A titled list of rows.
+
+    Attributes:
+        title: What the table shows.
+        rows: The figures.
+        notes: Sentences under the table.
+    """
+
+    title: str
+    rows: Sequence[Row]
+    notes: Sequence[str] = field(default_factory=tuple)
+
+    def metrics(self) -> dict[str, Any]:
+        """Return the rows as flat figures and a status."""
+        flat: dict[str, Any] = {"status": "ok"}
+        for row in self.rows:
+            unit = f"_{row.unit}" if row.unit else ""
+            flat[f"{row.subject}.{row.quantity}{unit}".replace(" ", "_")] = row.value
+        judged = [row for row in self.rows if row.met is not None]
+        flat["goals"] = len(judged)
+        flat["goals_met"] = sum(bool(row.met) for row in judged)
+        return flat
+
+    def text(self) -> str:
+        """Return the table for a reader."""
+        cells = [("", "figure", "ours", "goal", "")]
+        last = None
+        for r in self.rows:
+            value = "-" if r.value is None else f"{r.value:.4g}"
+            mark = "" if r.met is None else ("ok" if r.met else "SHORT")
+            cells.append(
+                (
+                    r.subject if r.subject != last else "",
+                    r.quantity,
+                    f"{value} {r.unit}".strip(),
+                    r.goal,
+                    f"{mark} {r.note}".strip(),
+                )
+            )
+            last = r.subject
+        widths = [max(len(c[i]) for c in cells) for i in range(5)]
+        lines = [self.title, ""]
+        for c in cells:
+            lines.append("  ".join(c[i].ljust(widths[i]) for i in range(5)).rstrip())
+        judged = [row for row in self.rows if row.met is not None]
+        met = sum(bool(row.met) for row in judged)
+        return "\n".join([*lines, "", f"{met} of {len(judged)} goals met", *self.notes])
+
+
+def at_most(subject: str, quantity: str, value: float, limit: float, unit: str = "") -> Row:
+    """Return a row whose figure should not exceed ``limit``."""
+    return Row(subject, quantity, value, unit, f"<= {limit:g}", bool(value <= limit))
+
+
+def at_least(subject: str, quantity: str, value: float, limit: float, unit: str = "") -> Row:
+    """Return a row whose figure should reach ``limit``."""
+    return Row(subject, quantity, value, unit, f">= {limit:g}", bool(value >= limit))

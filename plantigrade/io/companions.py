@@ -1,0 +1,163 @@
+"""Files that belong to a recording: a standing trial, measured forces.
+
+They are looked for in the recording's own folder and by its name, then judged by what they hold;
+a doubt means no companion, and the user names it by option.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.errors import PlantigradeError
+from plantigrade.motion import ForcePlate, Recording
+
+# Words that say what kind of data a file holds, not which trial it is.
+_KIND_WORDS = {
+    "coordinates", "markers", "marker", "ik", "kinematics", "motion", "mot", "trc", "data",
+    "results", "solution", "filtered", "raw", "joint", "angles", "reference",
+}  # fmt: skip
+_FORCE_WORDS = {"grf", "grfs", "force", "forces", "fp", "kinetics", "ground", "reaction"}
+_STATIC_WORDS = {"static", "stat", "standing", "stand", "cal", "calib", "calibration", "tpose",
+                 "npose", "neutral", "anatomical"}  # fmt: skip
+_MOST_READ = 12  # candidates opened at most
+_STILL = 0.02  # a standing trial's markers wander less than this about their mean [m]
+
+
+@dataclass(frozen=True)
+class Companions:
+    """What was found beside a recording.
+
+    Attributes:
+        static: A standing trial of the same person, if there is one.
+        forces: Measured ground reactions of the same trial.
+        forces_source: The file they came from.
+    """
+
+    static: Recording | None = None
+    forces: tuple[ForcePlate, ...] = ()
+    forces_source: Path | None = None
+
+    @property
+    def sources(self) -> tuple[Path, ...]:
+        """The companion files."""
+        static = (self.static.source,) if self.static else ()
+        return (*static, *((self.forces_source,) if self.forces_source else ()))
+
+
+def find_companions(recording: Recording, read) -> Companions:
+    """Return the companions of a recording that lie in its folder.
+
+    Args:
+        recording: The recording.
+        read: Reads a file to a Recording (:func:`plantigrade.io.read`).
+    """
+    static = find_static(recording, read) if recording.markers is not None else None
+    if recording.plates:
+        return Companions(static)
+    forces, source = find_forces(recording, read)
+    return Companions(static, forces, source)
+
+
+def find_static(recording: Recording, read) -> Recording | None:
+    """Return the standing trial that belongs to a marker recording, or None."""
+    markers = recording.markers
+    if markers is None or is_still(recording):
+        return None
+    path = recording.source
+    own = _words(path.stem)
+    ranked = []
+    for other in _siblings(path, [path.suffix]):
+        words = _words(other.stem)
+        named = bool(words & _STATIC_WORDS)
+        numbered = _without_number(other.stem) == _without_number(path.stem)
+        related = bool((words - _STATIC_WORDS) & own) or not (words - _STATIC_WORDS)
+        if (named and related) or numbered:
+            ranked.append((not named, other))
+    best: tuple[int, Recording] | None = None
+    for _, other in sorted(ranked)[:_MOST_READ]:
+        try:
+            candidate = read(other)
+        except PlantigradeError:
+            continue
+        if candidate.markers is None or not is_still(candidate):
+            continue
+        shared = len(set(candidate.markers.names) & set(markers.names))
+        if shared >= 0.6 * len(markers.names) and (best is None or shared > best[0]):
+            best = (shared, candidate)
+    return best[1] if best else None
+
+
+def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Path | None]:
+    """Return the measured forces that belong to a recording without plates of its own."""
+    path = recording.source
+    time = _time_of(recording)
+    if time is None or len(time) < 2:
+        return (), None
+    own = _words(path.stem) - _KIND_WORDS
+    found = []
+    for other in _siblings(path, [".mot", ".sto"])[:50]:
+        words = _words(other.stem)
+        if not (words & _FORCE_WORDS):
+            continue
+        rest = words - _FORCE_WORDS - _KIND_WORDS
+        if own and rest and not rest <= own and not own <= rest:
+            continue
+        if bool(own) != bool(rest) and own:
+            continue
+        try:
+            candidate = read(other)
+        except PlantigradeError:
+            continue
+        if not candidate.plates:
+            continue
+        clock = candidate.plates[0].time
+        overlap = min(time[-1], clock[-1]) - max(time[0], clock[0])
+        if overlap >= 0.8 * (time[-1] - time[0]):
+            found.append((candidate.plates, other))
+    return found[0] if len(found) == 1 else ((), None)
+
+
+def is_still(recording: Recording) -> bool:
+    """Return whether the person of a marker recording stands still."""
+    markers = recording.markers
+    if markers is None:
+        return False
+    x = markers.positions
+    seen = np.isfinite(x[..., 0]).mean(axis=0) > 0.5
+    if seen.sum() < 4:
+        return False
+    wander = np.sqrt(np.nanvar(x[:, seen], axis=0).sum(axis=1))
+    return bool(np.quantile(wander, 0.8) < _STILL)
+
+
+def _time_of(recording: Recording) -> np.ndarray | None:
+    for part in (recording.markers, recording.coordinates, recording.skeleton):
+        if part is not None:
+            return part.time
+    return None
+
+
+def _siblings(path: Path, suffixes: Iterable[str]) -> list[Path]:
+    wanted = {s.lower() for s in suffixes}
+    try:
+        entries = sorted(path.resolve().parent.iterdir())
+    except OSError:
+        return []
+    return [
+        p for p in entries if p.suffix.lower() in wanted and p.name != path.name and p.is_file()
+    ]
+
+
+def _words(stem: str) -> set[str]:
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", stem)
+    for word in sorted(_FORCE_WORDS | _KIND_WORDS, key=len, reverse=True):
+        if len(word) > 2:
+            split = re.sub(rf"(?i)(?<![a-z]){word}(?![a-z])", f"_{word}_", split)
+    return {w.lower() for w in re.split(r"[^A-Za-z0-9]+", split) if w}
+
+
+def _without_number(stem: str) -> str:
+    return re.sub(r"\d+$", "", stem)

@@ -1,0 +1,1 @@
+"""Whole paths from files to run folders, shared by commands, experiments and users."""

@@ -1,0 +1,177 @@
+"""The path every recording takes: read, fit, analyse, write."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from plantigrade.errors import FitError
+
+if TYPE_CHECKING:
+    from plantigrade.analyze.trial import Trial
+    from plantigrade.kinematics.result import Fit
+    from plantigrade.motion import Recording
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Everything that decides the result of a fit, as written into ``metrics.json``.
+
+    Attributes:
+        height: Stature [m]; from the recording if None.
+        mass: Body mass [kg]; likewise.
+        sex: ``"female"`` or ``"male"``; likewise, else male.
+        joints: Joint set.
+        feet: Kind of foot; the joint set's own if None.
+        static: Standing trial; looked for beside the recording if None.
+        skeleton: ASF file of an AMC; likewise.
+        forces: File of ground reactions; likewise.
+        marker_set: TOML file of a marker set.
+        cutoff: Low-pass of motion and forces [Hz].
+        companions: Look for companion files at all.
+    """
+
+    height: float | None = None
+    mass: float | None = None
+    sex: str | None = None
+    joints: str = "42"
+    feet: str | None = None
+    static: Path | None = None
+    skeleton: Path | None = None
+    forces: Path | None = None
+    marker_set: Path | None = None
+    cutoff: float = 6.0
+    companions: bool = True
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A recording with its companions and the files all of it came from."""
+
+    recording: "Recording"
+    static: "Recording | None"
+    sources: tuple[Path, ...]
+
+
+def load(path: Path, settings: FitSettings) -> Loaded:
+    """Read a recording and what belongs to it.
+
+    Raises:
+        FileError: If a file cannot be read.
+    """
+    from plantigrade.io import read
+    from plantigrade.io.companions import Companions, find_companions
+
+    options = {"skeleton": settings.skeleton} if settings.skeleton else {}
+    recording = read(path, **options)
+    found = find_companions(recording, read) if settings.companions else Companions()
+    static = read(settings.static) if settings.static else found.static
+    plates, source = found.forces, found.forces_source
+    if settings.forces:
+        plates, source = read(settings.forces).plates, settings.forces
+        if not plates:
+            raise FitError(f"{settings.forces} holds no ground reactions")
+    notes = []
+    if static is not None and settings.static is None:
+        notes.append(f"{static.source.name} beside it was taken as its standing trial.")
+    if source is not None and settings.forces is None:
+        notes.append(f"{source.name} beside it was taken as its ground reactions.")
+    recording = replace(
+        recording,
+        plates=recording.plates or plates,
+        warnings=tuple(recording.warnings) + tuple(notes),
+    )
+    sources = [path, *([static.source] if static else []), *([source] if source else [])]
+    if settings.skeleton:
+        sources.append(settings.skeleton)
+    return Loaded(recording, static, tuple(sources))
+
+
+def fit(loaded: Loaded, settings: FitSettings, progress: Callable | None = None) -> "Fit":
+    """Fit a recording of any kind.
+
+    Raises:
+        FitError: If it cannot be fitted; the message says why.
+    """
+    recording = loaded.recording
+    person = {k: getattr(settings, k) for k in ("height", "mass", "sex", "joints", "feet")}
+    if recording.markers is not None and recording.markers.names:
+        from plantigrade.kinematics.fit import Person, fit_markers
+        from plantigrade.models.markers import read_marker_set
+
+        chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
+        return fit_markers(
+            recording,
+            Person(**person),
+            static=loaded.static,
+            marker_set=chosen,
+            progress=progress,
+        )
+    if recording.skeleton is not None:
+        from plantigrade.kinematics.retarget import fit_skeleton
+
+        return fit_skeleton(recording, **person)
+    if recording.coordinates is not None:
+        from plantigrade.kinematics.coordinate_fit import fit_coordinates
+
+        return fit_coordinates(recording, **person)
+    held = "ground reactions alone" if recording.plates else "neither markers nor joint angles"
+    raise FitError(f"{recording.source} holds {held}: there is no motion to fit")
+
+
+def analyse(fitted: "Fit", settings: FitSettings) -> "Trial":
+    """Analyse a fit with the settings' cut-off and mass."""
+    from plantigrade.analyze.trial import analyse as analyse_trial
+
+    return analyse_trial(fitted, cutoff=settings.cutoff, mass=settings.mass)
+
+
+def write(
+    trial: "Trial",
+    out: Path,
+    *,
+    title: str,
+    command: Sequence[str],
+    settings: FitSettings,
+    sources: Sequence[Path],
+    seed: int = 0,
+    overwrite: bool = False,
+    extra: dict[str, Any] | None = None,
+) -> tuple[Path, dict[str, Any]]:
+    """Write the run folder of an analysed recording; return it and its metrics."""
+    from plantigrade import __version__
+    from plantigrade.io.run_folder import source_files, write_run
+    from plantigrade.motion import Table
+    from plantigrade.report.trial_report import trial_pages
+
+    human, motion = trial.fit.human, trial.record.motion
+    metrics = {
+        "status": "ok",
+        "version": __version__,
+        "command": " ".join(command),
+        "settings": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(settings).items()},
+        "seed": seed,
+        "source_files": source_files(sources),
+        **trial.record.metrics,
+        **(extra or {}),
+        "warnings": list(trial.record.warnings),
+    }
+    record = replace(trial.record, metrics=metrics)
+    provenance = {
+        "source files": metrics["source_files"],
+        "version": __version__,
+        "command": metrics["command"],
+        "settings": metrics["settings"],
+    }
+    pages = trial_pages(replace(trial, record=record), title=title, provenance=provenance)
+    names, values = human.to_coordinates(motion.qpos)
+    folder = write_run(
+        out,
+        model_xml=human.xml,
+        record=record,
+        metrics=metrics,
+        coordinates=Table(names, motion.time, values),
+        files=pages,
+        overwrite=overwrite,
+    )
+    return folder, metrics
