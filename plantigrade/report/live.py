@@ -3,6 +3,7 @@
 Works over ssh and in a notebook: the server has no window and no OpenGL, the browser draws.
 """
 
+import sys
 import time as clock
 import webbrowser
 from dataclasses import dataclass, field
@@ -46,7 +47,7 @@ def serve(
     live = LiveViewer(model, record, port=port, title=title)
     stop = stop or Event()
     try:
-        print(f"Viewer at {live.address} (end with Ctrl-C)")
+        print(f"Viewer at {live.address} (end with Ctrl-C)", file=sys.stderr)
         if open:
             webbrowser.open(live.address)
         live.play(stop)

@@ -295,7 +295,7 @@ def _path(x, y) -> str:
 def _axes(x0, x1, y0, y1, px, py, box, x_label, y_label):
     left, right, top, bottom = box
     last = -1e9
-    for tick in ticks_of(y0, y1, max(3, round((bottom - top) / 27))):
+    for tick in ticks_of(y0, y1, max(5 if bottom - top < 90 else 3, round((bottom - top) / 27))):
         at = float(py(tick))
         zero = abs(tick) < 1e-12
         yield _line(left, right, at, at, _SOFT if zero else _GRID, 0.8)
