@@ -208,6 +208,8 @@ def _encoding_of(raw: bytes) -> str:
             return encoding
     head = np.frombuffer(raw[: 4096 - 4096 % 2], dtype=np.uint8)
     head = head[: len(head) - len(head) % 2]
+    if len(head) == 0:
+        return "utf-8"
     zero_even, zero_odd = (head[0::2] == 0).mean(), (head[1::2] == 0).mean()
     if zero_odd > 0.8 and zero_even < 0.1:
         return "utf-16-le"
