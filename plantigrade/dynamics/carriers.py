@@ -14,8 +14,7 @@ the foot do not depend on the choice, the joints within it do.
   as a moment on the segment with the largest share, so that the sum is what was measured.
 
 References:
-    .. [Stefanyshyn1997] D. J. Stefanyshyn, B. M. Nigg, "Mechanical energy contribution of the
-       metatarsophalangeal joint to running and sprinting", J Biomech 30(11-12), 1081-1085, 1997.
+    [Stefanyshyn1997]_.
 """
 
 from dataclasses import dataclass
@@ -51,6 +50,7 @@ class Carriers:
     """Divides ground reactions over the segments of one person's feet."""
 
     def __init__(self, human: Human):
+        """Look up the bodies and contact points of both feet."""
         self.feet = human.feet
         model = human.model
         self.foot = {s: human.body(f"foot_{s}") for s in SIDES}

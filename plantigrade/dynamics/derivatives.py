@@ -9,6 +9,11 @@ and acceleration in body axes are
     \dot\omega = 2\,\mathrm{vec}(\bar q\,\ddot q),
 
 the second because :math:`\dot{\bar q} \dot q` is a pure scalar.
+
+A filter that reflects the signal at its ends bends it straight there: accelerations, and with them
+moments, go to zero in the first and last tenths of a second. Before filtering, a cubic with the
+signal's own curvature at either end is therefore taken out and afterwards put back; the filter
+passes cubics unchanged.
 """
 
 from dataclasses import dataclass
@@ -67,7 +72,7 @@ def differentiate(
         raise ParameterError("time must increase from frame to frame")
     smooth = continuous(qpos)
     if cutoff is not None:
-        smooth = lowpass(time, smooth, cutoff=cutoff)
+        smooth = _smoothed(time, smooth, cutoff)
     smooth[:, 3:7] /= np.linalg.norm(smooth[:, 3:7], axis=1, keepdims=True)
     first, second = _slopes(time, smooth)
     quat = smooth[:, 3:7]
@@ -84,6 +89,19 @@ def continuous(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames nq"]
     dots = np.einsum("ij,ij->i", result[1:, 3:7], result[:-1, 3:7])
     result[1:, 3:7] *= np.cumprod(np.where(dots < 0, -1.0, 1.0))[:, None]
     return result
+
+
+def _smoothed(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
+    """Return the low-passed signal with the curvature at its ends kept."""
+    near = [np.abs(time - end) <= 1.0 / cutoff for end in (time[0], time[-1])]
+    if min(m.sum() for m in near) < 5:
+        return lowpass(time, values, cutoff=cutoff)
+    span = time[-1] - time[0]
+    u = (time - time[0]) / span
+    # Second derivative with respect to u, of a parabola over one period of the cut-off.
+    start, stop = (2 * np.polyfit(u[m], values[m], 2)[0] for m in near)
+    cubic = np.outer(u**2 / 2, start) + np.outer(u**3 / 6, stop - start)
+    return cubic + lowpass(time, values - cubic, cutoff=cutoff)
 
 
 def _slopes(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -304,11 +304,10 @@ def _resting(time, points: list[np.ndarray], level: float) -> list[np.ndarray]:
 
 
 def _longer(time, flags, shortest) -> np.ndarray:
-    """Return the flags without runs shorter than ``shortest`` seconds, but for the ends."""
+    """Return the flags without runs shorter than ``shortest`` seconds."""
     result = flags.copy()
     for run in runs(flags):
-        cut = run.start == 0 or run.stop == len(flags)
-        if not cut and time[run.stop - 1] - time[run.start] < shortest:
+        if time[run.stop - 1] - time[run.start] < shortest:
             result[run] = False
     return result
 
