@@ -8,47 +8,77 @@ from typing import Annotated
 
 import tyro
 
-from plantigrade.commands.options import Flag, PrintOptions
+from plantigrade.commands.options import Flag, OptionalPath, PrintOptions, optional
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import RunExists
+from plantigrade.commands.progress import Progress
+from plantigrade.errors import FileError, RunExists
 
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions):
-    """Convert a motion file to another format."""
+    """Convert a motion file to another format.
+
+    What the target's format has no place for is left out and named; force plates then go beside it,
+    into NAME_grf.mot.
+    """
 
     source: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="IN")]
-    """File to read; its ending says the format."""
+    """File to read."""
     target: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="OUT")]
     """File to write; its ending says the format."""
+    skeleton: OptionalPath = None
+    """Skeleton (.asf) of an AMC file, where it does not lie beside it."""
+    rate: Annotated[float | None, optional("HZ")] = None
+    """Frames per second of an AMC file, which does not say it."""
     overwrite: Flag = False
-    """Replace the target if it exists."""
+    """Replace files that exist."""
 
     def run(self) -> Outcome:
         """Write the target, whole or not at all.
 
         Raises:
-            RunExists: If the target exists and is not to be replaced.
+            RunExists: If a file that would be written exists and is not to be replaced.
             FileError: If the source cannot be read, or the target's format cannot hold it.
         """
         from plantigrade.io import convert
 
-        if self.target.exists() and not self.overwrite:
-            raise RunExists(f"{self.target} exists; name another file or add --overwrite")
-        self.target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=self.target.parent) as folder:
-            written = Path(folder) / self.target.name  # renaming works inside one file system only
-            convert(self.source, written)
-            for path in sorted(Path(folder).iterdir()):  # a format may need companions
-                os.replace(path, self.target.parent / path.name)
-        size = self.target.stat().st_size
+        self._refuse(self.target)
+        folder = self.target.parent
+        if not folder.is_dir():
+            raise FileError(self.target, f"there is no folder {folder}", remedy="make it first")
+        given = {"skeleton": self.skeleton, "rate": self.rate}
+        options = {name: value for name, value in given.items() if value is not None}
+        try:
+            # Inside the target's folder: renaming works inside one file system only.
+            with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=folder) as part:
+                written = Path(part) / self.target.name
+                notes = convert(self.source, written, **options)
+                paths = sorted(Path(part).iterdir())  # the target and, maybe, its force plates
+                for path in paths:
+                    self._refuse(folder / path.name)
+                for path in paths:
+                    os.replace(path, folder / path.name)
+        except FileError as error:
+            if error.path.parent.name.startswith(".plantigrade-"):  # name the file as the user did
+                raise type(error)(
+                    folder / error.path.name, error.problem, where=error.where, remedy=error.remedy
+                ) from error
+            raise
+        progress = Progress(quiet=self.quiet)
+        for note in notes:
+            progress.warn(note)
+        files = [folder / path.name for path in paths]
         return Outcome(
-            text=f"wrote {self.target} ({size / 1e3:.0f} kB)",
+            text=f"wrote {' and '.join(map(str, files))}",
             metrics={
                 "status": "ok",
                 "command": "convert",
                 "source_file": self.source,
-                "target_file": self.target,
-                "target_size_bytes": size,
+                "target_files": files,
+                "warnings": notes,
             },
         )
+
+    def _refuse(self, path: Path) -> None:
+        if path.exists() and not self.overwrite:
+            raise RunExists(f"{path} exists; name another file or add --overwrite")

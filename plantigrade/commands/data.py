@@ -1,5 +1,6 @@
 """List the recordings in a folder and what each of them holds."""
 
+import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,10 +15,22 @@ from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
 if TYPE_CHECKING:
     from plantigrade.motion import Recording
 
+_COUNTED = {
+    "n_markers": "markers",
+    "n_joints": "joints of another skeleton",
+    "n_coordinates": "coordinates",
+    "n_plates": "force plates",
+    "n_events": "events",
+    "n_outputs": "model outputs",
+}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions):
-    """List the recordings in a folder and what each of them holds."""
+    """List the recordings in a folder and what each of them holds.
+
+    Every file is opened; one that cannot be read is listed with the reason.
+    """
 
     folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FOLDER")] = Path(".")
     """Folder to look in, with its subfolders; or one file."""
@@ -28,35 +41,43 @@ class Command(PrintOptions):
         Raises:
             ParameterError: If there is no such folder.
         """
-        from plantigrade.io import read
+        from plantigrade.io import format_of, read
 
         if not self.folder.exists():
             raise ParameterError(f"{self.folder} does not exist; name a folder or a file")
         paths = [self.folder]
         if self.folder.is_dir():
             paths = sorted(path for path in self.folder.rglob("*") if path.is_file())
-        progress = Progress(quiet=self.quiet)
-        found: list[dict[str, Any]] = []
-        others = 0
-        for path in progress.track(paths, "reading"):
+        held: list[dict[str, Any]] = []
+        faulty: list[dict[str, Any]] = []
+        n_others = 0
+        for path in Progress(quiet=self.quiet).track(paths, "reading"):
+            name = str(path.relative_to(self.folder)) if self.folder.is_dir() else str(path)
             try:
-                found.append({"file": path} | describe(read(path)))
+                kind = format_of(path).name
+                held.append({"file": name, "format": kind} | describe(read(path)))
             except UnsupportedFormat:
-                others += 1
+                n_others += 1
             except FileError as error:
-                found.append({"file": path, "error": str(error)})
-        lines = [_line(entry, self.folder) for entry in found]
-        lines.append(f"{len(found)} recordings, {others} other files in {self.folder}")
+                place = f"{error.where}: " if error.where else ""
+                faulty.append({"file": name, "problem": place + error.problem})
         return Outcome(
-            text="\n".join(lines),
+            text="\n".join(
+                _lines(held, faulty)
+                + [
+                    f"{self.folder}: {len(held)} recordings, {len(faulty)} that cannot be read, "
+                    f"{n_others} other files"
+                ]
+            ),
             metrics={
                 "status": "ok",
                 "command": "data",
                 "folder": self.folder,
-                "n_recordings": len(found),
-                "n_unreadable": sum("error" in entry for entry in found),
-                "n_other_files": others,
-                "recordings": found,
+                "n_recordings": len(held),
+                "n_unreadable": len(faulty),
+                "n_other_files": n_others,
+                "recordings": held,
+                "unreadable": faulty,
             },
         )
 
@@ -64,19 +85,23 @@ class Command(PrintOptions):
 def describe(recording: "Recording") -> dict[str, Any]:
     """Return what ``recording`` holds, as flat figures with units; what it lacks is left out."""
     holds: dict[str, Any] = {}
-    for kind, part, names in (
-        ("markers", recording.markers, "names"),
-        ("joints", recording.skeleton, "names"),
-        ("coordinates", recording.coordinates, "names"),
+    clock = None
+    for key, part in (
+        ("n_markers", recording.markers),
+        ("n_joints", recording.skeleton),
+        ("n_coordinates", recording.coordinates),
     ):
         if part is not None:
-            holds[f"n_{kind}"] = len(getattr(part, names))
-            if "n_frames" not in holds:
-                holds["n_frames"] = len(part.time)
-                holds["duration_s"] = float(part.time[-1] - part.time[0]) if len(part.time) else 0.0
-    for kind in ("plates", "events", "outputs", "warnings"):
-        if len(getattr(recording, kind)):
-            holds[f"n_{kind}"] = len(getattr(recording, kind))
+            holds[key] = len(part.names)
+            clock = part.time if clock is None else clock
+    if recording.plates and clock is None:
+        clock = recording.plates[0].time
+    for key in ("n_plates", "n_events", "n_outputs", "n_warnings"):
+        if count := len(getattr(recording, key.removeprefix("n_"))):
+            holds[key] = count
+    if clock is not None and len(clock) > 0:
+        holds["n_frames"] = len(clock)
+        holds["duration_s"] = float(clock[-1] - clock[0])
     subject = recording.subject
     for key, value in (
         ("height_m", subject.height),
@@ -88,27 +113,20 @@ def describe(recording: "Recording") -> dict[str, Any]:
     return holds
 
 
-def _line(entry: dict[str, Any], folder: Path) -> str:
-    path = entry["file"]
-    name = str(path.relative_to(folder)) if folder.is_dir() else str(path)
-    if "error" in entry:
-        return f"{name}\n    cannot be read: {entry['error']}"
-    parts = [
-        f"{entry[f'n_{kind}']} {word}"
-        for kind, word in (
-            ("markers", "markers"),
-            ("joints", "joints of another skeleton"),
-            ("coordinates", "coordinates"),
-            ("plates", "force plates"),
-            ("events", "events"),
-            ("outputs", "model outputs"),
-        )
-        if f"n_{kind}" in entry
-    ]
-    if "n_frames" in entry:
-        parts.append(f"{entry['n_frames']} frames in {entry['duration_s']:.2f} s")
-    if "height_m" in entry:
-        parts.append(f"{entry['height_m']:.2f} m")
-    if "mass_kg" in entry:
-        parts.append(f"{entry['mass_kg']:.1f} kg")
-    return f"{name}\n    " + ", ".join(parts or ["nothing that moves"])
+def _lines(held: list[dict[str, Any]], faulty: list[dict[str, Any]]) -> list[str]:
+    """Return the listing: the readable files as a table, then the others with the reason."""
+    width = max((len(entry["file"]) for entry in held), default=0)
+    kinds = max((len(entry["format"]) for entry in held), default=0)
+    lines = []
+    for entry in held:
+        parts = [f"{entry[key]} {word}" for key, word in _COUNTED.items() if key in entry]
+        if "n_frames" in entry:
+            parts.append(f"{entry['n_frames']} frames, {entry['duration_s']:.2f} s")
+        parts += [f"{entry['height_m']:.2f} m"] if "height_m" in entry else []
+        parts += [f"{entry['mass_kg']:.1f} kg"] if "mass_kg" in entry else []
+        what = ", ".join(parts) or "nothing that moves"
+        lines.append(f"{entry['file']:{width}}  {entry['format']:{kinds}}  {what}")
+    for entry in faulty:
+        problem = textwrap.shorten(entry["problem"], 160, placeholder=" …")
+        lines.append(f"{entry['file']}: cannot be read: {problem}")
+    return lines

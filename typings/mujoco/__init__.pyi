@@ -1,4 +1,4 @@
-# MuJoCo's compiled modules say nothing about their types: whatever is taken from it is unknown to the
+# MuJoCo's compiled modules say nothing about their types: what is taken from them is unknown to the
 # checker, rather than an error at every use.
 from typing import Any
 

@@ -1,0 +1,57 @@
+"""``plantigrade data``: each recording is listed with what it holds, each fault with its reason."""
+
+import json
+
+import numpy as np
+import pytest
+
+from plantigrade.commands.main import main
+from plantigrade.io import write
+from plantigrade.motion import Markers, Recording
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with a recording in a subfolder, a broken one and a text that is none."""
+    (tmp_path / "day").mkdir()
+    path = tmp_path / "day" / "walk.trc"
+    markers = Markers(("HEEL", "HEAD"), np.arange(101) / 100, np.ones((101, 2, 3)))
+    write(Recording(path, markers=markers), path)
+    (tmp_path / "broken.c3d").write_bytes(b"\x02\x50" + b"\xff" * 1000)
+    (tmp_path / "notes.md").write_text("# Monday")
+    return tmp_path
+
+
+def test_listing(folder, capsys):
+    assert main(["data", str(folder)]) == 0
+    first, second, last = capsys.readouterr().out.splitlines()
+    assert first == "day/walk.trc  TRC  2 markers, 101 frames, 1.00 s"
+    assert second.startswith("broken.c3d: cannot be read: ")
+    assert last == f"{folder}: 1 recordings, 1 that cannot be read, 1 other files"
+
+
+def test_json(folder, capsys):
+    assert main(["data", str(folder), "--json"]) == 0
+    metrics = json.loads(capsys.readouterr().out)
+    assert metrics["n_recordings"] == metrics["n_unreadable"] == metrics["n_other_files"] == 1
+    (walk,) = metrics["recordings"]
+    assert walk["n_markers"] == 2 and walk["duration_s"] == pytest.approx(1.0)
+
+
+def test_one_file(folder, capsys):
+    assert main(["data", str(folder / "day" / "walk.trc")]) == 0
+    assert "2 markers" in capsys.readouterr().out
+
+
+def test_no_such_folder(tmp_path, capsys):
+    assert main(["data", str(tmp_path / "nowhere")]) == 2
+    assert "does not exist" in capsys.readouterr().err
+
+
+def test_every_recording_of_the_collection(data, capsys):
+    assert main(["data", str(data), "--json"]) == 0
+    metrics = json.loads(capsys.readouterr().out)
+    listed = {entry["file"] for entry in metrics["recordings"]}
+    for ending in ("c3d", "trc", "amc", "bvh"):
+        on_disk = {str(path.relative_to(data)) for path in data.rglob(f"*.{ending}")}
+        assert on_disk and on_disk <= listed
