@@ -133,7 +133,10 @@ def write_csv(recording: Recording, path: str | Path) -> None:
             )
         names += list(coordinates.names)
         parts.append(coordinates.values)
-    quoted = [f'"{n}"' if re.search(r'[",;\t]', n) else n for n in names]
+    for name in names:
+        if "\n" in name or "\r" in name:
+            raise FileError(path, f"name {name!r} cannot stand in a header", remedy="rename it")
+    quoted = ['"' + n.replace('"', '""') + '"' if re.search(r'[",;\t]', n) else n for n in names]
     values = np.concatenate(parts, axis=1)
     row = "%.9g" + ",%.9g" * values.shape[1]
     body = "\n".join(

@@ -177,7 +177,8 @@ class Recording:
         events: Gait events stored in the file.
         subject: What the file says about the person.
         outputs: Model outputs stored in the file (Plug-in Gait angles, moments, powers, …), by
-            name: (n_frames, 3) on the clock of the markers, in the file's own units.
+            name: (n_frames, 3) on the clock of the markers, in the file's own units; points a model
+            computed (joint centres, segment axes) in world axes [m], as the markers.
         warnings: What a reader noticed and the user should know, one sentence each.
     """
 

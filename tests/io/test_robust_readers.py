@@ -82,8 +82,8 @@ def write_amc(path: Path) -> None:
         ":documentation\n  a sample\n:root\n  order TX TY TZ RX RY RZ\n  axis XYZ\n"
         "  position 0 0 0\n  orientation 0 0 0\n:bonedata\n  begin\n    id 1\n    name lowerback\n"
         "    direction 0 1 0\n    length 20\n    axis 0 0 0 XYZ\n    dof rx ry rz\n"
-        "    limits (-20 45)\n (-30 30)\n (-30 30)\n  end\n:hierarchy\n  begin\n    root lowerback\n"
-        "  end\n"
+        "    limits (-20 45)\n (-30 30)\n (-30 30)\n  end\n:hierarchy\n  begin\n"
+        "    root lowerback\n  end\n"
     )
     frames = "".join(f"{i}\nroot 0 17 0 1 2 3\nlowerback 1 2 {i}\n" for i in range(1, 6))
     path.write_text("#!comment\n:FULLY-SPECIFIED\n:DEGREES\n" + frames)
