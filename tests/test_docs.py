@@ -7,6 +7,7 @@ import pytest
 
 import plantigrade
 from plantigrade.commands.main import COMMANDS
+from tests.test_layers import LAYERS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs"
@@ -64,6 +65,13 @@ def test_every_package_with_public_names_is_in_the_api_page():
     for path in MODULES:
         if path.name == "__init__.py" and "__all__" in path.read_text("utf-8"):
             assert f".. automodule:: plantigrade.{path.parent.name}\n" in text
+
+
+def test_guidelines_draw_the_layers_that_are_asserted():
+    text = (PAGES / "design-guidelines.md").read_text("utf-8")
+    (drawn,) = re.findall(r"^```text\n(.*?)^```", text, re.M | re.S)
+    lines = [line.split() for line in drawn.splitlines()]
+    assert lines == [list(line) for line in LAYERS if line != ("__main__",)]
 
 
 def test_version_is_the_same_everywhere():
