@@ -69,6 +69,11 @@ class C3dFile:
         value = self.parameters.get(group, {}).get(name)
         return value if isinstance(value, np.ndarray) else np.empty(0)
 
+    def integers(self, group: str, name: str) -> np.ndarray:
+        """Return whole numbers; what is none, or beyond 32 bits, is 0."""
+        values = self.values(group, name).astype(float)
+        return np.where(np.abs(values) < 2**31, values, 0.0).astype(int)
+
     def value(self, group: str, name: str) -> float:
         """Return one number, NaN where there is none."""
         values = self.values(group, name)
@@ -227,7 +232,8 @@ class _Parameters:
             n = count // width if width else 0
             return [text[i * width : (i + 1) * width].strip("\0 \t") for i in range(n)]
         if kind == 4:
-            values = _floats(raw, self.processor).astype(float)
+            with np.errstate(invalid="ignore"):
+                values = _floats(raw, self.processor).astype(float)
         else:
             values = np.frombuffer(raw, dtype="i1" if kind == 1 else f"{self.order}i2").astype(int)
         return values.reshape(dims, order="F") if dims else values
@@ -349,13 +355,13 @@ def _frames(bare: C3dFile, header: _Header) -> tuple[int, int]:
 
 def _points(table: np.ndarray, scale: float, n_frames: int) -> tuple[np.ndarray, np.ndarray]:
     quads = table.reshape(n_frames, -1, 4)
-    points = quads[..., :3].astype(float)
-    fourth = quads[..., 3].astype(float)
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # a broken file may hold signalling NaN
+        points = quads[..., :3].astype(float)
+        fourth = quads[..., 3].astype(float)
         if scale > 0:
             points *= scale
         # low byte: residual in units of scale; high byte: which cameras saw it; negative: not seen
-        whole = np.where(np.isfinite(fourth) & (np.abs(fourth) < 2**31), fourth, -1).astype(int)
+        whole = np.where(np.abs(fourth) < 2**31, fourth, -1.0).astype(int)
         residuals = np.where(whole < 0, -1.0, (whole & 0xFF) * abs(scale))
         seen = (whole >= 0) & np.isfinite(points).all(axis=2) & (points != 0).any(axis=2)
         seen &= (np.abs(points) < 1e9).all(axis=2)

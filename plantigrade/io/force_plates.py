@@ -83,7 +83,7 @@ def plates_from_c3d(
         turn: Rotation from the file's axes to world axes.
     """
     warnings: list[str] = []
-    kinds = file.values("FORCE_PLATFORM", "TYPE").reshape(-1)
+    kinds = file.integers("FORCE_PLATFORM", "TYPE").reshape(-1)
     used = file.value("FORCE_PLATFORM", "USED")
     n_plates = len(kinds) if not np.isfinite(used) else int(max(0, min(used, len(kinds))))
     if n_plates == 0 or file.analog.size == 0:
@@ -158,7 +158,7 @@ def _geometry(file: C3dFile, i: int, unit: float) -> _Geometry | None:
 
 def _channels(file: C3dFile, i: int, count: int) -> np.ndarray | None:
     """Return the plate's channels, 0-based."""
-    table = file.values("FORCE_PLATFORM", "CHANNEL")
+    table = file.integers("FORCE_PLATFORM", "CHANNEL")
     if table.ndim == 1:
         table = table[:, None]
     if table.ndim != 2 or table.shape[0] < count or table.shape[1] <= i:
@@ -253,7 +253,7 @@ def _calibration(file: C3dFile, i: int, n_channels: int) -> np.ndarray | None:
 
 def _without_baseline(file: C3dFile, raw: np.ndarray, name: str, warnings: list) -> np.ndarray:
     """Subtract the mean over the frames FORCE_PLATFORM:ZERO names, where nobody stands there."""
-    zero = file.values("FORCE_PLATFORM", "ZERO").reshape(-1)
+    zero = file.integers("FORCE_PLATFORM", "ZERO").reshape(-1)
     if zero.size < 2:
         return raw
     first, last = int(zero[0]), int(zero[1])
