@@ -85,7 +85,7 @@ def centroid(
     if root is None:
         return Centroid(com, com_vel, momentum)
     force, moment = root_wrench_at(root, qpos, com)
-    weight = human.mass * np.linalg.norm(model.opt.gravity)
+    weight = human.mass * float(np.linalg.norm(model.opt.gravity))
     points = zero_moment_point(force, moment, com, ground, least=0.01 * weight)
     return Centroid(com, com_vel, momentum, force, moment, points)
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.dynamics.carriers import SIDES, Carriers
 from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
 from plantigrade.dynamics.plates import FootForces
@@ -161,7 +161,11 @@ def opensim_moments(
 
 
 def residual_metrics(
-    moments: Moments, forces: FootForces, *, ground: float = 0.0
+    moments: Moments,
+    forces: FootForces,
+    *,
+    ground: float = 0.0,
+    frames: Bool[Array, " n_frames"] | None = None,
 ) -> dict[str, float]:
     """Return how well forces and motion agree, over the frames whose forces are complete.
 
@@ -173,6 +177,8 @@ def residual_metrics(
         moments: From :func:`inverse_dynamics`.
         forces: The ground reactions used.
         ground: Height of the ground [m].
+        frames: Frames to look at among the complete ones, for instance without the first and last
+            tenth of a second, where filters have one side to go by; all if not given.
 
     Returns:
         Flat figures; empty where no frame is complete.
@@ -180,7 +186,7 @@ def residual_metrics(
     References:
         [Hicks2015]_.
     """
-    valid = forces.valid
+    valid = forces.valid if frames is None else forces.valid & frames
     if not valid.any():
         return {"residual_frames": 0}
     force = np.linalg.norm(moments.residual_force[valid], axis=1)

@@ -38,6 +38,7 @@ LOW = 0.03  # height above the ground below which a point of the sole may touch 
 SLOW = 0.35  # speed relative to the ground below which it does [m/s]
 BESIDE = 0.02  # how far a point of the sole must rest outside a plate to count as beside it [m]
 EDGE = 0.10  # a foot that rests this much longer than its plate is loaded is partly beside it [s]
+MARGIN = 0.05  # a foot beside the plates may carry this long before and after it looks at rest [s]
 SHORTEST_REST = 0.06  # shorter rests of a foot are a low pass in swing [s]
 
 
@@ -138,7 +139,7 @@ def assign_plates(
     excluded = np.zeros((n, 2), dtype=bool)
     for loading in loadings:
         _exclude_shared(loading, loadings, points, resting, touch, excluded)
-        _exclude_partial(loading, points, resting, excluded)
+        _exclude_partial(loading, plates, points, resting, excluded)
 
     force, moment = np.zeros((n, 2, 3)), np.zeros((n, 2, 3))
     height, weight = np.zeros((n, 2)), np.zeros((n, 2))
@@ -288,17 +289,18 @@ def _resting(time, points: list[np.ndarray], level: float) -> list[np.ndarray]:
     resting = []
     for p in points:
         z = p[..., 2]
-        # The sole's own lowest level takes up what the model's foot is off the real one's, but
-        # no more than a foot can be off: a foot that stays in the air does not rest.
-        lowest = float(np.percentile(z.min(axis=1), 10))
-        floor = (
-            lowest if not np.isfinite(level) else float(np.clip(lowest, level - 0.05, level + 0.05))
-        )
         if len(time) >= 4:
             smooth = lowpass(time, p, cutoff=12.0) if rate_of(time) > 60 else p
             speed = np.linalg.norm(derivative(time, smooth) - ground[:, None], axis=-1)
         else:
             speed = np.zeros(p.shape[:2])
+        # The level at which the sole comes to rest takes up what the model's foot is off the real
+        # one's, but no more than a foot can be off: a foot that stays in the air does not rest.
+        still = speed.min(axis=1) < SLOW / 2
+        lowest = z.min(axis=1)
+        floor = float(np.median(lowest[still])) if still.any() else float(lowest.min())
+        if np.isfinite(level):
+            floor = float(np.clip(floor, level - 0.05, level + 0.05))
         resting.append((z < floor + LOW) & (speed < SLOW))
     return resting
 
@@ -390,18 +392,18 @@ def _exclude_shared(loading, loadings, points, resting, touch, excluded) -> None
         loading.problem = loading.problem or "both feet were on it"
 
 
-def _exclude_partial(loading, points, resting, excluded) -> None:
-    """Mark a loading during which its foot rests partly beside the plate."""
+def _exclude_partial(loading, plates, points, resting, excluded) -> None:
+    """Mark a loading during which its foot rests partly beside every plate."""
     if loading.plate.corners is None or loading.plate.side in SIDES:
         return
     for k in (0, 1):
         frames = loading.frames[loading.owner == k]
         if len(frames) == 0:
             continue
-        beside = _outside(loading.plate.corners, points[k][frames]) > BESIDE
+        outside = [_outside(p.corners, points[k][frames]) for p in plates if p.corners is not None]
+        beside = np.min(outside, axis=0) > BESIDE
         partly = (beside & resting[k][frames]).any(axis=1)
-        edge = _outside(loading.plate.corners, loading.cop[loading.owner == k, None])[:, 0] > 0
-        if partly.mean() > 0.1 or edge.mean() > 0.2:
+        if partly.mean() > 0.1:
             excluded[frames, k] = True
             loading.problem = loading.problem or "the foot was partly beside it"
 
@@ -426,7 +428,8 @@ def _unmeasured(time, touch: np.ndarray, measured: np.ndarray) -> np.ndarray:
     """Return frames in which a foot rests on the ground and no plate says with what force.
 
     Where a foot was on a plate the plate knows best when: the part of a rest before and after
-    the loading is forgiven up to :data:`EDGE`.
+    the loading is forgiven up to :data:`EDGE`. Where it was on none, :data:`MARGIN` is added,
+    unless that reaches into a loading.
     """
     missing = np.zeros_like(touch)
     for k in (0, 1):
@@ -434,13 +437,15 @@ def _unmeasured(time, touch: np.ndarray, measured: np.ndarray) -> np.ndarray:
             frames = np.arange(run.start, run.stop)
             on = measured[frames, k]
             if not on.any():
-                missing[frames, k] = True
+                missing[:, k] |= (time >= time[run.start] - MARGIN) & (
+                    time <= time[run.stop - 1] + MARGIN
+                )
                 continue
             for gap in runs(~on):
                 a, b = frames[gap.start], frames[gap.stop - 1]
                 if time[b] - time[a] > EDGE:
                     missing[a : b + 1, k] = True
-    return missing
+    return missing & ~measured
 
 
 # -------------------------------------------------------------------------------------- wording

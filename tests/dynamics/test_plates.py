@@ -137,7 +137,7 @@ def test_both_feet_on_one_plate_are_not_told_apart():
     single = (t > 1.25) & (t < 1.6)
     assert f.valid_side[single, 0].all()
     assert any("both feet" in w for w in f.warnings)
-    later = (t > 1.82) & (t < 2.15)
+    later = (t > 1.82) & (t < 2.13)
     assert f.valid[later].all()
     assert f.force[later, 1, 2].min() > 300 and (f.force[later, 0] == 0).all()
 
