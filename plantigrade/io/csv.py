@@ -112,7 +112,8 @@ def write_csv(recording: Recording, path: str | Path) -> None:
         FileError: If there is neither, or their clocks differ.
     """
     markers, coordinates = recording.markers, recording.coordinates
-    if markers is None and coordinates is None:
+    first = markers or coordinates
+    if first is None:
         raise FileError(
             path,
             "the recording has neither markers nor coordinates",
@@ -120,7 +121,7 @@ def write_csv(recording: Recording, path: str | Path) -> None:
         )
     names: list[str] = []
     parts = []
-    time = markers.time if markers is not None else coordinates.time
+    time = first.time
     if markers is not None:
         names += [f"{name}_{axis}" for name in markers.names for axis in "xyz"]
         parts.append(markers.positions.reshape(len(time), -1))
