@@ -24,9 +24,14 @@ SLOW = 0.35  # a region faster than this does not come to rest [m/s] …
 STILL = 0.22  # … and one slower than this rests
 SHORTEST = 0.06  # shortest rest [s]
 LANDING = 0.12  # time over which a foot comes to its spot on the ground and leaves it [s]
+STEEPEST = 0.035  # a slope of the ground steeper than this is no fault of the recording
+LEVELS = 0.04  # heights of rest that differ by less belong to one level [m]
 SMOOTH = 10.0  # low-pass of the points before their speed is taken [Hz]
 
 _REGIONS = {"heel": "heel", "metatarsal": "ball", "toe": "toes", "base": "middle"}
+SINKS = 0.002  # a point this deep in the ground is lifted in another pass [m]
+PASSES = 4
+
 _PLANTED = 1.0  # weight of the foot's points
 _HELD = {"pelvis": 0.02, "knee": 0.004}  # weights of points that stay where they were
 _POSTURE = 4e-4  # pull of each hinge to where it was [m^2/rad^2]
@@ -169,47 +174,100 @@ def stance_of(rests: list[Rest], n_frames: int) -> Bool[Array, "n_frames 2"]:
     return stance
 
 
-def ground_height(
-    human: Human, qpos: Float[Array, "n_frames nq"], rate: float
-) -> float | None:
-    """Return the height at which the feet stand [m]; None where they never come to rest.
+def ground_under(
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    rate: float,
+    *,
+    way: Float[Array, "n_frames 3"] | None = None,
+) -> Float[Array, " n_frames"] | None:
+    """Return the height of the ground under the body in every frame [m]; None if no foot rests.
 
-    The median over standing feet of their lowest point, of the lower tenth where they stand on
-    several levels: a stair, a box or a foot held still in the air does not move the ground.
+    The heights at which the feet come to rest tell the level of the ground; of several levels (a
+    stair, a box, a foot held still in the air) the lowest with a tenth of the time counts. Where
+    feet rest at more than two places, a slope of at most :data:`STEEPEST` is taken too: the
+    floor of a capture volume is rarely level to a degree.
     """
+    places = _resting_places(human, qpos, rate, way)
+    if places is None:
+        return None
+    level, weight, spots = places
+    low = _quantile(level, weight, 0.1)
+    near = np.abs(level - low) <= LEVELS
+    plane = np.array([_quantile(level[near], weight[near], 0.5), 0.0, 0.0])
+    centre = spots[near].mean(axis=0)
+    for _ in range(5):
+        slope = np.hypot(*plane[1:])
+        if np.ptp(spots, axis=0).max() < 1.0 or slope > STEEPEST:
+            break
+        here = plane[0] + (spots - centre) @ plane[1:]
+        near = np.abs(level - here) <= LEVELS
+        if near.sum() < 3:
+            break
+        # Slopes across the path rest on little: they are held near zero.
+        w = np.sqrt(weight[near] / weight[near].sum())
+        A = np.column_stack([np.ones(near.sum()), spots[near] - centre])
+        spread = np.array([1e-4, 0.15, 0.15])  # [m]: spots closer than this tell no slope
+        system = np.vstack([A * w[:, None], np.diag(spread)])
+        right = np.concatenate([level[near] * w, [1e-4 * plane[0], 0.0, 0.0]])
+        plane = np.linalg.lstsq(system, right, rcond=None)[0]
+    if np.hypot(*plane[1:]) > STEEPEST:
+        plane = np.array([_quantile(level[near], weight[near], 0.5), 0.0, 0.0])
+    here = qpos[:, :2] - (0.0 if way is None else way[:, :2])
+    low, high = spots.min(axis=0), spots.max(axis=0)
+    return plane[0] + (np.clip(here, low, high) - centre) @ plane[1:]
+
+
+def _resting_places(human, qpos, rate, way):
+    """Return height, duration and spot on the ground of every rest of the feet, None if none."""
     contact = contact_points(human, qpos)
+    position = contact.position - (0.0 if way is None else way[:, None])
     time = np.arange(len(qpos)) / rate
-    levels, share = [], []
+    levels, weights, spots = [], [], []
     for side in SIDES:
         index = contact.of(side)
-        height = contact.position[:, index, 2].min(axis=1)
-        which = contact.position[:, index, 2].argmin(axis=1)
-        speed = np.stack([_speed(time, contact.position[:, i]) for i in index], axis=1)
-        still = speed[np.arange(len(qpos)), which] < STILL
+        height = position[:, index, 2]
+        which = height.argmin(axis=1)
+        every = np.arange(len(qpos))
+        speed = np.stack([_speed(time, position[:, i]) for i in index], axis=1)
+        still = speed[every, which] < STILL
         for run in runs(still):
             if run.stop - run.start >= max(2, SHORTEST * rate):
-                levels.append(float(np.median(height[run])))
-                share.append(run.stop - run.start)
+                levels.append(float(np.median(height[run].min(axis=1))))
+                weights.append(float(run.stop - run.start))
+                spots.append(np.median(position[run][:, index, :2].mean(axis=1), axis=0))
     if not levels:
         return None
-    levels, share = np.array(levels), np.array(share, float)
-    order = np.argsort(levels)
-    levels, share = levels[order], np.cumsum(share[order]) / share.sum()
-    low = levels[np.searchsorted(share, 0.1)]
-    near = levels <= low + 0.05
-    return float(np.median(levels[near]))
+    return np.array(levels), np.array(weights), np.array(spots)
+
+
+def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    at = min(int(np.searchsorted(total, share * total[-1])), len(values) - 1)
+    return float(values[order][at])
 
 
 def level(
-    human: Human, qpos: Float[Array, "n_frames nq"], rate: float
-) -> tuple[Float[Array, "n_frames nq"], float]:
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    rate: float,
+    *,
+    way: Float[Array, "n_frames 3"] | None = None,
+) -> tuple[Float[Array, "n_frames nq"], Float[Array, " n_frames"]]:
     """Return the motion moved vertically so that standing feet are on the ground, and by how much.
 
     Where no foot ever rests, the lowest point of the whole motion is put on the ground.
+
+    Args:
+        human: The person.
+        qpos: The motion.
+        rate: Frames per second [Hz].
+        way: Path of the ground itself (a treadmill's belt) [m].
     """
-    ground = ground_height(human, qpos, rate)
+    ground = ground_under(human, qpos, rate, way=way)
     if ground is None:
-        ground = float(lowest(human, qpos).min())
+        ground = np.full(len(qpos), lowest(human, qpos).min())
     result = qpos.copy()
     result[:, 2] -= ground
     return result, -ground
@@ -247,22 +305,35 @@ def plant_feet(
     contact = contact_points(human, qpos)
     if rests is None:
         rests = find_rests(contact, rate, way=way, stance=stance)
-    wanted, weight = _wanted(contact, rests, way, max(2, round(LANDING * rate)))
     solver, held = _planting_solver(human, contact)
-    values = np.empty((n, len(held), 3))
-    for k, q in enumerate(qpos):
-        values[k] = solver.points.at(q)[-len(held) :]
+    fade = max(2, round(LANDING * rate))
+    wanted, weight = _wanted(contact, rests, way, fade)
     # The pelvis and knees follow the feet's common lift, so that legs keep their angles.
-    lift = (wanted - contact.position)[..., 2].mean(axis=1)
-    values[..., 2] += lift[:, None]
-    wanted = wanted.copy()
-    wanted[..., 2] += contact.radius
-    targets = np.concatenate([wanted, values], axis=1)
-    weights = np.concatenate([_PLANTED * weight, np.tile(held, (n, 1))], axis=1)
-    start = qpos.copy()
-    return follow(
-        solver, targets, start, weights=weights, rest=qpos[:, 7:], progress=progress
-    )
+    lift = ((wanted - contact.position)[..., 2] * weight).sum(axis=1) / weight.sum(axis=1)
+    result = qpos
+    for attempt in range(PASSES):
+        values = np.empty((n, len(held), 3))
+        for k, q in enumerate(qpos):
+            values[k] = solver.points.at(q)[-len(held) :]
+        values[..., 2] += lift[:, None]
+        goal = wanted.copy()
+        goal[..., 2] += contact.radius
+        result = follow(
+            solver,
+            np.concatenate([goal, values], axis=1),
+            result if attempt else qpos,
+            weights=np.concatenate([_PLANTED * weight, np.tile(held, (n, 1))], axis=1),
+            rest=qpos[:, 7:],
+            progress=progress if attempt == 0 else None,
+        )
+        # Points that sink all the same are asked for again, above the ground by as much.
+        depth = np.maximum(0.0, -contact_points(human, result).position[..., 2])
+        sunk = depth > SINKS
+        if not sunk.any():
+            break
+        wanted[..., 2] += np.where(depth > 0.5 * SINKS, np.minimum(depth, 0.02), 0.0)
+        weight = np.where(sunk, np.minimum(4.0 * weight, 16.0), weight)
+    return result
 
 
 def _planting_solver(human: Human, contact: ContactPoints):
@@ -323,6 +394,7 @@ def _wanted(contact: ContactPoints, rests: list[Rest], way: np.ndarray, fade: in
         weight[:, i] = 0.3 + 0.7 * _nearness(weight[:, i] > 0.9, fade)
     sunk = wanted[..., 2] < 0
     wanted[..., 2] = np.where(sunk, 0.0, wanted[..., 2])
+    weight[sunk] = 1.0
     return wanted + way[:, None], weight
 
 
@@ -430,7 +502,7 @@ __all__ = [
     "drift_of",
     "find_rests",
     "forward_path",
-    "ground_height",
+    "ground_under",
     "level",
     "lowest",
     "penetration_of",

@@ -40,7 +40,6 @@ from plantigrade.kinematics.terms import Terms, follow
 from plantigrade.models import Human
 from plantigrade.models.anthropometry import Dimensions, dimensions
 from plantigrade.models.joint_names import SIDES, JointMap, identify
-from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import derivative, lowpass
 from plantigrade.motion.recording import SkeletonMotion, rate_of
@@ -48,7 +47,16 @@ from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 
 Progress = Callable[[str, int, int], None]
 
-CENTRES = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+# Joints and the part of our anatomy that hangs on each.
+CENTRES = {
+    "hip": "femur",
+    "knee": "tibia",
+    "ankle": "foot",
+    "shoulder": "humerus",
+    "elbow": "ulna",
+    "wrist": "hand",
+}
+ARM_JOINTS = ("shoulder", "elbow", "wrist")
 SCALE_TOLERANCE = 0.06  # of a given stature against the skeleton's, before the file is rescaled
 BENT = np.deg2rad(25)  # a hinge bent further than this in the motion shows its axis [rad]
 FLAT_TILT = np.deg2rad(25)  # largest tilt of a foot against the rest pose that can be flat [rad]
@@ -156,8 +164,8 @@ def fit_skeleton(
     n = len(source.time)
     report = _reporter(progress, "following the skeleton", n)
     qpos = targets.follow(report)
-    qpos, rise = level(human, qpos, rate)
     way = source.way()
+    qpos, rise = level(human, qpos, rate, way=way)
     rests = find_rests(contact_points(human, qpos), rate, way=way)
     before = contact_points(human, qpos)
     if plant and rests:
@@ -172,15 +180,22 @@ def fit_skeleton(
     elif plant:
         notes.append("no foot ever rests on the ground; the feet were left as they are.")
     after = contact_points(human, qpos)
-    if abs(rise) > 0.10:
-        notes.append(f"the motion was moved vertically by {rise:+.2f} m to stand on the ground.")
+    middle = float(np.median(rise))
+    if abs(middle) > 0.10:
+        notes.append(f"the motion was moved vertically by {middle:+.2f} m to stand on the ground.")
+    if np.ptp(rise) > 0.02:
+        notes.append(
+            f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the way; it was made "
+            "level."
+        )
     if np.abs(np.ptp(way, axis=0)).max() > 0:
         notes.append("the ground moves under the feet (a treadmill, or walking in place).")
     error = targets.errors(qpos, rise)
     metrics = {
         "joint_rms_mm": 1e3 * float(np.sqrt((error**2).mean())),
         "joint_error_max_mm": 1e3 * float(error.max()),
-        "ground_shift_mm": 1e3 * rise,
+        "ground_shift_mm": 1e3 * middle,
+        "ground_slope_mm": 1e3 * float(np.ptp(rise)),
         "stances": len(rests),
         **_contact_metrics(before, rests, way, "_before"),
         **_contact_metrics(after, rests, way, ""),
@@ -433,7 +448,6 @@ class _Targets:
         self.values: list[np.ndarray] = []
         self.weights: list[float] = []
         self.centres: list[tuple[str, int]] = []
-        self.places = attachments(human)
         self._joint_centres()
         self._pelvis_and_thorax()
         self._head()
@@ -464,16 +478,30 @@ class _Targets:
         self.weights.append(weight)
 
     def _joint_centres(self) -> None:
-        for joint in CENTRES:
+        moved = self._shoulder_offset()
+        for joint, part in CENTRES.items():
             if not self.source.found.both(joint):
                 continue
             for side in SIDES:
                 name = f"{joint}_{side}"
-                place = self.places[f"{joint}_joint_{side}"]
+                body, position = self.human.skeleton.parts[f"{part}_{side}"]
                 self.centres.append((name, len(self.pairs)))
-                self._add_position(
-                    place.body, place.position, self.source.at(name), WEIGHTS[joint]
-                )
+                path = self.source.at(name) + (moved if joint in ARM_JOINTS else 0.0)
+                self._add_position(body, position, path, WEIGHTS[joint])
+
+    def _shoulder_offset(self) -> np.ndarray:
+        """Return what to add to the file's shoulders and arms in every frame [m].
+
+        Skeletons differ in how far the shoulders lie before or behind the hips when the trunk is
+        upright, as it is in the rest pose of both; the difference moves with the thorax.
+        """
+        source = self.source
+        if not (source.found.both("shoulder") and source.has("thorax")):
+            return np.zeros((len(source.time), 3))
+        rise = 0.5 * sum(source.rest(f"shoulder_{s}") - source.rest(f"hip_{s}") for s in SIDES)
+        x, z = self._neutral_trunk()
+        offset = float(np.clip(x - rise[0] * z / rise[2], -0.1, 0.1)) if rise[2] > 0.1 else 0.0
+        return source.rotation("thorax") @ (offset * _X)
 
     def _pelvis_and_thorax(self) -> None:
         source = self.source
@@ -484,13 +512,7 @@ class _Targets:
             return
         R = source.rotation("thorax")
         self._add_axis("thorax", _Y, R @ _Y, WEIGHTS["thorax"])
-        # Upright: along the line from hips to shoulders, on the mean over the motion.
-        up = _unit(source.middle("shoulder") - source.middle("hip"))
-        own = np.einsum("nji,nj->ni", R, up)
-        tilt = np.arctan2(own[:, 0].mean(), own[:, 2].mean())
-        lean = np.arctan2(*self._neutral_trunk())
-        c, s = np.cos(tilt - lean), np.sin(tilt - lean)
-        self._add_axis("thorax", _Z, R @ np.array([s, 0, c]), WEIGHTS["thorax_up"])
+        self._add_axis("thorax", _Z, R @ _Z, WEIGHTS["thorax_up"])
 
     def _neutral_trunk(self) -> tuple[float, float]:
         from plantigrade.models.anatomy import hip, lumbar, shoulder
@@ -601,7 +623,10 @@ class _Targets:
         flat = source.flat(side)
         forward = source.forefoot(side) - source.at(ankle)
         at_rest = np.einsum("nji,nj->ni", R, forward).mean(axis=0)
-        rest = _yaw(at_rest) if np.linalg.norm(at_rest[:2]) > 1e-3 else np.eye(3)
+        # In the rest pose the foot stands square to the shank, wherever that points.
+        S = _swing(-_Z, source.rest(ankle) - source.rest(f"knee_{side}"))
+        at_rest = S.T @ at_rest
+        rest = S @ _yaw(at_rest) if np.linalg.norm(at_rest[:2]) > 1e-3 else S
         A = rest
         if len(flat) >= 3:
             own = np.swapaxes(R[flat], 1, 2) @ _yaw(forward[flat])
@@ -650,8 +675,8 @@ class _Targets:
         q[3:7] = np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)
         return q
 
-    def errors(self, qpos: np.ndarray, rise: float) -> np.ndarray:
-        """Return how far each joint centre is from the file's [m]."""
+    def errors(self, qpos: np.ndarray, rise: np.ndarray) -> np.ndarray:
+        """Return how far each joint centre is from the file's, which was lifted by ``rise`` [m]."""
         picked = [i for _, i in self.centres]
         terms = Terms(
             self.human,
@@ -660,4 +685,4 @@ class _Targets:
         )
         ours = np.array([terms.at(q) for q in qpos])
         theirs = np.stack([self.values[i] for i in picked], axis=1)
-        return np.linalg.norm(ours - theirs - rise * _Z, axis=2)
+        return np.linalg.norm(ours - theirs - rise[:, None, None] * _Z, axis=2)
