@@ -91,7 +91,7 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
     qpos, qvel, qacc = smooth.qpos, smooth.qvel, smooth.qacc
-    feet = foot_path(human, qpos)
+    feet = foot_path(human, fit.qpos)  # as fitted: the filter of the dynamics blurs contact
     events = detect_gait_events(fit.time, feet.heel, feet.toe, feet.pelvis)
     cycles = cut_cycles(events)
     forces = moments = None

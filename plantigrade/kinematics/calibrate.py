@@ -27,14 +27,20 @@ from plantigrade.kinematics.points import Points
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.landmarks import Attachment, attachments
 
-NOISE = 0.006  # soft tissue and measurement, standard deviation of one marker [m]
+NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard deviation [m]
+# Soft tissue moves the markers of thigh and upper arm most [Leardini2005]_: a multiple of NOISE.
+SOFT = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
+# Skin slides the same way in every stride, so frames are not independent evidence: all frames
+# together count as so many.
+INDEPENDENT_FRAMES = 6
 LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers nobody knows the place of [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
 STANDING_SPREAD = 0.10  # of legs and lumbar joint about zero in a standing trial [rad]
-# Marker places and knee angle trade against each other; people do not walk on knees bent backwards.
-STRAIGHT_KNEE = -0.04  # lower limit of the knee while calibrating [rad]
+# Marker places and knee angle trade against each other, and nobody walks on knees bent backwards:
+# while calibrating, a knee straighter than this is pulled back [rad], so strongly.
+STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.05, 0.012
 _STANDING = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_", "lumbar_")
 
 
@@ -87,9 +93,7 @@ class Calibrator:
         spread = np.full((len(measured), len(straight)), POSTURE_SPREAD)
         spread[np.ix_(standing, straight)] = STANDING_SPREAD
         self.posture_weight = 1 / spread**2
-        self.low, self.high = human.limits.copy()
-        knees = [c.startswith("knee_angle") for c in human.coordinates]
-        self.low[knees] = np.maximum(self.low[knees], STRAIGHT_KNEE)
+        self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
 
     def _landmark_names(self) -> list[str | None]:
         """Return the landmark each place came from, to follow it when lengths change."""
@@ -149,8 +153,10 @@ class Calibrator:
         H = np.zeros((n_p, n_p))
         g = np.zeros(n_p)
         steps = []
+        noise = np.array([NOISE * SOFT.get(self.places[i].body, 1.0) for i in which])  # type: ignore[union-attr]
+        evidence = min(1.0, INDEPENDENT_FRAMES / len(self.measured))
         total, count = 0.0, 0
-        low, high = self.low, self.high
+        low, high = self.human.limits
         rest = self.human.standing()[7:]
         for f in range(len(self.measured)):
             target = self.measured[f, which]
@@ -159,7 +165,8 @@ class Calibrator:
             error = np.where(seen[:, None], target - position, 0.0)
             distance = np.linalg.norm(error, axis=1)
             # Huber: a marker far off (swapped, flying) pulls like one at five standard deviations.
-            w = seen * np.minimum(1.0, 5 * NOISE / np.maximum(distance, 1e-9)) / NOISE**2
+            w = seen * np.minimum(1.0, 5 * noise / np.maximum(distance, 1e-9)) / noise**2
+            w *= evidence
             root_w = np.sqrt(np.repeat(w, 3))
             J = points.jacobian().reshape(-1, nv) * root_w[:, None]
             rotation = points.rotations
@@ -168,10 +175,15 @@ class Calibrator:
             R = rotation[points.body]
             r = error.ravel() * root_w
             A = J.T @ J
-            A[np.arange(6, nv), np.arange(6, nv)] += self.posture_weight[f]
+            A[np.arange(6, nv), np.arange(6, nv)] += evidence * self.posture_weight[f]
+            bent_back = self.knees & (self.qpos[f, 7:] < STRAIGHT_KNEE)
+            A[6:, 6:][bent_back, bent_back] += 1 / STRAIGHT_SPREAD**2
             A.flat[:: nv + 1] += 1e-6 * A.trace() / nv
             gq = J.T @ r
-            gq[6:] += (rest - self.qpos[f, 7:]) * self.posture_weight[f]
+            gq[6:] += evidence * (rest - self.qpos[f, 7:]) * self.posture_weight[f]
+            gq[6:][bent_back] += (
+                STRAIGHT_KNEE - self.qpos[f, 7:][bent_back]
+            ) / STRAIGHT_SPREAD**2
             # Offsets: block diagonal, each marker's rotation times its root weight.
             B = np.zeros((3 * n_m, 3 * n_m))
             for i in range(n_m):

@@ -14,6 +14,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import (
+    SOFT,
     Calibration,
     calibrate,
     require_known,
@@ -73,7 +74,8 @@ def fit_markers(
         person: What is known about who was recorded; the recording's own words fill the rest.
         static: A standing trial of the same person with the same markers, if there is one.
         marker_set: Where markers sit; the built-in set that knows most names if not given.
-        weights: Weight of single markers in the inverse kinematics; 1 for all others.
+        weights: Weight of single markers in the inverse kinematics; the others weigh 1, on thigh
+            and upper arm a quarter, for soft tissue moves them most.
         progress: Called with (what, done, total).
 
     Raises:
@@ -186,7 +188,8 @@ def _solver(
     weights: dict[str, float] | None,
 ) -> InverseKinematics:
     points = Points(human, [p.body for p in places], np.array([p.position for p in places]))
-    w = np.array([(weights or {}).get(n, 1.0) for n in names])
+    usual = [1 / SOFT.get(p.body, 1.0) ** 2 for p in places]
+    w = np.array([(weights or {}).get(n, u) for n, u in zip(names, usual, strict=True)])
     return InverseKinematics(points, w)
 
 

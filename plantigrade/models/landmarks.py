@@ -19,6 +19,9 @@ from plantigrade.models.parts import MIRROR
 
 # How far a marker may sit from its landmark, one standard deviation [m].
 BONE, SKIN, LOOSE = 0.012, 0.025, 0.06
+# The centre of a marker stands off the bone by its radius, its base and the skin [m]. It matters
+# where the body is built from the bone: the hip joint centres are a regression on the bony pelvis.
+STAND_OFF = 0.012
 
 
 @dataclass(frozen=True)
@@ -70,9 +73,8 @@ _LATERAL_FOOT = ("lateral_metatarsal", "foot")
 
 def _midline(d: Dimensions) -> dict[str, Landmark]:
     def pelvis(x, z, spread=BONE):
-        return Landmark(
-            "pelvis", np.array([x * d.pelvis_depth, 0, z * d.pelvis_depth]), _PELVIS, spread
-        )
+        place = np.array([x * d.pelvis_depth - STAND_OFF, 0, z * d.pelvis_depth])
+        return Landmark("pelvis", place, _PELVIS, spread)
 
     def trunk(x, z, parts, spread=SKIN):
         return Landmark("abdomen", np.array([x * d.trunk, 0, z * d.trunk]), parts, spread)
@@ -104,7 +106,9 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
     ankle_half = 0.082 * d.shank
 
     def pelvis(x, y, z, spread=BONE):
-        return Landmark("pelvis", np.array([x * depth, -y * half, z * depth]), _PELVIS, spread)
+        off = STAND_OFF if x >= 0 else -STAND_OFF
+        place = np.array([x * depth + off, -y * half, z * depth])
+        return Landmark("pelvis", place, _PELVIS, spread)
 
     def thigh(x, y, z, spread=LOOSE):
         return Landmark("femur", np.array([x, -y, -z]) * d.thigh, _THIGH, spread)
@@ -136,7 +140,7 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
     return {
         "asis": pelvis(0.0, 1.0, 0.0),
         "psis": pelvis(-1.0, 0.38, -0.11),
-        "iliac_crest": pelvis(-0.36, 1.24, 0.35, SKIN),
+        "iliac_crest": pelvis(-0.30, 1.24, 0.35, SKIN),
         "hip_joint": Landmark("pelvis", hip(d), _PELVIS, BONE),
         "trochanter": Landmark(
             "femur", np.array([-0.02 * d.thigh, -0.20 * d.thigh, 0]), _THIGH, SKIN
