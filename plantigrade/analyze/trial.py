@@ -33,7 +33,7 @@ class FootPath:
 
     Attributes:
         heel: Back of the heel, left then right [m].
-        toe: Head of the second metatarsal, left then right [m].
+        toe: Forefoot, left then right: midway between second metatarsal head and hallux [m].
         pelvis: Middle of the pelvis [m].
     """
 
@@ -164,12 +164,13 @@ def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     """Return heel, toe and pelvis of a motion [m]."""
     table = attachments(human)
     names = ["heel_l", "heel_r", "metatarsal_2_head_l", "metatarsal_2_head_r"]
+    names += ["hallux_l", "hallux_r"]
     names += ["asis_l", "asis_r", "psis_l", "psis_r"]
     points = Points(
         human, [table[n].body for n in names], np.array([table[n].position for n in names])
     )
     x = np.array([points.at(q) for q in qpos])
-    return FootPath(x[:, 0:2], x[:, 2:4], x[:, 4:].mean(axis=1))
+    return FootPath(x[:, 0:2], (x[:, 2:4] + x[:, 4:6]) / 2, x[:, 6:].mean(axis=1))
 
 
 def mass_from_forces(time, forces: FootForces, cycles) -> float | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.statistics import correlation, rmse_offset_removed
-from plantigrade.analyze.trial import SIDES, Trial
+from plantigrade.analyze.trial import CUTOFF, SIDES, Trial
 from plantigrade.errors import PlantigradeError
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.io import read
@@ -20,6 +20,7 @@ from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.points import Points
 from plantigrade.motion import Recording, Table
 from plantigrade.motion.events import plate_events
+from plantigrade.motion.filters import lowpass
 from plantigrade.workflows import fitting
 
 LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
@@ -168,7 +169,9 @@ def plug_in_gait_rows(name: str, trial: Trial, recording: Recording) -> list[Row
                 continue
             k = trial.forces.sides.index(side)
             loaded = np.asarray(trial.forces.valid_side)[:, k] & (trial.forces.force[:, k, 2] > 20)
-            theirs = on_clock(clock, stored[:, 0], fit.time)
+            # Plug-in Gait stores moments of unfiltered motion: both in the same band.
+            theirs = lowpass(clock, stored[:, 0], cutoff=CUTOFF)
+            theirs = on_clock(clock, theirs, fit.time)
             mine = trial.moments.tau[:, 6 + fit.human.hinge(column)]
             ok = loaded & np.isfinite(theirs) & (theirs != 0)
             if ok.sum() > 20:
