@@ -39,10 +39,12 @@ CITATION = (
     "Schwartz, Rozumalski & Trost 2008, J Biomech 41:1639-1650 (typically developing children)"
 )
 
-FOOT_OFF = dict(zip(SPEED_CLASSES, ((68, 5), (62, 2), (59, 2), (58, 2), (56, 2)), strict=True))
+FOOT_OFF: dict[str, tuple[float, float]] = dict(
+    zip(SPEED_CLASSES, ((68, 5), (62, 2), (59, 2), (58, 2), (56, 2)), strict=True)
+)
 """Foot off by speed class: mean and SD [% of cycle]."""
 
-DOUBLE_SUPPORT = dict(
+DOUBLE_SUPPORT: dict[str, tuple[float, float]] = dict(
     zip(SPEED_CLASSES, ((36, 10), (24, 4), (19, 2), (16, 3), (14, 3)), strict=True)
 )
 """Double support, both parts together, by speed class: mean and SD [% of cycle]."""

@@ -58,7 +58,7 @@ def up_axis_of_points(positions: Float[Array, "n_frames n_markers 3"]) -> tuple[
         The axis, as in :data:`UP_AXES`, and how sure: extent along it over the next largest
         extent (1: no idea, above 1.4: an upright body).
     """
-    seen = np.isfinite(positions).all(axis=2)
+    seen = np.all(np.isfinite(positions), axis=2)
     frames = np.flatnonzero(seen.sum(axis=1) >= 4)
     if frames.size == 0:
         return "+z", 1.0

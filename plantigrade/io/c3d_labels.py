@@ -113,7 +113,12 @@ def sort_points(file: C3dFile) -> Points:
     if renamed:
         warnings.append(f"labels that occur more than once were numbered: {', '.join(renamed)}")
     return Points(
-        names, *(columns(k) for k in ("marker", "computed", "typed", "unlabelled")), tuple(warnings)
+        names,
+        columns("marker"),
+        columns("computed"),
+        columns("typed"),
+        columns("unlabelled"),
+        tuple(warnings),
     )
 
 
@@ -177,10 +182,10 @@ def _is_frame(points: np.ndarray) -> bool:
 
 def _computed_by_residual(file: C3dFile) -> np.ndarray:
     seen = file.residuals >= 0
-    measured = (file.residuals > 0).any(axis=0)
+    measured = np.any(file.residuals > 0, axis=0)
     if file.points.shape[1] < 4 or measured.mean() < 0.5:
         return np.zeros(file.points.shape[1], dtype=bool)
-    return ~measured & seen.any(axis=0)
+    return ~measured & np.any(seen, axis=0)
 
 
 def _unique(names: list[str]) -> tuple[tuple[str, ...], list[str]]:

@@ -538,7 +538,7 @@ def _plates_table(plates: Sequence[ForcePlate]) -> Table:
     sides = [plate.side for plate in plates]
     for n, plate in enumerate(plates, start=1):
         known = plate.side if plate.side and sides.count(plate.side) == 1 else str(n)
-        loaded = np.isfinite(plate.cop).all(axis=1)
+        loaded = np.all(np.isfinite(plate.cop), axis=1)
         signals = np.concatenate(
             [
                 np.nan_to_num(plate.force) @ _OPENSIM_TO_OURS,
@@ -566,4 +566,4 @@ def is_translation(name: str) -> bool:
 
 def loaded(plate: ForcePlate) -> Bool[Array, " n"]:
     """Return the samples in which the plate carries enough load to have a centre of pressure."""
-    return np.isfinite(plate.cop).all(axis=1)
+    return np.all(np.isfinite(plate.cop), axis=1)

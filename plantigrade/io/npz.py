@@ -130,7 +130,9 @@ def read_npz(path: str | Path) -> Record:
         )
     events = tuple(
         GaitEvent(float(t), side, kind)
-        for t, side, kind in zip(event_time if n_events else (), sides, kinds, strict=True)
+        for t, side, kind in zip(
+            () if event_time is None else event_time, sides, kinds, strict=True
+        )
     )
     names, markers = words("marker_names"), None
     positions = get("recorded_markers", None, len(names), 3)

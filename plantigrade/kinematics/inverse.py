@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dposv  # pyright: ignore[reportAttributeAccessIssue] (compiled)
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.points import Points
@@ -86,7 +86,7 @@ class InverseKinematics:
         damping = 1e-9
         cost = self._cost(q, target, w)
         iterations = 0
-        for iterations in range(1, self.max_iterations + 1):
+        for iterations in range(1, self.max_iterations + 1):  # noqa: B007 (reported below)
             J = self.points.jacobian().reshape(-1, self.points.model.nv) * root_w[:, None]
             r = (target - self.points.position).ravel() * root_w
             H = J.T @ J
@@ -119,9 +119,7 @@ class InverseKinematics:
     def _cost(self, q, target, w) -> float:
         error = target - self.points.at(q)
         posture = q[7:] - self.rest
-        return float(
-            w @ np.einsum("ij,ij->i", error, error) + self.posture @ (posture * posture)
-        )
+        return float(w @ np.einsum("ij,ij->i", error, error) + self.posture @ (posture * posture))
 
 
 def bounded_step(

@@ -247,7 +247,7 @@ def _multi_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
     lengths = [
         np.linalg.norm(point(b, d) - point(a, d)) for s in _SEGMENTS for a, b in s.bones
     ]  # one radius: volume goes with length
-    per_metre = mass / sum(lengths)
+    per_metre = float(mass / sum(lengths))
     part_name = {s.name: f"{s.name}_l" for s in _SEGMENTS} | {"medial_metatarsal": "foot_l"}
     origin = {s.name: point(s.joint, d) for s in _SEGMENTS} | {"medial_metatarsal": np.zeros(3)}
     parts = []

@@ -83,7 +83,7 @@ def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
         ET.SubElement(
             element,
             "geom",
-            **_shape(solid),
+            _shape(solid),
             group="1",
             contype="0",
             conaffinity="0",

@@ -74,7 +74,7 @@ def combine(pieces: Iterable[Inertia]) -> Inertia:
     mass = sum(p.mass for p in pieces)
     if not pieces:
         return Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
-    com = sum(p.mass * p.com for p in pieces) / mass
+    com = np.sum([p.mass * p.com for p in pieces], axis=0) / mass
     tensor = np.zeros((3, 3))
     for p in pieces:
         d = p.com - com

@@ -335,7 +335,7 @@ def _swings(time, speed, middle, length):
             swing = _Swing(
                 offset + max(left, 0), offset + min(right, len(s) - 1), start, stop, float(peak)
             )
-            if swing.whole:
+            if start is not None and stop is not None:
                 way = np.linalg.norm(middle[swing.last] - middle[swing.first])
                 if way < 0.5 * length or stop - start < SHORTEST_SWING:
                     continue
