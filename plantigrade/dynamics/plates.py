@@ -165,6 +165,7 @@ def assign_plates(
     unmeasured = _unmeasured(frame_time, touch, measured)
     seen = _clock(plates, frame_time)
     valid_side = ~unmeasured & ~excluded & seen[:, None]
+    valid = np.array([bool(both.all()) for both in valid_side], dtype=bool)
     _describe(notes, frame_time, loadings, unmeasured, seen, bool(plates))
     uses = tuple(
         PlateUse(
@@ -177,7 +178,7 @@ def assign_plates(
         )
         for loading in loadings
     )
-    return FootForces(force, point, torque, valid_side, valid_side.all(axis=1), uses, tuple(notes))
+    return FootForces(force, point, torque, valid_side, valid, uses, tuple(notes))
 
 
 def sole_points(

@@ -250,7 +250,9 @@ def test_measured_walk_against_opensims_inverse_dynamics(data):
     m = inverse_dynamics(human, d.qpos, d.qvel, d.qacc, forces)
     inside = slice(50, -50)  # their filter bends the ends
     for side in ("r", "l"):
-        for name, least in (("hip_flexion", 0.95), ("knee_angle", 0.97), ("ankle_angle", 0.99)):
+        for name, least in (("hip_flexion", 0.97), ("knee_angle", 0.97), ("ankle_angle", 0.99)):
             a, b = m[f"{name}_{side}"][inside], theirs[f"{name}_{side}_moment"][inside]
             assert np.corrcoef(a, b)[0, 1] > least
+        # a and b are the ankle's; hip and knee peaks hang on where the hip centre is taken to be
+        assert abs(np.abs(a).max() / np.abs(b).max() - 1) < 0.1
     assert np.abs(m.residual_force[inside]).max() < 0.1 * human.mass * 9.81
