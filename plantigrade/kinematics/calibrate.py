@@ -40,7 +40,7 @@ POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
 STANDING_SPREAD = 0.10  # of legs and lumbar joint about zero in a standing trial [rad]
 # Marker places and knee angle trade against each other, and nobody walks on knees bent backwards:
 # while calibrating, a knee straighter than this is pulled back [rad], so strongly.
-STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.05, 0.012
+STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
 _STANDING = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_", "lumbar_")
 
 
