@@ -61,6 +61,7 @@ class Command(PersonOptions, RunOptions, JobOptions):
         progress = Progress(quiet=self.quiet if quiet is None else quiet)
         settings = self.settings()
         out = self.out or Path("runs") / f"fit-{path.stem}"
+        fitting.refuse_existing(out, overwrite=self.overwrite)
         with progress.step(f"reading {path.name}"):
             loaded = fitting.load(path, settings)
         with progress.step("fitting"):

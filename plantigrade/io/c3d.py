@@ -134,8 +134,8 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
     out.add_parameter("POINT", "X_SCREEN", ["+X"])
     out.add_parameter("POINT", "Y_SCREEN", ["+Z"])
     per_frame = _samples_per_frame(recording.plates, rate)
-    out["parameters"]["ANALOG"]["RATE"]["value"] = np.array([rate * per_frame])
-    if recording.plates:
+    if recording.plates:  # without analog samples, ezc3d wants their rate left at zero
+        out["parameters"]["ANALOG"]["RATE"]["value"] = np.array([rate * per_frame])
         _add_plates(out, recording.plates, markers.time[0], rate, per_frame, n)
     if recording.events:
         _add_events(out, recording.events, shift)

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plantigrade.errors import FitError
+from plantigrade.errors import FitError, RunExists
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
@@ -117,6 +117,16 @@ def fit(loaded: Loaded, settings: FitSettings, progress: Callable | None = None)
         return fit_coordinates(recording, **person)
     held = "ground reactions alone" if recording.plates else "neither markers nor joint angles"
     raise FitError(f"{recording.source} holds {held}: there is no motion to fit")
+
+
+def refuse_existing(out: Path, *, overwrite: bool) -> None:
+    """Raise before any work is done where a run folder could not be written in the end.
+
+    Raises:
+        RunExists: If the folder exists and is not to be replaced.
+    """
+    if out.exists() and not overwrite:
+        raise RunExists(f"{out} exists; give --overwrite to replace it or another --out")
 
 
 def analyse(fitted: "Fit", settings: FitSettings) -> "Trial":

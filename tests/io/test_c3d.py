@@ -7,6 +7,7 @@ from plantigrade.errors import FileError
 from plantigrade.io.c3d import event_kind, event_side, read_c3d, write_c3d
 from plantigrade.io.c3d_file import read_c3d_file
 from plantigrade.io.force_plates import COP_THRESHOLD, plate_axes
+from plantigrade.motion import Markers, Recording
 from tests.io.c3d_bytes import DEC, INTEL, MIPS, build
 
 FILES = (
@@ -411,3 +412,14 @@ def test_no_markers_no_c3d(tmp_path):
 
     with pytest.raises(FileError, match="no markers"):
         write_c3d(Recording(tmp_path / "x"), tmp_path / "a.c3d")
+
+
+def test_markers_alone_make_a_round_trip(tmp_path):
+    time = np.arange(20) / 100.0
+    x = np.random.default_rng(0).normal(size=(20, 3, 3))
+    x[4, 1] = np.nan
+    write_c3d(Recording(tmp_path / "a.c3d", Markers(("A", "B", "C"), time, x)), tmp_path / "a.c3d")
+    again = read_c3d(tmp_path / "a.c3d").markers
+    assert again is not None and again.names == ("A", "B", "C")
+    np.testing.assert_allclose(again.positions, x, atol=1e-6)
+    np.testing.assert_allclose(again.time, time, atol=1e-9)
