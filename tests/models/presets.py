@@ -1,6 +1,6 @@
 """Every body the package can build, random states on them, and their mirror images."""
 
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -11,7 +11,7 @@ PRESETS = [(joints, feet) for joints in JOINT_SETS for feet in FEET]
 SEXES = ("female", "male")
 
 
-@lru_cache(maxsize=None)
+@cache
 def person(joints: str, feet: str, sex: str = "male") -> Human:
     """A person of one preset, built once for all tests."""
     return Human.create(1.74, 71.0, sex, joints, feet)

@@ -44,9 +44,7 @@ def test_pelvis_angles_are_opensims(tilt, roll, turn):
     """OpenSim's ground_pelvis: z by tilt, then x by list, then y by rotation, all in its axes."""
     theirs = Rotation.from_euler("ZXY", [tilt, roll, turn]).as_matrix()
     ours = c.rotation_matrix(c.pelvis_angles_to_quaternion(np.array([tilt, roll, turn])))
-    np.testing.assert_allclose(
-        ours, c.OPENSIM_TO_WORLD @ theirs @ c.OPENSIM_TO_WORLD.T, atol=1e-12
-    )
+    np.testing.assert_allclose(ours, c.OPENSIM_TO_WORLD @ theirs @ c.OPENSIM_TO_WORLD.T, atol=1e-12)
 
 
 @given(tilt=tilt, roll=tilt, turn=angle)
