@@ -16,6 +16,7 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.terms import Terms, follow
 from plantigrade.models import Human
+from plantigrade.motion.events import ground_velocity
 from plantigrade.motion.filters import lowpass, runs
 
 SIDES = ("r", "l")
@@ -29,11 +30,12 @@ LEVELS = 0.04  # heights of rest that differ by less belong to one level [m]
 SMOOTH = 10.0  # low-pass of the points before their speed is taken [Hz]
 
 _REGIONS = {"heel": "heel", "metatarsal": "ball", "toe": "toes", "base": "middle"}
+SLIDES = 0.03  # a foot that rests for a second and strays further slides or pivots indeed [m]
 SINKS = 0.002  # a point this deep in the ground is lifted in another pass [m]
 PASSES = 4
 
 _PLANTED = 1.0  # weight of the foot's points
-_HELD = {"pelvis": 0.02, "knee": 0.004}  # weights of points that stay where they were
+_HELD = {"pelvis": 0.06, "knee": 0.01}  # weights of points that stay where they were
 _POSTURE = 4e-4  # pull of each hinge to where it was [m^2/rad^2]
 _FOOT_POSTURE = 2e-3  # the same of joints within the foot
 
@@ -146,6 +148,23 @@ def find_rests(
                 if run.stop - run.start >= max(2, SHORTEST * rate):
                     rests.append(Rest(side, region, run.start, run.stop))
     return rests
+
+
+def moving_ground(
+    time: Float[Array, " n_frames"],
+    heel: Float[Array, "n_frames 2 3"],
+    toe: Float[Array, "n_frames 2 3"],
+) -> Float[Array, "n_frames 3"]:
+    """Return the path of the ground under the feet [m]: zero overground, the belt's on a treadmill.
+
+    Args:
+        time: Time of each frame [s].
+        heel: Heels (or ankles), left then right [m].
+        toe: Toes (or toe bases), left then right [m].
+    """
+    velocity = ground_velocity(time, heel, toe)
+    velocity[:, 2] = 0.0
+    return np.cumsum(velocity * np.diff(time, prepend=time[0])[:, None], axis=0)
 
 
 def _speed(time: np.ndarray, path: np.ndarray) -> np.ndarray:
@@ -366,12 +385,15 @@ def _wanted(contact: ContactPoints, rests: list[Rest], way: np.ndarray, fade: in
     n, m = contact.position.shape[:2]
     position = contact.position - way[:, None]
     shift = np.full((n, m, 3), np.nan)
-    for rest in rests:
+    for rest, core in _cores(rests):
         index = contact.of(rest.side, rest.region)
         frames = slice(rest.start, rest.stop)
         path = position[frames, index]
         centre = path.mean(axis=1)[:, :2]
-        shift[frames, index, :2] = (np.median(centre, axis=0) - centre)[:, None]
+        spot = np.median(position[core][:, index, :2].mean(axis=1), axis=0)
+        if len(centre) > 8 * fade and np.linalg.norm(centre - spot, axis=1).max() > SLIDES:
+            spot = _slow(centre, fade)
+        shift[frames, index, :2] = (spot - centre)[:, None]
         shift[frames, index, 2] = -path[..., 2]
     offset = np.zeros((n, m, 3))
     feet = {side: contact.of(side) for side in SIDES}
@@ -389,13 +411,46 @@ def _wanted(contact: ContactPoints, rests: list[Rest], way: np.ndarray, fade: in
             offset[:, i] = common + near * filled
     wanted = position + offset
     weight = np.full((n, m), 0.3)
-    weight[np.isfinite(shift[..., 0])] = 1.0
     for i in range(m):
-        weight[:, i] = 0.3 + 0.7 * _nearness(weight[:, i] > 0.9, fade)
+        weight[:, i] = 0.3 + 0.7 * _nearness(np.isfinite(shift[:, i, 0]), fade)
     sunk = wanted[..., 2] < 0
     wanted[..., 2] = np.where(sunk, 0.0, wanted[..., 2])
-    weight[sunk] = 1.0
+    weight[sunk] = np.maximum(weight[sunk], 1.0)
     return wanted + way[:, None], weight
+
+
+def _slow(path: np.ndarray, fade: int) -> np.ndarray:
+    """Return the path without what is faster than some ``fade`` frames."""
+    k = np.arange(-4 * fade, 4 * fade + 1)
+    window = np.exp(-0.5 * (k / (1.5 * fade)) ** 2)
+    padded = np.pad(path, ((4 * fade, 4 * fade), (0, 0)), mode="edge")
+    return np.stack([np.convolve(x, window / window.sum(), "valid") for x in padded.T], axis=1)
+
+
+def _cores(rests: list[Rest]) -> list[tuple[Rest, np.ndarray]]:
+    """Return each rest with the frames that tell its place.
+
+    Regions of a foot that rest at the same time are parts of one thing: their places are taken
+    from the same frames, those in which most of them rest, so that they fit together.
+    """
+    result = []
+    for side in SIDES:
+        mine = sorted((r for r in rests if r.side == side), key=lambda r: r.start)
+        groups: list[list[Rest]] = []
+        for rest in mine:
+            if groups and rest.start < max(r.stop for r in groups[-1]):
+                groups[-1].append(rest)
+            else:
+                groups.append([rest])
+        for group in groups:
+            start, stop = group[0].start, max(r.stop for r in group)
+            count = np.zeros(stop - start, int)
+            for r in group:
+                count[r.start - start : r.stop - start] += 1
+            for r in group:
+                own = count[r.start - start : r.stop - start]
+                result.append((r, r.start + np.flatnonzero(own == own.max())))
+    return result
 
 
 def _nearness(inside: np.ndarray, fade: int) -> np.ndarray:
@@ -505,6 +560,7 @@ __all__ = [
     "ground_under",
     "level",
     "lowest",
+    "moving_ground",
     "penetration_of",
     "plant_feet",
     "stance_of",

@@ -20,23 +20,24 @@ motion is moved down to the ground and the feet are planted (:mod:`plantigrade.k
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground import (
     contact_points,
     drift_of,
     find_rests,
     level,
+    moving_ground,
     penetration_of,
     plant_feet,
 )
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.result import Fit
-from plantigrade.kinematics.terms import Terms, follow
+from plantigrade.kinematics.terms import Terms
 from plantigrade.models import Human
 from plantigrade.models.anthropometry import Dimensions, dimensions
 from plantigrade.models.joint_names import SIDES, JointMap, identify
@@ -60,6 +61,17 @@ ARM_JOINTS = ("shoulder", "elbow", "wrist")
 SCALE_TOLERANCE = 0.06  # of a given stature against the skeleton's, before the file is rescaled
 BENT = np.deg2rad(25)  # a hinge bent further than this in the motion shows its axis [rad]
 FLAT_TILT = np.deg2rad(25)  # largest tilt of a foot against the rest pose that can be flat [rad]
+LOST = 4e-3  # weighted squares of a frame above which other arm postures are tried [m^2]
+ARM_STARTS = (  # flexion, adduction, rotation [rad]
+    (0.0, 0.0, 0.0),
+    (1.5, 0.0, 0.0),
+    (0.0, -1.5, 0.0),
+    (2.8, 0.0, 0.0),
+    (0.0, -2.7, 0.0),
+    (1.2, -1.2, 1.2),
+    (1.2, -1.2, -1.2),
+    (-0.8, -0.5, 0.0),
+)
 ARM = 0.20  # length of the vectors that stand for an orientation [m]
 
 # Weights of the terms: joint centres, and vectors of length ARM along bone axes.
@@ -271,14 +283,6 @@ def _mean_rotation(R: np.ndarray) -> np.ndarray:
     return u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
 
 
-@dataclass
-class _Flat:
-    """How a foot or its toes are turned when flat, and how many frames told."""
-
-    rotation: np.ndarray
-    frames: int
-
-
 class _Source:
     """The file's skeleton by our names: joint centres, bone rotations, lengths."""
 
@@ -324,7 +328,7 @@ class _Source:
     def facing(self) -> float:
         """Return the direction the pelvis faces on the mean, from x towards y [rad]."""
         across = self.at("hip_l") - self.at("hip_r")
-        return float(np.angle(np.mean(across[:, 1] * -1j * 1j - 1j * across[:, 0])))
+        return float(np.angle(np.mean(across[:, 1] - 1j * across[:, 0])))
 
     def trunk(self) -> float | None:
         """Return the height of the shoulders above the hips along the rest pose's trunk [m]."""
@@ -404,14 +408,9 @@ class _Source:
 
     def way(self) -> np.ndarray:
         """Return the path of the ground under the feet [m]: zero but on a treadmill."""
-        from plantigrade.motion.events import ground_velocity
-
         heel = np.stack([self.at("ankle_l"), self.at("ankle_r")], axis=1)
         toe = np.stack([self.forefoot("l"), self.forefoot("r")], axis=1)
-        velocity = ground_velocity(self.time, heel, toe)
-        velocity[:, 2] = 0.0
-        step = np.diff(self.time, prepend=self.time[0])[:, None]
-        return np.cumsum(velocity * step, axis=0)
+        return moving_ground(self.time, heel, toe)
 
     def flat(self, side: str) -> np.ndarray:
         """Return the frames in which a foot stands flat, by its heights and speeds alone."""
@@ -654,14 +653,69 @@ class _Targets:
     def follow(self, report=None) -> np.ndarray:
         """Return the configurations of all frames."""
         terms = Terms(self.human, self.points, self.pairs)
-        solver = InverseKinematics(
-            terms, np.array(self.weights), tolerance=2e-4, max_iterations=60
-        )
+        solver = InverseKinematics(terms, np.array(self.weights), tolerance=2e-4, max_iterations=60)
         targets = np.stack(self.values, axis=1)
         start = self._start()
-        first = solver.solve(targets[0], start).qpos
+        qpos = np.empty((len(targets), len(start)))
+        cost = np.empty(len(targets))
+        qpos[0], cost[0] = self._best(solver, targets[0], [start, *self._other_arms(start)])
         solver.max_iterations = 12
-        return follow(solver, targets, first, progress=report)
+        step = np.zeros(terms.model.nv)
+        patience = 0
+        for k in range(1, len(targets)):
+            qpos[k], cost[k] = self._solved(solver, targets[k], terms.integrate(qpos[k - 1], step))
+            # Arms caught on the wrong side of a joint limit: try the other ways to hold them.
+            if cost[k] > LOST + 1.5 * np.median(cost[: k + 1]) and patience <= 0:
+                patience = 10
+                others = self._other_arms(qpos[k])
+                q, better = self._best(solver, targets[k], others) if others else (qpos[k], np.inf)
+                if better < 0.7 * cost[k]:
+                    qpos[k], cost[k] = q, better
+                    self._rewind(solver, targets, qpos, cost, k)
+            patience -= 1
+            mujoco.mj_differentiatePos(terms.model, step, 1.0, qpos[k - 1], qpos[k])
+            if report and k % 50 == 0:
+                report(k + 1)
+        return qpos
+
+    @staticmethod
+    def _solved(solver: InverseKinematics, target: np.ndarray, start: np.ndarray):
+        solution = solver.solve(target, start)
+        return solution.qpos, float(solver.weights @ solution.residual**2)
+
+    def _best(self, solver, target, starts):
+        most, solver.max_iterations = solver.max_iterations, 40
+        found = [self._solved(solver, target, q) for q in starts]
+        solver.max_iterations = most
+        return min(found, key=lambda f: f[1])
+
+    def _rewind(self, solver, targets, qpos, cost, k: int) -> None:
+        """Carry a better solution back in time for as long as it stays better."""
+        for j in range(k - 1, -1, -1):
+            q, value = self._solved(solver, targets[j], qpos[j + 1])
+            if value > 1.05 * cost[j] + 1e-7:
+                break
+            qpos[j], cost[j] = q, value
+
+    def _other_arms(self, q: np.ndarray) -> list[np.ndarray]:
+        """Return configurations with the arms held otherwise: down, forward, sideways, up."""
+        names = self.human.coordinates
+        if not self.source.arms:
+            return []
+        result = []
+        for flexion, adduction, rotation in ARM_STARTS:
+            other = q.copy()
+            for side in SIDES:
+                for c, v in (
+                    ("arm_flex", flexion),
+                    ("arm_add", adduction),
+                    ("arm_rot", rotation),
+                    ("elbow_flex", 0.6),
+                ):
+                    if f"{c}_{side}" in names:
+                        other[7 + self.human.hinge(f"{c}_{side}")] = v
+            result.append(other)
+        return result
 
     def _start(self) -> np.ndarray:
         """Return a standing configuration at the first frame's hips, facing their way."""

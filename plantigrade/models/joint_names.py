@@ -166,7 +166,10 @@ class _Tree:
     def __init__(self, names: Sequence[str], parents: Sequence[int], rest: np.ndarray):
         self.names, self.parents, self.rest = names, parents, rest
         self.length = np.array(
-            [0.0 if p < 0 else float(np.linalg.norm(rest[i] - rest[p])) for i, p in enumerate(parents)]
+            [
+                0.0 if p < 0 else float(np.linalg.norm(rest[i] - rest[p]))
+                for i, p in enumerate(parents)
+            ]
         )
         self.children: list[list[int]] = [[] for _ in names]
         for i, p in enumerate(parents):
@@ -234,7 +237,8 @@ def _by_name(tree: _Tree, named: dict[str, int]) -> dict[str, int]:
         above = found.get(f"shoulder_{side}")
         if above is not None:
             inner = [
-                i for i in tree.path(above)[:-1]
+                i
+                for i in tree.path(above)[:-1]
                 if words[i][1] == side and words[i][0] in SPELLINGS["clavicle"]
             ]
             if inner:
@@ -257,8 +261,12 @@ def _wrist(tree: _Tree, words, found: dict[str, int], side: str) -> None:
         return
     upper = tree.distance(shoulder, elbow)
     candidates = [
-        i for i, (w, s) in enumerate(words)
-        if s == side and w in SPELLINGS["wrist"] and i != elbow and tree.under(i, elbow)
+        i
+        for i, (w, s) in enumerate(words)
+        if s == side
+        and w in SPELLINGS["wrist"]
+        and i != elbow
+        and tree.under(i, elbow)
         and tree.distance(i, elbow) > 1e-4
     ]
     if candidates and upper > 0:
@@ -308,7 +316,7 @@ def _by_shape(tree: _Tree) -> tuple[dict[str, int], bool]:
     swapped = False
     if "ball_l" in found and "ball_r" in found:
         forward = sum(rest[found[f"ball_{s}"], 0] - rest[found[f"ankle_{s}"], 0] for s in SIDES)
-        swapped = forward < -0.02
+        swapped = bool(forward < -0.02)
     return found, swapped
 
 

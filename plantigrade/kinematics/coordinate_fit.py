@@ -1,0 +1,223 @@
+"""Put joint coordinates of OpenSim (MOT, STO) on a person.
+
+The angles are taken as they are; only limits of joints cut them. Stature follows from the height
+of the pelvis above the ground where the file has it: the person whose standing foot is just on
+the ground. Where the file does not say where the pelvis goes, the standing feet do
+(:func:`plantigrade.kinematics.ground.forward_path`).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import FitError
+from plantigrade.kinematics.ground import (
+    contact_points,
+    drift_of,
+    find_rests,
+    forward_path,
+    level,
+    lowest,
+    moving_ground,
+    penetration_of,
+)
+from plantigrade.kinematics.result import Fit
+from plantigrade.models import Human
+from plantigrade.motion import Recording
+from plantigrade.motion.recording import Table, rate_of
+
+USUAL_HEIGHT = 1.74  # [m], where nothing tells the stature
+PLAUSIBLE = (1.2, 2.2)  # stature found from the pelvis's height [m]
+FLIGHT = 0.08  # feet that rise this much together have left the ground [m]
+SYNONYMS = {"lumbar": "lumbar_extension", "torso_extension": "lumbar_extension"}
+LEGS = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
+
+
+def fit_coordinates(
+    recording: Recording,
+    *,
+    height: float | None = None,
+    mass: float | None = None,
+    sex: str | None = None,
+    joints: str = "42",
+    feet: str | None = None,
+) -> Fit:
+    """Put joint coordinates on a person.
+
+    Args:
+        recording: The recording; it must have coordinates.
+        height: Stature [m]; found from the pelvis's height where nobody says.
+        mass: Body mass [kg]; 22.5 times height squared where nobody says.
+        sex: ``"female"`` or ``"male"``; male where nobody says.
+        joints: Joint set.
+        feet: Kind of foot; the joint set's own if not given.
+
+    Raises:
+        FitError: If there are no joint coordinates, or none of the legs'.
+    """
+    table = recording.coordinates
+    if table is None:
+        what = "ground reactions only" if recording.plates else "no joint coordinates"
+        raise FitError(
+            f"{recording.source} holds {what}: a motion needs angles such as hip_flexion_r; "
+            "give the file of joint coordinates"
+        )
+    notes: list[str] = []
+    table = _usable(table, recording, notes)
+    said = recording.subject
+    height, given = height or said.height, bool(height or said.height)
+    sex = sex or said.sex or "male"
+
+    def person(stature: float) -> Human:
+        weight = mass or said.mass or 22.5 * stature**2
+        return Human.create(stature, weight, sex, joints, feet)
+
+    human = person(height or USUAL_HEIGHT)
+    if not given:
+        stature = _stature(human, table, person, notes)
+        human = person(stature)
+    left_out = [n for n in table.names if n not in (*human.coordinates, *_pelvis())]
+    if left_out:
+        notes.append(
+            f"{len(left_out)} columns are no coordinates of this person and were left out: "
+            + ", ".join(left_out[:8])
+            + (" …" if len(left_out) > 8 else "")
+            + "."
+        )
+    qpos = human.from_coordinates(table.names, table.values)
+    qpos = _clipped(human, qpos, notes)
+    rate = rate_of(table.time)
+    if "pelvis_tx" not in table.names:
+        # Such files are strides put together; their height fits the feet to centimetres only.
+        flight = "pelvis_ty" in table.names and np.ptp(lowest(human, qpos)) > FLIGHT
+        qpos = forward_path(human, qpos, rate=rate, vertical=not flight)
+        notes.append(
+            "the file does not say where the pelvis goes; it was told by the standing feet."
+        )
+    way = _way(human, table.time, qpos)
+    if np.abs(way).max() > 0:
+        notes.append("the ground moves under the feet (a treadmill, or walking in place).")
+    qpos, rise = level(human, qpos, rate, way=way)
+    shift = float(np.median(rise))
+    if abs(shift) > 0.02:
+        notes.append(f"the motion was moved vertically by {1e3 * shift:+.0f} mm onto the ground.")
+    contact = contact_points(human, qpos)
+    rests = find_rests(contact, rate, way=way)
+    drift = drift_of(contact, rests, way) if rests else np.zeros(1)
+    depth = penetration_of(contact)
+    return Fit(
+        human=human,
+        time=table.time,
+        qpos=qpos,
+        recording=replace(recording, coordinates=table),
+        source_kind="coordinates",
+        metrics={
+            "height_m": human.height,
+            "ground_shift_mm": 1e3 * shift,
+            "stances": len(rests),
+            "foot_drift_mean_mm": 1e3 * float(drift.mean()),
+            "foot_drift_max_mm": 1e3 * float(drift.max()),
+            "penetration_mean_mm": 1e3 * float(depth.mean()),
+            "penetration_max_mm": 1e3 * float(depth.max()),
+        },
+        warnings=tuple(recording.warnings) + tuple(notes),
+    )
+
+
+def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
+    """Return the path of the ground under the feet [m]; zero overground."""
+    contact = contact_points(human, qpos)
+    ends = [
+        np.stack([contact.position[:, contact.of(s, r)].mean(axis=1) for s in ("l", "r")], axis=1)
+        for r in ("heel", "toes")
+    ]
+    return moving_ground(time, *ends)
+
+
+def _pelvis() -> tuple[str, ...]:
+    from plantigrade.models.human import PELVIS
+
+    return PELVIS
+
+
+def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
+    """Return the table under our names and without rows that have no values."""
+    names = tuple(SYNONYMS.get(n, n) for n in table.names)
+    names = tuple(n if names.count(n) == 1 else o for n, o in zip(names, table.names, strict=True))
+    known = [c for c in names if c in LEGS]
+    if not known:
+        raise FitError(
+            f"{recording.source} has no coordinate of hips or knees ({', '.join(LEGS)}); its "
+            f"columns are {', '.join(table.names[:12])}{' …' if len(table.names) > 12 else ''}"
+        )
+    if len(table.time) < 2:
+        raise FitError(f"{recording.source} has {len(table.time)} rows; two are needed")
+    good = np.isfinite(table.values).all(axis=1)
+    if not good.all():
+        edges = np.flatnonzero(good)
+        if len(edges) < 2:
+            raise FitError(f"{recording.source}: no row has all its values")
+        keep = slice(edges[0], edges[-1] + 1)
+        time, values, good = table.time[keep], table.values[keep].copy(), good[keep]
+        for i in range(values.shape[1]):
+            own = np.isfinite(values[:, i])
+            if own.sum() < 2:
+                raise FitError(f"{recording.source}: column {table.names[i]} has no values")
+            values[:, i] = np.interp(time, time[own], values[own, i])
+        notes.append(f"{len(table.time) - int(good.sum())} rows lack values; they were bridged.")
+        return Table(names, time, values)
+    return Table(names, table.time, table.values)
+
+
+def _stature(human: Human, table: Table, person, notes: list[str]) -> float:
+    """Return the stature whose standing foot is on the ground at the file's pelvis height [m]."""
+    if "pelvis_ty" not in table.names:
+        notes.append(
+            f"nothing in the file tells the stature; {USUAL_HEIGHT:.2f} m was taken (--height)."
+        )
+        return USUAL_HEIGHT
+    stature, ty = human.height, table["pelvis_ty"]
+    for _ in range(4):
+        qpos = human.from_coordinates(table.names, table.values)
+        qpos[:, 7:] = np.clip(qpos[:, 7:], *human.limits)
+        qpos[:, 2] = 0.0
+        leg = -lowest(human, qpos)  # pelvis above the lowest point of the soles [m]
+        ratio = ty / leg
+        # Legs nearly straight tell best; in flight the pelvis is higher than the leg is long, but
+        # two in five of those frames are not in flight.
+        usual = float(np.quantile(ratio[leg > 0.9 * leg.max()], 0.4))
+        stature *= usual
+        if not PLAUSIBLE[0] <= stature <= PLAUSIBLE[1]:
+            notes.append(
+                f"the pelvis's height ({np.median(ty):.2f} m) fits no person standing on the "
+                f"ground at 0; {USUAL_HEIGHT:.2f} m was taken as stature (--height)."
+            )
+            return USUAL_HEIGHT
+        if abs(usual - 1) < 1e-3:
+            break
+        human = person(stature)
+    notes.append(
+        f"the stature is not in the file; {stature:.2f} m was found from the pelvis's height "
+        "(--height)."
+    )
+    return float(stature)
+
+
+def _clipped(
+    human: Human, qpos: Float[Array, "n_frames nq"], notes: list[str]
+) -> Float[Array, "n_frames nq"]:
+    low, high = human.limits
+    result = qpos.copy()
+    result[:, 7:] = np.clip(qpos[:, 7:], low, high)
+    over = np.rad2deg(np.abs(result[:, 7:] - qpos[:, 7:]).max(axis=0))
+    beyond = [(v, c) for v, c in zip(over, human.coordinates, strict=True) if v > 0.1]
+    if beyond:
+        beyond.sort(reverse=True)
+        notes.append(
+            "joint limits cut "
+            + ", ".join(f"{c} by up to {v:.1f}°" for v, c in beyond[:8])
+            + (" …" if len(beyond) > 8 else "")
+            + "."
+        )
+    return result
