@@ -356,7 +356,7 @@ def plant_feet(
 
 
 def _planting_solver(human: Human, contact: ContactPoints):
-    """Return inverse kinematics on the soles, the pelvis and the knees, and the latters' weights."""
+    """Return inverse kinematics on soles, pelvis and knees, and the weights of the last two."""
     points = list(zip(contact.body, contact.centre, strict=True))
     held = []
     for offset in np.vstack([np.zeros(3), 0.25 * np.eye(3)]):
@@ -396,8 +396,7 @@ def _wanted(contact: ContactPoints, rests: list[Rest], way: np.ndarray, fade: in
         shift[frames, index, :2] = (spot - centre)[:, None]
         shift[frames, index, 2] = -path[..., 2]
     offset = np.zeros((n, m, 3))
-    feet = {side: contact.of(side) for side in SIDES}
-    for side, all_points in feet.items():
+    for all_points in (contact.of(side) for side in SIDES):
         resting = np.isfinite(shift[:, all_points, 0])
         # What a free point of a foot takes over from the regions of it that rest.
         common = np.zeros((n, 3))
