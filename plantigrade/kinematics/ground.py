@@ -320,13 +320,13 @@ def plant_feet(
     n = len(qpos)
     if n < 2:
         return qpos.copy()
-    way = np.zeros((n, 3)) if way is None else way
+    path = np.zeros((n, 3)) if way is None else way
     contact = contact_points(human, qpos)
     if rests is None:
-        rests = find_rests(contact, rate, way=way, stance=stance)
+        rests = find_rests(contact, rate, way=path, stance=stance)
     solver, held = _planting_solver(human, contact)
     fade = max(2, round(LANDING * rate))
-    wanted, weight = _wanted(contact, rests, way, fade)
+    wanted, weight = _wanted(contact, rests, path, fade)
     # The pelvis and knees follow the feet's common lift, so that legs keep their angles.
     lift = ((wanted - contact.position)[..., 2] * weight).sum(axis=1) / weight.sum(axis=1)
     result = qpos
@@ -400,7 +400,7 @@ def _wanted(contact: ContactPoints, rests: list[Rest], way: np.ndarray, fade: in
         resting = np.isfinite(shift[:, all_points, 0])
         # What a free point of a foot takes over from the regions of it that rest.
         common = np.zeros((n, 3))
-        some = resting.any(axis=1)
+        some = np.asarray(resting.any(axis=1))
         common[some] = np.nanmean(shift[some][:, all_points], axis=1)
         common = _faded(common, some, fade)
         for i in all_points:

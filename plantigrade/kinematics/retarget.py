@@ -61,6 +61,7 @@ ARM_JOINTS = ("shoulder", "elbow", "wrist")
 SCALE_TOLERANCE = 0.06  # of a given stature against the skeleton's, before the file is rescaled
 BENT = np.deg2rad(25)  # a hinge bent further than this in the motion shows its axis [rad]
 FLAT_TILT = np.deg2rad(25)  # largest tilt of a foot against the rest pose that can be flat [rad]
+UNEVEN = 0.08  # feet that sink deeper than this before they are planted are worth a word [m]
 LOST = 4e-3  # weighted squares of a frame above which other arm postures are tried [m^2]
 ARM_STARTS = (  # flexion, adduction, rotation [rad]
     (0.0, 0.0, 0.0),
@@ -200,6 +201,12 @@ def fit_skeleton(
             f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the way; it was made "
             "level."
         )
+    sunk = float(penetration_of(before).max())
+    if plant and rests and sunk > UNEVEN:
+        notes.append(
+            f"feet were up to {1e3 * sunk:.0f} mm under the level ground (uneven terrain?); they "
+            "were lifted onto it."
+        )
     if np.abs(np.ptp(way, axis=0)).max() > 0:
         notes.append("the ground moves under the feet (a treadmill, or walking in place).")
     error = targets.errors(qpos, rise)
@@ -330,11 +337,16 @@ class _Source:
         across = self.at("hip_l") - self.at("hip_r")
         return float(np.angle(np.mean(across[:, 1] - 1j * across[:, 0])))
 
+    def rest_rise(self) -> np.ndarray:
+        """Return the way from mid-hip to mid-shoulder in the rest pose [m]."""
+        both = [self.rest(f"shoulder_{s}") - self.rest(f"hip_{s}") for s in SIDES]
+        return np.mean(both, axis=0)
+
     def trunk(self) -> float | None:
         """Return the height of the shoulders above the hips along the rest pose's trunk [m]."""
         if not self.found.both("shoulder"):
             return None
-        rise = 0.5 * sum(self.rest(f"shoulder_{s}") - self.rest(f"hip_{s}") for s in SIDES)
+        rise = self.rest_rise()
         return float(np.linalg.norm(rise[[0, 2]]))
 
     def stature(self) -> float:
@@ -497,7 +509,7 @@ class _Targets:
         source = self.source
         if not (source.found.both("shoulder") and source.has("thorax")):
             return np.zeros((len(source.time), 3))
-        rise = 0.5 * sum(source.rest(f"shoulder_{s}") - source.rest(f"hip_{s}") for s in SIDES)
+        rise = source.rest_rise()
         x, z = self._neutral_trunk()
         offset = float(np.clip(x - rise[0] * z / rise[2], -0.1, 0.1)) if rise[2] > 0.1 else 0.0
         return source.rotation("thorax") @ (offset * _X)
