@@ -77,7 +77,7 @@ class InverseKinematics:
             measured: World positions [m]; NaN rows are left out.
             start: Configuration to start from.
         """
-        seen = np.isfinite(measured[:, 0])
+        seen = np.isfinite(measured).all(axis=1)
         target = np.where(seen[:, None], measured, 0.0)
         w = np.where(seen, self.weights, 0.0)
         root_w = np.sqrt(np.repeat(w, 3))

@@ -319,7 +319,8 @@ def read_marker_set(path: str | Path) -> MarkerSet:
             case str():
                 named[name] = value
             case {"body": str(body), "position": [x, y, z]} if all(
-                isinstance(v, int | float) for v in (x, y, z)
+                isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v)
+                for v in (x, y, z)
             ):
                 fixed[name] = (body, (float(x), float(y), float(z)))
             case _:
