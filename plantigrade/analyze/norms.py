@@ -3,7 +3,10 @@
 All numbers are those of [Schwartz2008]_ (supplementary tables): 83 typically developing CHILDREN of
 4 to 17 years walking barefoot at five speeds. Adults differ little in joint angles; their ankle
 moment and power tend to be greater. Angles are Plug-in Gait's, so that a constant offset against
-another body model is a matter of convention, most of all in pelvis tilt and hip flexion.
+another body model is a matter of convention, most of all in pelvis tilt and hip flexion: there
+the forward lean of Plug-in Gait's pelvic plane in upright standing
+(:data:`plantigrade.models.textbook_gait.PELVIC_PLANE`), where Rajagopal's pelvis has no tilt, is
+taken out.
 
 ``schwartz2008.json`` was made from those tables: every 2 % of the cycle, angles rounded to 0.1
 degree and everything else to 0.01; names and signs turned to those of OpenSim's Rajagopal model
@@ -25,6 +28,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
+from plantigrade.models.textbook_gait import PELVIC_PLANE
 
 GRAVITY = 9.80665
 """Standard gravity [m/s²]."""
@@ -107,6 +111,8 @@ def norm(name: str, speed_class: str = "free", *, side: str = "r") -> Band:
     table = _tables()[stem][speed_class]
     mirrored = side == "l" and stem in ("pelvis_list", "pelvis_rotation")
     mean = np.array(table["mean"], dtype=float) * (-1 if mirrored else 1)
+    # Tilt is positive backward, flexion forward: the plane's lean leaves both.
+    mean = mean + {"pelvis_tilt": PELVIC_PLANE, "hip_flexion": -PELVIC_PLANE}.get(stem, 0.0)
     unit = "deg"
     for ending, other in (("_moment", "N m/kg"), ("_power", "W/kg"), ("_grf", "body weight")):
         if stem.endswith(ending):

@@ -27,19 +27,23 @@ GIRDLE_SHARE = 0.04
 NECK_SHARE = 0.17
 
 
+# Height of the posterior above the anterior superior iliac spines at no pelvic tilt, as a fraction
+# of the pelvis' depth: people differ by ten degrees, Rajagopal's pelvis is nearly level.
+SPINE_RISE = 0.05
+
+
 def hip(d: Dimensions) -> np.ndarray:
     """Return the right hip joint centre in the pelvis frame [m].
 
     The pelvis frame has its origin midway between the anterior superior iliac spines. The
-    regression is that of [Harrington2007]_ (its Eqs. for adults and children together).
+    regression is that of [Harrington2007]_ (adults and children together), whose axes lie in the
+    plane of the iliac spines and are turned from there into the pelvis frame.
     """
-    return np.array(
-        [
-            -(0.24 * d.pelvis_depth + 0.0099),
-            -(0.33 * d.pelvis_width + 0.0073),
-            -(0.30 * d.pelvis_width + 0.0109),
-        ]
-    )
+    back = 0.24 * d.pelvis_depth + 0.0099
+    out = 0.33 * d.pelvis_width + 0.0073
+    down = 0.30 * d.pelvis_width + 0.0109
+    cos, sin = np.array([1.0, SPINE_RISE]) / np.hypot(1.0, SPINE_RISE)
+    return np.array([-back * cos - down * sin, -out, back * sin - down * cos])
 
 
 def lumbar(d: Dimensions) -> np.ndarray:
@@ -190,11 +194,11 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     root = neck(d) - np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
     length = 0.889 * d.head  # de Leva's vertex to cervicale, his mean lengths
     whole = _principal(
-        mass * p.mass, [0.07 * d.head, 0, d.head - p.com * length], p.gyration, length
+        mass * p.mass, [0.18 * d.head, 0, d.head - p.com * length], p.gyration, length
     )
     radius = 0.20 * d.head
-    lower = np.array([0.02 * d.head, 0, MID_NECK * d.head])
-    upper = np.array([0.06 * d.head, 0, UPPER_NECK * d.head])
+    lower = np.array([0.08 * d.head, 0, MID_NECK * d.head])
+    upper = np.array([0.17 * d.head, 0, UPPER_NECK * d.head])
     pieces = []
     for a, b in ((np.zeros(3), lower), (lower, upper)):
         m = whole.mass * NECK_SHARE / 2
@@ -207,7 +211,7 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     com = (whole.mass * whole.com - both.mass * both.com) / m
     skull_zero = combine([*pieces, Inertia(m, com, np.zeros((3, 3)))])
     skull = Inertia(m, com, np.diag(np.diag(whole.tensor - skull_zero.tensor)))
-    face = np.array([0.09 * d.head, 0, 0.70 * d.head]) - upper
+    face = np.array([0.23 * d.head, 0, 0.70 * d.head]) - upper
     return [
         Part(
             "lower_neck",

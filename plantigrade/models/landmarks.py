@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.models.anatomy import hip, shoulder
+from plantigrade.models.anatomy import SPINE_RISE, hip, shoulder
 from plantigrade.models.anthropometry import Dimensions
 from plantigrade.models.feet import point
 from plantigrade.models.human import Human
@@ -80,7 +80,7 @@ def _midline(d: Dimensions) -> dict[str, Landmark]:
         return Landmark("abdomen", np.array([x * d.trunk, 0, z * d.trunk]), parts, spread)
 
     return {
-        "sacrum": pelvis(-1.02, -0.06),
+        "sacrum": pelvis(-1.02, 0.08),
         "pubis": pelvis(-0.02, -0.45, SKIN),
         "l5": trunk(-0.10, 0.0, _BACK),
         "l3": trunk(-0.09, 0.14, _BACK),
@@ -94,9 +94,9 @@ def _midline(d: Dimensions) -> dict[str, Landmark]:
         "suprasternale": trunk(0.23, 0.945, _THORAX, BONE),
         "sternum": trunk(0.34, 0.72, _THORAX),
         "xiphoid": trunk(0.37, 0.58, _LOW_THORAX),
-        "vertex": Landmark("lower_neck", np.array([0.07, 0, 1.02]) * d.head, _HEAD, SKIN),
-        "forehead": Landmark("lower_neck", np.array([0.43, 0, 0.78]) * d.head, _HEAD, SKIN),
-        "occiput": Landmark("lower_neck", np.array([-0.26, 0, 0.72]) * d.head, _HEAD, SKIN),
+        "vertex": Landmark("lower_neck", np.array([0.21, 0, 1.02]) * d.head, _HEAD, SKIN),
+        "forehead": Landmark("lower_neck", np.array([0.57, 0, 0.78]) * d.head, _HEAD, SKIN),
+        "occiput": Landmark("lower_neck", np.array([-0.12, 0, 0.72]) * d.head, _HEAD, SKIN),
     }
 
 
@@ -139,7 +139,7 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
     s = shoulder(d)
     return {
         "asis": pelvis(0.0, 1.0, 0.0),
-        "psis": pelvis(-1.0, 0.38, -0.11),
+        "psis": pelvis(-1.0, 0.38, SPINE_RISE),
         "iliac_crest": pelvis(-0.30, 1.24, 0.35, SKIN),
         "hip_joint": Landmark("pelvis", hip(d), _PELVIS, BONE),
         "trochanter": Landmark(
@@ -211,10 +211,10 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "hand_radial": hand(-0.06, 0.18, 0.44),
         "hand_ulnar": hand(-0.06, -0.18, 0.42),
         "finger_tip": hand(0.0, 0.0, 1.0, ("fingers", *_HAND)),
-        "head_front": head(0.36, 0.24, 0.80),
-        "head_back": head(-0.22, 0.22, 0.80),
-        "temple": head(0.22, 0.29, 0.72),
-        "ear": head(0.07, 0.30, 0.62),
+        "head_front": head(0.50, 0.24, 0.80),
+        "head_back": head(-0.08, 0.22, 0.80),
+        "temple": head(0.36, 0.29, 0.72),
+        "ear": head(0.21, 0.30, 0.62),
     }
 
 
