@@ -1,16 +1,201 @@
 """Write the human as MJCF and print what it is made of."""
 
+import os
+import tempfile
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-from plantigrade.commands.options import PersonOptions, RunOptions
+import tyro
+
+from plantigrade.commands.options import Flag, OptionalPath, PersonOptions, PrintOptions, optional
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import PlantigradeError
+from plantigrade.errors import ParameterError, RunExists
+
+if TYPE_CHECKING:
+    from plantigrade.models import Human
+    from plantigrade.models.landmarks import Attachment
+
+Lengths = Annotated[
+    tuple[str, ...],
+    tyro.conf.arg(metavar="NAME=METRES", help_behavior_hint=""),
+    tyro.conf.UseAppendAction,
+]
+SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PersonOptions, RunOptions):
+class Command(PersonOptions, PrintOptions):
     """Write the human as MJCF and print what it is made of."""
 
+    lengths: Lengths = ()
+    """Own segment length, as thigh=0.43; may be given several times."""
+    marker_set: SetOrFile = None
+    """Markers to put on the body as sites: plug-in-gait, oxford-foot-model, gait2392, rajagopal,
+    or a TOML file of your own."""
+    out: OptionalPath = None
+    """MJCF file to write; - prints it instead of the summary."""
+    overwrite: Flag = False
+    """Replace the file if it exists."""
+
     def run(self) -> Outcome:
-        """Do it."""
-        raise PlantigradeError("plantigrade model is not written yet")
+        """Build the person, write the file if one is named, and say what it is made of.
+
+        Raises:
+            ParameterError: If a value is not allowed.
+            FileError: If the marker set cannot be read.
+            RunExists: If the file exists and is not to be replaced.
+        """
+        from plantigrade.models import Human
+        from plantigrade.models.mjcf import with_sites
+
+        given = {
+            name: getattr(self, name)
+            for name in ("height", "mass", "sex", "joints", "feet")
+            if getattr(self, name) is not None
+        }
+        human = Human.create(**given, lengths=own_lengths(self.lengths))
+        markers = _markers(human, self.marker_set)
+        xml = with_sites(human.xml, {n: (p.body, p.position) for n, p in markers.items()})
+        metrics = {"status": "ok", "command": "model", **summary(human, markers)}
+        if self.out is None:
+            return Outcome(text=_text(human, metrics), metrics=metrics)
+        if str(self.out) == "-":
+            return Outcome(text=xml, metrics=metrics)
+        _write(self.out, xml, self.overwrite)
+        metrics["target_file"] = self.out
+        return Outcome(text=f"{_text(human, metrics)}\nwrote {self.out}", metrics=metrics)
+
+
+def own_lengths(words: tuple[str, ...]) -> dict[str, float]:
+    """Return segment lengths [m] by name from words like ``thigh=0.43``.
+
+    Raises:
+        ParameterError: If a word is not of that form or a name comes twice.
+    """
+    found: dict[str, float] = {}
+    for word in words:
+        name, sign, value = word.partition("=")
+        name = name.strip().replace("-", "_")
+        try:
+            length = float(value)
+        except ValueError:
+            sign = ""
+        if not sign or not name:
+            raise ParameterError(f"--lengths {word}: write NAME=METRES, as thigh=0.43")
+        if name in found:
+            raise ParameterError(f"--lengths {name} is given twice; give it once")
+        found[name] = length
+    return found
+
+
+def _markers(human: "Human", name: str | None) -> "dict[str, Attachment]":
+    """Return where the markers of a set sit, by marker name."""
+    from plantigrade.models.markers import MARKER_SETS, place_markers, read_marker_set
+
+    if name is None:
+        return {}
+    if name in MARKER_SETS:
+        chosen = MARKER_SETS[name]
+    elif name.lower().endswith(".toml"):
+        chosen = read_marker_set(name)
+    else:
+        raise ParameterError(
+            f"marker set {name!r} is not known; allowed are {', '.join(MARKER_SETS)} "
+            "or the path of a .toml file"
+        )
+    placed = place_markers([*chosen.landmarks, *chosen.fixed], human, chosen)
+    return {n: place for n, place in placed.items() if place is not None}
+
+
+def summary(human: "Human", markers: "dict[str, Attachment]") -> dict[str, Any]:
+    """Return what a person is made of: counts, masses, lengths, coordinates and markers."""
+    import mujoco
+    import numpy as np
+
+    from plantigrade.models.human import coordinate_of
+
+    model = human.model
+    data = mujoco.MjData(model)
+    data.qpos = human.standing()
+    mujoco.mj_forward(model, data)
+    return {
+        "joint_set": human.joints,
+        "foot_model": human.feet,
+        "sex": human.sex,
+        "height_m": human.height,
+        "mass_kg": float(model.body_mass.sum()),
+        "coordinate_count": model.nv,
+        "segment_count": model.nbody - 1,
+        "contact_point_count": len(human.contact_points),
+        "centre_of_mass_height_m": float(data.subtree_com[1, 2]),
+        "lengths_m": {n: getattr(human.dimensions, n) for n in human.dimensions.names()},
+        "segments": {
+            body.name: {
+                "parent": body.parent,
+                "mass_kg": body.inertia.mass,
+                "coordinates": [h.name for h in body.hinges],
+            }
+            for body in human.skeleton.bodies
+        },
+        "coordinates": {
+            hinge.name: {
+                "low_deg": float(np.rad2deg(hinge.low)),
+                "high_deg": float(np.rad2deg(hinge.high)),
+                "range_source": coordinate_of(hinge.name).range_source,
+                "weakest_nm": hinge.torque[0],
+                "strongest_nm": hinge.torque[1],
+                "strength_source": coordinate_of(hinge.name).strength_source,
+            }
+            for body in human.skeleton.bodies
+            for hinge in body.hinges
+        },
+        "markers": {
+            name: {"body": place.body, "position_m": [float(v) for v in place.position]}
+            for name, place in markers.items()
+        },
+    }
+
+
+def _text(human: "Human", metrics: dict[str, Any]) -> str:
+    """Return the summary for a reader; left sides are left out, they mirror the right ones."""
+    lines = [
+        f"{human.sex}, {human.height:.3f} m, {human.mass:.1f} kg: joint set {human.joints}, "
+        f"{human.feet} feet",
+        f"{metrics['coordinate_count']} coordinates (6 of them the pelvis), "
+        f"{metrics['segment_count']} segments, {metrics['contact_point_count']} contact points; "
+        f"centre of mass {metrics['centre_of_mass_height_m']:.3f} m above the ground",
+        "",
+        "lengths [m]",
+        *(f"  {name:24}{value:8.3f}" for name, value in metrics["lengths_m"].items()),
+        "",
+        "segments [kg] (left ones mirror the right)",
+        *(
+            f"  {name:24}{row['mass_kg']:8.3f}"
+            for name, row in metrics["segments"].items()
+            if not name.endswith("_l")
+        ),
+        "",
+        f"{'coordinates':26}{'range [deg]':>13}{'strength [N m]':>19}",
+        *(
+            f"  {name:24}{row['low_deg']:6.0f} {row['high_deg']:6.0f}"
+            f"{row['weakest_nm']:11.0f} {row['strongest_nm']:7.0f}"
+            for name, row in metrics["coordinates"].items()
+            if not name.endswith("_l")
+        ),
+    ]
+    if metrics["markers"]:
+        lines += ["", "markers"]
+        lines += [f"  {name:24}{row['body']}" for name, row in metrics["markers"].items()]
+    return "\n".join(lines)
+
+
+def _write(path: Path, text: str, overwrite: bool) -> None:
+    """Write a file, whole or not at all."""
+    if path.exists() and not overwrite:
+        raise RunExists(f"{path} exists; name another file or add --overwrite")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=path.parent) as folder:
+        written = Path(folder) / path.name  # renaming works inside one file system only
+        written.write_text(text + "\n", encoding="utf-8")
+        os.replace(written, path)

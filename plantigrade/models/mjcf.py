@@ -1,5 +1,6 @@
 """Write a skeleton as MJCF: explicit inertials, so every reader sees the same masses."""
 
+from collections.abc import Mapping
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -51,6 +52,31 @@ def to_mjcf(
     key = [0.0, 0.0, pelvis_height, 1.0, 0.0, 0.0, 0.0, *(standing.get(h, 0.0) for h in hinges)]
     frames = ET.SubElement(root, "keyframe")
     ET.SubElement(frames, "key", name="standing", qpos=_text(key))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode")
+
+
+def with_sites(xml: str, sites: Mapping[str, tuple[str, np.ndarray]]) -> str:
+    """Return the MJCF text with points fixed to bodies as sites (group 4), for the eye.
+
+    Args:
+        xml: Model as MJCF text.
+        sites: Name → body and position in its frame [m]; every body must exist.
+    """
+    if not sites:
+        return xml
+    root = ET.fromstring(xml)
+    bodies = {b.get("name"): b for b in root.iter("body")}
+    for name, (body, position) in sites.items():
+        ET.SubElement(
+            bodies[body],
+            "site",
+            name=name,
+            pos=_text(position),
+            size="0.007",
+            group="4",
+            rgba="0.95 0.80 0.20 1",
+        )
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
 
