@@ -12,8 +12,11 @@ centimetre off must not drive a fit into a limit. Each row says what its range w
 Strengths belong to a body mass of 73 kg and a stature of 1.74 m and scale with mass times stature,
 as [Anderson2007]_ normalises them. They are those of strong people: where a study gives a mean
 and a standard deviation (SD) it is the mean plus two of them. So a moment beyond the limit says
-that nobody of that size could do it, not that the average person finds it hard. Rows that start
-with *estimate* rest on the reasoning they give and on no measurement.
+that nobody of that size could do it, not that the average person finds it hard. Besides
+[Anderson2007]_ they are taken from [Fice2014]_ (neck), [Goldmann2012]_ (toes), and [Jackson2010]_
+and [Kentel2011]_ (arms) as tabled in the muscle addon of RBDL [Felis2017]_; ranges from
+[Rajagopal2016]_ and [AAOS1965]_. What is called an *estimate* rests on the reasoning it gives and
+on no measurement.
 """
 
 from dataclasses import dataclass
