@@ -19,7 +19,7 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers, Motion, Record
-from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise_cycles
+from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.events import detect_gait_events
 
 CUTOFF = 6.0  # low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_
@@ -54,11 +54,6 @@ class Trial:
         measures: Spatio-temporal measures.
         forces: Ground reactions by foot, where they were measured.
         moments: Inverse dynamics, where forces were measured.
-        percent: Percent of the gait cycle of the curves below [%].
-        angles: Coordinate → curves, one row per cycle of its own side [degrees].
-        joint_moments: Coordinate → moment over the cycle [N m/kg].
-        joint_powers: Coordinate → power over the cycle [W/kg].
-        ground_forces: ``"<axis>_<side>"`` with axis forward, left, up → force [body weights].
     """
 
     fit: Fit
@@ -68,11 +63,6 @@ class Trial:
     measures: GaitMeasures
     forces: FootForces | None
     moments: Moments | None
-    percent: Float[Array, " n_percent"]
-    angles: dict[str, np.ndarray]
-    joint_moments: dict[str, np.ndarray]
-    joint_powers: dict[str, np.ndarray]
-    ground_forces: dict[str, np.ndarray]
 
 
 def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = None) -> Trial:
@@ -120,44 +110,7 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
     motion = Motion(fit.time, qpos, qvel, human.joint_names, qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     record = _record(fit, motion, forces, moments, measures, warnings)
-    names, values = human.to_coordinates(qpos)
-    angles = {
-        n: _over_cycles(fit.time, np.rad2deg(values[:, i]), n, cycles)
-        for i, n in enumerate(names)
-        if not n.startswith("pelvis_t") or n == "pelvis_tilt"
-    }
-    joint_moments, joint_powers, ground = {}, {}, {}
-    if moments is not None and forces is not None:
-        whole = np.where(forces.valid, 1.0, np.nan)
-        for i, n in enumerate(human.coordinates):
-            side = n[-1] if n[-2:] in ("_l", "_r") else None
-            known = whole if side is None else np.where(_leg_known(forces, side), 1.0, np.nan)
-            tau = known * moments.tau[:, 6 + i] / human.mass
-            joint_moments[n] = _over_cycles(fit.time, tau, n, cycles)
-            joint_powers[n] = _over_cycles(fit.time, tau * qvel[:, 6 + i], n, cycles)
-        weight = human.mass * GRAVITY
-        for side in SIDES:
-            k = forces.sides.index(side)
-            known = np.where(_leg_known(forces, side), 1.0, np.nan)
-            for axis, label in enumerate(("forward", "left", "up")):
-                name = f"{label}_{side}"
-                ground[name] = _over_cycles(
-                    fit.time, known * forces.force[:, k, axis] / weight, name, cycles
-                )
-    return Trial(
-        fit,
-        record,
-        feet,
-        cycles,
-        measures,
-        forces,
-        moments,
-        PERCENT,
-        angles,
-        joint_moments,
-        joint_powers,
-        ground,
-    )
+    return Trial(fit, record, feet, cycles, measures, forces, moments)
 
 
 def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
@@ -227,14 +180,6 @@ def _possible_cutoff(time, cutoff: float | None) -> float | None:
     return cutoff if cutoff < 0.45 * rate else None
 
 
-def _over_cycles(time, values, name: str, cycles) -> np.ndarray:
-    """Return a signal over the cycles of its own side (the right side's for the midline)."""
-    side = name[-1] if name[-2:] in ("_l", "_r") else "r"
-    own = [c for c in cycles if c.side == side]
-    curves = normalise_cycles(time, values, own)
-    return curves[np.isfinite(curves).mean(axis=1) > 0.5] if len(curves) else curves
-
-
 def _record(fit: Fit, motion, forces, moments, measures, warnings) -> Record:
     markers, fitted = fit.markers, None
     if markers is not None:
@@ -261,6 +206,7 @@ def _record(fit: Fit, motion, forces, moments, measures, warnings) -> Record:
         contact_torque=None if forces is None else forces.torque,
         contact_side=() if forces is None else tuple(forces.sides),
         contact_segment=() if forces is None else tuple("foot" for _ in forces.sides),
+        contact_known=None if forces is None else np.asarray(forces.valid_side),
         recorded_markers=markers,
         fitted_markers=fitted,
         metrics=metrics,

@@ -128,7 +128,7 @@ def _fit_alone(words: dict, path: Path) -> tuple[str, dict]:
 def summary(folder: Path, metrics: dict) -> str:
     """Return what a reader wants to know first."""
     lines = [f"{folder}: {metrics['frames']} frames, {metrics['duration_s']:.2f} s"]
-    error = metrics.get("marker_rms_mean_mm", metrics.get("joint_rms_mean_mm"))
+    error = metrics.get("marker_rms_mean_mm", metrics.get("joint_rms_mm"))
     if error is not None:
         what = "marker" if "marker_rms_mean_mm" in metrics else "joint centre"
         lines.append(f"  {what} error   {error:.1f} mm RMS")

@@ -8,7 +8,7 @@ import tyro
 
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import PlantigradeError
+from plantigrade.errors import FileError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,4 +20,29 @@ class Command(PrintOptions):
 
     def run(self) -> Outcome:
         """Do it."""
-        raise PlantigradeError("plantigrade report is not written yet")
+        from dataclasses import replace
+
+        from plantigrade.commands.run_folder import open_run
+        from plantigrade.report.run_report import run_pages
+
+        model, record, metrics = open_run(self.run_folder)
+        pages = run_pages(
+            model,
+            replace(record, metrics=metrics),
+            title=metrics.get("title") or self.run_folder.resolve().name,
+            sentence=metrics.get("sentence") or "",
+        )
+        written = []
+        for name, text in pages.items():
+            written.append(self.run_folder / name)
+            temporary = self.run_folder / f".{name}.part"
+            try:
+                temporary.write_text(text, encoding="utf-8")
+                temporary.replace(written[-1])
+            except OSError as error:
+                raise FileError(
+                    written[-1],
+                    f"cannot be written ({error.strerror or error})",
+                    remedy="check that the run folder may be written to",
+                ) from error
+        return Outcome("\n".join(str(path) for path in written), metrics)

@@ -2,7 +2,8 @@
 
 Keys that are always there: ``time`` (n,), ``qpos`` (n, nq), ``qvel`` (n, nv), ``joint_names``.
 Where known: ``qacc``, ``qfrc_actuator`` (n, nv), ``contact_force``, ``contact_point``,
-``contact_torque`` (n, k, 3), ``contact_side``, ``contact_segment`` (k,), ``reference_qpos`` (n,
+``contact_torque`` (n, k, 3), ``contact_known`` (n, k) of zeros and ones, ``contact_side``,
+``contact_segment`` (k,), ``reference_qpos`` (n,
 nq); gait events as ``event_time``, ``event_side``, ``event_kind``; recorded markers as
 ``marker_names``, ``marker_time``, ``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m,
 3); ``warnings``. The figures of a run are in ``metrics.json`` beside it.
@@ -45,6 +46,7 @@ def write_npz(record: Record, path: str | Path) -> Path:
         "contact_force": record.contact_force,
         "contact_point": record.contact_point,
         "contact_torque": record.contact_torque,
+        "contact_known": record.contact_known,
         "reference_qpos": record.reference_qpos,
         "fitted_markers": record.fitted_markers,
     }
@@ -86,7 +88,7 @@ def read_npz(path: str | Path) -> Record:
         if key not in arrays:
             return None
         value = arrays[key]
-        if value.dtype.kind not in "fiu":
+        if value.dtype.kind not in "fiub":
             raise FileError(path, f"holds {value.dtype}, not numbers", where=key, remedy=_REMEDY)
         if len(shape) != value.ndim or any(
             want is not None and want != have for want, have in zip(shape, value.shape, strict=True)
@@ -121,6 +123,7 @@ def read_npz(path: str | Path) -> Record:
     nq, nv = qpos.shape[1], qvel.shape[1]
     contact_force = get("contact_force", n, None, 3)
     k = None if contact_force is None else contact_force.shape[1]
+    known = get("contact_known", n, k)
     event_time = get("event_time", None)
     n_events = 0 if event_time is None else len(event_time)
     sides, kinds = words("event_side", n_events), words("event_kind", n_events)
@@ -161,6 +164,7 @@ def read_npz(path: str | Path) -> Record:
         contact_torque=get("contact_torque", n, k, 3),
         contact_side=words("contact_side", k),
         contact_segment=words("contact_segment", k),
+        contact_known=None if known is None else known > 0,
         reference_qpos=get("reference_qpos", n, nq),
         recorded_markers=markers,
         fitted_markers=get("fitted_markers", n, len(names) if names else None, 3),

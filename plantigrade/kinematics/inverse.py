@@ -22,6 +22,22 @@ from plantigrade.kinematics.points import Points
 # Pull on each hinge towards the rest posture, in the units of squared metres per squared radian
 # of the marker term: a centimetre of marker error weighs as much as two radians of posture.
 POSTURE_WEIGHT = 2.5e-5
+# Small joints move little and hang on few markers a hand's breadth away: there the pull is what
+# their usual range (standard deviation [rad]) says against a marker's noise of 6 mm.
+SMALL_JOINTS = {
+    "subtalar_angle": 0.12,
+    "ankle_rotation": 0.12,
+    "knee_adduction": 0.06,
+    "knee_rotation": 0.12,
+    "elbow_adduction": 0.10,
+}
+_NOISE = 0.006
+
+
+def posture_weights(coordinates: tuple[str, ...]) -> Float[Array, " n_hinges"]:
+    """Return the usual pull of each hinge towards the rest posture [m^2/rad^2]."""
+    spreads = [SMALL_JOINTS.get(c.removesuffix("_r").removesuffix("_l")) for c in coordinates]
+    return np.array([POSTURE_WEIGHT if s is None else (_NOISE / s) ** 2 for s in spreads])
 
 
 @dataclass(frozen=True)
@@ -66,7 +82,7 @@ class InverseKinematics:
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self.low, self.high = points.human.limits
         self.rest = points.human.standing()[7:]
-        self.posture = np.full(len(self.rest), POSTURE_WEIGHT)
+        self.posture = posture_weights(points.human.coordinates)
 
     def solve(
         self, measured: Float[Array, "n_points 3"], start: Float[Array, " nq"]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import Markers
 
@@ -20,6 +20,8 @@ class Record:
         contact_torque: Free moment at that point, world [N m], where known.
         contact_side: ``"l"`` or ``"r"`` of each contact.
         contact_segment: Foot segment or plate name of each contact.
+        contact_known: Where the force of a contact is known at all; None: everywhere. A foot that
+            stands beside its force plate has a force, but nobody knows it.
         reference_qpos: Another motion of the same Human to show beside this one.
         recorded_markers: The recorded markers, on the frames of ``motion``.
         fitted_markers: The same markers on the body, world [m].
@@ -34,6 +36,7 @@ class Record:
     contact_torque: Float[Array, "n_frames n_contacts 3"] | None = None
     contact_side: tuple[str, ...] = ()
     contact_segment: tuple[str, ...] = ()
+    contact_known: Bool[Array, "n_frames n_contacts"] | None = None
     reference_qpos: Float[Array, "n_frames nq"] | None = None
     recorded_markers: Markers | None = None
     fitted_markers: Float[Array, "n_frames n_markers 3"] | None = None

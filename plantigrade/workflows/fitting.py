@@ -152,7 +152,7 @@ def write(
     from plantigrade import __version__
     from plantigrade.io.run_folder import source_files, write_run
     from plantigrade.motion import Table
-    from plantigrade.report.trial_report import trial_pages
+    from plantigrade.report.run_report import run_pages
 
     human, motion = trial.fit.human, trial.record.motion
     metrics = {
@@ -166,14 +166,9 @@ def write(
         **(extra or {}),
         "warnings": list(trial.record.warnings),
     }
+    metrics["title"], metrics["sentence"] = title, sentence(trial)
     record = replace(trial.record, metrics=metrics)
-    provenance = {
-        "source files": metrics["source_files"],
-        "version": __version__,
-        "command": metrics["command"],
-        "settings": metrics["settings"],
-    }
-    pages = trial_pages(replace(trial, record=record), title=title, provenance=provenance)
+    pages = run_pages(human.model, record, title=title, sentence=metrics["sentence"])
     names, values = human.to_coordinates(motion.qpos)
     folder = write_run(
         out,
@@ -185,3 +180,41 @@ def write(
         overwrite=overwrite,
     )
     return folder, metrics
+
+
+def sentence(trial: "Trial") -> str:
+    """Return what was done, in one sentence."""
+    fitted = trial.fit
+    human, seconds = fitted.human, fitted.time[-1] - fitted.time[0]
+    what = {
+        "markers": f"{len(fitted.places)} markers",
+        "skeleton": "the skeleton",
+        "coordinates": "the joint coordinates",
+    }[fitted.source_kind]
+    text = (
+        f"{what} of {fitted.recording.source.name} ({len(fitted.time)} frames, {seconds:.2f} s) on "
+        f"a person of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees "
+        f"of freedom and {human.feet} feet"
+    )
+    error = fitted.metrics.get("marker_rms_mean_mm", fitted.metrics.get("joint_rms_mm"))
+    if error is not None:
+        text += f"; mean error {error:.1f} mm"
+    if trial.moments is not None:
+        text += "; joint moments from the measured ground reactions"
+    return text[0].upper() + text[1:] + "."
+
+
+def fit_file(path: str | Path, **settings) -> "Trial":
+    """Read, fit and analyse one recording, as ``plantigrade fit`` does, and write nothing.
+
+    Args:
+        path: The recording.
+        settings: Fields of :class:`FitSettings`.
+
+    Raises:
+        FileError: If the file cannot be read.
+        FitError: If it cannot be fitted; the message says why.
+    """
+    chosen = FitSettings(**settings)
+    loaded = load(Path(path), chosen)
+    return analyse(fit(loaded, chosen), chosen)
