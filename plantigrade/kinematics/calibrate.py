@@ -25,10 +25,11 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
 from plantigrade.kinematics.points import Points
 from plantigrade.models import Dimensions, Human
-from plantigrade.models.landmarks import Attachment, attachments
+from plantigrade.models.landmarks import BONE, Attachment, attachments
 
 NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard deviation [m]
-# Soft tissue moves the markers of thigh and upper arm most [Leardini2005]_: a multiple of NOISE.
+# Soft tissue moves the markers of thigh and upper arm most [Leardini2005]_: a multiple of NOISE
+# for markers there that are not on bone.
 SOFT = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
 # Skin slides the same way in every stride, so frames are not independent evidence: all frames
 # together count as so many.
@@ -63,6 +64,11 @@ class Calibration:
     qpos: Float[Array, "n_frames nq"]
     residual: Float[Array, "n_frames n_markers"]
     attached: dict[str, str]
+
+
+def softness(place: Attachment | None) -> float:
+    """Return how much more than a marker on bone a marker in this place moves on its segment."""
+    return SOFT.get(place.body, 1.0) if place is not None and place.spread > BONE else 1.0
 
 
 class Calibrator:
@@ -153,7 +159,7 @@ class Calibrator:
         H = np.zeros((n_p, n_p))
         g = np.zeros(n_p)
         steps = []
-        noise = np.array([NOISE * SOFT.get(self.places[i].body, 1.0) for i in which])  # type: ignore[union-attr]
+        noise = NOISE * np.array([softness(self.places[i]) for i in which])
         evidence = min(1.0, INDEPENDENT_FRAMES / len(self.measured))
         total, count = 0.0, 0
         low, high = self.human.limits

@@ -14,10 +14,10 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import (
-    SOFT,
     Calibration,
     calibrate,
     require_known,
+    softness,
     standing_poses,
 )
 from plantigrade.kinematics.inverse import InverseKinematics, track
@@ -188,7 +188,7 @@ def _solver(
     weights: dict[str, float] | None,
 ) -> InverseKinematics:
     points = Points(human, [p.body for p in places], np.array([p.position for p in places]))
-    usual = [1 / SOFT.get(p.body, 1.0) ** 2 for p in places]
+    usual = [1 / softness(p) ** 2 for p in places]
     w = np.array([(weights or {}).get(n, u) for n, u in zip(names, usual, strict=True)])
     return InverseKinematics(points, w)
 
