@@ -1,0 +1,101 @@
+"""Print every figure of speed and memory with its goal: ``python -m benchmarks --help``."""
+
+import argparse
+import json
+import os
+import platform
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+# Small matrices: a second BLAS thread only costs. It must be said before numpy is loaded.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+from benchmarks import fits, kinematics, processes, reading  # noqa: E402
+from plantigrade import __version__  # noqa: E402
+from plantigrade.experiments.table import ResultTable, Row  # noqa: E402
+
+DATA_VARIABLE = "PLANTIGRADE_DATA"
+OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
+
+
+def main() -> int:
+    """Run the chosen parts and print their table; 1 if a goal is missed and that was asked for."""
+    arguments = parse()
+    data, why = find_data(arguments.data)
+    parts: dict[str, Callable[[], Iterator[Row]]] = {
+        "start": processes.start_rows,
+        "demo": processes.demo_rows,
+        "kinematics": lambda: kinematics.rows(data),
+        "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
+        "reading": lambda: reading.rows(data),
+        "fits": lambda: fits.rows(data),
+    }
+    needing_data = {"kinematics", "opensim", "reading", "fits"}
+    rows: list[Row] = []
+    for name in arguments.parts or parts:
+        if name in needing_data and data is None:
+            rows.append(Row(name, "not measured", None, note=why))
+            continue
+        for row in parts[name]():
+            rows.append(row)
+            print(f"{row.subject}: {row.quantity}", file=sys.stderr, flush=True)
+    notes = [f"plantigrade {__version__} on {machine()}"]
+    if arguments.json:
+        print(json.dumps({"machine": machine(), "rows": [asdict(row) for row in rows]}, indent=1))
+    else:
+        print(ResultTable("Speed and memory", rows, notes).text())
+    missed = [row for row in rows if row.met is False]
+    return 1 if missed and arguments.strict else 0
+
+
+def parse() -> argparse.Namespace:
+    """Return the options."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument(
+        "parts",
+        nargs="*",
+        metavar="PART",
+        help="start, demo, kinematics, opensim, reading, fits; all if none is named",
+    )
+    parser.add_argument(
+        "--data", type=Path, help=f"folder of recordings; else ${DATA_VARIABLE} or ../shared/data"
+    )
+    parser.add_argument(
+        "--opensim-python",
+        default=os.environ.get(OPENSIM_VARIABLE, sys.executable),
+        metavar="PYTHON",
+        help=f"a Python that has OpenSim; else ${OPENSIM_VARIABLE} or this one",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.add_argument("--strict", action="store_true", help="exit with 1 if a goal is missed")
+    arguments = parser.parse_args()
+    known = ("start", "demo", "kinematics", "opensim", "reading", "fits")
+    for part in arguments.parts:
+        if part not in known:
+            parser.error(f"no part {part!r}; there are {', '.join(known)}")
+    return arguments
+
+
+def find_data(named: Path | None) -> tuple[Path | None, str]:
+    """Return the folder of recordings, or None and why there is none."""
+    if named is None and DATA_VARIABLE in os.environ:
+        named = Path(os.environ[DATA_VARIABLE])
+    if named is not None:
+        folder = named.expanduser().resolve()
+        return (folder, "") if folder.is_dir() else (None, f"{named} is not a folder")
+    beside = Path(__file__).resolve().parents[2] / "shared" / "data"
+    if beside.is_dir():
+        return beside, ""
+    return None, f"no folder of recordings: set {DATA_VARIABLE} or give --data"
+
+
+def machine() -> str:
+    """Return where this was measured."""
+    return f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
