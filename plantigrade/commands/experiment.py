@@ -12,6 +12,7 @@ from plantigrade.errors import ParameterError
 
 EXPERIMENTS = {
     "fit-accuracy": "fit_accuracy",
+    "foot-segments": "foot_segments",
 }
 
 
@@ -20,7 +21,7 @@ class Command(PrintOptions):
     """Compute a table or figure: ours beside the published numbers."""
 
     name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="NAME")]
-    """Name of the experiment: fit-accuracy."""
+    """Name of the experiment: fit-accuracy or foot-segments."""
     data: OptionalPath = None
     """Folder of recordings; PLANTIGRADE_DATA or ../shared/data if absent."""
 

@@ -1,0 +1,138 @@
+"""Angles between foot segments against those of the Oxford Foot Model stored in the files.
+
+Each recording is fitted with multi-segment feet, called with its file name alone. Compared are
+the frames within the gait cycles of a side. The constant between the two (one measures from the
+zero pose of the body, the other from axes through markers) is removed; it is stated on its own.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.analyze.foot_angles import FOOT_ANGLES, foot_angles
+from plantigrade.analyze.statistics import correlation, mean_difference, rmse_offset_removed
+from plantigrade.analyze.trial import SIDES
+from plantigrade.errors import PlantigradeError
+from plantigrade.experiments.fit_accuracy import on_clock
+from plantigrade.experiments.table import ResultTable, Row, at_most
+from plantigrade.kinematics.result import Fit
+from plantigrade.motion import Recording
+from plantigrade.motion.cycles import cut_cycles
+from plantigrade.workflows import fitting
+
+WALKS = ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d", "c3d/HC032A03.c3d")
+# Pair of segments → the Oxford Foot Model's name for its three angles.
+STORED = {
+    "hindfoot": "HFTBA",
+    "forefoot": "FFHFA",
+    "forefoot_to_tibia": "FFTBA",
+    "hallux": "HXFFA",
+}
+# What the same examiner finds again in the same person, stance angles taken as zero: largest
+# standard error of measurement of hindfoot and forefoot in any plane [Wright2011]_ [deg].
+REPEATABILITY = 2.45
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One angle against its stored counterpart, in degrees.
+
+    Attributes:
+        name: Angle with its side.
+        r: Pearson's correlation.
+        rmse: Root mean square difference, the mean difference removed.
+        offset: Mean of ours minus theirs.
+        range: What theirs spans.
+    """
+
+    name: str
+    r: float
+    rmse: float
+    offset: float
+    range: float
+
+
+def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+    """Return the table over the walking trials with Oxford Foot Model markers in a data folder.
+
+    Args:
+        data: The folder (layout as in its README).
+        say: Called with one line per trial as it is done.
+    """
+    rows: list[Row] = []
+    notes = [
+        f"RMSE: offset removed, against {REPEATABILITY} deg, the largest standard error of the "
+        "Oxford Foot Model itself between sessions, referenced to stance (Wright 2011)."
+    ]
+    for name in WALKS:
+        path = data / name
+        if not path.exists():
+            notes.append(f"{name} is not there and was left out.")
+            continue
+        try:
+            rows += trial_rows(path, name)
+            say(f"{name} done")
+        except PlantigradeError as error:
+            rows.append(Row(name, "fit", None, note=str(error), met=False))
+    return ResultTable("Foot segments against the Oxford Foot Model", rows, notes)
+
+
+def trial_rows(path: Path, name: str) -> list[Row]:
+    """Return all rows of one trial."""
+    settings = fitting.FitSettings(joints="66", feet="multi-segment")
+    loaded = fitting.load(path, settings)
+    fitted = fitting.fit(loaded, settings)
+    trial = fitting.analyse(fitted, settings)
+    rows = [
+        at_most(name, "marker RMS, mean", fitted.metrics["marker_rms_mean_mm"], 10, "mm"),
+        at_most(name, "marker RMS of the feet", 1e3 * foot_marker_rms(fitted), 5, "mm"),
+    ]
+    for c in compare(fitted, loaded.recording, trial.record.motion.events):
+        spans = f"spans {c.range:.0f} deg, offset {c.offset:.0f}"
+        rows.append(Row(name, f"{c.name}, r", c.r, note=spans))
+        rows.append(at_most(name, f"{c.name}, RMSE", c.rmse, REPEATABILITY, "deg"))
+    return rows
+
+
+def compare(fitted: Fit, recording: Recording, events) -> list[Compared]:
+    """Hold every angle against the stored one over the gait cycles of its side."""
+    assert recording.markers is not None
+    clock = recording.markers.time
+    ours = foot_angles(fitted.human, fitted.time, fitted.qpos)
+    result = []
+    for pair, key in STORED.items():
+        for side in SIDES[::-1]:
+            stored = recording.outputs.get(side.upper() + key)
+            if stored is None:
+                continue
+            walking = np.zeros(len(fitted.time), bool)
+            for cycle in cut_cycles(events, side=side):
+                walking |= (fitted.time >= cycle.start) & (fitted.time <= cycle.stop)
+            for k, what in enumerate(FOOT_ANGLES[pair]):
+                column = f"{pair}_{what}_{side}"
+                mine = np.where(walking, np.rad2deg(ours[column]), np.nan)
+                theirs = np.where(walking, on_clock(clock, stored[:, k], fitted.time), np.nan)
+                result.append(
+                    Compared(
+                        column,
+                        correlation(mine, theirs),
+                        rmse_offset_removed(mine, theirs),
+                        mean_difference(mine, theirs),
+                        float(np.nanmax(theirs) - np.nanmin(theirs)),
+                    )
+                )
+    return result
+
+
+def foot_marker_rms(fitted: Fit) -> float:
+    """Return the root mean square distance of the markers on the feet to their places [m]."""
+    segments = ("foot", "heel", "medial_", "lateral_")
+    mine = [p.body.startswith(segments) for p in fitted.places]
+    assert fitted.residual is not None and fitted.kept is not None
+    used = np.where(fitted.kept, fitted.residual, np.nan)[:, mine]
+    return float(np.sqrt(np.nanmean(used**2)))
+
+
+__all__ = ["Compared", "compare", "foot_marker_rms", "run", "trial_rows"]
