@@ -35,6 +35,7 @@ SOFT = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
 # together count as so many.
 INDEPENDENT_FRAMES = 6
 LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
+WIDER = {"lumbar_depth": 0.5}  # nobody can feel where the lumbar spine bends: left to the motion
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers nobody knows the place of [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
@@ -187,9 +188,7 @@ class Calibrator:
             A.flat[:: nv + 1] += 1e-6 * A.trace() / nv
             gq = J.T @ r
             gq[6:] += evidence * (rest - self.qpos[f, 7:]) * self.posture_weight[f]
-            gq[6:][bent_back] += (
-                STRAIGHT_KNEE - self.qpos[f, 7:][bent_back]
-            ) / STRAIGHT_SPREAD**2
+            gq[6:][bent_back] += (STRAIGHT_KNEE - self.qpos[f, 7:][bent_back]) / STRAIGHT_SPREAD**2
             # Offsets: block diagonal, each marker's rotation times its root weight.
             B = np.zeros((3 * n_m, 3 * n_m))
             for i in range(n_m):
@@ -246,8 +245,9 @@ class Calibrator:
     def _add_priors(self, H, g, which, lengths) -> None:
         n_l = len(lengths)
         k = np.arange(n_l)
-        H[k, k] += 1 / self.length_spread**2
-        g[:n_l] -= self.log_lengths / self.length_spread**2
+        spread = np.array([WIDER.get(name, self.length_spread) for name in Dimensions.names()])
+        H[k, k] += 1 / spread**2
+        g[:n_l] -= self.log_lengths / spread**2
         vertical = np.array(
             [
                 name in ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")

@@ -47,8 +47,8 @@ def hip(d: Dimensions) -> np.ndarray:
 
 
 def lumbar(d: Dimensions) -> np.ndarray:
-    """Return the lumbar joint in the pelvis frame [m]; depth from [Rajagopal2016]_."""
-    return np.array([-0.538 * d.pelvis_depth, 0.0, hip(d)[2] + d.pelvis_height])
+    """Return the lumbar joint in the pelvis frame [m]; the usual depth is [Rajagopal2016]_'s."""
+    return np.array([-d.lumbar_depth, 0.0, hip(d)[2] + d.pelvis_height])
 
 
 def shoulder(d: Dimensions) -> np.ndarray:

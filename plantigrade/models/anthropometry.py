@@ -25,6 +25,7 @@ _FRACTIONS = {
     "head": 0.157,
     "pelvis_width": 0.137,
     "pelvis_depth": 0.096,
+    "lumbar_depth": 0.052,
     "shoulder_width": 0.200,
     "upper_arm": {"male": 0.1618, "female": 0.1586},
     "forearm": {"male": 0.1545, "female": 0.1523},
@@ -49,6 +50,7 @@ class Dimensions:
         head: Joint under C7 to the vertex, vertically [m].
         pelvis_width: Between the anterior superior iliac spines [m].
         pelvis_depth: Anterior to posterior superior iliac spines [m].
+        lumbar_depth: Lumbar joint behind the anterior superior iliac spines [m].
         shoulder_width: Between the shoulder joint centres [m].
         upper_arm: Shoulder to elbow joint centre [m].
         forearm: Elbow to wrist joint centre [m].
@@ -65,6 +67,7 @@ class Dimensions:
     head: float
     pelvis_width: float
     pelvis_depth: float
+    lumbar_depth: float
     shoulder_width: float
     upper_arm: float
     forearm: float

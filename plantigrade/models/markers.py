@@ -138,6 +138,20 @@ _RAJAGOPAL = {
     "Wrist": "wrist",
 }
 
+# Body keypoints of markerless systems (OpenPose, HALPE, OpenCap, Pose2Sim): joint centres.
+_KEYPOINTS = {
+    "Hip": "hip_joint",
+    "Knee": "knee_joint",
+    "Ankle": "ankle_joint",
+    "Heel": "heel",
+    "BigToe": "hallux",
+    "SmallToe": "toe_5",
+    "Shoulder": "shoulder_joint",
+    "Elbow": "elbow_joint",
+    "Wrist": "wrist_joint",
+    "Ear": "ear",
+}
+
 MARKER_SETS: dict[str, MarkerSet] = {
     s.name: s
     for s in (
@@ -155,6 +169,11 @@ MARKER_SETS: dict[str, MarkerSet] = {
                 "Top.Head": "vertex",
                 **_sides(_GAIT2392, "{side}.{name}"),
             },
+            {},
+        ),
+        MarkerSet(
+            "keypoints",
+            {"Nose": "forehead", "Head": "vertex", "Neck": "suprasternale", **_sides(_KEYPOINTS)},
             {},
         ),
         MarkerSet("rajagopal", {"S2": "sacrum", **_sides(_RAJAGOPAL, "{side}.{name}")}, {}),
@@ -175,17 +194,25 @@ _SPELLINGS: dict[str, str] = {
     "wrist_joint": "WJC WRISTJC",
     "thigh": "THI THIGH LTHI THILAT LATTHIGH",
     "thigh_front": "THIGHFRONT",
-    "knee_lateral": "KNE KNEE KNEELAT LKNE LKNEE LEK FLE LFC LATKNEE KNEELATERAL LCON KNEL",
-    "knee_medial": "KNM KNEEMED MKNE MKNEE MEK FME MFC MEDKNEE KNEEMEDIAL MCON KNEM",
+    "knee_lateral": (
+        "KNE KNEE KNEELAT LKNE LKNEE LEK FLE LFC LATKNEE KNEELATERAL LCON KNEL LE LATEPICONDYLE"
+    ),
+    "knee_medial": (
+        "KNM KNEEMED MKNE MKNEE MEK FME MFC MEDKNEE KNEEMEDIAL MCON KNEM ME MEDEPICONDYLE"
+    ),
     "patella": "PAT PATELLA",
     "fibula_head": "HFB FAX FH HF FIB FIBULA",
     "tibial_tuberosity": "TUB TTC TT TTUB TTU",
     "shank": "TIB SHANK SHA LSHA TIBIA LATSHANK",
     "shank_front": "SHN SHIN",
     "ankle_lateral": (
-        "ANK ANKLE ANKLELAT LM LMAL LMALL LANK FAL MALL LATANK LATMAL ANKLELATERAL ANKL"
+        "ANK ANKLE ANKLELAT LM LMAL LMALL LANK FAL MALL LATANK LATMAL ANKLELATERAL ANKL "
+        "LMALLEOLUS LATERALMALLEOLUS"
     ),
-    "ankle_medial": "MMA MM MMAL MMALL MANK MANKLE TAM ANKLEMED MEDANK MEDMAL ANKLEMEDIAL ANKM",
+    "ankle_medial": (
+        "MMA MM MMAL MMALL MANK MANKLE TAM ANKLEMED MEDANK MEDMAL ANKLEMEDIAL ANKM "
+        "MMALLEOLUS MEDIALMALLEOLUS"
+    ),
     "heel": "HEE HEEL CAL FCC CA CALC CALCANEUS",
     "heel_upper": "PCA",
     "heel_wand": "CPG",
@@ -193,21 +220,21 @@ _SPELLINGS: dict[str, str] = {
     "sustentaculum": "STL SUST",
     "navicular": "NAV NAVICULAR",
     "metatarsal_1_base": "P1M",
-    "metatarsal_1_head": "D1M MT1 FM1 MTP1 MTH1 FM 1MTH M1 MET1 1MT",
+    "metatarsal_1_head": "D1M MT1 FM1 MTP1 MTH1 FM 1MTH M1 MET1 1MT 1META",
     "metatarsal_2_head": "MT2 FM2 MTP2 MTH2 2MTH M2 MET2 MT3 MTH3 MT23 2MT TOE SM",
     "metatarsal_5_base": "P5M",
-    "metatarsal_5_head": "D5M MT5 FM5 MTP5 MTH5 VM 5MTH M5 MET5 5MT",
+    "metatarsal_5_head": "D5M MT5 FM5 MTP5 MTH5 VM 5MTH M5 MET5 5MT 5META",
     "hallux": "HLX HAL HALLUX BTOE GTOE BIGTOE GREATTOE DM",
     "toe_tip": "TOETIP TTIP TIPTOE",
     "acromion": "SHO SHOULDER ACROMION ACROMIUM ACR SAE AC ACRO",
     "clavicle": "CLAVICLE CLA",
     "scapula": "BAK SCAP SCAPULA IAN",
     "upper_arm": "UPA BICEP BICEPS UPPERARM ARM UARM",
-    "elbow_lateral": "ELB ELBOW HLE ELBLAT LELB LEL ELBOWLAT LATELB LEE ELBL",
+    "elbow_lateral": "ELB ELBOW HLE ELBLAT LELB LEL ELBOWLAT LATELB LEE ELBL LELBOW",
     "elbow_medial": "MELB ELBM HME MELBOW ELBMED MEL ELBOWMED MEDELB MEE",
     "forearm": "FRM FRA FOREARM FARM",
-    "wrist_radial": "WRA WRISTLAT WRISTRAD RSP RS RADIUS WRR WRIRAD LWRI",
-    "wrist_ulnar": "WRB WRISTMED WRISTULN USP US ULNA WRU WRIULN MWRI",
+    "wrist_radial": "WRA WRISTLAT WRISTRAD RSP RS RADIUS WRR WRIRAD LWRI LWRIST",
+    "wrist_ulnar": "WRB WRISTMED WRISTULN USP US ULNA WRU WRIULN MWRI MWRIST",
     "wrist": "WRIST WRI",
     "hand": "FIN HAND HM3 MC3 KNUCKLE",
     "hand_radial": "HM2 MC2",
@@ -223,7 +250,7 @@ _MIDLINE: dict[str, str] = {
     "t2": "T2 TV2",
     "t4": "T4 TV4",
     "t6": "T6 TV6",
-    "t8": "T8 TV8",
+    "t8": "T7 TV7 T8 TV8",
     "t10": "T10 TV10",
     "t12": "T12 TV12",
     "l3": "L3 LV3",
@@ -232,8 +259,8 @@ _MIDLINE: dict[str, str] = {
     "sternum": "STRN STERNUM STER STE",
     "xiphoid": "XIPH PX SXS XIPHOID",
     "vertex": "TOPHEAD HEADTOP VERTEX TOPOFHEAD ARIEL TOP",
-    "forehead": "FOREHEAD HEADFRONT FHEAD",
-    "occiput": "OCCIPUT HEADREAR BACKHEAD BHEAD",
+    "forehead": "FOREHEAD HEADFRONT FHEAD FRONTHEAD",
+    "occiput": "OCCIPUT HEADREAR BACKHEAD BHEAD REARHEAD",
 }
 _BY_SPELLING = {s: mark for mark, words in _SPELLINGS.items() for s in words.split()}
 _BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in _SPELLINGS}
@@ -247,7 +274,7 @@ def landmark_of(name: str) -> str | None:
         >>> landmark_of("R.ASIS"), landmark_of("LKNE"), landmark_of("sacrum"), landmark_of("RTH2")
         ('asis_r', 'knee_lateral_l', 'sacrum', None)
     """
-    plain = re.sub(r"[^A-Z0-9]", "", name.upper())
+    plain = re.sub(r"[^A-Z0-9]", "", name.upper()).removesuffix("STUDY")  # OpenCap's ending
     if plain in _BY_MIDLINE:
         return _BY_MIDLINE[plain]
     for word, side in (("RIGHT", "r"), ("LEFT", "l"), ("R", "r"), ("L", "l")):

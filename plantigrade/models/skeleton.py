@@ -96,9 +96,7 @@ def build(d: Dimensions, sex: str, mass: float, joints: str, feet: str) -> Skele
     members: dict[str, list[tuple[Part, np.ndarray]]] = {}
     for part in parts:
         plain, side = split_side(part.name)
-        origins[part.name] = (
-            origins[part.parent] + part.position if part.parent else np.zeros(3)
-        )
+        origins[part.name] = origins[part.parent] + part.position if part.parent else np.zeros(3)
         if part.parent and plain not in moving:
             body, offset = home[part.parent]
             home[part.name] = (body, offset + part.position)

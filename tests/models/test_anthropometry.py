@@ -151,4 +151,4 @@ def test_the_trunk_adds_up_to_de_levas_mass(sex):
 def test_lengths_survive_the_way_through_an_array():
     d = Human.create(1.61, 55.0, "female").dimensions
     assert Dimensions.from_array(d.as_array()) == d
-    assert len(d.as_array()) == len(Dimensions.names()) == 14
+    assert len(d.as_array()) == len(Dimensions.names()) == 15
