@@ -194,11 +194,11 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     root = neck(d) - np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
     length = 0.889 * d.head  # de Leva's vertex to cervicale, his mean lengths
     whole = _principal(
-        mass * p.mass, [0.18 * d.head, 0, d.head - p.com * length], p.gyration, length
+        mass * p.mass, [0.15 * d.head, 0, d.head - p.com * length], p.gyration, length
     )
     radius = 0.20 * d.head
-    lower = np.array([0.08 * d.head, 0, MID_NECK * d.head])
-    upper = np.array([0.17 * d.head, 0, UPPER_NECK * d.head])
+    lower = np.array([0.06 * d.head, 0, MID_NECK * d.head])
+    upper = np.array([0.13 * d.head, 0, UPPER_NECK * d.head])
     pieces = []
     for a, b in ((np.zeros(3), lower), (lower, upper)):
         m = whole.mass * NECK_SHARE / 2
@@ -211,7 +211,7 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     com = (whole.mass * whole.com - both.mass * both.com) / m
     skull_zero = combine([*pieces, Inertia(m, com, np.zeros((3, 3)))])
     skull = Inertia(m, com, np.diag(np.diag(whole.tensor - skull_zero.tensor)))
-    face = np.array([0.23 * d.head, 0, 0.70 * d.head]) - upper
+    face = np.array([0.19 * d.head, 0, 0.70 * d.head]) - upper
     return [
         Part(
             "lower_neck",

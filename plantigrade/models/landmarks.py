@@ -94,9 +94,9 @@ def _midline(d: Dimensions) -> dict[str, Landmark]:
         "suprasternale": trunk(0.23, 0.945, _THORAX, BONE),
         "sternum": trunk(0.34, 0.72, _THORAX),
         "xiphoid": trunk(0.37, 0.58, _LOW_THORAX),
-        "vertex": Landmark("lower_neck", np.array([0.21, 0, 1.02]) * d.head, _HEAD, SKIN),
-        "forehead": Landmark("lower_neck", np.array([0.57, 0, 0.78]) * d.head, _HEAD, SKIN),
-        "occiput": Landmark("lower_neck", np.array([-0.12, 0, 0.72]) * d.head, _HEAD, SKIN),
+        "vertex": Landmark("lower_neck", np.array([0.17, 0, 1.02]) * d.head, _HEAD, SKIN),
+        "forehead": Landmark("lower_neck", np.array([0.53, 0, 0.78]) * d.head, _HEAD, SKIN),
+        "occiput": Landmark("lower_neck", np.array([-0.16, 0, 0.72]) * d.head, _HEAD, SKIN),
     }
 
 
@@ -211,10 +211,10 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "hand_radial": hand(-0.06, 0.18, 0.44),
         "hand_ulnar": hand(-0.06, -0.18, 0.42),
         "finger_tip": hand(0.0, 0.0, 1.0, ("fingers", *_HAND)),
-        "head_front": head(0.50, 0.24, 0.80),
-        "head_back": head(-0.08, 0.22, 0.80),
-        "temple": head(0.36, 0.29, 0.72),
-        "ear": head(0.21, 0.30, 0.62),
+        "head_front": head(0.46, 0.24, 0.80),
+        "head_back": head(-0.12, 0.22, 0.80),
+        "temple": head(0.32, 0.29, 0.72),
+        "ear": head(0.17, 0.30, 0.62),
     }
 
 
