@@ -10,11 +10,14 @@ strike, both in mid-stance, the toe in push-off. The speed of the slower end,
 .. math:: s(t) = \min(|\dot p_\text{heel} - v_g|, |\dot p_\text{toe} - v_g|),
 
 is near zero in stance and has one hump per swing, whatever the direction of walking: forward, in a
-turn, sideways, backward. Each hump that carries the foot at least half its length over the ground
-while the other foot stands for part of it is a swing; the foot leaves where the hump rises through
-:data:`TOE_OFF_FRACTION` of its own peak and lands where it falls through
-:data:`HEEL_STRIKE_FRACTION`. Heel strike and toe off alternate by construction, and the thresholds
-scale with the walker.
+turn, sideways, backward. The foot leaves where the hump rises through :data:`TOE_OFF_FRACTION` of
+its own peak and lands where it falls through :data:`HEEL_STRIKE_FRACTION`. Heel strike and toe off
+alternate by construction, and the thresholds scale with the walker.
+
+**Steps.** Not every hump is a step. A step puts the foot clear of where it stood and carries it
+further than it lifts it, else it is a shuffle on the spot, a kick or a jump in place. The other
+foot stands for part of it; both may be in the air, as in running, but for no longer than running
+has it, else it is a leap. Between two steps of one foot the other steps, else it is a hop.
 
 Velocity thresholds are those of [Ghoussayni2004]_; that they must scale with walking speed, and how
 the published methods compare, is in [Bruening2014]_. The peak speed of the slower end is about
@@ -58,6 +61,34 @@ SHORTEST_SWING = 0.1
 OTHER_FOOT_STANDS = 0.2
 """Least part of a swing in which the other foot stands; a sprinter's 0.28, a jumper's 0."""
 
+LONGEST_FLIGHT = 0.22
+"""Longest time both feet are in the air in running [s]; a runner stays below 0.2 s."""
+
+SHORTEST_STANCE = 0.06
+"""Shortest stance [s]; a sprinter's lasts 0.08 s. A foot that rests for less was only slow."""
+
+LEAST_WAY = 1.0
+"""Least way of the foot in a step, of its length from heel to toe: its prints do not overlap."""
+
+MOST_LIFT = 0.6
+"""Greatest lift of the foot's lower end in a step, of its way; a sprinter's 0.25, on stairs 0.5."""
+
+PULL_FACTOR = 5.0
+"""A plate's threshold is at least this many times as far above rest as it reads below."""
+
+MOST_RAISED = 2.5
+"""The threshold is raised to this many times itself at most: 50 N, as is usual on treadmills."""
+
+SLOWEST_EDGE = 0.08
+"""Longest time in which a plate's force passes between its threshold and :data:`EDGE_LEVEL` [s]."""
+
+EDGE_LEVEL = 0.25
+"""Force at the upper end of an edge, of the greatest on the plates; a foot that comes down or
+leaves passes it in 10 to 60 ms, another foot on the plate or a drifting plate makes it creep."""
+
+TOE_TIP = 0.2
+"""How far the foot reaches beyond the toe point, of its length from heel to toe point."""
+
 PELVIS_FOLLOWS = 0.1
 """Least way of the pelvis during a swing, of the foot's way; 0.4 in steady walking."""
 
@@ -91,7 +122,7 @@ def detect_gait_events(
         cutoff: Low-pass of the points before differentiation [Hz].
 
     Returns:
-        Events by time; none for standing, squatting, jumping with both feet.
+        Events by time; none for standing, squatting, jumping, hopping and kicking.
 
     Raises:
         ParameterError: If the arrays do not have one frame per time, or time does not increase.
@@ -113,24 +144,27 @@ def detect_gait_events(
     if not length > 0:
         return ()
 
-    swings = [_swings(time, speed[:, k], middle[:, k], length) for k in (0, 1)]
+    height = feet[..., 2].min(axis=2) - way[:, None, 2]
+    swings = [_swings(time, speed[:, k], middle[:, k], height[:, k], length) for k in (0, 1)]
     peaks = [s.peak for side in swings for s in side if s.whole]
     usual = float(np.median(peaks)) if peaks else np.nan
-    events = []
-    for k, side in enumerate(SIDES):
+    steps: list[tuple[int, _Swing]] = []
+    for k in (0, 1):
         for swing in swings[k]:
             if not swing.whole:
                 swing = _judge_cut(time, speed[:, k], swing, usual)
             if (
-                swing is None
-                or not _other_stands(time, speed[:, 1 - k], swing, usual)
-                or not _pelvis_follows(time, body, middle[:, k], swing)
+                swing is not None
+                and _other_stands(time, speed[:, 1 - k], swing, usual)
+                and _pelvis_follows(time, body, middle[:, k], swing)
             ):
-                continue
-            if swing.start is not None:
-                events.append(GaitEvent(float(swing.start), side, "toe_off"))
-            if swing.stop is not None:
-                events.append(GaitEvent(float(swing.stop), side, "heel_strike"))
+                steps.append((k, swing))
+    events = []
+    for k, swing in _alternating(steps, speed):
+        if swing.start is not None:
+            events.append(GaitEvent(float(swing.start), SIDES[k], "toe_off"))
+        if swing.stop is not None:
+            events.append(GaitEvent(float(swing.stop), SIDES[k], "heel_strike"))
     return tuple(sorted(events, key=lambda event: (event.time, event.side)))
 
 
@@ -250,8 +284,10 @@ def plate_events(
     """Return the heel strikes and toe offs that force plates saw whole.
 
     A contact belongs to the foot that is nearest its centre of pressure. It gives a heel strike
-    only where the heel came down inside the plate, a toe off only where the toe left inside it,
+    only where the heel came down inside the plate, a toe off only where the toe tip left inside it,
     and neither while the other foot is on the same plate: a partial hit would be late or early.
+    Nor is there an event where the force creeps through the threshold (:data:`SLOWEST_EDGE`): a
+    foot that comes down or leaves changes it fast, so something else was on the plate as well.
 
     Args:
         plates: Measured ground reactions. A plate without corners is taken as large enough; one
@@ -259,33 +295,72 @@ def plate_events(
         time: Time of each marker frame [s].
         heel: Back of the heel, left then right, world [m].
         toe: Toe tip or metatarsal head, left then right, world [m].
-        threshold: Force that counts as contact [N].
+        threshold: Force that counts as contact [N]; more on a plate whose record reads below rest
+            by more than a fifth of it, as filtered records do.
         margin: How far outside the plate's edge a marker may be, for markers stand off the foot
             [m].
     """
     _check(time, heel, toe, None)
-    events = []
+    contacts = []
     for plate in plates:
-        for contact in contact_events(plate.time, plate.force[:, 2], threshold):
+        force = plate.force[:, 2]
+        contacts.append(contact_events(plate.time, force, _above_noise(force, threshold)))
+    peaks = [contact.peak for found in contacts for contact in found]
+    upper = max(2 * threshold, EDGE_LEVEL * max(peaks, default=0.0))
+    tip = toe + TOE_TIP * (toe - heel)
+    events = []
+    for plate, found in zip(plates, contacts, strict=True):
+        for contact in found:
             side = plate.side or _foot_on(plate, contact, time, heel, toe)
             if side is None:
                 continue
             own, other = SIDES.index(side), 1 - SIDES.index(side)
-            ends = ((contact.start, heel, "heel_strike"), (contact.stop, toe, "toe_off"))
-            for instant, point, kind in ends:
+            ends = ((contact.start, heel, "heel_strike", 1), (contact.stop, tip, "toe_off", -1))
+            for instant, point, kind, direction in ends:
                 if instant is None or not time[0] <= instant <= time[-1]:
                     continue
                 frame = int(np.argmin(np.abs(time - instant)))
-                foreign = plate.side is None and any(
-                    _inside(plate.corners, p[frame, other], -margin)
-                    and _rests(time, p, frame, other)
-                    for p in (heel, toe)
-                )
-                if plate.side or (
-                    _inside(plate.corners, point[frame, own], margin) and not foreign
+                if plate.side is None and (
+                    not _inside(plate.corners, point[frame, own], margin)
+                    or _is_on(plate.corners, time, heel, toe, frame, other)
                 ):
+                    continue
+                if _is_steep(plate, instant, direction, upper):
                     events.append(GaitEvent(instant, side, kind))
     return tuple(sorted(events, key=lambda event: (event.time, event.side)))
+
+
+def _above_noise(force, threshold):
+    """Return the threshold, raised where the plate's own record is not good for it [N].
+
+    The ground cannot pull: how far the force reads below rest is the error of the record near
+    the edges (noise, or the ringing that a low-pass filter leaves beside every edge).
+    """
+    low = force[np.isfinite(force) & (force < threshold)]
+    if len(low) == 0:
+        return threshold
+    below = np.median(low) - np.percentile(low, 1)
+    return float(np.clip(PULL_FACTOR * below, threshold, MOST_RAISED * threshold))
+
+
+def _is_on(corners, time, heel, toe, frame, side):
+    """Say whether an end of a foot rests inside a plate."""
+    return any(
+        _inside(corners, p[frame, side], -1e-9) and _rests(time, p, frame, side)
+        for p in (heel, toe)
+    )
+
+
+def _is_steep(plate, instant, direction, upper):
+    """Say whether the force passes from threshold to `upper` fast, in time's direction or against.
+
+    True as well where the plate's record ends too soon to tell.
+    """
+    since = direction * (plate.time - instant)
+    if since.max() < SLOWEST_EDGE:
+        return True
+    inside = (since >= 0) & (since <= SLOWEST_EDGE)
+    return bool((plate.force[inside, 2] >= upper).any())
 
 
 @dataclass(frozen=True)
@@ -303,8 +378,8 @@ class _Swing:
         return self.start is not None and self.stop is not None
 
 
-def _swings(time, speed, middle, length):
-    """Return the humps of `speed` that carry the foot, whole or cut by the ends of a stretch."""
+def _swings(time, speed, middle, height, length):
+    """Return the humps of `speed` that are steps, whole or cut by the ends of a stretch."""
     found = []
     for stretch in runs(np.isfinite(speed)):
         s = speed[stretch]
@@ -332,15 +407,61 @@ def _swings(time, speed, middle, length):
                 start = _between(time, speed, offset + left, TOE_OFF_FRACTION * peak)
             if right < len(s):
                 stop = _between(time, speed, offset + right - 1, HEEL_STRIKE_FRACTION * peak)
-            swing = _Swing(
-                offset + max(left, 0), offset + min(right, len(s) - 1), start, stop, float(peak)
-            )
-            if start is not None and stop is not None:
-                way = np.linalg.norm(middle[swing.last] - middle[swing.first])
-                if way < 0.5 * length or stop - start < SHORTEST_SWING:
-                    continue
-            found.append(swing)
-    return sorted(found, key=lambda swing: swing.first)
+            last = offset + min(right, len(s) - 1)
+            found.append(_Swing(offset + max(left, 0), last, start, stop, float(peak)))
+    found = _joined(sorted(found, key=lambda swing: swing.first))
+    return [s for s in found if not s.whole or _carries(s, middle, height, length)]
+
+
+def _joined(swings):
+    """Return the swings with those made one between which the foot did not really stand."""
+    joined: list[_Swing] = []
+    for swing in swings:
+        before = joined[-1] if joined else None
+        if (
+            before is not None
+            and before.stop is not None
+            and swing.start is not None
+            and swing.start - before.stop < SHORTEST_STANCE
+        ):
+            peak = max(before.peak, swing.peak)
+            swing = _Swing(before.first, swing.last, before.start, swing.stop, peak)
+            joined.pop()
+        joined.append(swing)
+    return joined
+
+
+def _carries(swing, middle, height, length):
+    """Say whether a whole swing puts the foot elsewhere, further than it lifts it."""
+    way = np.linalg.norm(middle[swing.last] - middle[swing.first])
+    ends = max(height[swing.first], height[swing.last])
+    lift = np.max(height[swing.first : swing.last + 1]) - ends
+    return (
+        way >= LEAST_WAY * length
+        and lift <= MOST_LIFT * way
+        and swing.stop - swing.start >= SHORTEST_SWING
+    )
+
+
+def _alternating(steps, speed):
+    """Return the steps (foot, swing) without those that the same foot took before and after.
+
+    Where the other foot was hidden between them it may have stepped.
+    """
+    steps = sorted(steps, key=lambda step: step[1].first + step[1].last)
+    kept = []
+    for i, (k, swing) in enumerate(steps):
+        lone = []
+        for j in (i - 1, i + 1):
+            if 0 <= j < len(steps) and steps[j][0] == k:
+                a, b = sorted((swing.first, steps[j][1].first))
+                lone.append(bool(np.isfinite(speed[a : b + 1, 1 - k]).all()))
+            else:
+                lone.append(False)
+        ends = (i == 0) + (i == len(steps) - 1)
+        if sum(lone) + ends < 2 or not any(lone):
+            kept.append((k, swing))
+    return kept
 
 
 def _judge_cut(time, speed, swing, usual):
@@ -382,7 +503,10 @@ def _other_stands(time, other, swing, usual):
     if not inside.any():
         return True
     reference = usual if np.isfinite(usual) else swing.peak
-    return bool(np.mean(other[inside] < TOE_OFF_FRACTION * reference) >= OTHER_FOOT_STANDS)
+    stands = other < TOE_OFF_FRACTION * reference
+    flights = runs(inside & ~stands)
+    longest = max((time[f.stop - 1] - time[f.start] for f in flights), default=0.0)
+    return bool(np.mean(stands[inside]) >= OTHER_FOOT_STANDS and longest <= LONGEST_FLIGHT)
 
 
 def _pelvis_follows(time, body, middle, swing):

@@ -116,6 +116,124 @@ def test_partial_hits_are_left_out():
     assert [(e.side, e.kind) for e in plate_events([plate], time, heel, toe)] == [("l", "toe_off")]
 
 
+def hops(paths, *, flight=0.35, rest=0.15, height=0.12, n=6, rate=100.0):
+    """Return time, heel, toe, pelvis of feet that fly n times, `paths` metres ahead each.
+
+    A foot whose path is None is held up and travels with the pelvis.
+    """
+    time = np.arange(int((n * (flight + rest) + 0.6) * rate)) / rate
+    cycle = (time - 0.3) / (flight + rest)
+    number = np.clip(np.floor(cycle), 0, n - 1)
+    part = np.clip(((cycle - number) * (flight + rest) - rest) / flight, 0, 1)
+    gone = 0.3 * part + 0.35 * (1 - np.cos(np.pi * part))
+    mean = max(p or 0.0 for p in paths) / (flight + rest)
+    x_pelvis = mean * np.clip(time - 0.3, 0, n * (flight + rest))
+    heel = np.zeros((len(time), 2, 3))
+    for k, path in enumerate(paths):
+        heel[:, k, 1] = 0.1 - 0.2 * k
+        heel[:, k, 0] = x_pelvis - 0.2 if path is None else path * (number + gone)
+        heel[:, k, 2] = 0.3 if path is None else 4 * height * part * (1 - part)
+    toe = heel + [0.2, 0, 0]
+    pelvis = np.stack([x_pelvis, 0 * time, 0.9 + 4 * height * part * (1 - part)], axis=1)
+    return time, heel, toe, pelvis
+
+
+HOPS = {
+    "jumps ahead": {"paths": (0.7, 0.7)},
+    "quick low jumps": {"paths": (0.4, 0.4), "flight": 0.25, "height": 0.05},
+    "hops on the left foot": {"paths": (0.7, None)},
+    "hops on the right foot": {"paths": (None, 0.9), "flight": 0.28},
+    "jumps on the spot": {"paths": (0.0, 0.0)},
+    "kicks of one foot": {"paths": (0.0, 0.15), "height": 0.4},
+    "one foot put ahead again and again": {"paths": (0.0, 0.4), "height": 0.03},
+}
+
+
+@pytest.mark.parametrize("name", HOPS)
+def test_hops_are_no_steps(name):
+    assert detect_gait_events(*hops(**HOPS[name])) == ()
+
+
+def test_a_leap_is_no_running_step():
+    # The same feet, once with a runner's flight, once in the air three times as long.
+    _, heel, toe, pelvis, truth = walker(**WALKS["runner"])
+    for rate, found in ((100.0, True), (35.0, False)):
+        time = np.arange(len(heel)) / rate
+        assert bool(detect_gait_events(time, heel, toe, pelvis)) == found
+
+
+def test_jumps_and_hops_of_the_collection(data):
+    from plantigrade.workflows.fitting import fit_file
+
+    jump = fit_file(data / "cmu_asfamc" / "02_04.amc")
+    assert jump.record.motion.events == ()
+
+
+def plate(force, time, corners=None):
+    forces = np.zeros((len(time), 3))
+    forces[:, 2] = force
+    return ForcePlate("1", time, forces, np.tile([0.1, 0, 0], (len(time), 1)), 0 * time, corners)
+
+
+def standing_left(n=200):
+    """Return heel and toe: the left foot on the plate, the right one far away."""
+    heel, toe = np.zeros((n, 2, 3)), np.zeros((n, 2, 3))
+    toe[:, 0, 0] = 0.2
+    heel[:, 1, :2], toe[:, 1, :2] = (3.0, 0.0), (3.2, 0.0)
+    return heel, toe
+
+
+def test_a_creeping_force_is_no_edge():
+    time = np.arange(2000) / 1000
+    heel, toe = standing_left()
+    frames = time[::10]
+    clean = 700 * np.clip((time - 0.5) / 0.03, 0, 1) * np.clip((1.2 - time) / 0.06, 0, 1)
+    found = plate_events([plate(clean, time)], frames, heel, toe)
+    assert [e.kind for e in found] == ["heel_strike", "toe_off"]
+    assert [e.time for e in found] == pytest.approx([0.5, 1.2], abs=0.01)
+    # As the foot leaves, a tenth of the weight lingers and fades: something else loads the plate.
+    lingering = clean + 70 * (time > 1.1) * np.clip((1.5 - time) / 0.3, 0, 1)
+    found = plate_events([plate(lingering, time)], frames, heel, toe)
+    assert [e.kind for e in found] == ["heel_strike"]
+    found = plate_events([plate(lingering[::-1], time)], frames, heel, toe)
+    assert [e.kind for e in found] == ["toe_off"]
+
+
+def test_the_other_foot_on_the_plate_spoils_the_edge():
+    time = np.arange(2000) / 1000
+    heel, toe = standing_left()
+    heel[:, 1, :2], toe[:, 1, :2] = (0.3, -0.01), (0.5, -0.05)  # its heel just over the edge
+    force = 700.0 * ((time > 0.5) & (time < 1.2))
+    corners = np.array([[-0.2, -0.02, 0], [0.6, -0.02, 0], [0.6, 0.5, 0], [-0.2, 0.5, 0]])
+    assert plate_events([plate(force, time, corners)], time[::10], heel, toe) == ()
+    heel[:, 1, 1], toe[:, 1, 1] = -0.05, -0.09
+    assert len(plate_events([plate(force, time, corners)], time[::10], heel, toe)) == 2
+
+
+def test_the_toe_tip_must_leave_inside_the_plate():
+    time = np.arange(2000) / 1000
+    heel, toe = standing_left()
+    force = 700.0 * ((time > 0.5) & (time < 1.2))
+    for end, kinds in ((0.21, ["heel_strike"]), (0.3, ["heel_strike", "toe_off"])):
+        corners = np.array([[-0.2, -0.3, 0], [end, -0.3, 0], [end, 0.3, 0], [-0.2, 0.3, 0]])
+        found = plate_events([plate(force, time, corners)], time[::10], heel, toe)
+        assert [e.kind for e in found] == kinds
+
+
+def test_a_filtered_plate_is_not_read_in_its_ringing():
+    from scipy.signal import butter, sosfiltfilt
+
+    time = np.arange(4000) / 1000
+    true = 700 * np.clip((time - 1.0) / 0.05, 0, 1) * np.clip((2.0 - time) / 0.15, 0, 1)
+    smoothed = sosfiltfilt(butter(4, 8.0, output="sos", fs=1000), true)
+    assert smoothed.min() < -5  # the ground seems to pull
+    heel, toe = standing_left(400)
+    found = plate_events([plate(smoothed, time)], time[::10], heel, toe)
+    plain = contact_events(time, smoothed)[0]
+    assert abs(found[0].time - 1.0) < abs(plain.start - 1.0)
+    assert [e.time for e in found] == pytest.approx([1.0, 2.0], abs=0.02)
+
+
 FILES = {
     "HC038A11.c3d": ("HEE", "TOE"),
     "HC038A27.c3d": ("HEE", "TOE"),
