@@ -5,6 +5,7 @@ a doubt means no companion, and the user names it by option.
 """
 
 import re
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,9 @@ _STATIC_WORDS = {"static", "stat", "standing", "stand", "cal", "calib", "calibra
                  "npose", "neutral", "anatomical"}  # fmt: skip
 _MOST_READ = 12  # candidates opened at most
 _STILL = 0.02  # a standing trial's markers wander less than this about their mean [m]
+_KEPT = 0.004  # standard deviation of a distance between two markers on one segment [m]
+_APART = 0.08  # such markers are further apart than this [m]
+_SAME = 0.04  # one person's distances agree in the middle to this share
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,9 @@ def find_static(recording: Recording, read) -> Recording | None:
         if candidate.markers is None or not is_still(candidate):
             continue
         shared = len(set(candidate.markers.names) & set(markers.names))
-        if shared >= 0.6 * len(markers.names) and (best is None or shared > best[0]):
+        if shared < 0.6 * len(markers.names) or not same_person(recording, candidate):
+            continue
+        if best is None or shared > best[0]:
             best = (shared, candidate)
     return best[1] if best else None
 
@@ -97,16 +103,19 @@ def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Pat
     if time is None or len(time) < 2:
         return (), None
     own = _words(path.stem) - _KIND_WORDS
-    found = []
+    named = []
     for other in _siblings(path, [".mot", ".sto"])[:50]:
         words = _words(other.stem)
         if not (words & _FORCE_WORDS):
             continue
         rest = words - _FORCE_WORDS - _KIND_WORDS
-        if own and rest and not rest <= own and not own <= rest:
-            continue
-        if bool(own) != bool(rest) and own:
-            continue
+        if rest == own or not own:
+            named.append((rest != own, other))
+        elif rest and _numbered(rest) == _numbered(own) and (rest <= own or own <= rest):
+            named.append((True, other))
+    exact = [other for less, other in named if not less]
+    found = []
+    for other in exact or [other for _, other in named]:
         try:
             candidate = read(other)
         except PlantigradeError:
@@ -133,6 +142,36 @@ def is_still(recording: Recording) -> bool:
     return bool(np.quantile(wander, 0.8) < _STILL)
 
 
+def same_person(a: Recording, b: Recording) -> bool:
+    """Return whether two marker recordings can be of one person with one set of markers.
+
+    Markers that keep their distance in one recording keep it in the other: on one person to about
+    a percent, the worth of skin that slides. A distance counts as kept where it varies by less
+    than :data:`_KEPT`.
+    """
+    for name in ("height", "mass"):
+        one, other = getattr(a.subject, name), getattr(b.subject, name)
+        if one and other and abs(one - other) > 0.05 * one:
+            return False
+    if a.markers is None or b.markers is None:
+        return False
+    names = [n for n in a.markers.names if n in b.markers.names]
+    here, there = (_distances(m.select(names).positions) for m in (a.markers, b.markers))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of markers that are never seen together
+        usual, other = np.nanmean(here, axis=0), np.nanmedian(there, axis=0)
+        kept = (np.nanstd(here, axis=0) < _KEPT) & (usual > _APART) & np.isfinite(other)
+    off = np.abs(other[kept] / usual[kept] - 1)
+    return not len(off) or float(np.median(off)) < _SAME
+
+
+def _distances(x: np.ndarray, frames: int = 40) -> np.ndarray:
+    """Return the distance of each pair of markers in some frames, (n_frames, n_pairs) [m]."""
+    x = x[np.unique(np.linspace(0, len(x) - 1, frames).astype(int))]
+    i, j = np.triu_indices(x.shape[1], 1)
+    return np.linalg.norm(x[:, i] - x[:, j], axis=-1)
+
+
 def _time_of(recording: Recording) -> np.ndarray | None:
     for part in (recording.markers, recording.coordinates, recording.skeleton):
         if part is not None:
@@ -157,6 +196,11 @@ def _words(stem: str) -> set[str]:
         if len(word) > 2:
             split = re.sub(rf"(?i)(?<![a-z]){word}(?![a-z])", f"_{word}_", split)
     return {w.lower() for w in re.split(r"[^A-Za-z0-9]+", split) if w}
+
+
+def _numbered(words: set[str]) -> set[str]:
+    """Return the words that number a trial or a person."""
+    return {w for w in words if any(c.isdigit() for c in w)}
 
 
 def _without_number(stem: str) -> str:
