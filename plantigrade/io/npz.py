@@ -208,7 +208,8 @@ def _load(path: Path) -> dict[str, np.ndarray]:
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise FileError(path, f"is not a whole npz file ({error})", remedy=_REMEDY) from error
     except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
+        reason = error.strerror or error
+        raise FileError(path, f"cannot be read ({reason})", remedy=_REMEDY) from error
     except (
         ValueError,
         KeyError,
