@@ -252,15 +252,16 @@ def attachments(human: Human, d: Dimensions | None = None) -> dict[str, Attachme
     result = {}
     for name, mark in landmarks(d).items():
         side = name[-2:] if name[-2:] in ("_r", "_l") else ""
-
-        def sided(part: str, side: str = side) -> str:
-            return part if part in _UNSIDED else part + side
-
-        part = next(p for p in map(sided, mark.parts) if p in skeleton.parts)
+        parts = (_sided(p, side) for p in mark.parts)
+        part = next(p for p in parts if p in skeleton.parts)
         body, offset = skeleton.parts[part]
-        shift = skeleton.origins[sided(mark.reference)] - skeleton.origins[part]
+        shift = skeleton.origins[_sided(mark.reference, side)] - skeleton.origins[part]
         result[name] = Attachment(body, mark.position + shift + offset, mark.spread)
     return result
+
+
+def _sided(part: str, side: str) -> str:
+    return part if part in _UNSIDED else part + side
 
 
 __all__ = ["BONE", "LOOSE", "SKIN", "Attachment", "Landmark", "attachments", "landmarks"]
