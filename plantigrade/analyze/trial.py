@@ -10,9 +10,10 @@ import numpy as np
 
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import Moments, inverse_dynamics, residual_metrics
-from plantigrade.dynamics.plates import FootForces, assign_plates, sole_points
+from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.kinematics.fit import remass
 from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
@@ -86,15 +87,15 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
     cycles = cut_cycles(events)
     forces = moments = None
     if fit.recording.plates:
-        forces = assign_plates(
-            fit.recording.plates,
-            fit.time,
-            sole_points(human, qpos),
-            cutoff=cutoff,
-        )
+        plates, soles = fit.recording.plates, sole_points(human, qpos)
+        forces = assign_plates(plates, fit.time, soles, cutoff=cutoff)
         warnings += forces.warnings
         if mass is None and fit.recording.subject.mass is None:
-            found = mass_from_forces(fit.time, forces, cycles)
+            found = (
+                mass_from_forces(fit.time, forces, cycles)
+                if cycles
+                else mass_from_standing(fit.time, plates, over_plates(plates, soles) | forces.valid)
+            )
             if found is not None:
                 human = remass(human, found)
                 warnings.append(
@@ -126,18 +127,31 @@ def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     return FootPath(x[:, 0:2], (x[:, 2:4] + x[:, 4:6]) / 2, x[:, 6:].mean(axis=1))
 
 
-def mass_from_forces(time, forces: FootForces, cycles) -> float | None:
-    """Return the body mass that the measured forces carry [kg]; None where they cannot tell.
+def mass_from_standing(time, plates, known) -> float | None:
+    """Return the body mass on the plates [kg]: the median of their total vertical force.
 
-    Standing: the median of the total vertical force. Walking: over a stride the impulses of one
-    stance of each foot make up body weight times the stride's duration, for the body neither rises
-    nor sinks from stride to stride.
+    Whose foot is on which plate does not matter for it.
+
+    Args:
+        time: Time of each frame [s].
+        plates: Force plates.
+        known: Frames in which the plates carry the whole person.
+    """
+    total = np.zeros(len(time))
+    for plate in plates:
+        push = np.nan_to_num(plate.force[:, 2])
+        total += np.interp(time, plate.time, push, left=0.0, right=0.0)
+    steady = total[known & (total > 50)]
+    return float(np.median(steady) / GRAVITY) if len(steady) > 10 else None
+
+
+def mass_from_forces(time, forces: FootForces, cycles) -> float | None:
+    """Return the body mass that the forces of a walk carry [kg]; None where they cannot tell.
+
+    Over a stride the impulses of one stance of each foot make up body weight times the stride's
+    duration, for the body neither rises nor sinks from stride to stride.
     """
     vertical = forces.force[..., 2]
-    total = vertical.sum(axis=1)
-    if not cycles:
-        steady = total[forces.valid & (total > 50)]
-        return float(np.median(steady) / GRAVITY) if len(steady) > 10 else None
     dt = float(np.median(np.diff(time)))
     weights: dict[str, list[float]] = {"l": [], "r": []}
     for c in cycles:
@@ -198,15 +212,19 @@ def _record(fit: Fit, motion, forces, moments, measures, warnings) -> Record:
     metrics |= measures.metrics()
     if moments is not None:
         metrics |= _moment_metrics(fit.human, forces, moments)
+    contact = known = None
+    if forces is not None:
+        contact = segment_forces(fit.human, motion.qpos, forces.force, forces.point, forces.torque)
+        known = np.stack([_leg_known(forces, side) for side in contact.side], axis=1)
     return Record(
         motion=motion,
         qfrc_actuator=None if moments is None else moments.tau,
-        contact_force=None if forces is None else forces.force,
-        contact_point=None if forces is None else forces.point,
-        contact_torque=None if forces is None else forces.torque,
-        contact_side=() if forces is None else tuple(forces.sides),
-        contact_segment=() if forces is None else tuple("foot" for _ in forces.sides),
-        contact_known=None if forces is None else np.asarray(forces.valid_side),
+        contact_force=None if contact is None else contact.force,
+        contact_point=None if contact is None else contact.point,
+        contact_torque=None if contact is None else contact.torque,
+        contact_side=() if contact is None else contact.side,
+        contact_segment=() if contact is None else contact.segment,
+        contact_known=known,
         recorded_markers=markers,
         fitted_markers=fitted,
         metrics=metrics,

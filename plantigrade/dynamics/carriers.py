@@ -46,6 +46,25 @@ class SegmentLoad:
     torque: Float[Array, " 3"]
 
 
+@dataclass(frozen=True)
+class SegmentForces:
+    """What each segment of the feet carries over a motion.
+
+    Attributes:
+        side: ``"r"`` or ``"l"`` of each segment.
+        segment: Its name without the side: body ``{segment}_{side}`` of the model.
+        force: Force, world [N]; zero where it carries none.
+        point: Where it acts, world [m]; NaN where it carries none.
+        torque: Torque at that point, world [N m].
+    """
+
+    side: tuple[str, ...]
+    segment: tuple[str, ...]
+    force: Float[Array, "n_frames n_segments 3"]
+    point: Float[Array, "n_frames n_segments 3"]
+    torque: Float[Array, "n_frames n_segments 3"]
+
+
 class Carriers:
     """Divides ground reactions over the segments of one person's feet."""
 
@@ -68,6 +87,16 @@ class Carriers:
         }
         self.geom_body = model.geom_bodyid
         self.radius = model.geom_size[:, 0]
+
+    def bodies(self) -> tuple[int, ...]:
+        """Return the bodies that may carry a load, right side first."""
+        found: list[int] = []
+        for side in SIDES:
+            if self.feet == "multi-segment":
+                found += [int(b) for b in np.unique(self.geom_body[self.geoms[side]])]
+            else:
+                found += [self.foot[side], *([self.toes[side]] if side in self.toes else [])]
+        return tuple(found)
 
     def divide(
         self,
@@ -121,6 +150,48 @@ class Carriers:
             load.body, load.force + rest_force, load.point, load.torque + rest
         )
         return loads
+
+
+def segment_forces(
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    force: Float[Array, "n_frames 2 3"],
+    point: Float[Array, "n_frames 2 3"],
+    torque: Float[Array, "n_frames 2 3"],
+) -> SegmentForces:
+    """Return ground reactions by the segments that carry them, over a motion.
+
+    Args:
+        human: Whose motion.
+        qpos: Configurations.
+        force: Ground reaction on each foot, in the order of :data:`SIDES` [N].
+        point: Its centre of pressure [m]; NaN where the foot carries none.
+        torque: Its free moment [N m].
+    """
+    carriers = Carriers(human)
+    data = mujoco.MjData(human.model)
+    column = {body: i for i, body in enumerate(carriers.bodies())}
+    n, k = len(qpos), len(column)
+    out = SegmentForces(
+        tuple(human.body_names[b - 1][-1] for b in column),
+        tuple(human.body_names[b - 1][:-2] for b in column),
+        np.zeros((n, k, 3)),
+        np.full((n, k, 3), np.nan),
+        np.zeros((n, k, 3)),
+    )
+    for f in range(n):
+        data.qpos[:] = qpos[f]
+        mujoco.mj_kinematics(human.model, data)
+        for side, foot_force, foot_point, foot_torque in zip(
+            SIDES, force[f], point[f], torque[f], strict=True
+        ):
+            if not np.isfinite(foot_point).all():
+                continue
+            for load in carriers.divide(data, side, foot_force, foot_point, foot_torque):
+                i = column[load.body]
+                out.force[f, i], out.torque[f, i] = load.force, load.torque
+                out.point[f, i] = load.point
+    return out
 
 
 def shares(

@@ -181,6 +181,22 @@ def assign_plates(
     return FootForces(force, point, torque, valid_side, valid, uses, tuple(notes))
 
 
+def over_plates(
+    plates: tuple[ForcePlate, ...], foot_points: Mapping[str, Float[Array, "n_frames n_points 3"]]
+) -> Bool[Array, " n_frames"]:
+    """Return the frames in which both soles are over plates whole, so that nothing escapes them.
+
+    Args:
+        plates: Force plates; those whose corners are not known do not count.
+        foot_points: As for :func:`assign_plates`.
+    """
+    points = np.concatenate([foot_points[side] for side in SIDES], axis=1)
+    outside = [_outside(p.corners, points) for p in plates if p.corners is not None]
+    if not outside:
+        return np.zeros(len(points), dtype=bool)
+    return (np.min(outside, axis=0) < BESIDE).all(axis=1)
+
+
 def sole_points(
     human: Human, qpos: Float[Array, "n_frames nq"]
 ) -> dict[str, Float[Array, "n_frames n_points 3"]]:
