@@ -11,8 +11,11 @@ Which of our bodies plays which part, and where the anatomy differs:
 * *hindfoot* is the body ``heel``, the calcaneus. Our talus belongs to the body ``foot``.
 * *forefoot* is the row of metatarsals. Ours are two bodies, the medial three in ``foot`` (with
   the tarsal bones) and the lateral two; the forefoot's rotation is the one that carries the ten
-  ends of the metatarsals, as they lie in the zero pose, closest to where they are.
-* *hallux* is ``medial_phalanges``, the first three toes as one.
+  ends of the metatarsals, as they lie in the zero pose, closest to where they are. Since talus
+  and medial metatarsals are one body, the arch cannot bend between them: of the plantarflexion
+  of the forefoot at push-off a part is missing, and the hallux makes up for it.
+* *hallux* is ``medial_phalanges``, the first three toes as one. One marker shows it, so only its
+  dorsiflexion is given.
 
 An angle is zero in the zero pose of the person (standing, soles flat, feet straight ahead); the
 Oxford Foot Model has no such pose and takes its axes from markers, so a constant lies between.
@@ -33,7 +36,7 @@ FOOT_ANGLES: dict[str, tuple[str, str, str]] = {
     "hindfoot": ("dorsiflexion", "internal_rotation", "inversion"),
     "forefoot": ("dorsiflexion", "adduction", "supination"),
     "forefoot_to_tibia": ("dorsiflexion", "adduction", "supination"),
-    "hallux": ("dorsiflexion", "adduction", "supination"),
+    "hallux": ("dorsiflexion",),
 }
 _METATARSALS = tuple(f"{end}_{k}" for k in range(1, 6) for end in ("base", "metatarsal"))
 _LATERAL = {"base_4", "metatarsal_4", "base_5", "metatarsal_5"}

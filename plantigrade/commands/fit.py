@@ -79,6 +79,7 @@ class Command(PersonOptions, RunOptions, JobOptions):
                 seed=self.seed,
                 overwrite=self.overwrite,
                 extra={"fit_time_s": time.perf_counter() - started},
+                loaded=loaded,
             )
         for sentence in trial.record.warnings:
             progress.warn(sentence)

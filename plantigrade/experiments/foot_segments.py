@@ -21,6 +21,7 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.motion import Recording
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.workflows import fitting
+from plantigrade.workflows.foot_segments import foot_marker_rms
 
 WALKS = ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d", "c3d/HC032A03.c3d")
 # Pair of segments → the Oxford Foot Model's name for its three angles.
@@ -124,15 +125,3 @@ def compare(fitted: Fit, recording: Recording, events) -> list[Compared]:
                     )
                 )
     return result
-
-
-def foot_marker_rms(fitted: Fit) -> float:
-    """Return the root mean square distance of the markers on the feet to their places [m]."""
-    segments = ("foot", "heel", "medial_", "lateral_")
-    mine = [p.body.startswith(segments) for p in fitted.places]
-    assert fitted.residual is not None and fitted.kept is not None
-    used = np.where(fitted.kept, fitted.residual, np.nan)[:, mine]
-    return float(np.sqrt(np.nanmean(used**2)))
-
-
-__all__ = ["Compared", "compare", "foot_marker_rms", "run", "trial_rows"]

@@ -131,6 +131,7 @@ def fit_markers(
     first = calibration.qpos[standing_frames]
     qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
     notes += more
+    qpos = unseen_toes_follow(calibration.human, places, qpos)
     cut = replace(
         recording, markers=Markers(markers.names, markers.time[window], markers.positions[window])
     )
@@ -172,6 +173,25 @@ def fit_markers(
         metrics=_metrics(used, calibration, kept, np.isfinite(residual)),
         warnings=tuple(recording.warnings) + tuple(notes),
     )
+
+
+def unseen_toes_follow(
+    human: Human, places: Sequence[Attachment], qpos: Float[Array, "n_frames nq"]
+) -> Float[Array, "n_frames nq"]:
+    """Return the poses with toes that carry no marker bent like their neighbours that do.
+
+    No marker moves by it: the toes are the last segments of the foot.
+    """
+    seen = {p.body for p in places}
+    qpos = np.array(qpos)
+    for side in ("r", "l"):
+        medial, lateral = f"medial_phalanges_{side}", f"lateral_phalanges_{side}"
+        if lateral not in human.body_names or (medial in seen) == (lateral in seen):
+            continue
+        hinges = [7 + human.hinge(f"{joint}_angle_{side}") for joint in ("mtp", "mtp4")]
+        known, unseen = hinges if medial in seen else hinges[::-1]
+        qpos[:, unseen] = qpos[:, known]
+    return qpos
 
 
 def remass(human: Human, mass: float) -> Human:

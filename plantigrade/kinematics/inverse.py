@@ -23,21 +23,49 @@ from plantigrade.kinematics.points import Points
 # of the marker term: a centimetre of marker error weighs as much as two radians of posture.
 POSTURE_WEIGHT = 2.5e-5
 # Small joints move little and hang on few markers a hand's breadth away: there the pull is what
-# their usual range (standard deviation [rad]) says against a marker's noise of 6 mm.
+# their usual range (standard deviation [rad]) says against a marker's noise of 6 mm. The lateral
+# rays turn about 10 deg each way against the tarsus in cadavers [Ouzounian1989]_; toes that one
+# marker sees bend and do little else.
 SMALL_JOINTS = {
     "subtalar_angle": 0.12,
     "ankle_rotation": 0.12,
     "knee_adduction": 0.06,
     "knee_rotation": 0.12,
     "elbow_adduction": 0.10,
+    "heel_angle": 0.10,
+    "heel_inversion": 0.10,
+    "heel_adduction": 0.10,
+    "cuboid_angle": 0.09,
+    "cuboid_inversion": 0.09,
+    "cuboid_adduction": 0.05,
+    "mtp_inversion": 0.04,
+    "mtp_adduction": 0.10,
+    "mtp4_inversion": 0.04,
+    "mtp4_adduction": 0.10,
 }
+# Where so many markers see both segments of a joint of a multi-segment foot, they decide alone.
+ENOUGH_MARKERS = 3
+_FOOT_JOINTS = ("subtalar_", "ankle_", "heel_", "cuboid_", "mtp")
 _NOISE = 0.006
 
 
-def posture_weights(coordinates: tuple[str, ...]) -> Float[Array, " n_hinges"]:
-    """Return the usual pull of each hinge towards the rest posture [m^2/rad^2]."""
-    spreads = [SMALL_JOINTS.get(c.removesuffix("_r").removesuffix("_l")) for c in coordinates]
-    return np.array([POSTURE_WEIGHT if s is None else (_NOISE / s) ** 2 for s in spreads])
+def posture_weights(points: Points) -> Float[Array, " n_hinges"]:
+    """Return the usual pull of each hinge towards the rest posture [m^2/rad^2].
+
+    Args:
+        points: The points that are measured.
+    """
+    model, human = points.model, points.human
+    count = np.bincount(points.body, minlength=model.nbody)
+    body = model.jnt_bodyid[1:]
+    driven = np.minimum(count[body], count[model.body_parentid[body]]) >= ENOUGH_MARKERS
+    driven &= human.feet == "multi-segment"
+    weights = np.full(len(human.coordinates), POSTURE_WEIGHT)
+    for i, name in enumerate(human.coordinates):
+        usual = SMALL_JOINTS.get(name.removesuffix("_r").removesuffix("_l"))
+        if usual is not None and not (driven[i] and name.startswith(_FOOT_JOINTS)):
+            weights[i] = (_NOISE / usual) ** 2
+    return weights
 
 
 @dataclass(frozen=True)
@@ -82,7 +110,7 @@ class InverseKinematics:
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self.low, self.high = points.human.limits
         self.rest = points.human.standing()[7:]
-        self.posture = posture_weights(points.human.coordinates)
+        self.posture = posture_weights(points)
 
     def solve(
         self, measured: Float[Array, "n_points 3"], start: Float[Array, " nq"]

@@ -147,14 +147,21 @@ def write(
     seed: int = 0,
     overwrite: bool = False,
     extra: dict[str, Any] | None = None,
+    loaded: Loaded | None = None,
 ) -> tuple[Path, dict[str, Any]]:
-    """Write the run folder of an analysed recording; return it and its metrics."""
+    """Write the run folder of an analysed recording; return it and its metrics.
+
+    Where the recording as it was read is given and its markers show the segments of the feet,
+    their angles are in the report and in the metrics too.
+    """
     from plantigrade import __version__
     from plantigrade.io.run_folder import source_files, write_run
     from plantigrade.motion import Table
     from plantigrade.report.run_report import run_pages
+    from plantigrade.workflows.foot_segments import foot_segments
 
     human, motion = trial.fit.human, trial.record.motion
+    feet = foot_segments(loaded, trial, settings) if loaded is not None else None
     metrics = {
         "status": "ok",
         "version": __version__,
@@ -163,12 +170,19 @@ def write(
         "seed": seed,
         "source_files": source_files(sources),
         **trial.record.metrics,
+        **(feet.metrics() if feet else {}),
         **(extra or {}),
         "warnings": list(trial.record.warnings),
     }
     metrics["title"], metrics["sentence"] = title, sentence(trial)
     record = replace(trial.record, metrics=metrics)
-    pages = run_pages(human.model, record, title=title, sentence=metrics["sentence"])
+    pages = run_pages(
+        human.model,
+        record,
+        title=title,
+        sentence=metrics["sentence"],
+        extra=[feet.section()] if feet else (),
+    )
     names, values = human.to_coordinates(motion.qpos)
     folder = write_run(
         out,
