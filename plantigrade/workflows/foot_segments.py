@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from plantigrade.errors import FitError
+
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
     from plantigrade.kinematics.result import Fit
@@ -78,7 +80,10 @@ def foot_segments(loaded: "Loaded", trial: "Trial", settings: "FitSettings") -> 
     fitted, cycles = trial.fit, list(trial.cycles)
     if fitted.human.feet != "multi-segment":
         short, cycles = _cut(loaded, cycles)
-        fitted = fit(short, replace(settings, joints="66", feet="multi-segment"))
+        try:
+            fitted = fit(short, replace(settings, joints="66", feet="multi-segment"))
+        except FitError:  # the markers of these few cycles alone are too few
+            return None
     table = foot_angles(fitted.human, fitted.time, fitted.qpos)
     values = np.rad2deg(table.values)
     rate = (len(table.time) - 1) / (table.time[-1] - table.time[0])
