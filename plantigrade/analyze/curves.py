@@ -69,7 +69,7 @@ def gait_curves(model: mujoco.MjModel, record: Record) -> GaitCurves:
     moments, powers, forces = {}, {}, {}
     if record.qfrc_actuator is not None:
         for i, n in enumerate(motion.joint_names[1:], start=6):
-            tau = known(record, side_of(n)) * record.qfrc_actuator[:, i] / mass
+            tau = known_above(model, record, n) * record.qfrc_actuator[:, i] / mass
             moments[n] = over(tau, n)
             powers[n] = over(tau * motion.qvel[:, i], n)
     if record.contact_force is not None:
@@ -86,11 +86,42 @@ def gait_curves(model: mujoco.MjModel, record: Record) -> GaitCurves:
 
 def known(record: Record, side: str | None) -> Float[Array, " n_frames"]:
     """Return 1 where the forces on a foot (on both where ``side`` is None) are known, else NaN."""
+    return _known(record, [k for k, s in enumerate(record.contact_side) if side in (None, s)])
+
+
+def known_above(model: mujoco.MjModel, record: Record, joint: str) -> Float[Array, " n_frames"]:
+    """Return 1 where the forces that a joint's moment depends on are known, else NaN.
+
+    They are those on the segments the joint moves: of a leg the forces under that leg, of trunk
+    and arms none.
+
+    Args:
+        model: The body.
+        record: What happened.
+        joint: Name of the joint.
+    """
+    moved = int(model.joint(joint).bodyid[0])
+    mine: list[int] = []
+    for k, (segment, side) in enumerate(
+        zip(record.contact_segment, record.contact_side, strict=True)
+    ):
+        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{segment}_{side}")
+        if body < 0:  # a record that does not name segments: by the side of the name
+            if side_of(joint) in (None, side):
+                mine.append(k)
+            continue
+        while body > moved:  # parents come before their children
+            body = model.body_parentid[body]
+        if body == moved:
+            mine.append(k)
+    return _known(record, mine)
+
+
+def _known(record: Record, contacts: list[int]) -> Float[Array, " n_frames"]:
     table = record.contact_known
     if table is None:
         return np.ones(record.motion.n_frames)
-    mine = [k for k, s in enumerate(record.contact_side) if side is None or s == side]
-    return np.where(table[:, mine].all(axis=1), 1.0, np.nan)
+    return np.where(table[:, contacts].all(axis=1), 1.0, np.nan)
 
 
 def side_of(name: str) -> str | None:

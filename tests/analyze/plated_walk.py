@@ -86,9 +86,7 @@ def plated_walk(feet: str = "rigid") -> PlatedWalk:
                 side=side,
             )
         )
-    return PlatedWalk(
-        walk, smooth.qpos, smooth.qvel, smooth.qacc, tau, (plates[0], plates[1])
-    )
+    return PlatedWalk(walk, smooth.qpos, smooth.qvel, smooth.qacc, tau, (plates[0], plates[1]))
 
 
 def right_share(walk: TextbookWalk) -> np.ndarray:
