@@ -32,7 +32,7 @@ from plantigrade.models.parts import MIRROR
 from plantigrade.motion import Table
 
 # Segment pair → its angles, in the order they are turned: about left (backwards), up and forward.
-FOOT_ANGLES: dict[str, tuple[str, str, str]] = {
+FOOT_ANGLES: dict[str, tuple[str, ...]] = {
     "hindfoot": ("dorsiflexion", "internal_rotation", "inversion"),
     "forefoot": ("dorsiflexion", "adduction", "supination"),
     "forefoot_to_tibia": ("dorsiflexion", "adduction", "supination"),
