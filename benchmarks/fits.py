@@ -29,8 +29,9 @@ def rows(data: Path) -> Iterator[Row]:
         most = max(most, spent.peak_mb)
         if spent.code == 0:
             yield at_most("fit", name, spent.seconds, LIMIT, "s")
-        else:
-            yield Row("fit", name, None, note=f"exit code {spent.code}: {spent.message[:160]}")
+        else:  # refused with a reason (2); anything else should not happen
+            why = f"exit code {spent.code}: {spent.message[:160]}"
+            yield Row("fit", name, None, note=why, met=None if spent.code == 2 else False)
     if most:
         yield Row("fit", "peak memory of the largest", most, "MB")
 
