@@ -1,6 +1,7 @@
 """Fit recordings to scaled humans."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated
@@ -50,8 +51,16 @@ class Command(PersonOptions, RunOptions, JobOptions):
             return Outcome(text, metrics)
         return self._many()
 
-    def fit_one(self, path: Path, *, quiet: bool | None = None) -> tuple[str, dict]:
-        """Fit one recording and write its run folder; return the words and the metrics."""
+    def fit_one(
+        self, path: Path, *, name: str | None = None, quiet: bool | None = None
+    ) -> tuple[str, dict]:
+        """Fit one recording and write its run folder; return the words and the metrics.
+
+        Args:
+            path: The recording.
+            name: What the run folder is called after; the recording if absent.
+            quiet: Say nothing but warnings; as the option says if absent.
+        """
         import time
 
         from plantigrade.commands.progress import Progress
@@ -60,7 +69,7 @@ class Command(PersonOptions, RunOptions, JobOptions):
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet if quiet is None else quiet)
         settings = self.settings()
-        out = self.out or Path("runs") / f"fit-{path.stem}"
+        out = self.out or Path("runs") / f"fit-{name or path.stem}"
         fitting.refuse_existing(out, overwrite=self.overwrite)
         with progress.step(f"reading {path.name}"):
             loaded = fitting.load(path, settings)
@@ -105,9 +114,15 @@ class Command(PersonOptions, RunOptions, JobOptions):
     def _many(self) -> Outcome:
         from joblib import Parallel, delayed
 
+        from plantigrade.workflows.fitting import refuse_existing
+
         words = {f.name: getattr(self, f.name) for f in fields(self)}
+        names = run_names(self.files)
+        for name in names:
+            refuse_existing(Path("runs") / f"fit-{name}", overwrite=self.overwrite)
         done = Parallel(n_jobs=self.jobs, backend=self.backend)(
-            delayed(_fit_alone)(words, path) for path in self.files
+            delayed(_fit_alone)(words, path, name)
+            for path, name in zip(self.files, names, strict=True)
         )
         texts, metrics = [], {}
         failed = 0
@@ -119,9 +134,35 @@ class Command(PersonOptions, RunOptions, JobOptions):
         return Outcome("\n".join(texts), {"status": status, **metrics})
 
 
-def _fit_alone(words: dict, path: Path) -> tuple[str, dict]:
+def run_names(files: Sequence[Path]) -> list[str]:
+    """Return one name for each recording: its own, with its ending or folder where names are alike.
+
+    Raises:
+        ParameterError: If one file is named twice.
+
+    Example:
+        >>> run_names([Path("a/walk.c3d"), Path("a/walk.trc"), Path("b/run.c3d")])
+        ['walk-c3d', 'walk-trc', 'run']
+    """
+    paths = [path.absolute() for path in files]
+    names = [path.stem for path in paths]
+    longer = (
+        lambda p: f"{p.stem}-{p.suffix[1:]}",
+        lambda p: f"{p.parent.name}-{p.stem}-{p.suffix[1:]}",
+        lambda p: "-".join((*p.parts[1:-1], p.stem, p.suffix[1:])),
+    )
+    for name_of in longer:
+        alike = {name for name in names if names.count(name) > 1}
+        names = [name_of(p) if n in alike else n for p, n in zip(paths, names, strict=True)]
+    twice = [str(f) for f, n in zip(files, names, strict=True) if names.count(n) > 1]
+    if twice:
+        raise ParameterError(f"{twice[0]} was named twice; name each recording once")
+    return names
+
+
+def _fit_alone(words: dict, path: Path, name: str) -> tuple[str, dict]:
     try:
-        return Command(**words).fit_one(path, quiet=True)
+        return Command(**words).fit_one(path, name=name, quiet=True)
     except PlantigradeError as error:
         return f"error: {error}", {"status": str(error)}
 

@@ -93,7 +93,7 @@ def write_run(
             raise FileError(
                 out / name, "is not a name for an extra file", remedy="use a plain new file name"
             )
-    _refuse_existing(out, overwrite)
+    refuse_existing(out, overwrite)
     text = metrics_json(_complete(metrics))
     remedy = "choose another folder with --out, or free the disk"
     temporary = None
@@ -111,7 +111,7 @@ def write_run(
                 (temporary / name).write_bytes(content)
         (temporary / METRICS).write_text(text + "\n", encoding="utf-8")
         os.chmod(temporary, 0o777 & ~_umask())  # mkdtemp makes it private
-        _refuse_existing(out, overwrite)  # another run may have finished meanwhile
+        refuse_existing(out, overwrite)  # another run may have finished meanwhile
         _put_in_place(temporary, out)
         temporary = None
     except OSError as error:
@@ -173,7 +173,13 @@ def read_run(folder: str | Path) -> tuple[str, Record, dict[str, Any]]:
     return model_xml, replace(record, metrics=metrics), metrics
 
 
-def _refuse_existing(out: Path, overwrite: bool) -> None:
+def refuse_existing(out: str | Path, overwrite: bool) -> None:
+    """Raise where a run folder could not be written in the end.
+
+    Raises:
+        RunExists: If the folder exists and is not to be replaced, or what exists is no run folder.
+    """
+    out = Path(out).expanduser()
     if not os.path.lexists(out):
         return
     if not overwrite:

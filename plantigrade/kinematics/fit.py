@@ -7,7 +7,7 @@ and say what was noticed.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
-from plantigrade.motion import Markers, Recording
+from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 
 CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
@@ -133,7 +133,9 @@ def fit_markers(
     notes += more
     qpos = unseen_toes_follow(calibration.human, places, qpos)
     cut = replace(
-        recording, markers=Markers(markers.names, markers.time[window], markers.positions[window])
+        recording,
+        markers=Markers(markers.names, markers.time[window], markers.positions[window]),
+        subject=_subject(recording, static),
     )
     unknown = [n for n in calibration.attached if n in tracked]
     if unknown:
@@ -151,7 +153,7 @@ def fit_markers(
             + (" …" if len(lost) > 8 else "")
             + "."
         )
-    if person.height is None and recording.subject.height is None:
+    if person.height is None and _subject(recording, static).height is None:
         notes.append(
             f"the stature is not in the file; {calibration.human.height:.2f} m was found from the "
             "markers (give --height to set it)."
@@ -274,11 +276,19 @@ def _who(
     person: Person, recording: Recording, static: Recording | None
 ) -> tuple[float | None, float, str]:
     """Return height, mass and sex from the caller, the files, or what is usual."""
-    said = [recording.subject] + ([static.subject] if static else [])
-    height = person.height or next((s.height for s in said if s.height), None)
-    sex = person.sex or next((s.sex for s in said if s.sex), None) or "male"
-    mass = person.mass or next((s.mass for s in said if s.mass), None)
+    said = _subject(recording, static)
+    height = person.height or said.height
+    sex = person.sex or said.sex or "male"
+    mass = person.mass or said.mass
     return height, mass or 22.5 * (height or 1.72) ** 2, sex
+
+
+def _subject(recording: Recording, static: Recording | None) -> Subject:
+    """Return what the recording says about the person, filled from the standing trial."""
+    if static is None:
+        return recording.subject
+    said = {f.name: getattr(recording.subject, f.name) for f in fields(Subject)}
+    return Subject(**{k: getattr(static.subject, k) if v is None else v for k, v in said.items()})
 
 
 def _facing(human, known, placed, markers, start, stop) -> float:

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plantigrade.errors import FitError, RunExists
+from plantigrade.errors import FitError
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
@@ -62,11 +62,17 @@ def load(path: Path, settings: FitSettings) -> Loaded:
     from plantigrade.io import read
     from plantigrade.io.companions import Companions, find_companions
 
-    options = {"skeleton": settings.skeleton} if settings.skeleton else {}
-    recording = read(path, **options)
+    skeleton = settings.skeleton
+    if skeleton is None and path.suffix.lower() == ".amc":
+        from plantigrade.io.asf_amc import find_asf
+
+        skeleton = find_asf(path) if path.exists() else None
+    recording = read(path, **({"skeleton": skeleton} if skeleton else {}))
     found = find_companions(recording, read) if settings.companions else Companions()
     static = read(settings.static) if settings.static else found.static
-    plates, source = found.forces, found.forces_source
+    if static is not None and static.markers is None:
+        raise FitError(f"{settings.static} holds no markers, so it is no standing trial")
+    plates, source = recording.plates or found.forces, found.forces_source
     if settings.forces:
         plates, source = read(settings.forces).plates, settings.forces
         if not plates:
@@ -78,12 +84,12 @@ def load(path: Path, settings: FitSettings) -> Loaded:
         notes.append(f"{source.name} beside it was taken as its ground reactions.")
     recording = replace(
         recording,
-        plates=recording.plates or plates,
+        plates=plates,
         warnings=tuple(recording.warnings) + tuple(notes),
     )
     sources = [path, *([static.source] if static else []), *([source] if source else [])]
-    if settings.skeleton:
-        sources.append(settings.skeleton)
+    if skeleton:
+        sources.append(skeleton)
     return Loaded(recording, static, tuple(sources))
 
 
@@ -123,10 +129,11 @@ def refuse_existing(out: Path, *, overwrite: bool) -> None:
     """Raise before any work is done where a run folder could not be written in the end.
 
     Raises:
-        RunExists: If the folder exists and is not to be replaced.
+        RunExists: If the folder exists and is not to be replaced, or is no run folder.
     """
-    if out.exists() and not overwrite:
-        raise RunExists(f"{out} exists; give --overwrite to replace it or another --out")
+    from plantigrade.io.run_folder import refuse_existing as refuse
+
+    refuse(out, overwrite)
 
 
 def analyse(fitted: "Fit", settings: FitSettings) -> "Trial":

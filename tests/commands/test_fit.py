@@ -1,0 +1,273 @@
+"""``plantigrade fit`` as a user calls it, and what it leaves checked without our code."""
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from plantigrade.commands import main as cli
+from plantigrade.commands.fit import run_names
+from plantigrade.errors import ParameterError
+
+KINDS = {
+    "HC038A11": ("c3d/HC038A11.c3d", ["HC038A01.c3d"]),
+    "markers_walk": ("opensim/rajagopal_walk/markers_walk.trc", ["grf_walk.mot"]),
+    "16_15": ("cmu_asfamc/16_15.amc", ["16.asf"]),
+    "07_01": ("cmu_bvh/07_01.bvh", []),
+    "humanoid3d_walk": ("deepmimic/humanoid3d_walk.txt", []),
+    "normal_gait": ("opensim/gait2392_subject01/normal_gait.mot", []),
+}
+MEASURED = ("HC038A11", "markers_walk")
+FILES = {"model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html"}
+
+
+def plantigrade(*words, cwd: Path, **options) -> subprocess.CompletedProcess:
+    """Run the command line in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "plantigrade", *map(str, words)],
+        capture_output=True, text=True, cwd=cwd, timeout=240, **options,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def study(data, tmp_path_factory):
+    """One call over a recording of each kind and a broken one: its process and its folder."""
+    folder = tmp_path_factory.mktemp("study")
+    broken = folder / "broken.trc"
+    broken.write_text("PathFileType\t4\t(X/Y/Z)\tbroken.trc\nno markers here\n")
+    files = [data / path for path, _ in KINDS.values()]
+    files.insert(2, broken)
+    return plantigrade("fit", *files, "--jobs", "2", "--json", cwd=folder), folder
+
+
+def test_one_bad_file_among_good_ones(study):
+    done, folder = study
+    assert done.returncode == 3, done.stderr
+    assert {p.name for p in (folder / "runs").iterdir()} == {f"fit-{name}" for name in KINDS}
+    assert "broken.trc" in done.stderr and "1 of 7 recordings failed" in done.stdout
+
+
+def test_only_json_on_standard_output(study):
+    done, folder = study
+    metrics = json.loads(done.stdout)
+    assert metrics["status"] == "1 of 7 recordings failed"
+    by_name = {Path(k).stem: v for k, v in metrics.items() if k != "status"}
+    assert set(by_name) == {*KINDS, "broken"}
+    for name in KINDS:
+        written = json.loads((folder / "runs" / f"fit-{name}" / "metrics.json").read_text())
+        assert by_name[name] == written
+    assert "broken.trc" in by_name["broken"]["status"]
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_run_folder_is_whole(study, data, name):
+    folder = study[1] / "runs" / f"fit-{name}"
+    assert {p.name for p in folder.iterdir()} == FILES
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["status"] == "ok" and metrics["seed"] == 0
+    assert metrics["command"].startswith("plantigrade fit ")
+    path, companions = KINDS[name]
+    files = [data / path, *((data / path).parent / c for c in companions)]
+    sums = {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+    assert metrics["source_files"] == sums
+    for page in ("report.html", "viewer.html"):
+        assert len((folder / page).read_text(encoding="utf-8")) > 20_000
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_model_loads_and_moves_in_plain_mujoco(study, name):
+    folder = study[1] / "runs" / f"fit-{name}"
+    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    run = np.load(folder / "motion.npz")
+    metrics = json.loads((folder / "metrics.json").read_text())
+    n = len(run["time"])
+    assert run["qpos"].shape == (n, model.nq)
+    assert run["qvel"].shape == run["qacc"].shape == (n, model.nv)
+    assert [str(j) for j in run["joint_names"]] == [model.joint(i).name for i in range(model.njnt)]
+    assert (np.diff(run["time"]) > 0).all() and np.isfinite(run["qpos"]).all()
+    np.testing.assert_allclose(np.linalg.norm(run["qpos"][:, 3:7], axis=1), 1, atol=1e-9)
+    assert model.body_mass.sum() == pytest.approx(metrics["mass_kg"], rel=1e-6)
+    assert n == metrics["frames"]
+    # Velocities are the rate of the configurations (differences over two frames).
+    middle = np.empty((n - 2, model.nv))
+    for f in range(1, n - 1):
+        dt = run["time"][f + 1] - run["time"][f - 1]
+        mujoco.mj_differentiatePos(model, middle[f - 1], dt, run["qpos"][f - 1], run["qpos"][f + 1])
+    off = np.sqrt(np.mean((middle - run["qvel"][1:-1]) ** 2))
+    assert off < 0.1 * np.sqrt(np.mean(run["qvel"] ** 2))
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_moments_can_be_checked_without_our_code(study, name):
+    """Inverse dynamics less the wrenches on the segments named is what the run says."""
+    folder = study[1] / "runs" / f"fit-{name}"
+    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
+    data = mujoco.MjData(model)
+    run = np.load(folder / "motion.npz")
+    bodies = [
+        model.body(f"{segment}_{side}").id
+        for segment, side in zip(run["contact_segment"], run["contact_side"], strict=True)
+    ]
+    assert (np.abs(run["contact_force"]).max(axis=(0, 1)) > 10).all()
+    for f in range(len(run["time"])):
+        data.qpos[:], data.qvel[:], data.qacc[:] = (run[k][f] for k in ("qpos", "qvel", "qacc"))
+        mujoco.mj_inverse(model, data)
+        ground = np.zeros(model.nv)
+        for k, body in enumerate(bodies):
+            if run["contact_force"][f, k].any():
+                mujoco.mj_applyFT(
+                    model, data, run["contact_force"][f, k], run["contact_torque"][f, k],
+                    run["contact_point"][f, k], body, ground,
+                )  # fmt: skip
+        np.testing.assert_allclose(data.qfrc_inverse - ground, run["qfrc_actuator"][f], atol=1e-6)
+
+
+def read_mot(path: Path) -> tuple[list[str], np.ndarray]:
+    """Return names and numbers of a MOT file in degrees."""
+    lines = path.read_text().splitlines()
+    end = lines.index("endheader")
+    assert "inDegrees=yes" in lines[:end]
+    return lines[end + 1].split("\t"), np.array([x.split("\t") for x in lines[end + 2 :]], float)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_mot_file_is_the_same_motion(study, name):
+    folder = study[1] / "runs" / f"fit-{name}"
+    names, rows = read_mot(folder / "motion.mot")
+    run = np.load(folder / "motion.npz")
+    np.testing.assert_allclose(rows[:, 0], run["time"], atol=1e-6)
+    for i, joint in enumerate(run["joint_names"][1:], start=7):
+        column = np.deg2rad(rows[:, names.index(str(joint))])
+        np.testing.assert_allclose(column, run["qpos"][:, i], atol=1e-5, err_msg=str(joint))
+    # OpenSim's axes: x forward, y up, z to the right
+    pelvis = rows[:, [names.index(f"pelvis_t{a}") for a in "xyz"]]
+    np.testing.assert_allclose(pelvis, run["qpos"][:, [0, 2, 1]] * [1, 1, -1], atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["HC038A11", "markers_walk"])
+def test_markers_lie_where_the_body_has_them(study, name):
+    """The mean error the run states, computed anew from its own recorded and fitted markers."""
+    folder = study[1] / "runs" / f"fit-{name}"
+    metrics = json.loads((folder / "metrics.json").read_text())
+    run = np.load(folder / "motion.npz")
+    off = np.linalg.norm(run["recorded_markers"] - run["fitted_markers"], axis=2)
+    rms = 1e3 * np.sqrt(np.nanmean(off**2, axis=1)).mean()
+    assert rms == pytest.approx(metrics["marker_rms_mean_mm"], rel=0.15)  # filtered afterwards
+    assert rms < 10
+
+
+def test_plantigrade_report_writes_the_same_pages(study):
+    folder = study[1] / "runs" / "fit-markers_walk"
+    before = {p: (folder / p).read_text(encoding="utf-8") for p in ("report.html", "viewer.html")}
+    done = plantigrade("report", folder, cwd=study[1])
+    assert done.returncode == 0, done.stderr
+    assert {p.name for p in folder.iterdir()} == FILES
+    for page, text in before.items():
+        assert (folder / page).read_text(encoding="utf-8") == text, page
+
+
+def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
+    from plantigrade.workflows import fitting
+
+    monkeypatch.setattr(fitting, "load", lambda *_: pytest.fail("work was done"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs" / "fit-walk").mkdir(parents=True)
+    (tmp_path / "runs" / "fit-walk" / "metrics.json").write_text("{}")
+    assert cli.main(["fit", "walk.c3d"]) == 2
+    assert cli.main(["fit", "other.c3d", "walk.c3d"]) == 2
+    assert "--overwrite" in capsys.readouterr().err
+    # what is no run folder is never replaced
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years of work")
+    assert cli.main(["fit", "walk.c3d", "--out", "mine", "--overwrite"]) == 2
+    assert "not a run folder" in capsys.readouterr().err
+    assert (tmp_path / "mine" / "thesis.tex").exists()
+
+
+def test_files_of_one_name_go_to_folders_of_their_own():
+    names = run_names([Path("a/07_01.amc"), Path("b/07_01.bvh"), Path("16_15.amc")])
+    assert names == ["07_01-amc", "07_01-bvh", "16_15"]
+    names = run_names([Path("day1/walk.c3d"), Path("day2/walk.c3d"), Path("day2/walk.trc")])
+    assert names == ["day1-walk-c3d", "day2-walk-c3d", "walk-trc"]
+    names = run_names([Path("p1/day1/walk.c3d"), Path("p2/day1/walk.c3d")])
+    assert len(set(names)) == 2
+    with pytest.raises(ParameterError, match="twice"):
+        run_names([Path("walk.c3d"), Path("./walk.c3d")])
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["fit", "{data}/opensim/gait2392_subject01/subject01_walk1_grf.mot"], "no motion to fit"),
+        (["fit", "nowhere.c3d"], "nowhere.c3d"),
+        (["fit", "a.c3d", "b.c3d", "--out", "x"], "--out names one folder"),
+        (
+            ["fit", "{data}/c3d/HC038A11.c3d", "--static", "{data}/cmu_asfamc/07_01.amc"],
+            "no standing trial",
+        ),
+        (
+            ["fit", "{data}/cmu_asfamc/07_01.amc", "--forces", "{data}/cmu_asfamc/07_05.amc"],
+            "holds no ground reactions",
+        ),
+        (["fit", "{data}/c3d/HC038A11.c3d", "--skeleton", "{data}/cmu_asfamc/07.asf"], "skeleton"),
+    ],
+)
+def test_bad_input_is_one_sentence(data, tmp_path, monkeypatch, capsys, words, sentence):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([w.replace("{data}", str(data)) for w in words]) == 2
+    out, err = capsys.readouterr()
+    assert sentence in err and "Traceback" not in err and not out
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_named_file_of_forces_comes_before_those_in_the_recording(data, tmp_path):
+    from plantigrade.io import read, write
+    from plantigrade.motion import Recording
+    from plantigrade.workflows.fitting import FitSettings, load
+
+    own = read(data / "c3d/HC038A11.c3d")
+    other = tmp_path / "mine.mot"
+    write(Recording(other, plates=own.plates[:1]), other)
+    loaded = load(data / "c3d/HC038A11.c3d", FitSettings(forces=other))
+    assert len(loaded.recording.plates) == 1 and len(own.plates) == 2
+    assert other in loaded.sources
+
+
+def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
+    from plantigrade.io import run_folder
+
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run_folder, "_put_in_place", interrupt)  # all is written but the name
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["fit", str(data / KINDS["normal_gait"][0])]) == 130
+    assert "not complete" in capsys.readouterr().err
+    assert list((tmp_path / "runs").iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends a signal")
+def test_control_c_on_several_files(data, tmp_path):
+    files = [data / KINDS[name][0] for name in ("HC038A11", "16_15")]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "plantigrade", "fit", *map(str, files), "--jobs", "2"],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+    time.sleep(2.0)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal sends it: to the workers too
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    left = list((tmp_path / "runs").iterdir()) if (tmp_path / "runs").exists() else []
+    assert all({p.name for p in folder.iterdir()} == FILES for folder in left)
+    assert "interrupted" in err.splitlines()[-1]
