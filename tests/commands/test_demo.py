@@ -1,0 +1,134 @@
+"""``plantigrade demo``: quick, close to the truth it made itself, the same again for a seed."""
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plantigrade.commands import main as cli
+from tests.browser import Browser, find_browser
+
+FILES = {"model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html"}
+VARY = {"fit_time_s", "demo_time_s", "command"}  # of two runs of one seed
+
+
+def demo(out: Path, *words: str) -> tuple[dict, float]:
+    """Run the demo in a process of its own; return its metrics and the seconds it took."""
+    start = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-m", "plantigrade", "demo", "--json", "--out", str(out), *words],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), time.perf_counter() - start
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Where the demos go."""
+    return tmp_path_factory.mktemp("demo")
+
+
+@pytest.fixture(scope="module")
+def first(folder):
+    """Metrics and time of the demo."""
+    return demo(folder / "first")
+
+
+@pytest.fixture(scope="module")
+def another(folder):
+    """Metrics of a demo of another seed."""
+    return demo(folder / "another", "--seed", "1")[0]
+
+
+def test_it_is_quick_and_whole(first, folder):
+    metrics, seconds = first
+    assert seconds < 60
+    assert {p.name for p in (folder / "first").iterdir()} == FILES
+    assert json.loads((folder / "first" / "metrics.json").read_text()) == metrics
+    assert metrics["status"] == "ok"
+
+
+@pytest.mark.parametrize("which", ["first", "another"])
+def test_it_is_near_the_truth(request, which):
+    found = request.getfixturevalue(which)
+    metrics = found[0] if which == "first" else found
+    assert metrics["angle_error_mean_deg"] < 3
+    assert metrics["angle_error_offset_removed_deg"] < 1.5
+    # not too good either: half a millimetre of noise and skin that slides a centimetre were put on
+    assert 1.0 < metrics["marker_rms_mean_mm"] < 6
+    assert metrics["walking_speed_m_s"] == pytest.approx(1.25, abs=0.03)
+    assert metrics["height_m"] == pytest.approx(1.74, abs=1e-6)
+    assert metrics["mass_kg"] == pytest.approx(71.0, abs=0.1)
+    for side in "rl":
+        assert metrics[f"stance_{side}_pct"] == pytest.approx(59, abs=3)  # Schwartz 2008, free
+
+
+def test_hidden_markers_were_tolerated(first, folder):
+    run = np.load(folder / "first" / "motion.npz")
+    gaps = ~np.isfinite(run["recorded_markers"][..., 0])
+    assert 0.15 < gaps.any(axis=0).mean() < 0.35, "a quarter of the markers has a gap"
+    assert np.isfinite(run["qpos"]).all()
+
+
+def test_a_seed_gives_the_same_again(first, folder):
+    again, _ = demo(folder / "again")
+    assert {k: v for k, v in again.items() if k not in VARY} == {
+        k: v for k, v in first[0].items() if k not in VARY
+    }
+    a, b = (np.load(folder / name / "motion.npz") for name in ("first", "again"))
+    assert all(np.array_equal(a[k], b[k], equal_nan=a[k].dtype.kind == "f") for k in a.files)
+
+
+def test_another_seed_gives_another_recording(first, another):
+    assert another["marker_rms_mean_mm"] != first[0]["marker_rms_mean_mm"]
+    assert another["source_files"] != first[0]["source_files"]
+    assert another["seed"] == 1
+
+
+def test_other_persons_and_speeds(folder):
+    metrics, _ = demo(
+        folder / "slow", "--speed", "0.8", "--height", "1.55", "--mass", "50", "--sex", "female",
+        "--feet", "multi-segment",
+    )  # fmt: skip
+    assert metrics["angle_error_mean_deg"] < 3.5
+    assert metrics["walking_speed_m_s"] == pytest.approx(0.8, abs=0.03)
+    assert metrics["mass_kg"] == pytest.approx(50, abs=0.1)
+
+
+def test_a_folder_of_ones_own_is_refused(tmp_path, capsys):
+    (tmp_path / "letters").mkdir()
+    (tmp_path / "letters" / "a.txt").write_text("dear")
+    assert cli.main(["demo", "--out", str(tmp_path / "letters")]) == 2
+    assert cli.main(["demo", "--out", str(tmp_path / "letters"), "--overwrite"]) == 2
+    assert "not a run folder" in capsys.readouterr().err
+
+
+def test_its_pages_in_a_browser(first, folder):
+    if find_browser() is None:
+        pytest.skip("no Chromium here: apt-get install chromium, or set CHROMIUM to its path")
+    with Browser() as browser:
+        browser.open(
+            folder / "first" / "viewer.html",
+            ready="document.body.dataset.ready === '1' && document.body.dataset.time",
+        )
+        browser.evaluate("plantigrade.pause(); plantigrade.seek(1.0)")
+        before = browser.screenshot()[60:740, :900].astype(int)
+        assert len(np.unique(before.reshape(-1, 3), axis=0)) > 1000, "the stage is (nearly) blank"
+        browser.evaluate("plantigrade.seek(1.3)")
+        after = browser.screenshot()[60:740, :900]
+        assert (np.abs(before - after).max(axis=2) > 24).mean() > 0.005
+        browser.open(folder / "first" / "report.html")
+        text = browser.evaluate("document.body.innerText")
+        assert "Textbook walk" in text and "NaN" not in text and "None" not in text
+        assert browser.evaluate("document.querySelectorAll('svg.plot').length") > 10
+        broken = browser.evaluate(
+            "[...document.querySelectorAll('svg path')].filter(p => !p.getAttribute('d')"
+            " || /NaN|Infinity/.test(p.getAttribute('d'))).length"
+        )
+        assert broken == 0
+        assert browser.errors == [] and browser.requests == []
