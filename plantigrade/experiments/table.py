@@ -1,8 +1,11 @@
 """What an experiment returns: a table with the goal beside each figure."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
+
+_UNIT_WORDS = {"%": "pct", "ms/frame": "ms_per_frame"}  # as a suffix of a key
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,8 @@ class ResultTable:
         """Return the rows as flat figures and a status."""
         flat: dict[str, Any] = {"status": "ok"}
         for row in self.rows:
-            unit = f"_{row.unit}" if row.unit else ""
-            flat[f"{row.subject}.{row.quantity}{unit}".replace(" ", "_")] = row.value
+            words = f"{row.subject} {row.quantity} {_UNIT_WORDS.get(row.unit, row.unit)}"
+            flat[re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")] = row.value
         judged = [row for row in self.rows if row.met is not None]
         flat["goals"] = len(judged)
         flat["goals_met"] = sum(bool(row.met) for row in judged)
