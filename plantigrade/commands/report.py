@@ -24,13 +24,16 @@ class Command(PrintOptions):
 
         from plantigrade.commands.run_folder import open_run
         from plantigrade.report.run_report import run_pages
+        from plantigrade.workflows.foot_segments import read_foot_segments
 
         model, record, metrics = open_run(self.run_folder)
+        feet = read_foot_segments(self.run_folder)
         pages = run_pages(
             model,
             replace(record, metrics=metrics),
             title=metrics.get("title") or self.run_folder.resolve().name,
             sentence=metrics.get("sentence") or "",
+            extra=[feet.section()] if feet else (),
         )
         written = []
         for name, text in pages.items():

@@ -165,7 +165,7 @@ def write(
     from plantigrade.io.run_folder import source_files, write_run
     from plantigrade.motion import Table
     from plantigrade.report.run_report import run_pages
-    from plantigrade.workflows.foot_segments import foot_segments
+    from plantigrade.workflows.foot_segments import FILE, foot_segments
 
     human, motion = trial.fit.human, trial.record.motion
     feet = foot_segments(loaded, trial, settings) if loaded is not None else None
@@ -197,7 +197,7 @@ def write(
         record=record,
         metrics=metrics,
         coordinates=Table(names, motion.time, values),
-        files=pages,
+        files=pages | ({FILE: feet.to_json()} if feet else {}),
         overwrite=overwrite,
     )
     return folder, metrics

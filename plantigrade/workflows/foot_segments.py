@@ -1,12 +1,16 @@
 """Foot segments of a walk: fitted besides, where enough markers on the feet show them."""
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plantigrade.errors import FitError
+from plantigrade.errors import FileError, FitError
+from plantigrade.io.run_folder import metrics_json
+from plantigrade.io.text import read_text
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
@@ -15,6 +19,7 @@ if TYPE_CHECKING:
     from plantigrade.report.sections import Section
     from plantigrade.workflows.fitting import FitSettings, Loaded
 
+FILE = "foot_segments.json"  # in the run folder
 ENOUGH = 3  # markers on hindfoot and on forefoot of both feet
 LONGEST = 600  # frames: the curves are means over cycles, and a few cycles are enough
 
@@ -24,24 +29,28 @@ class FootSegments:
     """Angles between foot segments over the gait cycle.
 
     Attributes:
-        fit: The fit with multi-segment feet they come from.
+        marker_rms: Root mean square distance of the markers on the feet to their places [m].
         percent: Percent of the gait cycle.
         curves: Angle with its side → one row per cycle [degrees].
         toe_off: Side → percent at which the foot leaves the ground.
     """
 
-    fit: "Fit"
+    marker_rms: float
     percent: np.ndarray
     curves: dict[str, np.ndarray]
     toe_off: dict[str, float]
 
     def metrics(self) -> dict[str, Any]:
         """Return ranges of motion (mean over cycles) and the marker error of the feet."""
-        found: dict[str, Any] = {"foot_segments_marker_rms_mm": 1e3 * foot_marker_rms(self.fit)}
+        found: dict[str, Any] = {"foot_segments_marker_rms_mm": 1e3 * self.marker_rms}
         for name, rows in self.curves.items():
             rom = float(np.mean(np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1)))
             found[f"{name[:-2]}_rom{name[-2:]}_deg"] = rom
         return found
+
+    def to_json(self) -> str:
+        """Return all of it as the run folder keeps it; a missing value is null."""
+        return metrics_json(asdict(self)) + "\n"
 
     def section(self) -> "Section":
         """Return the curves as a section of the report."""
@@ -56,9 +65,32 @@ class FootSegments:
             "hindfoot to tibia, forefoot to hindfoot and to tibia, hallux to forefoot, with the "
             "signs and the order of rotations of the Oxford Foot Model (zero: standing pose of "
             "the body). The forefoot includes the tarsal bones, so the arch bends less than in "
-            f"that model. Marker error of the feet {1e3 * foot_marker_rms(self.fit):.1f} mm RMS.",
+            f"that model. Marker error of the feet {1e3 * self.marker_rms:.1f} mm RMS.",
             missing="",
         )
+
+
+def read_foot_segments(folder: Path) -> FootSegments | None:
+    """Return the foot segments that a run folder keeps; None where it has none.
+
+    Raises:
+        FileError: If the file is broken.
+    """
+    path = folder / FILE
+    if not path.is_file():
+        return None
+    try:
+        held = json.loads(read_text(path))
+        return FootSegments(
+            float(held["marker_rms"]),
+            np.array(held["percent"], dtype=float),
+            {name: np.array(rows, dtype=float) for name, rows in held["curves"].items()},
+            {side: float(value) for side, value in held["toe_off"].items()},
+        )
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise FileError(
+            path, f"holds no angles of foot segments ({error})", remedy="make the run anew"
+        ) from error
 
 
 def foot_segments(loaded: "Loaded", trial: "Trial", settings: "FitSettings") -> FootSegments | None:
@@ -98,7 +130,9 @@ def foot_segments(loaded: "Loaded", trial: "Trial", settings: "FitSettings") -> 
             curves[name] = rows
     stance = {s: trial.record.metrics.get(f"stance_{s}_pct") for s in ("r", "l")}
     toe_off = {s: v for s, v in stance.items() if v is not None}
-    return FootSegments(fitted, PERCENT, curves, toe_off) if curves else None
+    if not curves:
+        return None
+    return FootSegments(foot_marker_rms(fitted), PERCENT, curves, toe_off)
 
 
 def shows_segments(trial: "Trial", settings: "FitSettings") -> bool:

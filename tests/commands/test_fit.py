@@ -70,7 +70,8 @@ def test_only_json_on_standard_output(study):
 @pytest.mark.parametrize("name", KINDS)
 def test_the_run_folder_is_whole(study, data, name):
     folder = study[1] / "runs" / f"fit-{name}"
-    assert {p.name for p in folder.iterdir()} == FILES
+    more = {"foot_segments.json"} if name == "HC038A11" else set()  # whose markers show them
+    assert {p.name for p in folder.iterdir()} == FILES | more
     metrics = json.loads((folder / "metrics.json").read_text())
     assert metrics["status"] == "ok" and metrics["seed"] == 0
     assert metrics["command"].startswith("plantigrade fit ")
@@ -166,12 +167,13 @@ def test_markers_lie_where_the_body_has_them(study, name):
     assert rms < 10
 
 
-def test_plantigrade_report_writes_the_same_pages(study):
-    folder = study[1] / "runs" / "fit-markers_walk"
+@pytest.mark.parametrize("name", MEASURED)
+def test_plantigrade_report_writes_the_same_pages(study, name):
+    folder = study[1] / "runs" / f"fit-{name}"
     before = {p: (folder / p).read_text(encoding="utf-8") for p in ("report.html", "viewer.html")}
     done = plantigrade("report", folder, cwd=study[1])
     assert done.returncode == 0, done.stderr
-    assert {p.name for p in folder.iterdir()} == FILES
+    assert {p.name for p in folder.iterdir()} >= FILES
     for page, text in before.items():
         assert (folder / page).read_text(encoding="utf-8") == text, page
 
@@ -269,5 +271,5 @@ def test_control_c_on_several_files(data, tmp_path):
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
     left = list((tmp_path / "runs").iterdir()) if (tmp_path / "runs").exists() else []
-    assert all({p.name for p in folder.iterdir()} == FILES for folder in left)
+    assert all({p.name for p in folder.iterdir()} >= FILES for folder in left)
     assert "interrupted" in err.splitlines()[-1]

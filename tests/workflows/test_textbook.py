@@ -80,8 +80,10 @@ def test_joints_stay_within_their_limits(walk):
 
 def test_right_and_left_walk_alike(walk):
     """Half a stride later the left leg does what the right one did."""
-    strikes = {s: [e.time for e in walk.events if (e.side, e.kind) == (s, "heel_strike")] for s in "rl"}  # fmt: skip
-    half = strikes["l"][0] - strikes["r"][0]
+    right, left = (
+        [e.time for e in walk.events if (e.side, e.kind) == (s, "heel_strike")] for s in "rl"
+    )
+    half = left[0] - right[0]
     middle = walk.time[(walk.time > 0.3) & (walk.time < walk.time[-1] - half - 0.3)]
     for name in ("hip_flexion", "knee_angle", "ankle_angle"):
         right, left = (np.rad2deg(walk.qpos[:, 7 + walk.human.hinge(f"{name}_{s}")]) for s in "rl")
