@@ -1,0 +1,143 @@
+"""Accuracy on public recordings, held as it was reached, and the yardsticks themselves."""
+
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from plantigrade.commands import main as cli
+from plantigrade.experiments import fit_accuracy
+from plantigrade.experiments.fit_accuracy import match, on_clock, roughness, shared
+from plantigrade.motion import GaitEvent, Table
+
+LEGS = [
+    f"{joint}_{side}" for joint in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"
+]
+RAJAGOPAL = "opensim_rajagopal_walk_markers_walk_trc"
+GAIT2392 = "opensim_gait2392_subject01_subject01_walk1_trc"
+HC = ("c3d_hc038a11_c3d", "c3d_hc038a27_c3d", "c3d_hc032a03_c3d")
+
+
+def key(name: str) -> str:
+    """Trial as the keys of the metrics have it."""
+    return name.lower().replace("/", "_").replace(".", "_")
+
+
+@pytest.fixture(scope="module")
+def metrics(data):
+    """The whole experiment, in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, "-m", "plantigrade", "experiment", "fit-accuracy", "--json", "--quiet",
+         "--data", str(data)],
+        capture_output=True, text=True, timeout=240,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("name", fit_accuracy.WALKS)
+def test_markers_are_met_within_a_centimetre(metrics, name):
+    assert metrics[f"{key(name)}_marker_rms_mean_mm"] < 8, "reached: 4 to 6.5 mm; asked: 10 mm"
+
+
+@pytest.mark.parametrize("angle", LEGS)
+def test_angles_of_opensim(metrics, angle):
+    assert metrics[f"{RAJAGOPAL}_{angle}_against_opensim_rmse_deg"] < 3
+    assert metrics[f"{GAIT2392}_{angle}_against_opensim_rmse_rigid_feet_as_there_deg"] < 3
+
+
+@pytest.mark.parametrize("angle", LEGS)
+def test_moments_of_opensim(metrics, angle):
+    stem = f"{RAJAGOPAL}_{angle}_moment_against_opensim"
+    assert metrics[f"{stem}_r"] > 0.94
+    assert metrics[f"{stem}_peak_pct"] < 10
+
+
+@pytest.mark.parametrize("trial", HC)
+def test_angles_and_moments_of_plug_in_gait(metrics, trial):
+    for angle in LEGS:
+        assert metrics[f"{trial}_{angle}_against_plug_in_gait_r"] > 0.95, angle
+    moments = {k: v for k, v in metrics.items() if k.startswith(trial) and "moment_against" in k}
+    assert len(moments) >= 3
+    assert min(moments.values()) > 0.92, moments
+
+
+def test_events_of_straight_walks(metrics):
+    for trial in ("c3d_hc038a11_c3d", "c3d_hc032a03_c3d"):
+        for kind in ("heel_strike", "toe_off"):
+            assert metrics[f"{trial}_{kind}_against_file_missed"] == 0
+            assert metrics[f"{trial}_{kind}_against_file_invented"] == 0
+            stem = f"{trial}_{kind}_against_file_mean"
+            mae = [v for k, v in metrics.items() if k.startswith(stem)]
+            assert len(mae) == 1 and mae[0] < 20
+
+
+def test_goals_are_counted(metrics):
+    assert metrics["goals"] > 100
+    assert metrics["goals_met"] >= 0.93 * metrics["goals"]
+
+
+def test_missing_and_broken_trials_are_named(tmp_path, capsys):
+    """Nothing there is a table of notes; a broken file is a goal not met, not the end."""
+    (tmp_path / "c3d").mkdir()
+    (tmp_path / "c3d" / "HC038A11.c3d").write_bytes(b"nonsense")
+    assert cli.main(["experiment", "fit-accuracy", "--data", str(tmp_path), "--quiet"]) == 0
+    out = capsys.readouterr().out
+    assert "HC038A27.c3d is not there and was left out" in out
+    assert "0 of 1 goals met" in out
+    shutil.rmtree(tmp_path / "c3d")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["experiment", "no-such"], "fit-accuracy"),
+        (["experiment", "fit-accuracy", "--data", "nowhere"], "--data"),
+    ],
+)
+def test_bad_input(words, sentence, capsys):
+    assert cli.main(words) == 2
+    assert sentence in capsys.readouterr().err
+
+
+def events(*rows) -> list[GaitEvent]:
+    return [GaitEvent(t, side, "heel_strike") for t, side in rows]
+
+
+def test_events_are_matched_once_by_side_and_nearness():
+    truth = events((1.0, "r"), (1.5, "l"), (2.0, "r"))
+    ours = events((1.01, "r"), (1.49, "l"), (2.02, "r"))
+    errors, missed, invented = match(ours, truth, "heel_strike", complete=True)
+    np.testing.assert_allclose(errors, [0.01, -0.01, 0.02])
+    assert (missed, invented) == (0, 0)
+    # the other foot's, another kind's, and one too far off are no match
+    assert match(events((1.0, "l")), truth[:1], "heel_strike", complete=True)[1] == 1
+    assert match([GaitEvent(1.0, "r", "toe_off")], truth[:1], "heel_strike", complete=True)[1] == 1
+    assert match(events((1.2, "r")), truth[:1], "heel_strike", complete=True)[1] == 1
+    # one of ours answers one of theirs; what is left inside their span is invented
+    double = events((1.0, "r"), (1.05, "r"), (1.5, "l"), (2.0, "r"), (9.0, "l"))
+    assert match(double, truth, "heel_strike", complete=True)[1:] == (0, 1)
+    assert match(double, truth, "heel_strike", complete=False)[2] == 0
+
+
+def test_signals_are_laid_on_one_clock():
+    slow, fast = np.arange(0, 1, 0.1), np.arange(0.2, 0.8, 0.05)
+    a = Table(("x",), slow, 2 * slow[:, None])
+    b = Table(("x",), fast, 3 * fast[:, None])
+    ours, theirs = shared(a, b, "x")
+    np.testing.assert_allclose(3 * ours, 2 * theirs)
+    placed = on_clock(slow, slow**2, np.array([0.3, 0.35, 0.6]))
+    np.testing.assert_allclose(placed, [0.09, np.nan, 0.36])
+    assert np.isnan(on_clock(slow, slow, np.array([-0.5, 2.0]))).all()
+
+
+def test_roughness_tells_noise_from_movement():
+    t = np.arange(200) / 100
+    smooth = np.sin(2 * np.pi * t)
+    noise = np.random.default_rng(0).normal(size=200)
+    assert roughness(smooth) < 0.02 < fit_accuracy.ROUGH < roughness(noise)
+    # of white noise the second difference has sqrt(6) times its spread
+    assert roughness(np.random.default_rng(1).normal(size=20000)) == pytest.approx(6**0.5, rel=0.03)
