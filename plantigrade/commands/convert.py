@@ -43,6 +43,9 @@ class Command(PrintOptions):
         from plantigrade.io import convert
 
         self._refuse(self.target)
+        if self.target.exists() and self.target.samefile(self.source):
+            # A format keeps less than what was read: the recording itself would be lost.
+            raise RunExists(f"{self.target} is the file to read; name another file to write")
         folder = self.target.parent
         if not folder.is_dir():
             raise FileError(self.target, f"there is no folder {folder}", remedy="make it first")
@@ -56,6 +59,8 @@ class Command(PrintOptions):
                 paths = sorted(Path(part).iterdir())  # the target and, maybe, its force plates
                 for path in paths:
                     self._refuse(folder / path.name)
+                    if (folder / path.name).is_dir():
+                        raise RunExists(f"{folder / path.name} is a folder; name another file")
                 for path in paths:
                     os.replace(path, folder / path.name)
         except FileError as error:

@@ -11,6 +11,7 @@ import tyro
 from plantigrade.commands.options import JobOptions, OptionalPath, PersonOptions, RunOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError, PlantigradeError
+from plantigrade.extras import require
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +47,8 @@ class Command(PersonOptions, RunOptions, JobOptions):
                 "--out names one folder but several recordings were given; leave it out (each goes "
                 "to runs/fit-<name>) or fit them one by one"
             )
+        if self.jobs == 0:
+            raise ParameterError("jobs=0 fits nothing; allowed are 1, 2, … or -1 for one per core")
         if len(self.files) == 1:
             text, metrics = self.fit_one(self.files[0])
             return Outcome(text, metrics)
@@ -90,8 +93,11 @@ class Command(PersonOptions, RunOptions, JobOptions):
                 extra={"fit_time_s": time.perf_counter() - started},
                 loaded=loaded,
             )
+        of = f"{path.name}: " if len(self.files) > 1 else ""
         for sentence in trial.record.warnings:
-            progress.warn(sentence)
+            progress.warn(of + sentence)
+        if metrics["status"] != "ok":
+            progress.warn(of + metrics["status"])
         return summary(folder, metrics), metrics
 
     def settings(self):
@@ -112,7 +118,7 @@ class Command(PersonOptions, RunOptions, JobOptions):
         )
 
     def _many(self) -> Outcome:
-        from joblib import Parallel, delayed
+        from joblib import Parallel, delayed, parallel_config
 
         from plantigrade.workflows.fitting import refuse_existing
 
@@ -120,10 +126,11 @@ class Command(PersonOptions, RunOptions, JobOptions):
         names = run_names(self.files)
         for name in names:
             refuse_existing(Path("runs") / f"fit-{name}", overwrite=self.overwrite)
-        done = Parallel(n_jobs=self.jobs, backend=self.backend)(
-            delayed(_fit_alone)(words, path, name)
-            for path, name in zip(self.files, names, strict=True)
-        )
+        with parallel_config(_ready(self.backend), n_jobs=self.jobs):
+            done = Parallel()(
+                delayed(_fit_alone)(words, path, name)
+                for path, name in zip(self.files, names, strict=True)
+            )
         texts, metrics = [], {}
         failed = 0
         for path, (text, found) in zip(self.files, done, strict=True):
@@ -163,8 +170,21 @@ def run_names(files: Sequence[Path]) -> list[str]:
 def _fit_alone(words: dict, path: Path, name: str) -> tuple[str, dict]:
     try:
         return Command(**words).fit_one(path, name=name, quiet=True)
-    except PlantigradeError as error:
+    except (PlantigradeError, OSError) as error:
         return f"error: {error}", {"status": str(error)}
+
+
+def _ready(backend: str) -> str:
+    """Return the name of a joblib backend once the library behind it is there and known to joblib.
+
+    Raises:
+        MissingExtra: If it is not installed.
+    """
+    if backend == "ray":
+        require("ray.util.joblib", "ray").register_ray()
+    elif backend == "dask":
+        require("distributed", "dask").Client(processes=True)
+    return backend
 
 
 def summary(folder: Path, metrics: dict) -> str:

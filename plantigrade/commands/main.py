@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _discard_output()
         return DONE
     except OSError as error:  # no permission, no space, a folder where a file was named
-        return _complain(f"error: {error}", BAD_INPUT)
+        return _complain(f"error: {_refusal(error)}", BAD_INPUT)
     except KeyboardInterrupt:
         return _complain("interrupted: a run folder that is not complete is not kept", INTERRUPTED)
 
@@ -129,6 +129,15 @@ def _unknown(name: str) -> str:
     near = difflib.get_close_matches(name, COMMANDS, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     return f"no command {name!r}; {hint}there are {', '.join(COMMANDS)}"
+
+
+def _refusal(error: OSError) -> str:
+    """Return what the system refused, of a file as the user knows it: not of its temporary part."""
+    if error.filename is None or error.strerror is None:
+        return str(error)
+    path, _, part = os.fspath(error.filename).partition(os.sep + ".plantigrade-")
+    doing = "cannot be written to" if part else "cannot be used"
+    return f"{path}: {doing} ({error.strerror}) — name a file in a folder you may write to"
 
 
 def _complain(sentence: str, code: int) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.analyze.statistics import correlation, rmse_offset_removed
 from plantigrade.analyze.trial import CUTOFF, SIDES, Trial
-from plantigrade.errors import PlantigradeError
+from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.io import read
 from plantigrade.io.mot import read_table
@@ -75,6 +75,10 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
             say(f"{name} done")
         except PlantigradeError as error:
             rows.append(Row(name, "fit", None, note=str(error), met=False))
+    if not rows:
+        raise ParameterError(
+            f"{data} holds none of the trials of this experiment ({WALKS[0]}, {WALKS[1]} …)"
+        )
     return ResultTable("Accuracy of fits, each called with its file name alone", rows, notes)
 
 

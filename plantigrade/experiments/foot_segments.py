@@ -14,7 +14,7 @@ import numpy as np
 from plantigrade.analyze.foot_angles import FOOT_ANGLES, foot_angles
 from plantigrade.analyze.statistics import correlation, mean_difference, rmse_offset_removed
 from plantigrade.analyze.trial import SIDES
-from plantigrade.errors import PlantigradeError
+from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.experiments.fit_accuracy import on_clock
 from plantigrade.experiments.table import ResultTable, Row, at_most
 from plantigrade.kinematics.result import Fit
@@ -77,6 +77,8 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
             say(f"{name} done")
         except PlantigradeError as error:
             rows.append(Row(name, "fit", None, note=str(error), met=False))
+    if not rows:
+        raise ParameterError(f"{data} holds none of the trials of this experiment ({WALKS[0]} …)")
     return ResultTable("Foot segments against the Oxford Foot Model", rows, notes)
 
 

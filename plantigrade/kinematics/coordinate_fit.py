@@ -29,6 +29,7 @@ from plantigrade.motion.recording import Table, rate_of
 
 USUAL_HEIGHT = 1.74  # [m], where nothing tells the stature
 PLAUSIBLE = (1.2, 2.2)  # stature found from the pelvis's height [m]
+LARGEST_ANGLE = 2 * np.pi  # of a hip or knee [rad]; anything else is no angle
 FLIGHT = 0.08  # feet that rise this much together have left the ground [m]
 SYNONYMS = {"lumbar": "lumbar_extension", "torso_extension": "lumbar_extension"}
 LEGS = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
@@ -73,6 +74,7 @@ def fit_coordinates(
         weight = mass or said.mass or 22.5 * stature**2
         return Human.create(stature, weight, sex, joints, feet)
 
+    _require_angles(table, recording)
     human = person(height or USUAL_HEIGHT)
     if not given:
         stature = _stature(human, table, person, notes)
@@ -168,6 +170,16 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
         notes.append(f"{len(table.time) - int(good.sum())} rows lack values; they were bridged.")
         return Table(names, time, values)
     return Table(names, table.time, table.values)
+
+
+def _require_angles(table: Table, recording: Recording) -> None:
+    """Raise where a leg's angle is none that a leg can have."""
+    for name in LEGS:
+        if name in table.names and (largest := np.abs(table[name]).max()) > LARGEST_ANGLE:
+            raise FitError(
+                f"{recording.source}: {name} reaches {np.rad2deg(largest):.3g}°, more than a turn; "
+                "check that the header says degrees where the angles are in degrees"
+            )
 
 
 def _stature(human: Human, table: Table, person, notes: list[str]) -> float:

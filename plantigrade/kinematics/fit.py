@@ -21,6 +21,13 @@ from plantigrade.kinematics.calibrate import (
     standing_poses,
 )
 from plantigrade.kinematics.inverse import InverseKinematics, track
+from plantigrade.kinematics.plausible import (
+    lean_notes,
+    require_human_size,
+    require_one_person,
+    require_own_sides,
+    without_far_samples,
+)
 from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
 from plantigrade.models import Human
@@ -28,12 +35,14 @@ from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
+from plantigrade.spatial.conventions import rotation_matrix
 
 CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
 STATIC_FRAMES = 6
 VISIBLE = 0.75  # share of the markers a frame must show to be fitted
 FLYING = 0.05  # a sample this far off its place [m] is looked at …
 FLYING_FACTOR = 6.0  # … and left out if it also is this many times the marker's usual error
+FEWEST_SHARED = 6  # known markers a standing trial must have in common with the recording
 SWAP_GAIN = 0.4  # two markers were swapped where swapping leaves less than this of their error
 
 Progress = Callable[[str, int, int], None]
@@ -102,6 +111,16 @@ def fit_markers(
     placed = place_markers(names, human, marker_set)
     known = [n for n in names if placed[n] is not None and n in markers.names]
     require_known([n for n in names if n in markers.names], placed)
+    require_one_person(known, recording.source)
+    attached = [placed[n] for n in known]
+    seen_as = _columns(markers, known)[start:stop]
+    require_human_size(seen_as, recording.source)
+    require_own_sides(attached, _standing(human, attached), seen_as, recording.source)
+    recording, far = without_far_samples(recording)
+    if far:
+        notes.append(f"{far} samples metres away from the person were left out.")
+    markers = recording.markers
+    assert markers is not None
     facing = _facing(human, known, placed, markers, start, stop)
     angle = quarter_turn_to_face_x(facing)
     recording = turn(recording, angle)
@@ -132,6 +151,7 @@ def fit_markers(
     qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
     notes += more
     qpos = unseen_toes_follow(calibration.human, places, qpos)
+    notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
         recording,
         markers=Markers(markers.names, markers.time[window], markers.positions[window]),
@@ -175,6 +195,12 @@ def fit_markers(
         metrics=_metrics(used, calibration, kept, np.isfinite(residual)),
         warnings=tuple(recording.warnings) + tuple(notes),
     )
+
+
+def _standing(human: Human, places: Sequence[Attachment]) -> Float[Array, "n_markers 3"]:
+    """Return where markers are on the standing person [m]."""
+    points = Points(human, [p.body for p in places], np.array([p.position for p in places]))
+    return points.at(human.standing()).copy()
 
 
 def unseen_toes_follow(
@@ -268,7 +294,10 @@ def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
             joined.append([a, b])
     start, stop = max(joined, key=lambda r: r[1] - r[0])
     if stop - start < 3:
-        raise FitError(f"only {stop - start} frames show enough markers; at least 3 are needed")
+        raise FitError(
+            f"only {stop - start} of {markers.n_frames} frames in a row show enough markers; at "
+            "least 3 are needed: record longer, or fill the gaps"
+        )
     return int(start), int(stop)
 
 
@@ -306,6 +335,11 @@ def _static_frames(static, names, human, known, placed):
         return 0, np.empty((0, len(names), 3))
     markers = static.markers
     common = [n for n in known if n in markers.names]
+    if len(common) < FEWEST_SHARED:
+        raise FitError(
+            f"the standing trial {static.source} shares {len(common)} known markers with the "
+            f"recording; {FEWEST_SHARED} are needed: name one with the same markers"
+        )
     start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
     angle = quarter_turn_to_face_x(_facing(human, common, placed, markers, start, stop))
     turned = turn(static, angle).markers
@@ -410,8 +444,9 @@ def _distances(solver, qpos, samples) -> Float[Array, "n_frames n_markers"]:
 
 
 def _metrics(used, calibration: Calibration, kept, seen) -> dict:
-    per_frame = np.sqrt(np.nanmean(used**2, axis=1))
-    per_marker = np.sqrt(np.nanmean(used**2, axis=0))
+    shown = np.isfinite(used)
+    per_frame = np.sqrt(np.nanmean(used[shown.any(axis=1)] ** 2, axis=1))
+    per_marker = np.sqrt(np.nanmean(used[:, shown.any(axis=0)] ** 2, axis=0))
     d = calibration.human.dimensions
     return {
         "marker_rms_mean_mm": 1e3 * float(np.nanmean(per_frame)),

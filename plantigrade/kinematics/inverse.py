@@ -15,9 +15,13 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from scipy.linalg.lapack import dposv  # pyright: ignore[reportAttributeAccessIssue] (compiled)
+from scipy.spatial.transform import Rotation, Slerp
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.kinematics.points import Points
+from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
+
+FEWEST_POINTS = 3  # measured points that tell where the root is
 
 # Pull on each hinge towards the rest posture, in the units of squared metres per squared radian
 # of the marker term: a centimetre of marker error weighs as much as two radians of posture.
@@ -224,6 +228,10 @@ def track(
 ) -> tuple[Float[Array, "n_frames nq"], Float[Array, "n_frames n_points"]]:
     """Solve all frames in order, each from an extrapolation of the two before it.
 
+    A hinge that no measured point of a frame tells, though others do, keeps its posture while the
+    next frames are solved, and is then led straight from where it was last seen to where it is seen
+    again. So does the whole body in frames with fewer than three points.
+
     Args:
         solver: The inverse kinematics.
         measured: World positions over time [m]; NaN where not measured.
@@ -239,13 +247,55 @@ def track(
     residual = np.empty(measured.shape[:2])
     previous = start
     velocity = np.zeros(model.nv)
+    seen = np.isfinite(measured).all(axis=2)
+    placed = seen.sum(axis=1) >= FEWEST_POINTS
+    told = ((seen @ solver.points.moves) > 0) & placed[:, None]
+    lost = ~told & told.any(axis=0)
     for k in range(n):
-        guess = solver.points.integrate(previous, velocity)
-        solution = solver.solve(measured[k], guess)
-        qpos[k], residual[k] = solution.qpos, solution.residual
-        if k:
-            mujoco.mj_differentiatePos(model, velocity, 1.0, previous, solution.qpos)
-        previous = solution.qpos
+        if placed[k] or not placed.any():
+            guess = solver.points.integrate(previous, velocity)
+            solution = solver.solve(measured[k], guess)
+            qpos[k], residual[k] = solution.qpos, solution.residual
+            qpos[k, 7:][lost[k]] = previous[7:][lost[k]]
+            if k:
+                mujoco.mj_differentiatePos(model, velocity, 1.0, previous, qpos[k])
+        else:
+            qpos[k], residual[k], velocity[:] = previous, np.nan, 0.0
+        previous = qpos[k]
         if progress and k % 50 == 0:
             progress(k + 1)
+    if lost.any() or not placed.all():
+        _bridge(qpos, placed, told)
+        for k in np.flatnonzero(lost.any(axis=1) | ~placed):
+            distance = np.linalg.norm(measured[k] - solver.points.at(qpos[k]), axis=1)
+            residual[k] = np.where(seen[k], distance, np.nan)
     return qpos, residual
+
+
+def _bridge(
+    qpos: Float[Array, "n_frames nq"],
+    placed: Bool[Array, " n_frames"],
+    told: Bool[Array, "n_frames n_hinges"],
+) -> None:
+    """Lead what was not seen straight from its last to its next seen value, in place.
+
+    Args:
+        qpos: Configurations.
+        placed: Frames in which the root was told.
+        told: Hinges that were told.
+    """
+    frames = np.arange(len(qpos))
+    if placed.any() and not placed.all():
+        for i in range(3):
+            qpos[~placed, i] = np.interp(frames[~placed], frames[placed], qpos[placed, i])
+        turns = Rotation.from_quat(wxyz_to_xyzw(qpos[placed, 3:7]))
+        if placed.sum() > 1:
+            between = np.clip(frames[~placed], frames[placed][0], frames[placed][-1])
+            quat = Slerp(frames[placed], turns)(between).as_quat()
+        else:
+            quat = np.tile(turns.as_quat(), ((~placed).sum(), 1))
+        qpos[~placed, 3:7] = xyzw_to_wxyz(quat)
+    for i in range(told.shape[1]):
+        known = told[:, i]
+        if known.any() and not known.all():
+            qpos[~known, 7 + i] = np.interp(frames[~known], frames[known], qpos[known, 7 + i])

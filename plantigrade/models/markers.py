@@ -284,9 +284,14 @@ def landmark_of(name: str) -> str | None:
     return None
 
 
+def _bare(name: str) -> str:
+    """Return a name without the person's in front: ``Ann:LKNE`` is ``LKNE``."""
+    return name.rpartition(":")[2]
+
+
 def best_set(names: Iterable[str]) -> MarkerSet:
     """Return the built-in set that knows most of the names; the earlier one where two tie."""
-    names = set(names)
+    names = {_bare(name) for name in names}
     return max(MARKER_SETS.values(), key=lambda s: len(names & set(s.landmarks)))
 
 
@@ -313,7 +318,8 @@ def place_markers(
             human.body(body)
             result[name] = Attachment(body, np.array(position), LOOSE / 3)
             continue
-        mark = chosen.landmarks.get(name) or landmark_of(name)
+        mark = chosen.landmarks.get(name) or chosen.landmarks.get(_bare(name))
+        mark = mark or landmark_of(_bare(name))
         if mark is not None and mark not in places:
             raise ParameterError(
                 f"marker set {chosen.name!r} puts {name} on {mark!r}; there is no such landmark; "

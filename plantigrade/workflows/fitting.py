@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plantigrade.errors import FitError
+from plantigrade.errors import FitError, ParameterError
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
@@ -99,6 +99,8 @@ def fit(loaded: Loaded, settings: FitSettings, progress: Callable | None = None)
     Raises:
         FitError: If it cannot be fitted; the message says why.
     """
+    if not settings.cutoff > 0:  # also catches NaN
+        raise ParameterError(f"cutoff={settings.cutoff} [Hz] must be positive; 6 suits walking")
     recording = loaded.recording
     person = {k: getattr(settings, k) for k in ("height", "mass", "sex", "joints", "feet")}
     if recording.markers is not None and recording.markers.names:
@@ -170,7 +172,7 @@ def write(
     human, motion = trial.fit.human, trial.record.motion
     feet = foot_segments(loaded, trial, settings) if loaded is not None else None
     metrics = {
-        "status": "ok",
+        "status": status(trial),
         "version": __version__,
         "command": " ".join(command),
         "settings": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(settings).items()},
@@ -201,6 +203,15 @@ def write(
         overwrite=overwrite,
     )
     return folder, metrics
+
+
+def status(trial: "Trial") -> str:
+    """Return ``"ok"``, or why the result cannot be called a fit."""
+    from plantigrade.kinematics.plausible import verdict
+
+    kind = "marker" if trial.fit.source_kind == "markers" else "joint"
+    error = trial.fit.metrics.get("marker_rms_mean_mm", trial.fit.metrics.get("joint_rms_mm"))
+    return verdict(None if error is None else 1e-3 * error, kind)
 
 
 def sentence(trial: "Trial") -> str:

@@ -86,3 +86,14 @@ def test_json(walk, tmp_path, capsys):
     metrics = json.loads(capsys.readouterr().out)
     assert metrics["status"] == "ok"
     assert metrics["target_files"] == [str(tmp_path / n) for n in ("walk.trc", "walk_grf.mot")]
+
+
+def test_source_is_never_replaced(tmp_path):
+    """A format keeps less than what was read, so a recording is not written over itself."""
+    path = tmp_path / "walk.csv"
+    path.write_text("time,a_x,a_y,a_z\n0,1,2,3\n0.01,1,2,3\n")
+    before = path.read_bytes()
+    (tmp_path / "link.csv").symlink_to(path)
+    for target in (path, tmp_path / "link.csv"):
+        assert main(["convert", str(path), str(target), "--overwrite"]) == 2
+    assert path.read_bytes() == before

@@ -194,3 +194,22 @@ def test_a_movement_is_tracked_through_a_full_turn_and_gaps():
     knee = 7 + human.hinge("knee_angle_r")
     frames = np.r_[0:60, 63:n]
     assert np.abs(found[frames, knee] - qpos[frames, knee]).max() < np.deg2rad(2.0)
+
+
+def test_a_hidden_arm_and_a_hidden_body_go_straight_from_where_they_were_to_where_they_are():
+    """An elbow that bends evenly while nobody sees it is found bent evenly, frames gone or not."""
+    human = person("42", "rigid")
+    points, solver = landmark_solver(human)
+    n, elbow = 40, 7 + human.hinge("elbow_flex_r")
+    qpos = np.tile(human.standing(), (n, 1))
+    qpos[:, elbow] = np.linspace(0.4, 1.6, n)
+    qpos[:, 0] = np.linspace(0.0, 0.8, n)
+    measured = np.array([points.at(q) for q in qpos])
+    below = points.moves[:, human.hinge("elbow_flex_r")] > 0
+    measured[15:25, below] = np.nan
+    measured[30:33] = np.nan
+    measured[33, 2:] = np.nan  # two points do not tell where a body is
+    found, residual = track(solver, measured, qpos[0])
+    np.testing.assert_allclose(found[:, elbow], qpos[:, elbow], atol=2e-3)
+    np.testing.assert_allclose(found[:, 0], qpos[:, 0], atol=2e-3)
+    assert np.isnan(residual[30:33]).all() and np.nanmax(residual) < 2e-3

@@ -1,0 +1,185 @@
+"""Whether a recording can be of a person at all: size, place, sides, posture, error that is left.
+
+What cannot be a person is refused with the likely cause; what is merely unusual is said.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import FitError
+from plantigrade.models.landmarks import Attachment
+from plantigrade.motion import Recording
+
+FEWEST_MARKERS = 6  # with known places: what it takes to fit a person
+SPREAD = (0.25, 4.0)  # the markers of one frame, corner to corner of their box [m]
+FARTHEST = 1e5  # from the origin [m]; beyond it a number no longer tells millimetres apart
+UPRIGHT = 0.35  # cosine of the trunk's lean below which a person does not stand or walk
+LARGEST_ERROR = {"marker": 0.04, "joint": 0.08}  # mean error of what can be called a fit [m]
+REACH = 3.0  # a sample this far from the middle of the markers is on no person [m]
+HALF_WINDOW = 5  # frames on each side over which that middle is the median
+MIRROR_GAIN = 0.6  # a mirrored trunk leaves less than this of the error of the trunk as it is
+TRUNK = {"pelvis", "abdomen", "torso", "lower_thorax", "thorax", "head"}
+
+
+def require_one_person(known: Sequence[str], source: object) -> None:
+    """Raise where markers of several people are in one file, told apart by ``Name:LKNE``.
+
+    Args:
+        known: Names of the markers whose place on the body is known.
+        source: The file, for the message.
+
+    Raises:
+        FitError: If two or more people have as many markers as a fit needs.
+    """
+    owners = Counter(name.rpartition(":")[0] for name in known)
+    people = sorted(owner for owner, count in owners.items() if count >= FEWEST_MARKERS)
+    if len(people) > 1:
+        raise FitError(
+            f"{source} holds the markers of {len(people)} people ({', '.join(people)}); one is "
+            "fitted at a time: export each to a file of its own"
+        )
+
+
+def require_human_size(samples: Float[Array, "n_frames n_markers 3"], source: object) -> None:
+    """Raise where the markers of a frame spread over no person.
+
+    Args:
+        samples: Positions [m]; NaN where not seen.
+        source: The file, for the message.
+
+    Raises:
+        FitError: If they spread too far or too little, or lie out of reach of any laboratory.
+    """
+    seen = np.isfinite(samples[..., 0])
+    frames = samples[seen.sum(axis=1) >= 3]
+    if not len(frames):
+        return
+    farthest = float(np.nanmedian(np.nanmax(np.abs(frames), axis=(1, 2))))
+    if farthest > FARTHEST:
+        raise FitError(
+            f"{source}: the markers lie {farthest:.3g} m from the origin, where rounding hides "
+            f"millimetres; allowed are {FARTHEST:.0e} m: check the unit, or move the origin"
+        )
+    box = np.nanmax(frames, axis=1) - np.nanmin(frames, axis=1)
+    spread = float(np.median(np.linalg.norm(box, axis=1)))
+    if not SPREAD[0] <= spread <= SPREAD[1]:
+        raise FitError(
+            f"{source}: the markers of one frame spread over {spread:.3g} m; those of a person "
+            f"over {SPREAD[0]} to {SPREAD[1]:.0f} m: check the file's unit of length"
+        )
+
+
+def require_own_sides(
+    places: Sequence[Attachment],
+    model: Float[Array, "n_markers 3"],
+    samples: Float[Array, "n_frames n_markers 3"],
+    source: object,
+) -> None:
+    """Raise where the trunk was recorded as its own mirror image.
+
+    The trunk hardly bends, so a turn alone should carry it onto the standing person's. Where a
+    turn with a reflection does so far better, left and right are exchanged, or one axis of the file
+    points the other way.
+
+    Args:
+        places: Where the markers sit.
+        model: The same points of the standing person [m].
+        samples: Measured positions [m].
+        source: The file, for the message.
+
+    Raises:
+        FitError: If the trunk is mirrored.
+    """
+    trunk = np.array([p.body in TRUNK for p in places], dtype=bool)
+    if trunk.sum() < 6:
+        return
+    a, measured = model[trunk], samples[:, trunk]
+    whole = measured[np.isfinite(measured[..., 0]).sum(axis=1) >= 6]
+    ratios = []
+    for frame in whole[:: max(1, len(whole) // 15)]:
+        seen = np.isfinite(frame[:, 0])
+        ratios.append(_mirrored_over_turned(a[seen], frame[seen]))
+    if ratios and np.median(ratios) < MIRROR_GAIN:
+        raise FitError(
+            f"{source}: the person is mirrored: the names of left and right markers are exchanged, "
+            "or one axis of the file points the other way; rename the markers or turn that axis"
+        )
+
+
+def _mirrored_over_turned(a: Float[Array, "n_points 3"], b: Float[Array, "n_points 3"]) -> float:
+    """Return the error of the best turn with a reflection over that of the best turn alone."""
+    da, db = a - a.mean(axis=0), b - b.mean(axis=0)
+    u, s, vt = np.linalg.svd(da.T @ db)
+    sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    size = (da**2).sum() * (db**2).sum()
+
+    def left(handed: float) -> float:  # of the squared error, the scale free [Kabsch]
+        return max(1 - (s[0] + s[1] + handed * s[2]) ** 2 / size, 1e-12)
+
+    return float(np.sqrt(left(-sign) / left(sign)))
+
+
+def without_far_samples(recording: Recording) -> tuple[Recording, int]:
+    """Return the recording without samples out of the person's reach, and how many they were.
+
+    The middle of the markers moves little within a few frames; a frame whose middle jumps, or a
+    sample far from it, is a fault of the measurement, and would drag the body along.
+    """
+    markers = recording.markers
+    assert markers is not None
+    middle = np.full((markers.n_frames, 3), np.nan)
+    seen = np.isfinite(markers.positions[..., 0])
+    some = seen.any(axis=1)
+    middle[some] = np.nanmedian(markers.positions[some], axis=1)
+    around = np.array(
+        [
+            np.nanmedian(middle[max(0, f - HALF_WINDOW) : f + HALF_WINDOW + 1], axis=0)
+            if some[max(0, f - HALF_WINDOW) : f + HALF_WINDOW + 1].any()
+            else middle[f]
+            for f in range(markers.n_frames)
+        ]
+    )
+    distance = np.linalg.norm(markers.positions - around[:, None], axis=2)
+    far = distance > REACH
+    if not far.any():
+        return recording, 0
+    kept = np.where(far[..., None], np.nan, markers.positions)
+    return replace(recording, markers=replace(markers, positions=kept)), int(far.sum())
+
+
+def lean_notes(rotations: Float[Array, "n_frames 3 3"]) -> list[str]:
+    """Return a sentence where the trunk is not upright in most frames.
+
+    Args:
+        rotations: Of the trunk: its own axes (z towards the head) to the world's.
+    """
+    cosine = float(np.median(rotations[:, 2, 2]))
+    if cosine >= UPRIGHT:
+        return []
+    how = "upside down" if cosine < -UPRIGHT else "lying"
+    return [
+        f"the person is {how} in most frames ({np.rad2deg(np.arccos(cosine)):.0f}° from upright); "
+        "if that is not so, the vertical axis of the file is not z: turn it before."
+    ]
+
+
+def verdict(error: float | None, kind: str) -> str:
+    """Return ``"ok"``, or why what came out cannot be called a fit.
+
+    Args:
+        error: Mean error that is left [m], where there is one.
+        kind: What it is of: ``"marker"`` or ``"joint"``.
+    """
+    if error is None or error <= LARGEST_ERROR[kind]:
+        return "ok"
+    if np.isfinite(error):
+        return (
+            f"the body could not be brought to the recording: mean {kind} error "
+            f"{1e3 * error:.0f} mm, allowed are {1e3 * LARGEST_ERROR[kind]:.0f}; check names, "
+            "units and that all frames are of one person"
+        )
+    return "the body could not be brought to the recording: no error is known"

@@ -1,0 +1,106 @@
+"""What is no person is refused with the likely cause; a person in any place or turn is not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from plantigrade.errors import FitError
+from plantigrade.kinematics.plausible import (
+    lean_notes,
+    require_human_size,
+    require_one_person,
+    require_own_sides,
+    verdict,
+    without_far_samples,
+)
+from plantigrade.models import Human
+from plantigrade.models.landmarks import attachments
+from plantigrade.motion import Markers, Recording
+
+TRUNK = ("asis_r", "asis_l", "psis_r", "psis_l", "c7", "t10", "suprasternale", "xiphoid")
+
+
+@pytest.fixture(scope="module")
+def person():
+    """Return where trunk markers sit and their positions on the standing person."""
+    from plantigrade.kinematics.points import Points
+
+    human = Human.create(1.7, 65.0, "female")
+    table = attachments(human)
+    places = [table[name] for name in TRUNK]
+    points = Points(human, [p.body for p in places], np.array([p.position for p in places]))
+    return places, points.at(human.standing()).copy()
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_wrong_unit_is_named(person, unit):
+    with pytest.raises(FitError, match="unit of length"):
+        require_human_size(unit * person[1][None], "walk.trc")
+
+
+def test_out_of_reach_is_named(person):
+    with pytest.raises(FitError, match="from the origin"):
+        require_human_size(person[1][None] + 1e9, "walk.trc")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_sides_in_any_attitude(person, seed):
+    """A turned, moved, larger person is no mirror image; the reflected one always is."""
+    places, model = person
+    rng = np.random.default_rng(seed)
+    turned = 1.2 * Rotation.random(rng=rng).apply(model) + rng.normal(size=3)
+    turned = turned + rng.normal(scale=0.01, size=model.shape)
+    require_own_sides(places, model, turned[None], "walk.c3d")
+    with pytest.raises(FitError, match="mirrored"):
+        require_own_sides(places, model, turned[None] * [1, -1, 1], "walk.c3d")
+
+
+def test_exchanged_names_are_a_mirror_image(person):
+    places, model = person
+    swapped = [TRUNK.index(n[:-1] + {"r": "l", "l": "r"}[n[-1]]) if "_" in n else i
+               for i, n in enumerate(TRUNK)]  # fmt: skip
+    with pytest.raises(FitError, match="left and right"):
+        require_own_sides(places, model, model[swapped][None], "walk.c3d")
+
+
+def test_two_people():
+    names = [f"{who}:M{i}" for who in ("Ann", "Ben") for i in range(6)]
+    with pytest.raises(FitError, match="Ann, Ben"):
+        require_one_person(names, "walk.c3d")
+    require_one_person(names[:6] + ["Wand:1"], "walk.c3d")
+
+
+def test_one_faulty_frame_is_left_out_and_running_is_not():
+    time = np.arange(50) / 50
+    x = np.array([[0, 0, 1.0], [0, 0.3, 0], [0.2, 0, 1.6]])[None] + np.zeros((50, 1, 3))
+    x[:, :, 0] += 10 * time[:, None]  # a sprint
+    whole = Recording(Path("sprint.c3d"), markers=Markers(("a", "b", "c"), time, x))
+    assert without_far_samples(whole)[1] == 0
+    broken = x.copy()
+    broken[20] += 1e4
+    broken[30, 1] += 5
+    cleaned, count = without_far_samples(
+        replace(whole, markers=Markers(("a", "b", "c"), time, broken))
+    )
+    assert count == 4
+    assert cleaned.markers is not None
+    assert np.isnan(cleaned.markers.positions[20]).all()
+    np.testing.assert_array_equal(cleaned.markers.positions[31], x[31])
+
+
+def test_lean():
+    upright = np.eye(3)[None]
+    assert not lean_notes(upright)
+    lying = Rotation.from_euler("y", [[90]], degrees=True).as_matrix()
+    assert "lying" in lean_notes(lying)[0]
+    on_the_head = Rotation.from_euler("x", [[180]], degrees=True).as_matrix()
+    assert "upside down" in lean_notes(on_the_head)[0]
+
+
+def test_verdict():
+    assert verdict(0.01, "marker") == "ok" and verdict(None, "joint") == "ok"
+    assert "355 mm" in verdict(0.3551, "marker")
+    assert verdict(float("nan"), "marker") != "ok"
