@@ -24,6 +24,7 @@ OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 def main() -> int:
     """Run the chosen parts and print their table; 1 if a goal is missed and that was asked for."""
     arguments = parse()
+    where = machine()  # before the benchmark itself makes it busy
     data, why = find_data(arguments.data)
     parts: dict[str, Callable[[], Iterator[Row]]] = {
         "start": processes.start_rows,
@@ -42,9 +43,9 @@ def main() -> int:
         for row in parts[name]():
             rows.append(row)
             print(f"{row.subject}: {row.quantity}", file=sys.stderr, flush=True)
-    notes = [f"plantigrade {__version__} on {machine()}"]
+    notes = [f"plantigrade {__version__} on {where}"]
     if arguments.json:
-        print(json.dumps({"machine": machine(), "rows": [asdict(row) for row in rows]}, indent=1))
+        print(json.dumps({"machine": where, "rows": [asdict(row) for row in rows]}, indent=1))
     else:
         print(ResultTable("Speed and memory", rows, notes).text())
     missed = [row for row in rows if row.met is False]
@@ -94,7 +95,9 @@ def find_data(named: Path | None) -> tuple[Path | None, str]:
 
 def machine() -> str:
     """Return where this was measured."""
-    return f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+    python = f"Python {platform.python_version()}"
+    busy = f", {os.getloadavg()[0]:.1f} processes running" if hasattr(os, "getloadavg") else ""
+    return f"{platform.machine()}, {os.cpu_count()} cores{busy}, {python}"
 
 
 if __name__ == "__main__":

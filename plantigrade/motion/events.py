@@ -17,7 +17,8 @@ alternate by construction, and the thresholds scale with the walker.
 **Steps.** Not every hump is a step. A step puts the foot clear of where it stood and carries it
 further than it lifts it, else it is a shuffle on the spot, a kick or a jump in place. The other
 foot stands for part of it; both may be in the air, as in running, but for no longer than running
-has it, else it is a leap. Between two steps of one foot the other steps, else it is a hop.
+has it, else it is a leap. Feet that land together end a jump. Between two steps of one foot the
+other steps, else it is a hop.
 
 Velocity thresholds are those of [Ghoussayni2004]_; that they must scale with walking speed, and how
 the published methods compare, is in [Bruening2014]_. The peak speed of the slower end is about
@@ -66,6 +67,9 @@ LONGEST_FLIGHT = 0.22
 
 SHORTEST_STANCE = 0.06
 """Shortest stance [s]; a sprinter's lasts 0.08 s. A foot that rests for less was only slow."""
+
+SHORTEST_STEP = 0.12
+"""Shortest time from one foot's landing to the other's [s]; a sprinter's is 0.2 s."""
 
 LEAST_WAY = 1.0
 """Least way of the foot in a step, of its length from heel to toe: its prints do not overlap."""
@@ -160,7 +164,7 @@ def detect_gait_events(
             ):
                 steps.append((k, swing))
     events = []
-    for k, swing in _alternating(steps, speed):
+    for k, swing in _alternating(_apart(steps), speed):
         if swing.start is not None:
             events.append(GaitEvent(float(swing.start), SIDES[k], "toe_off"))
         if swing.stop is not None:
@@ -420,8 +424,8 @@ def _joined(swings):
         before = joined[-1] if joined else None
         if (
             before is not None
-            and before.stop is not None
-            and swing.start is not None
+            and before.whole
+            and swing.whole
             and swing.start - before.stop < SHORTEST_STANCE
         ):
             peak = max(before.peak, swing.peak)
@@ -441,6 +445,25 @@ def _carries(swing, middle, height, length):
         and lift <= MOST_LIFT * way
         and swing.stop - swing.start >= SHORTEST_SWING
     )
+
+
+def _apart(steps):
+    """Return the steps (foot, swing) without those that end as the other foot lands.
+
+    The foot that was away for the shorter time only closed up to the other.
+    """
+    return [
+        (k, swing)
+        for k, swing in steps
+        if not any(
+            other != k
+            and swing.stop is not None
+            and longer.stop is not None
+            and abs(swing.stop - longer.stop) < SHORTEST_STEP
+            and swing.last - swing.first <= longer.last - longer.first
+            for other, longer in steps
+        )
+    ]
 
 
 def _alternating(steps, speed):

@@ -166,6 +166,12 @@ def test_jumps_and_hops_of_the_collection(data):
 
     jump = fit_file(data / "cmu_asfamc" / "02_04.amc")
     assert jump.record.motion.events == ()
+    # Kicks, a leap and a few real steps: each lands well after the other foot's.
+    hop = fit_file(data / "cmu_asfamc" / "131_03.amc").record.motion.events
+    landings = [e for e in hop if e.kind == "heel_strike"]
+    assert not [e for e in hop if 1.0 < e.time < 2.0 or 6.0 < e.time < 7.3]  # kick, leap
+    for a, b in zip(landings, landings[1:], strict=False):
+        assert b.time - a.time > 0.12
 
 
 def plate(force, time, corners=None):
