@@ -157,9 +157,10 @@ _SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 def _speed_class(metrics: dict[str, Any]) -> str:
     speed = metrics.get("walking_speed_m_s")
     legs = [metrics.get(f"length_{n}_m") for n in ("thigh", "shank", "ankle_height")]
-    if speed is None or any(v is None for v in legs):
+    known = [float(v) for v in legs if v is not None]
+    if speed is None or len(known) < len(legs):
         return "free"
-    return norms.speed_class(speed, float(sum(legs)))
+    return norms.speed_class(speed, sum(known))
 
 
 def _measures(metrics: dict[str, Any], speed_class: str) -> list[Measure]:
