@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -127,7 +127,7 @@ class Command(PersonOptions, RunOptions, JobOptions):
         for name in names:
             refuse_existing(Path("runs") / f"fit-{name}", overwrite=self.overwrite)
         with parallel_config(_ready(self.backend), n_jobs=self.jobs):
-            done = Parallel()(
+            done: Any = Parallel()(
                 delayed(_fit_alone)(words, path, name)
                 for path, name in zip(self.files, names, strict=True)
             )

@@ -96,9 +96,9 @@ class Calibrator:
         self.offsets = np.zeros((len(names), 3))
         self.qpos = np.tile(human.standing(), (len(measured), 1))
         self.landmark_names = self._landmark_names()
-        straight = [c.startswith(_STANDING) for c in human.coordinates]
+        straight = np.array([c.startswith(_STANDING) for c in human.coordinates])
         spread = np.full((len(measured), len(straight)), POSTURE_SPREAD)
-        spread[np.ix_(standing, straight)] = STANDING_SPREAD
+        spread[standing[:, None] & straight] = STANDING_SPREAD
         self.posture_weight = 1 / spread**2
         self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
 

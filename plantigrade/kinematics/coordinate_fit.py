@@ -155,7 +155,7 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
         )
     if len(table.time) < 2:
         raise FitError(f"{recording.source} has {len(table.time)} rows; two are needed")
-    good = np.isfinite(table.values).all(axis=1)
+    good = np.all(np.isfinite(table.values), axis=1)
     if not good.all():
         edges = np.flatnonzero(good)
         if len(edges) < 2:

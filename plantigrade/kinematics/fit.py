@@ -112,7 +112,7 @@ def fit_markers(
     known = [n for n in names if placed[n] is not None and n in markers.names]
     require_known([n for n in names if n in markers.names], placed)
     require_one_person(known, recording.source)
-    attached = [placed[n] for n in known]
+    attached = [p for n in known if (p := placed[n]) is not None]
     seen_as = _columns(markers, known)[start:stop]
     require_human_size(seen_as, recording.source)
     require_own_sides(attached, _standing(human, attached), seen_as, recording.source)

@@ -125,7 +125,7 @@ class InverseKinematics:
             measured: World positions [m]; NaN rows are left out.
             start: Configuration to start from.
         """
-        seen = np.isfinite(measured).all(axis=1)
+        seen = np.all(np.isfinite(measured), axis=1)
         target = np.where(seen[:, None], measured, 0.0)
         w = np.where(seen, self.weights, 0.0)
         root_w = np.sqrt(np.repeat(w, 3))
@@ -247,7 +247,7 @@ def track(
     residual = np.empty(measured.shape[:2])
     previous = start
     velocity = np.zeros(model.nv)
-    seen = np.isfinite(measured).all(axis=2)
+    seen = np.all(np.isfinite(measured), axis=2)
     placed = seen.sum(axis=1) >= FEWEST_POINTS
     told = ((seen @ solver.points.moves) > 0) & placed[:, None]
     lost = ~told & told.any(axis=0)

@@ -133,7 +133,7 @@ def without_far_samples(recording: Recording) -> tuple[Recording, int]:
     assert markers is not None
     middle = np.full((markers.n_frames, 3), np.nan)
     seen = np.isfinite(markers.positions[..., 0])
-    some = seen.any(axis=1)
+    some = np.any(seen, axis=1)
     middle[some] = np.nanmedian(markers.positions[some], axis=1)
     around = np.array(
         [

@@ -55,7 +55,8 @@ class Coordinate:
 
 def _c(axis, limits_deg, range_source, moments, strength_source) -> Coordinate:
     low, high = (float(v) for v in np.deg2rad(limits_deg))
-    return Coordinate(axis, low, high, range_source, *map(float, moments), strength_source)
+    weakest, strongest = (float(v) for v in moments)
+    return Coordinate(axis, low, high, range_source, weakest, strongest, strength_source)
 
 
 # Where the ranges come from.
