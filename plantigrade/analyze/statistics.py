@@ -1,4 +1,4 @@
-"""How far two curves differ, and what a curve spans."""
+"""How far two curves differ."""
 
 import numpy as np
 
@@ -40,38 +40,6 @@ def correlation(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
     x, y = x - x.mean(), y - y.mean()
     scale = np.sqrt((x @ x) * (y @ y))
     return float(x @ y / scale) if scale > 0 else float("nan")
-
-
-def range_of_motion(a: Float[Array, " *shape"]) -> float:
-    """Return greatest minus least value, NaN left out; NaN where nothing is known."""
-    known = np.asarray(a)[np.isfinite(a)]
-    return float(np.ptp(known)) if len(known) else float("nan")
-
-
-def mean_sd(
-    curves: Float[Array, " n_curves *shape"],
-) -> tuple[Float[Array, " *shape"], Float[Array, " *shape"]]:
-    """Return mean and sample standard deviation over the first axis, NaN left out.
-
-    The deviation of a single curve is not known: NaN.
-    """
-    curves = np.asarray(curves, dtype=float)
-    known = np.isfinite(curves)
-    count = known.sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.where(known, curves, 0.0).sum(axis=0) / count
-        squares = np.where(known, (curves - mean) ** 2, 0.0).sum(axis=0)
-        sd = np.sqrt(squares / (count - 1))
-    return np.where(count > 0, mean, np.nan), np.where(count > 1, sd, np.nan)
-
-
-def fraction_within(
-    curve: Float[Array, " n"], low: Float[Array, " n"], high: Float[Array, " n"]
-) -> float:
-    """Return the fraction of known points of a curve that lie within a band."""
-    known = np.isfinite(curve) & np.isfinite(low) & np.isfinite(high)
-    inside = (curve >= low) & (curve <= high)
-    return float(inside[known].mean()) if known.any() else float("nan")
 
 
 def _shared(a, b):

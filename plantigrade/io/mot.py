@@ -41,7 +41,6 @@ MAX_COLUMNS = 5000
 MAX_BYTES = 80e6  # of a file [bytes]: about 5 minutes of two plates at 2000 Hz
 
 _OPENSIM_TO_OURS = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
-_TRANSLATION = re.compile(r"_t[xyz]$")
 _NO_ANGLE = re.compile(
     r"(_t[xyz]|_beta|_moment|_force|_torque|_power|_activation|_excitation|_length)$"
 )
@@ -557,11 +556,6 @@ def _plates_table(plates: Sequence[ForcePlate]) -> Table:
         names += [f"ground_torque_{known}_{x}" for x in "xyz"]
         columns += [*signals.T, zero, moment, zero]
     return Table(tuple(names), time, np.stack(columns, axis=1))
-
-
-def is_translation(name: str) -> bool:
-    """Return whether a coordinate is a length [m], not an angle."""
-    return _TRANSLATION.search(name) is not None
 
 
 def loaded(plate: ForcePlate) -> Bool[Array, " n"]:

@@ -37,11 +37,13 @@ class Panel:
         title: What is plotted.
         unit: Its unit (``"°"``, ``"N"``, …).
         lines: The curves.
+        name: The coordinate without its side.
     """
 
     title: str
     unit: str
     lines: tuple[Line, ...]
+    name: str = ""
 
 
 def hinge_table(model: mujoco.MjModel, motion: Motion) -> Table:
@@ -83,7 +85,7 @@ def panels_of(curves: Table | dict[str, np.ndarray], n_frames: int) -> tuple[Pan
     order = {name: i for i, name in enumerate(FIRST)}
     keys = sorted(grouped, key=lambda key: order.get(key[0], len(FIRST)))
     panels = (
-        Panel(title_of(name), unit, tuple(sorted(grouped[name, unit], key=_right_first)))
+        Panel(title_of(name), unit, tuple(sorted(grouped[name, unit], key=_right_first)), name)
         for name, unit in keys
     )
     return tuple(panel for panel in panels if any(map(_moves, panel.lines)))

@@ -18,6 +18,7 @@ LEFT = f"var(--left, {theme.LEFT})"
 MIDDLE = f"var(--middle, {theme.MIDDLE})"
 SIDES = {"r": RIGHT, "l": LEFT, None: MIDDLE, "": MIDDLE}
 _SOFT, _GRID, _TEXT = "var(--soft, #64707f)", "var(--grid, #e3e7ec)", "var(--fg, #1c2430)"
+TITLE, LETTER = 7.6, 5.6  # width of a letter of the title and of the legend, about [px]
 _FONT = 'font-family="system-ui, sans-serif"'
 
 
@@ -105,6 +106,7 @@ def line_plot(
     width: int = 330,
     height: int = 210,
     zero: bool = False,
+    least: float = 0.0,
 ) -> str:
     """Return a line plot.
 
@@ -118,12 +120,15 @@ def line_plot(
         width: Of the drawing [px].
         height: Of the drawing [px].
         zero: Whether zero must lie on the vertical axis.
+        least: The vertical axis spans at least this much, so that stillness looks still.
     """
     xs = [s.x for s in series] + [b.x for b in bands]
     ys = [s.y for s in series] + [b.low for b in bands] + [b.high for b in bands]
     x0, x1 = _range(xs, pad=0.0)
-    y0, y1 = _range([*ys, np.zeros(1)] if zero else ys, pad=0.06)
-    left, right, top, bottom = 46, width - 10, 26, height - 38
+    y0, y1 = _range([*ys, np.zeros(1)] if zero else ys, pad=0.06, least=least)
+    left, right, bottom = 52, width - 10, height - 38
+    second = _words(series) > right - left - TITLE * len(title)
+    top = 40 if second else 26
     px = _scale(x0, x1, left, right)
     py = _scale(y0, y1, bottom, top)
     parts = [_open(width, height, f"{title}, {y_label} over {x_label}"), _title(title, left)]
@@ -149,7 +154,7 @@ def line_plot(
             f'<path d="{_path(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
             f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"{dash}/>'
         )
-    parts += _legend(series, left + 7.2 * len(title), right)
+    parts += _legend(series, right, 30 if second else 15)
     return "".join(parts) + "</svg>"
 
 
@@ -232,7 +237,8 @@ def path_plot(
     x0, x1 = _range([*xs, *(r[:, 0] for r in reach)], pad=0.03, least=0.3)
     more = [np.zeros(1)] if ground else []
     y0, y1 = _range([*ys, *(r[:, 1] for r in reach), *more], pad=0.08, least=0.3)
-    left, top, below = 50, 28, 40
+    second = _words(series) > min(width, 400) - 62 - TITLE * len(title)
+    left, top, below = 50, 42 if second else 28, 40
     scale = min((width - left - 12) / (x1 - x0), (max_height - top - below) / (y1 - y0))
     right, bottom = left + scale * (x1 - x0), top + scale * (y1 - y0)
     px, py = _scale(x0, x1, left, right), _scale(y0, y1, bottom, top)
@@ -255,7 +261,7 @@ def path_plot(
             f'<path d="{_path(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
             f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"/>'
         )
-    parts += _legend(series, left + 7.2 * len(title), size[0] - 12)
+    parts += _legend(series, max(right, left + _words(series)), 32 if second else 15)
     return "".join(parts) + "</svg>"
 
 
@@ -318,19 +324,21 @@ def _axes(x0, x1, y0, y1, px, py, box, x_label, y_label):
     )
 
 
-def _legend(series, left, right):
-    """Yield the legend at the right of the title line; initials where words would not fit."""
-    named = {s.label: s for s in series if s.label}
-    short = sum(5.6 * len(label) + 28 for label in named) > right - left
+def _words(series) -> float:
+    """Return the width of the legend [px]."""
+    return sum(LETTER * len(label) + 28 for label in {s.label for s in series if s.label})
+
+
+def _legend(series, right, y):
+    """Yield the legend, ending at ``right``."""
     at = right
-    for label, s in reversed(named.items()):
-        text = label[0].upper() if short else label
-        at -= 5.6 * len(text) + (2 if short else 0)
-        yield _text(text, at, 15)
+    for label, s in reversed({s.label: s for s in series if s.label}.items()):
+        at -= LETTER * len(label)
+        yield _text(label, at, y)
         at -= 18
         dash = f' stroke-dasharray="{s.dash}"' if s.dash else ""
         yield (
-            f'<line x1="{at:.1f}" x2="{at + 14:.1f}" y1="11.5" y2="11.5" '
+            f'<line x1="{at:.1f}" x2="{at + 14:.1f}" y1="{y - 3.5:.1f}" y2="{y - 3.5:.1f}" '
             f'style="stroke:{s.colour}" stroke-width="2.4"{dash}/>'
         )
         at -= 10

@@ -12,6 +12,7 @@ from plantigrade.report.curves import panels_of
 from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Series, line_plot
 from plantigrade.report.scene import check
 from plantigrade.report.sections import (
+    LEAST,
     CycleCurves,
     Figure,
     Section,
@@ -23,6 +24,7 @@ from plantigrade.report.sections import (
     time_section,
 )
 from plantigrade.report.strip import instants, strip_svg
+from plantigrade.report.theme import SIDE_NAMES
 from plantigrade.report.viewer import template_text
 
 LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
@@ -147,7 +149,7 @@ def _sections(model, record, data):
             data.forces,
             data.norms,
             data.toe_off,
-            caption="Force of the ground on the foot.",
+            caption="Force of the ground on the foot, in body weights (BW).",
             missing="",
         )
     yield force_section(model, record)
@@ -183,6 +185,10 @@ def _moments(model, record, data) -> Section:
         return Section("Joint moments", missing="no forces were measured, so no joint moments.")
     panels = panels_of({f"{name} [N m]": table[name] for name in table.names}, len(table.time))
     legs = [p for p in panels if p.lines[0].label and _is_leg(p.title)] or list(panels[:12])
+    if not panels:
+        return Section(
+            "Joint moments", missing="no foot had a force of its own measured, so no joint moments."
+        )
     colours = {"right": RIGHT, "left": LEFT}
     figures = [
         Figure(
@@ -195,6 +201,7 @@ def _moments(model, record, data) -> Section:
                 x_label="time [s]",
                 y_label="[N m]",
                 zero=True,
+                least=LEAST["N m"],
             )
         )
         for panel in legs
@@ -266,7 +273,7 @@ def _strip_frames(record) -> list[int]:
 
 def _metrics(metrics: dict) -> list[tuple[str, str]]:
     """Return the flat figures of a run as rows of name and value."""
-    hidden = set(_known(metrics)) | {"status"}
+    hidden = set(_known(metrics)) | {"status", "title", "sentence", "warnings"}
     return [
         (_label(key), _figure(value))
         for key, value in metrics.items()
@@ -277,7 +284,8 @@ def _metrics(metrics: dict) -> list[tuple[str, str]]:
 UNITS = {
     "deg": "°", "rad": "rad", "mm": "mm", "cm": "cm", "m": "m", "s": "s", "ms": "ms", "hz": "Hz",
     "n": "N", "nm": "N m", "kg": "kg", "w": "W", "j": "J", "percent": "%", "bw": "body weight",
-    "mps": "m/s", "spm": "steps/min", "mb": "MB",
+    "mps": "m/s", "spm": "steps/min", "mb": "MB", "pct": "%",
+    "m_s": "m/s", "steps_min": "steps/min", "nm_kg": "N m/kg", "w_kg": "W/kg",
 }  # fmt: skip
 
 
@@ -285,13 +293,13 @@ def _label(key: str) -> str:
     """Return a metric's key as words, its unit in brackets.
 
     Example:
-        >>> _label("knee_rom_error_r_deg"), _label("frames")
-        ('knee rom error r [°]', 'frames')
+        >>> _label("knee_rom_error_r_deg"), _label("walking_speed_m_s"), _label("frames")
+        ('knee rom error right [°]', 'walking speed [m/s]', 'frames')
     """
     words = key.split("_")
-    if len(words) > 1 and words[-1] in UNITS:
-        return f"{' '.join(words[:-1])} [{UNITS[words[-1]]}]"
-    return " ".join(words)
+    unit = next((n for n in (2, 1) if len(words) > n and "_".join(words[-n:]) in UNITS), 0)
+    name = " ".join(SIDE_NAMES.get(word, word) for word in words[: len(words) - unit])
+    return f"{name} [{UNITS['_'.join(words[-unit:])]}]" if unit else name
 
 
 def _known(metrics: dict) -> dict:

@@ -34,7 +34,7 @@ LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 FORCE_NAMES = {
     "up": "ground_force_up",
     "forward": "ground_force_forward",
-    "left": "ground_force_left",
+    "left": "ground_force_sideways",
 }
 # Spatio-temporal measures: label, unit, stem of the key in the metrics, unit in the key.
 BY_SIDE = (
@@ -90,7 +90,7 @@ def run_data(
         angles=_curves(curves, curves.angles, SHOWN, "°") if walks else (),
         moments=_curves(curves, curves.moments, LOADED, "N m/kg", "_moment"),
         powers=_curves(curves, curves.powers, LOADED, "W/kg", "_power"),
-        forces=_curves(curves, curves.forces, tuple(FORCE_NAMES), "body weights"),
+        forces=_curves(curves, curves.forces, tuple(FORCE_NAMES), "BW"),
         norms=_norms(speed_class),
         toe_off={s: v for s, v in stance.items() if v is not None},
         measures=_measures(metrics, speed_class) if walks else (),

@@ -212,6 +212,9 @@ def side_forces(
     The centre of pressure is the mean of the contact points, weighted with the vertical force,
     :math:`p = \sum_i f_{z,i}\, p_i / \sum_i f_{z,i}`.
 
+    A force under a foot of which it is not known that it is all of that foot's, and of no other's
+    (both feet on one plate), counts as of unknown side.
+
     Args:
         record: With contact forces.
         weight: Body weight [N]; below a fiftieth of it a side counts as unloaded.
@@ -226,15 +229,18 @@ def side_forces(
     force = np.nan_to_num(record.contact_force)
     total = np.zeros((len(force), 3, 3))
     cop = np.full((len(force), 3, 3), np.nan)
+    known = np.ones(force.shape[:2], bool) if record.contact_known is None else record.contact_known
     for row, side in enumerate(("r", "l", "")):
-        columns = [i for i, s in enumerate(sides) if s == side]
-        if not columns:
+        own = np.array([s == side for s in sides], dtype=bool)
+        mine = own & known if side else own | ~known
+        if not mine.any():
             continue
-        total[:, row] = force[:, columns].sum(axis=1)
+        part = np.where(mine[..., None], force, 0.0)
+        total[:, row] = part.sum(axis=1)
         if record.contact_point is None:
             continue
-        point = record.contact_point[:, columns]
-        share = np.where(np.isfinite(point).all(axis=2), np.maximum(force[:, columns, 2], 0), 0)
+        point = record.contact_point
+        share = np.where(np.isfinite(point).all(axis=2), np.maximum(part[..., 2], 0), 0)
         load = share.sum(axis=1)
         loaded = load > LOADED * weight
         mean = np.einsum("nk,nkd->nd", share, np.nan_to_num(point))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
+from plantigrade.analyze.curves import known_above
 from plantigrade.arrays import Array, Float
 from plantigrade.motion import Record, Table
 from plantigrade.report.curves import hinge_table, panels_of
@@ -37,7 +38,23 @@ MEANINGS = {  # what positive and negative mean, short enough for an axis
     "lumbar_extension": ("ext.", "flex."),
     "arm_flex": ("flex.", "ext."),
     "elbow_flex": ("flex.", "ext."),
+    "pelvis_list": ("left up", "right up"),
+    "pelvis_rotation": ("to left", "to right"),
+    "lumbar_bending": ("to right", "to left"),
+    "lumbar_rotation": ("to left", "to right"),
+    "neck_extension": ("ext.", "flex."),
+    "neck_bending": ("to right", "to left"),
+    "neck_rotation": ("to left", "to right"),
+    "arm_add": ("add.", "abd."),
+    "arm_rot": ("internal", "external"),
+    "pro_sup": ("pron.", "sup."),
+    "wrist_flex": ("flex.", "ext."),
+    "wrist_dev": ("ulnar", "radial"),
+    "ground_force_forward": ("pushes", "brakes"),
+    "ground_force_sideways": ("left", "right"),
 }
+LEAST = {"°": 10.0, "N m": 10.0, "N m/kg": 0.2, "W/kg": 0.2, "BW": 0.1}
+"""What the vertical axis spans at least, by unit: a figure drawn larger would magnify noise."""
 
 
 @dataclass(frozen=True)
@@ -154,6 +171,7 @@ def cycle_section(
                     title=title_of(base),
                     x_label="gait cycle [%]",
                     y_label=_signed(base, unit),
+                    least=LEAST.get(unit, 0.0),
                 )
             )
         )
@@ -188,7 +206,8 @@ def time_section(model: mujoco.MjModel, record: Record, curves) -> Section:
                 ],
                 title=panel.title,
                 x_label="time [s]",
-                y_label=f"[{panel.unit.strip()}]",
+                y_label=_signed(panel.name, panel.unit.strip()),
+                least=LEAST.get(panel.unit.strip(), 0.0),
             )
         )
         for panel in panels[:24]
@@ -200,16 +219,18 @@ def time_section(model: mujoco.MjModel, record: Record, curves) -> Section:
 
 
 def moments_over_time(model: mujoco.MjModel, record: Record) -> Table | None:
-    """Return the joint moments of a record over time [N m]; None where it has none."""
+    """Return the joint moments of a record over time [N m]; None where it has none.
+
+    NaN where a force they depend on is not known.
+    """
     if record.qfrc_actuator is None:
         return None
     hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
     joints = [j for j in range(model.njnt) if int(model.jnt_type[j]) == hinge]
-    return Table(
-        names=tuple(model.joint(j).name for j in joints),
-        time=record.motion.time,
-        values=record.qfrc_actuator[:, [int(model.jnt_dofadr[j]) for j in joints]],
-    )
+    names = tuple(model.joint(j).name for j in joints)
+    values = record.qfrc_actuator[:, [int(model.jnt_dofadr[j]) for j in joints]]
+    where = np.stack([known_above(model, record, name) for name in names], axis=1)
+    return Table(names=names, time=record.motion.time, values=values * where)
 
 
 def force_section(model: mujoco.MjModel, record: Record) -> Section:
@@ -233,17 +254,22 @@ def force_section(model: mujoco.MjModel, record: Record) -> Section:
         figures.append(
             Figure(
                 line_plot(
-                    series, title=name, x_label="time [s]", y_label="[body weight]", zero=True
+                    series,
+                    title=name,
+                    x_label="time [s]",
+                    y_label="[BW]",
+                    zero=True,
+                    least=LEAST["BW"],
                 )
             )
         )
     text = (
         "Force of the ground on each foot, divided by body weight "
-        f"({weight:.0f} N). Forward is negative while the foot brakes and positive while it "
+        f"(BW, {weight:.0f} N). Forward is negative while the foot brakes and positive while it "
         "pushes off."
     )
-    if cop is not None and np.isfinite(cop).any():
-        outlines = foot_prints(model, record, total, weight)
+    outlines = foot_prints(model, record, total, weight)
+    if cop is not None and np.isfinite(cop).any() and outlines:
         series = [
             Series(cop[:, s, 0], cop[:, s, 1], label, colour, 2.2)
             for s, (label, colour) in enumerate(names)

@@ -67,6 +67,15 @@ TITLES = {
     "arm_add": "Shoulder adduction",
     "arm_rot": "Shoulder rotation",
     "elbow_flex": "Elbow flexion",
+    "pro_sup": "Forearm pronation",
+    "wrist_flex": "Wrist flexion",
+    "wrist_dev": "Wrist deviation",
+    "fingers_flex": "Finger flexion",
+    "neck_bending": "Neck side bending",
+    "mtp4_angle": "Outer toes dorsiflexion",
+    "ground_force_up": "Ground force, vertical",
+    "ground_force_forward": "Ground force, forward",
+    "ground_force_sideways": "Ground force, sideways",
 }
 
 

@@ -231,7 +231,8 @@ def sentence(trial: "Trial") -> str:
     error = fitted.metrics.get("marker_rms_mean_mm", fitted.metrics.get("joint_rms_mm"))
     if error is not None:
         text += f"; mean error {error:.1f} mm"
-    if trial.moments is not None:
+    known = trial.record.contact_known
+    if trial.moments is not None and (known is None or known.any()):
         text += "; joint moments from the measured ground reactions"
     return text[0].upper() + text[1:] + "."
 

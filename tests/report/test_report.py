@@ -261,3 +261,24 @@ def test_terrain_and_meshes_are_drawn():
     np.testing.assert_allclose(terrain.vertices.max(axis=0), [2, 1, 0.5], atol=1e-6)
     motion = Motion(np.zeros(1), np.array([[0, 0, 1, 1, 0, 0, 0.0]]), np.zeros((1, 6)), ("root",))
     assert payload(viewer_html(model, Record(motion=motion), title="Hill"))["ground"] is False
+
+
+def test_a_force_of_no_certain_foot_has_no_side(model, record):
+    """Both feet on one plate: what it measured is shown, but as neither foot's."""
+    nobody = np.zeros(record.contact_force.shape[:2], dtype=bool)
+    weight = 600.0
+    total, _ = side_forces(replace(record, contact_known=nobody), weight)
+    whole, _ = side_forces(record, weight)
+    np.testing.assert_allclose(total.sum(axis=1), whole.sum(axis=1))
+    assert np.any(whole[:, :2]) and not np.any(total[:, :2])
+
+
+def test_stillness_looks_still():
+    """A tenth of a degree does not fill a plot that spans ten."""
+    x = np.linspace(0, 1, 50)
+    drawing = line_plot(
+        [Series(x, 0.05 * np.sin(6 * x))], title="a", x_label="b", y_label="c", least=10.0
+    )
+    path = re.findall(r'<path d="([^"]*)"', drawing)[0]
+    heights = [float(pair.split()[1]) for pair in re.split("[ML]", path) if pair]
+    assert np.ptp(heights) < 3
