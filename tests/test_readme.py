@@ -16,9 +16,21 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", README.read_text("utf-8"), re.DOTALL | re.M)
 
 
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    """The file ``walk.c3d`` of the examples: a textbook walk."""
+    from plantigrade.io import write
+    from plantigrade.models import Human
+    from plantigrade.workflows.textbook import recorded, textbook_walk
+
+    path = tmp_path_factory.mktemp("readme") / "walk.c3d"
+    write(recorded(textbook_walk(Human.create(1.74, 71.0, "male"), speed=1.25), path), path)
+    return path
+
+
 @pytest.mark.parametrize("source", blocks("python"))
-def test_python_block_runs(source, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_python_block_runs(source, walk, monkeypatch, capsys):
+    monkeypatch.chdir(walk.parent)
     exec(compile(source, str(README), "exec"), {"__name__": "__main__"})
     assert capsys.readouterr().out.strip()
 
