@@ -13,8 +13,7 @@ import numpy as np
 
 from plantigrade.analyze.statistics import correlation, rmse_offset_removed
 from plantigrade.analyze.trial import CUTOFF, SIDES, Trial
-from plantigrade.errors import ParameterError, PlantigradeError
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
+from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials
 from plantigrade.io import read
 from plantigrade.io.mot import read_table
 from plantigrade.kinematics.inverse import InverseKinematics
@@ -63,23 +62,8 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
         data: The folder (layout as in its README).
         say: Called with one line per trial as it is done.
     """
-    rows: list[Row] = []
-    notes = []
-    for name in WALKS:
-        path = data / name
-        if not path.exists():
-            notes.append(f"{name} is not there and was left out.")
-            continue
-        try:
-            rows += trial_rows(path, name)
-            say(f"{name} done")
-        except PlantigradeError as error:
-            rows.append(Row(name, "fit", None, note=str(error), met=False))
-    if not rows:
-        raise ParameterError(
-            f"{data} holds none of the trials of this experiment ({WALKS[0]}, {WALKS[1]} …)"
-        )
-    return ResultTable("Accuracy of fits, each called with its file name alone", rows, notes)
+    title = "Accuracy of fits, each called with its file name alone"
+    return over_trials(title, data, WALKS, trial_rows, say=say)
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:

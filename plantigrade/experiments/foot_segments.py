@@ -14,9 +14,8 @@ import numpy as np
 from plantigrade.analyze.foot_angles import FOOT_ANGLES, foot_angles
 from plantigrade.analyze.statistics import correlation, mean_difference, rmse_offset_removed
 from plantigrade.analyze.trial import SIDES
-from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.experiments.fit_accuracy import on_clock
-from plantigrade.experiments.table import ResultTable, Row, at_most
+from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion import Recording
 from plantigrade.motion.cycles import cut_cycles
@@ -62,24 +61,12 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
         data: The folder (layout as in its README).
         say: Called with one line per trial as it is done.
     """
-    rows: list[Row] = []
-    notes = [
+    note = (
         f"RMSE: offset removed, against {REPEATABILITY} deg, the largest standard error of the "
         "Oxford Foot Model itself between sessions, referenced to stance (Wright 2011)."
-    ]
-    for name in WALKS:
-        path = data / name
-        if not path.exists():
-            notes.append(f"{name} is not there and was left out.")
-            continue
-        try:
-            rows += trial_rows(path, name)
-            say(f"{name} done")
-        except PlantigradeError as error:
-            rows.append(Row(name, "fit", None, note=str(error), met=False))
-    if not rows:
-        raise ParameterError(f"{data} holds none of the trials of this experiment ({WALKS[0]} …)")
-    return ResultTable("Foot segments against the Oxford Foot Model", rows, notes)
+    )
+    title = "Foot segments against the Oxford Foot Model"
+    return over_trials(title, data, WALKS, trial_rows, say=say, notes=[note])
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:

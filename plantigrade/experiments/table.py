@@ -1,9 +1,12 @@
 """What an experiment returns: a table with the goal beside each figure."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
+
+from plantigrade.errors import ParameterError, PlantigradeError
 
 _UNIT_WORDS = {"%": "pct", "ms/frame": "ms_per_frame"}  # as a suffix of a key
 
@@ -90,3 +93,44 @@ def at_most(subject: str, quantity: str, value: float, limit: float, unit: str =
 def at_least(subject: str, quantity: str, value: float, limit: float, unit: str = "") -> Row:
     """Return a row whose figure should reach ``limit``."""
     return Row(subject, quantity, value, unit, f">= {limit:g}", bool(value >= limit))
+
+
+def over_trials(
+    title: str,
+    data: Path,
+    names: Sequence[str],
+    trial_rows: Callable[[Path, str], Iterable[Row]],
+    *,
+    say: Callable[[str], None] = lambda _: None,
+    notes: Sequence[str] = (),
+) -> ResultTable:
+    """Return the table over those trials of a data folder that are there.
+
+    Args:
+        title: What the table shows.
+        data: The folder.
+        names: Paths of the trials below it.
+        trial_rows: Called with the path and the name of a trial; returns its rows.
+        say: Called with one line per trial as it is done.
+        notes: Sentences under the table.
+
+    Raises:
+        ParameterError: If none of them is there.
+    """
+    rows: list[Row] = []
+    notes = list(notes)
+    for name in names:
+        path = data / name
+        if not path.exists():
+            notes.append(f"{name} is not there and was left out.")
+            continue
+        try:
+            rows += trial_rows(path, name)
+            say(f"{name} done")
+        except PlantigradeError as error:
+            rows.append(Row(name, "fit", None, note=str(error), met=False))
+    if not rows:
+        raise ParameterError(
+            f"{data} holds none of the trials of this experiment ({', '.join(names)})"
+        )
+    return ResultTable(title, rows, notes)
