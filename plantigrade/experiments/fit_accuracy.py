@@ -27,6 +27,8 @@ LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
 ROUGH = 0.6  # roughness of the worst stored moment above which none of a file is held against
 LONGEST_MATCH = 0.15  # events further apart than this are different events [s]
 
+# Motions of other skeletons; those in which somebody walks become rows.
+SKELETONS = ("cmu_asfamc/*.amc", "cmu_bvh/*.bvh", "deepmimic/*.txt")
 # Walking trials with markers; those OpenSim solved too, with its angles, its moments and the feet
 # its model has.
 WALKS = (
@@ -63,7 +65,12 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
         say: Called with one line per trial as it is done.
     """
     title = "Accuracy of fits, each called with its file name alone"
-    return over_trials(title, data, WALKS, trial_rows, say=say)
+    others = [p.relative_to(data).as_posix() for s in SKELETONS for p in sorted(data.glob(s))]
+
+    def rows(path: Path, name: str) -> list[Row]:
+        return trial_rows(path, name) if name in WALKS else skeleton_rows(path, name)
+
+    return over_trials(title, data, (*WALKS, *others), rows, say=say)
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -94,6 +101,29 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     if loaded.recording.outputs:
         rows += plug_in_gait_rows(name, trial, loaded.recording)
     return rows
+
+
+def skeleton_rows(path: Path, name: str) -> list[Row]:
+    """Return the rows of a retargeted skeleton; none if nobody walks in it."""
+    started = time.perf_counter()
+    trial = fitting.fit_file(path)
+    seconds = time.perf_counter() - started
+    if len(trial.cycles) < 2:
+        return []
+    figures = trial.fit.metrics
+    return [
+        Row(name, "joint centre RMS", figures["joint_rms_mm"], "mm"),
+        at_most(name, "foot drift in stance, mean", figures["foot_drift_mean_mm"], 5, "mm"),
+        at_most(name, "feet below the ground, most", figures["penetration_max_mm"], 5, "mm"),
+        Row(name, "knee range, right", _range(trial, "knee_angle_r"), "deg"),
+        Row(name, "knee range, left", _range(trial, "knee_angle_l"), "deg"),
+        Row(name, "read, fit and analyse", seconds, "s"),
+    ]
+
+
+def _range(trial: Trial, coordinate: str) -> float:
+    column = trial.record.motion.qpos[:, 7 + trial.fit.human.hinge(coordinate)]
+    return float(np.rad2deg(np.ptp(column)))
 
 
 def frame_time_ms(trial: Trial) -> float:
