@@ -48,7 +48,8 @@ class GaitMeasures:
 
     Attributes:
         speed: Walking speed over the ground [m/s]: stride length over stride time, all strides.
-        cadence: Steps per minute [1/min].
+        cadence: Steps per minute [1/min]: two in each stride time, so that a step which was missed
+            or imagined cannot double it.
         stride_length: Heel strike to next heel strike of the same foot, over the ground [m].
         stride_time: The same in time [s].
         step_length: Other foot to this foot at its heel strike, along the line of walking [m].
@@ -148,12 +149,11 @@ def gait_measures(
 
     step_times = {s: [] for s in SIDES}
     measured: dict[int, list[float]] = {}  # step length by index of the strike that ends it
-    widths, cadences = [], []
+    widths = []
     for before, now in zip(strikes[:-1], strikes[1:], strict=True):
         if before.side == now.side or now.time - before.time > 1.5:
             continue
         step_times[now.side].append(now.time - before.time)
-        cadences.append(60.0 / (now.time - before.time))
     # A step lies between two strikes of the other foot: they give the line of walking.
     triples = zip(strikes[:-2], strikes[1:-1], strikes[2:], strict=True)
     for i, (first, now, last) in enumerate(triples):
@@ -178,7 +178,7 @@ def gait_measures(
     by_side = lambda table: {s: Measure.of(table[s]) for s in SIDES}  # noqa: E731
     return GaitMeasures(
         speed=Measure.of(speeds),
-        cadence=Measure.of(cadences),
+        cadence=Measure.of(120.0 / t for s in SIDES for t in times[s]),
         stride_length=by_side(lengths),
         stride_time=by_side(times),
         step_length=by_side(step_lengths),
