@@ -15,6 +15,8 @@ PERCENT = np.linspace(0.0, 100.0, 101)
 
 LONGEST_CYCLE = 3.0
 """A foot that needs longer from one heel strike to the next has stood in between [s]."""
+SHORTEST_CYCLE = 0.4
+"""No foot strides faster, not a sprinter's: two strikes nearer than this are no stride [s]."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,10 @@ def cut_cycles(
         strikes, offs = times(own, "heel_strike"), times(own, "toe_off")
         for start, stop in zip(strikes[:-1], strikes[1:], strict=True):
             inside = offs[(offs > start) & (offs < stop)]
-            if stop - start > longest or len(inside) > 1 or (len(offs) and not len(inside)):
+            seconds = stop - start
+            if not SHORTEST_CYCLE <= seconds <= longest:
+                continue
+            if len(inside) > 1 or (len(offs) and not len(inside)):
                 continue
             toe_off = float(inside[0]) if len(inside) else None
             cycles.append(
