@@ -27,6 +27,16 @@ LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
 ROUGH = 0.6  # roughness of the worst stored moment above which none of a file is held against
 LONGEST_MATCH = 0.15  # events further apart than this are different events [s]
 
+NOTES = (
+    "",
+    "How to read it: stored Plug-in Gait moments are low-passed like ours before they are compared "
+    "(unfiltered, r of the hip and knee is 0.02 to 0.1 lower); where a file's own are mostly noise "
+    "they are shown without a goal. gait2392's solution has its toes locked, so rigid feet are "
+    "held against it and the default feet are shown beside. Plate events count only where the "
+    "force rises or falls cleanly under one foot alone.",
+    "The constants of calibration and event detection were settled with these trials in view: on "
+    "other recordings expect somewhat more.",
+)
 # Motions of other skeletons; those in which somebody walks become rows.
 SKELETONS = ("cmu_asfamc/*.amc", "cmu_bvh/*.bvh", "deepmimic/*.txt")
 # Walking trials with markers; those OpenSim solved too, with its angles, its moments and the feet
@@ -70,7 +80,7 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
     def rows(path: Path, name: str) -> list[Row]:
         return trial_rows(path, name) if name in WALKS else skeleton_rows(path, name)
 
-    return over_trials(title, data, (*WALKS, *others), rows, say=say)
+    return over_trials(title, data, (*WALKS, *others), rows, say=say, notes=NOTES)
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
