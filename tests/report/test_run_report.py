@@ -57,7 +57,7 @@ def test_curves_are_complete_and_in_their_units(told):
     assert {c.unit for c in told.moments} == {"N m/kg"}
     assert {c.unit for c in told.powers} == {"W/kg"}
     up = next(c for c in told.forces if c.name == "ground_force_up_r")
-    assert up.unit == "body weights" and 0.9 < np.nanmax(up.values) < 1.6
+    assert up.unit == "BW" and 0.9 < np.nanmax(up.values) < 1.6
 
 
 def test_a_textbook_walk_lies_in_the_band_of_the_book(told):
