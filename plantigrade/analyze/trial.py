@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from plantigrade.analyze.curves import GRAVITY
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.carriers import segment_forces
@@ -24,7 +25,6 @@ from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.events import detect_gait_events
 
 CUTOFF = 6.0  # low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_
-GRAVITY = 9.81
 SIDES = ("l", "r")
 
 

@@ -12,6 +12,12 @@ by Gauss-Newton, the poses eliminated frame by frame (Schur complement), the joi
 The places start from the landmarks of :mod:`plantigrade.models.landmarks`, each trusted as far
 as its kind allows (:math:`s_i`), the lengths from stature and sex. Markers of unknown name are
 put on the body on which they move least, once the known ones give the pose.
+
+Three things are added. Frames of one trial are not independent, so the marker term of all of them
+together counts as :data:`INDEPENDENT_FRAMES`. In a standing trial legs and lumbar joint are pulled
+to zero. And a knee straighter than :data:`STRAIGHT_KNEE` is pulled back to it, strongly: this sets
+where the knee's zero lies, so a person who really walks on overstretched knees comes out some
+degrees too bent all through (the shape of the curve is not touched).
 """
 
 from collections.abc import Sequence
@@ -273,7 +279,7 @@ class Calibrator:
         frames = []
         for q in self.qpos:
             points.at(q)
-            frames.append((points._data.xpos.copy(), points.rotations))
+            frames.append((points.origins, points.rotations))
         attached = {}
         for i, place in enumerate(self.places):
             seen = np.isfinite(self.measured[:, i, 0])

@@ -6,8 +6,8 @@ Per frame, Eq. 1 of [Boukheddimi]_,
     \quad \text{s.t.} \quad \underline q \le q \le \bar q,
 
 solved by Gauss-Newton steps, each a bounded least-squares problem, so the joint limits are hard.
-Coordinates that no marker sees are held by a weak pull towards the previous frame's posture and
-the standing posture.
+Coordinates that no marker sees are held by a weak pull towards the standing posture; each frame
+starts from where the ones before it lead.
 """
 
 from dataclasses import dataclass

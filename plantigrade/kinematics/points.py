@@ -27,7 +27,6 @@ class Points:
         self.local = np.array(local, dtype=float)
         self._hinge_body = self.model.jnt_bodyid[1:]
         self.moves = self._ancestry()[self.body][:, self._hinge_body].astype(float)
-        self._offsets: np.ndarray | None = None
 
     def _ancestry(self) -> np.ndarray:
         """Return (n_bodies, n_bodies) booleans: column body is the row body or its ancestor."""
@@ -58,6 +57,11 @@ class Points:
             rotation, self.local[:, :, None]
         ).squeeze(-1)
         return self.position
+
+    @property
+    def origins(self) -> Float[Array, "n_bodies 3"]:
+        """World position of every body's frame, world included, at the last configuration [m]."""
+        return self._data.xpos.copy()
 
     @property
     def rotations(self) -> Float[Array, "n_bodies 3 3"]:
