@@ -62,3 +62,11 @@ class FitError(PlantigradeError, ValueError):
 
 class RunExists(PlantigradeError, FileExistsError):
     """The run folder exists and ``overwrite`` was not asked for."""
+
+
+class SolverError(PlantigradeError, RuntimeError):
+    """A solver found no answer; the message names the problem and what to relax."""
+
+
+class ReproduceError(PlantigradeError, ValueError):
+    """A recorded motion cannot be rebuilt from tasks; the message says why and what would help."""

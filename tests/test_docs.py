@@ -64,7 +64,8 @@ def test_every_package_with_public_names_is_in_the_api_page():
     text = (PAGES / "api.md").read_text("utf-8")
     for path in MODULES:
         if path.name == "__init__.py" and "__all__" in path.read_text("utf-8"):
-            assert f".. automodule:: plantigrade.{path.parent.name}\n" in text
+            name = ".".join(path.parent.relative_to(Path(plantigrade.__file__).parent.parent).parts)
+            assert f".. automodule:: {name}\n" in text
 
 
 def test_guidelines_draw_the_layers_that_are_asserted():

@@ -1,7 +1,7 @@
 """Who moves: one person as one compiled MuJoCo model with named coordinates."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
 from plantigrade.models.coordinates import COORDINATES
 from plantigrade.models.joint_sets import NATIVE_FEET, moving_parts
-from plantigrade.models.mjcf import to_mjcf
+from plantigrade.models.mjcf import to_mjcf, with_contact_heights
 from plantigrade.models.skeleton import Skeleton, build, split_side
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
@@ -208,6 +208,36 @@ class Human:
             if name in column:
                 qpos[:, 7 + i] = column[name]
         return qpos
+
+    def with_soles(self, offsets: Mapping[str, float]) -> "Human":
+        """Return the same person on other soles: shoes, or feet flatter than the table's.
+
+        Only the contact spheres move; joints, masses and the drawn foot stay.
+
+        Args:
+            offsets: Name of a contact sphere (as in :attr:`contact_points`) → how far up its
+                centre moves in its segment's frame [m]; negative for a thicker sole.
+
+        Raises:
+            ParameterError: If there is no such sphere, or one would move by more than 0.1 m.
+        """
+        names = [name for name, _, _ in self.contact_points]
+        for name, offset in offsets.items():
+            if name not in names:
+                raise ParameterError(f"no contact sphere {name!r}; there are {', '.join(names)}")
+            if not abs(offset) <= 0.1:
+                raise ParameterError(f"the sole at {name} is {offset} m off; allowed are ±0.1 m")
+
+        def moved(contact, side: str):
+            up = offsets.get(f"contact_{contact.segment}_{contact.name}_{side}", 0.0)
+            return replace(contact, position=contact.position + [0.0, 0.0, up])
+
+        bodies = tuple(
+            replace(b, contacts=tuple(moved(c, b.name[-1]) for c in b.contacts))
+            for b in self.skeleton.bodies
+        )
+        skeleton = replace(self.skeleton, bodies=bodies)
+        return replace(self, skeleton=skeleton, xml=with_contact_heights(self.xml, offsets))
 
     def body_positions(self, d: Dimensions) -> Float[Array, "n_bodies 3"]:
         """Return every body's origin in its parent for other lengths, in model order [m].

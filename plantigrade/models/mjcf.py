@@ -81,6 +81,23 @@ def with_sites(xml: str, sites: Mapping[str, tuple[str, np.ndarray]]) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
+def with_contact_heights(xml: str, offsets: Mapping[str, float]) -> str:
+    """Return the MJCF text with contact spheres moved along the vertical of their segment.
+
+    Args:
+        xml: Model as MJCF text.
+        offsets: Geom name → how far up its centre moves [m]; negative for a thicker sole.
+    """
+    root = ET.fromstring(xml)
+    for geom in root.iter("geom"):
+        offset = offsets.get(geom.get("name", ""))
+        if offset is not None:
+            place = np.array([float(v) for v in geom.get("pos", "0 0 0").split()])
+            geom.set("pos", _text(place + [0.0, 0.0, offset]))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode")
+
+
 def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
     position = body.position if body.parent else np.array([0.0, 0.0, pelvis_height])
     element = ET.SubElement(parent, "body", name=body.name, pos=_text(position))

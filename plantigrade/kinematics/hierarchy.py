@@ -1,0 +1,222 @@
+r"""Hierarchical quadratic programs: levels of equations and inequalities in strict order.
+
+Level :math:`k` asks :math:`l_k \le A_k x \le u_k` (an equation where :math:`l = u`). The answer
+violates the first level as little as possible in the least-squares sense, then the second as
+little as it can without changing what the first one got, and so on ([Kanoun2009]_,
+[Escande2014]_). Whatever freedom is left goes to the preference
+
+.. math:: \min_x\; (x - \hat x)^T H\, (x - \hat x).
+
+With equations alone this is the recursion of null-space projections of [Siciliano1991]_, which for
+two levels reads :math:`x = A_1^+ b_1 + P_1 (A_2 P_1)^+ (b_2 - A_2 A_1^+ b_1)` (Eq. 8 of
+[Boukheddimi]_).
+
+Two stages. The recursion is run first, by singular values; directions in which a level has become
+singular, alone or because higher levels hold them, are left out instead of divided by nearly
+nothing. If its answer satisfies every inequality it is the answer. Otherwise the independent
+equations that the recursion found and all inequalities go to DAQP, which solves the whole
+hierarchy in one call ([Arnstrom2022]_). DAQP scales every row to unit length, which would weigh
+the violations of a level against each other; one more unknown, fixed at zero, gives all rows the
+same length before.
+
+References:
+    [Kanoun2009]_, [Escande2014]_, [Siciliano1991]_, [Arnstrom2022]_, [Boukheddimi]_.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError, SolverError
+
+UNBOUNDED = 1e30
+SATISFIED = 1e-9  # relative violation of an inequality that is none
+
+
+@dataclass(frozen=True)
+class Level:
+    r"""Rows of one priority: :math:`l \le A x \le u`.
+
+    Attributes:
+        matrix: :math:`A`.
+        lower: :math:`l`; minus infinity where there is none.
+        upper: :math:`u`; infinity where there is none. Equal bounds make an equation.
+        name: What it is, for messages.
+    """
+
+    matrix: Float[Array, "n_rows n"]
+    lower: Float[Array, " n_rows"]
+    upper: Float[Array, " n_rows"]
+    name: str = ""
+
+    @classmethod
+    def equation(cls, matrix, right, name: str = "") -> "Level":
+        """Return the level that asks ``matrix @ x == right``."""
+        return cls(matrix, right, right, name)
+
+    def residual(self, x: Float[Array, " n"]) -> Float[Array, " n_rows"]:
+        """Return by how much each row is violated at ``x``; signed, zero where it is satisfied."""
+        value = self.matrix @ x
+        return np.maximum(value - self.upper, 0.0) + np.minimum(value - self.lower, 0.0)
+
+
+@dataclass(frozen=True)
+class HierarchySolution:
+    """The answer of a hierarchical program.
+
+    Attributes:
+        x: The unknowns.
+        residuals: Violation of each level: the norm of its rows' residuals.
+        ranks: Number of directions that each level's equations determined.
+        exact: Whether the recursion alone gave the answer (no inequality was in the way).
+        iterations: Iterations of the active-set method; 0 where it was not needed.
+    """
+
+    x: Float[Array, " n"]
+    residuals: tuple[float, ...]
+    ranks: tuple[int, ...]
+    exact: bool
+    iterations: int
+
+
+def solve_hierarchy(
+    levels: Sequence[Level],
+    *,
+    lower: Float[Array, " n"],
+    upper: Float[Array, " n"],
+    preferred: Float[Array, " n"] | None = None,
+    metric: Float[Array, "n n"] | None = None,
+    singular: float = 1e-8,
+) -> HierarchySolution:
+    """Solve a hierarchy of equations and inequalities.
+
+    Args:
+        levels: From the most to the least important.
+        lower: Lower bounds of the unknowns; they stand above all levels.
+        upper: Upper bounds.
+        preferred: Where the unknowns go as far as the levels leave them free; zero if absent.
+        metric: Symmetric positive definite matrix of that preference; the identity if absent.
+        singular: Gain, in the units of the rows, below which a direction of a level counts as
+            singular and is left to the levels below.
+
+    Raises:
+        ParameterError: If shapes do not agree, a value is not finite, or bounds cross.
+        SolverError: If no answer was found.
+    """
+    n = len(lower)
+    _check(levels, lower, upper, n)
+    preferred = np.zeros(n) if preferred is None else preferred
+    reduced, x, ranks = _recursion(levels, n, preferred, metric, singular)
+    iterations = 0
+    exact = _satisfied(x, lower, upper, levels)
+    if not exact:
+        x, iterations = _active_set(reduced, levels, lower, upper, preferred, metric)
+    residuals = tuple(float(np.linalg.norm(level.residual(x))) for level in levels)
+    return HierarchySolution(x, residuals, ranks, exact, iterations)
+
+
+def _recursion(levels, n, preferred, metric, singular):
+    """Return independent equations of each level, the answer without inequalities, and ranks."""
+    x = np.zeros(n)
+    free = np.eye(n)  # orthonormal columns: what the levels so far leave free
+    reduced, ranks = [], []
+    for level in levels:
+        equal = level.lower == level.upper
+        matrix, right = level.matrix, level.lower
+        if not equal.all():
+            matrix, right = matrix[equal], right[equal]
+        if not len(right) or not free.shape[1]:
+            reduced.append((np.zeros((0, n)), np.zeros(0)))
+            ranks.append(0)
+            continue
+        u, s, vt = np.linalg.svd(matrix @ free)
+        rank = int((s > singular).sum())
+        ranks.append(rank)
+        rows = u[:, :rank].T @ matrix
+        value = u[:, :rank].T @ right
+        reduced.append((rows, value))
+        x = x + free @ (vt[:rank].T @ ((value - rows @ x) / s[:rank]))
+        free = free @ vt[rank:].T
+    if free.shape[1]:
+        if metric is None:
+            x = x + free @ (free.T @ (preferred - x))
+        else:
+            weighted = free.T @ metric
+            x = x + free @ np.linalg.solve(weighted @ free, weighted @ (preferred - x))
+    return reduced, x, tuple(ranks)
+
+
+def _satisfied(x, lower, upper, levels) -> bool:
+    slack = SATISFIED * max(1.0, float(np.abs(x).max(initial=0.0)))
+    if (x < lower - slack).any() or (x > upper + slack).any():
+        return False
+    for level in levels:
+        unequal = level.lower != level.upper
+        if unequal.any():
+            value = level.matrix[unequal] @ x
+            if (value < level.lower[unequal] - slack).any():
+                return False
+            if (value > level.upper[unequal] + slack).any():
+                return False
+    return True
+
+
+def _active_set(reduced, levels, lower, upper, preferred, metric):
+    """Return the answer and the number of iterations, by DAQP."""
+    import daqp
+
+    n = len(lower)
+    rows, low, high, sizes = [], [lower, [0.0]], [upper, [0.0]], [n + 1]
+    for (matrix, value), level in zip(reduced, levels, strict=True):
+        unequal = level.lower != level.upper
+        rows += [matrix, level.matrix[unequal]]
+        low += [value, level.lower[unequal]]
+        high += [value, level.upper[unequal]]
+        count = len(value) + int(unequal.sum())
+        if count:
+            sizes.append(count)
+    A = np.vstack(rows)
+    length = np.einsum("ij,ij->i", A, A)
+    A = np.hstack([A, np.sqrt(length.max(initial=1.0) - length)[:, None]])
+    H = np.eye(n + 1)
+    if metric is not None:
+        H[:n, :n] = metric
+    f = np.zeros(n + 1)
+    f[:n] = -preferred if metric is None else -metric @ preferred
+    bounds = [np.clip(np.concatenate(side), -UNBOUNDED, UNBOUNDED) for side in (high, low)]
+    x, _, flag, info = daqp.solve(
+        H,
+        f,
+        A,
+        *bounds,
+        np.zeros(len(bounds[0]), dtype=np.int32),
+        break_points=np.cumsum(sizes, dtype=np.int32),
+    )
+    if flag < 1 or not np.isfinite(x).all():
+        raise SolverError(
+            f"the hierarchical program of {n} unknowns and {len(A)} rows was not solved "
+            f"(DAQP says {flag}); widen the bounds or take the last level away"
+        )
+    return x[:n], int(info["iterations"])
+
+
+def _check(levels, lower, upper, n) -> None:
+    if lower.shape != (n,) or upper.shape != (n,) or not (lower <= upper).all():
+        raise ParameterError(
+            "lower and upper bounds must be two vectors of one length, not crossed"
+        )
+    for k, level in enumerate(levels):
+        m = len(level.lower)
+        what = level.name or f"level {k}"
+        if level.matrix.shape != (m, n) or level.upper.shape != (m,):
+            raise ParameterError(
+                f"{what} has a matrix of shape {level.matrix.shape} and bounds of shapes "
+                f"{level.lower.shape} and {level.upper.shape}; {n} unknowns need (rows, {n}), "
+                "(rows,) and (rows,)"
+            )
+        if not np.isfinite(level.matrix).all() or np.isnan(level.lower + level.upper).any():
+            raise ParameterError(f"{what} holds a value that is not finite")
+        if (level.lower > level.upper).any():
+            raise ParameterError(f"{what} has a lower bound above its upper one")

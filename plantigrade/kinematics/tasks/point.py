@@ -1,0 +1,58 @@
+"""A point of the body."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.tasks.task import Task
+from plantigrade.kinematics.trajectory import Trajectory
+
+Directions = Callable[[State, float], np.ndarray]
+
+
+class PointTask(Task):
+    r"""Moves one point of the body along a trajectory, in some or all directions.
+
+    Args:
+        point: One point.
+        target: Its trajectory [m].
+        directions: Unit vectors along which the point is controlled, one row each: an array
+            (rows of the identity for world axes), or a function of state and time. No rows means
+            that the task rests. Where directions turn with the body their own rate is neglected:
+            the error is projected on the directions of the moment.
+        name: Name.
+        gains: ``stiffness`` and ``damping``.
+    """
+
+    def __init__(
+        self,
+        point: PointSet,
+        target: Trajectory,
+        directions: Float[Array, "n_rows 3"] | Directions | None = None,
+        name: str = "point",
+        **gains,
+    ):
+        super().__init__(name, **gains)
+        self.point, self.target = point, target
+        fixed = np.eye(3) if directions is None else directions
+        self._directions = fixed if callable(fixed) else (lambda state, time: fixed)
+
+    def error(self, state, time):
+        """Return the way from the target to the point, along the directions [m]."""
+        away = state.position(self.point)[0] - self.target(time)[0]
+        return self._directions(state, time) @ away
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of the point along the directions."""
+        return self._directions(state, time) @ state.jacobian(self.point)[0]
+
+    def drift(self, state, time):
+        """Return its acceleration along them where nothing accelerates [m/s²]."""
+        return self._directions(state, time) @ state.drift(self.point)[0]
+
+    def target_rates(self, state, time):
+        """Return velocity and acceleration of the target along the directions."""
+        rates = self.target(time)[1:] @ self._directions(state, time).T
+        return rates[0], rates[1]

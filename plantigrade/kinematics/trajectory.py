@@ -1,0 +1,69 @@
+"""A vector that moves smoothly: value, velocity and acceleration at any time."""
+
+from math import factorial
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+
+
+class Trajectory:
+    """A quintic spline through samples (of lower degree through few); one sample stays where it is.
+
+    Beyond its ends it stays where it ended.
+
+    Args:
+        time: Time of each sample [s], increasing.
+        values: The samples.
+    """
+
+    def __init__(self, time: Float[Array, " n"], values: Float[Array, "n dimension"]):
+        time, values = np.asarray(time, float), np.asarray(values, float)
+        if len(time) != len(values) or not len(time):
+            raise ParameterError(f"{len(time)} times for {len(values)} samples of a trajectory")
+        if not np.isfinite(values).all() or not (np.diff(time) > 0).all():
+            raise ParameterError("a trajectory needs finite samples at increasing times")
+        self._first, self._last = float(time[0]), float(time[-1])
+        degree = 5 if len(time) > 5 else 3 if len(time) > 3 else min(1, len(time) - 1)
+        if degree == 0:
+            self._x, c = time[:1], values[:1, None]
+        else:
+            spline = make_interp_spline(time, values, k=degree)
+            self._x = np.unique(spline.t)[:-1]
+            falling = range(degree, -1, -1)
+            c = np.stack([spline(self._x, nu=k) / factorial(k) for k in falling], axis=1)
+        self._c = c  # (n_pieces, degree + 1, dimension), highest power first
+
+    @classmethod
+    def fixed(cls, value: Float[Array, " dimension"]) -> "Trajectory":
+        """Return the trajectory that stays at one value."""
+        return cls(np.zeros(1), np.asarray(value, float)[None])
+
+    def __call__(self, time: float) -> Float[Array, "3 dimension"]:
+        """Return value, velocity and acceleration at a time [s], one row each."""
+        inside = min(max(time, self._first), self._last)
+        piece = min(
+            max(int(np.searchsorted(self._x, inside, side="right")) - 1, 0), len(self._x) - 1
+        )
+        u = inside - self._x[piece]
+        basis = _powers(u, self._c.shape[1])
+        rates = basis @ self._c[piece]
+        if inside != time:
+            rates[1:] = 0.0
+        return rates
+
+
+def _powers(u: float, n: int) -> np.ndarray:
+    """Return u^(n-1), …, 1 and their first and second derivatives, one row each."""
+    basis = np.zeros((3, n))
+    value = 1.0
+    for k in range(n):
+        basis[0, n - 1 - k] = value
+        if k + 1 < n:
+            basis[1, n - 2 - k] = (k + 1) * value
+        if k + 2 < n:
+            basis[2, n - 3 - k] = (k + 1) * (k + 2) * value
+        value *= u
+    return basis

@@ -1,0 +1,210 @@
+r"""A motion from an order of tasks: at every instant, the hierarchy's acceleration, integrated.
+
+One noun and one verb: a :class:`TaskOrder` (levels of tasks, most important first, and what is
+preferred where they leave freedom) and :func:`move`. At every tick the tasks' rows become a
+hierarchical quadratic program in the generalised acceleration (Eqs. 2-9 of [Boukheddimi]_),
+its answer is integrated over the step, and so on. Where a contact begins, velocities jump first:
+the contact stops its points, the other tasks get their velocities back in the same order, and the
+rest of the body changes its velocity as little as its inertia allows,
+
+.. math:: \min_{v^+} (v^+ - v^-)^T M (v^+ - v^-),
+
+which is an inelastic impact.
+"""
+
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.kinematics.hierarchy import Level, solve_hierarchy
+from plantigrade.kinematics.state import State
+from plantigrade.kinematics.tasks import PostureTask, Task
+from plantigrade.models import Human
+from plantigrade.reproduce.limits import JointLimits
+
+STEP = 0.005  # [s]
+# A direction in which a task moves less than this per unit of joint acceleration is singular: a
+# straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed.
+SINGULAR = 0.05
+REST = 5.0  # damping of what no task determines, where there is no posture [1/s]
+
+
+@dataclass(frozen=True)
+class TaskOrder:
+    """Tasks in strict order.
+
+    Attributes:
+        levels: The tasks of each level, most important first.
+        posture: What is preferred where the levels leave freedom; rest if absent. It is the
+            lowest level of all.
+    """
+
+    levels: Sequence[Sequence[Task]]
+    posture: PostureTask | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the tasks, in order."""
+        names = [task.name for level in self.levels for task in level]
+        return (*names, *([self.posture.name] if self.posture else []))
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """All tasks above the posture, in order."""
+        return tuple(task for level in self.levels for task in level)
+
+
+@dataclass(frozen=True)
+class OrderedMotion:
+    """What came out.
+
+    Attributes:
+        time: Time of each tick [s].
+        qpos: Configurations.
+        qvel: Velocities; after the impact where there is one.
+        qacc: Accelerations; of the last tick: zero.
+        names: Names of the tasks, in order.
+        active: Whether each task asked for anything.
+        residual: By how much each task's acceleration was missed [its unit per s²].
+        solver_time: Time in the hierarchical program at each tick [s].
+        state_time: Time in kinematics, Jacobians and rows at each tick [s].
+        exact: Whether no inequality was in the way.
+        stopped: Why it ended early; empty where it did not.
+    """
+
+    time: Float[Array, " n"]
+    qpos: Float[Array, "n nq"]
+    qvel: Float[Array, "n nv"]
+    qacc: Float[Array, "n nv"]
+    names: tuple[str, ...]
+    active: Bool[Array, "n n_tasks"]
+    residual: Float[Array, "n n_tasks"]
+    solver_time: Float[Array, " n"] = field(repr=False)
+    state_time: Float[Array, " n"] = field(repr=False)
+    exact: Bool[Array, " n"] = field(repr=False)
+    stopped: str = ""
+
+
+def move(
+    human: Human,
+    order: TaskOrder,
+    qpos: Float[Array, " nq"],
+    qvel: Float[Array, " nv"] | None = None,
+    *,
+    start: float = 0.0,
+    stop: float,
+    step: float = STEP,
+    limits: JointLimits | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> OrderedMotion:
+    """Move a person by an order of tasks.
+
+    Args:
+        human: Who moves.
+        order: The tasks.
+        qpos: Configuration to start from.
+        qvel: Velocity to start with; rest if absent.
+        start: Time of the start [s].
+        stop: Time of the end [s].
+        step: Time step [s].
+        limits: Joint limits; the person's if absent.
+        progress: Called with the share that is done, now and then.
+
+    Example:
+        >>> import numpy as np
+        >>> from plantigrade.kinematics.tasks import ComTask
+        >>> from plantigrade.kinematics.trajectory import Trajectory
+        >>> from plantigrade.models import Human
+        >>> human = Human.create()
+        >>> here = State(human, human.standing()).com
+        >>> down = ComTask(Trajectory.fixed(here - np.array([0.0, 0.0, 0.1])))
+        >>> motion = move(human, TaskOrder([[down]]), human.standing(), stop=1.0)
+        >>> round(float(State(human, motion.qpos[-1]).com[2] - here[2]), 3)
+        -0.1
+    """
+    state = State(human, qpos, qvel)
+    limits = limits or JointLimits(human, step)
+    n = max(1, round((stop - start) / step)) + 1
+    names = order.names
+    nq, nv = human.model.nq, human.model.nv
+    out = OrderedMotion(
+        start + step * np.arange(n),
+        np.empty((n, nq)),
+        np.empty((n, nv)),
+        np.zeros((n, nv)),
+        names,
+        np.zeros((n, len(names)), dtype=bool),
+        np.zeros((n, len(names))),
+        np.zeros(n),
+        np.zeros(n),
+        np.ones(n, dtype=bool),
+    )
+    for k, now in enumerate(out.time):
+        began = clock.perf_counter()
+        if k:
+            state.integrate(out.qacc[k - 1], step)
+        touched = [task.begin(state, float(now)) for task in order.tasks]
+        if any(touched) and k:
+            state.move_to(state.qpos, arrest(state, order, float(now)))
+        out.qpos[k], out.qvel[k] = state.qpos, state.qvel
+        rows = [[task.level(state, float(now)) for task in level] for level in order.levels]
+        low, high = limits.bounds(state)
+        preferred = _preferred(state, order, float(now))
+        built = clock.perf_counter()
+        solution = solve_hierarchy(
+            [stack(level) for level in rows],
+            lower=low,
+            upper=high,
+            preferred=preferred,
+            singular=SINGULAR,
+        )
+        solved = clock.perf_counter()
+        out.qacc[k], out.exact[k] = solution.x, solution.exact
+        out.solver_time[k], out.state_time[k] = solved - built, built - began
+        column = 0
+        for level in rows:
+            for row in level:
+                out.active[k, column] = len(row.lower) > 0
+                out.residual[k, column] = np.linalg.norm(row.residual(solution.x))
+                column += 1
+        if order.posture is not None:
+            out.active[k, column] = True
+            out.residual[k, column] = np.linalg.norm(solution.x - preferred)
+        if progress is not None and k % 50 == 0:
+            progress(k / n)
+    return out
+
+
+def arrest(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
+    """Return the velocity right after contacts have begun."""
+    rows = [[task.velocity_level(state, time) for task in level] for level in order.levels]
+    wide = np.full(len(state.qvel), 1e4)
+    return solve_hierarchy(
+        [stack(level) for level in rows],
+        lower=-wide,
+        upper=wide,
+        preferred=state.qvel,
+        metric=state.mass_matrix,
+        singular=SINGULAR,
+    ).x
+
+
+def stack(rows: Sequence[Level]) -> Level:
+    """Return the rows of several tasks as one level."""
+    if len(rows) == 1:
+        return rows[0]
+    return Level(
+        np.concatenate([r.matrix for r in rows]),
+        np.concatenate([r.lower for r in rows]),
+        np.concatenate([r.upper for r in rows]),
+        " and ".join(r.name for r in rows),
+    )
+
+
+def _preferred(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
+    if order.posture is None:
+        return -REST * state.qvel
+    return order.posture.acceleration(state, time)

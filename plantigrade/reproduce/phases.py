@@ -1,0 +1,71 @@
+"""The phases of gait: between one event and the next, one foot or both are on the ground.
+
+The paper's four phases of a cycle are two double supports (heel strike to the other foot's toe
+off) and two single supports (toe off to the same foot's heel strike).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from plantigrade.motion import GaitEvent
+
+# Each event of walking is followed by exactly one other.
+_NEXT = {
+    ("r", "heel_strike"): ("l", "toe_off"),
+    ("l", "toe_off"): ("l", "heel_strike"),
+    ("l", "heel_strike"): ("r", "toe_off"),
+    ("r", "toe_off"): ("r", "heel_strike"),
+}
+LONGEST = 1.5  # a phase that lasts longer is a stop, not a part of a stride [s]
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One phase.
+
+    Attributes:
+        start: [s].
+        stop: [s].
+        kind: ``"double"`` or ``"single"`` support.
+        swing: The swinging foot of a single support; of a double support the one that will swing
+            next.
+    """
+
+    start: float
+    stop: float
+    kind: str
+    swing: str
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return self.stop - self.start
+
+
+def walking_events(events: Sequence[GaitEvent]) -> tuple[GaitEvent, ...]:
+    """Return the longest run of events that follow one another as in walking."""
+    events = sorted(events, key=lambda e: e.time)
+    best: list[GaitEvent] = []
+    run: list[GaitEvent] = []
+    for event in events:
+        last = run[-1] if run else None
+        follows = (
+            last is not None
+            and _NEXT.get((last.side, last.kind)) == (event.side, event.kind)
+            and event.time - last.time <= LONGEST
+        )
+        run = [*run, event] if follows else [event]
+        if len(run) > len(best):
+            best = run
+    return tuple(best)
+
+
+def phases_between(events: Sequence[GaitEvent]) -> tuple[Phase, ...]:
+    """Return the phases between consecutive events of :func:`walking_events`."""
+    phases = []
+    for a, b in zip(events[:-1], events[1:], strict=True):
+        if a.kind == "toe_off":
+            phases.append(Phase(a.time, b.time, "single", a.side))
+        else:
+            phases.append(Phase(a.time, b.time, "double", "l" if a.side == "r" else "r"))
+    return tuple(phases)

@@ -1,0 +1,228 @@
+"""What a reproduced gait takes from a recording, and what it is compared with.
+
+Of the recorded motion the tasks see: when each part of each foot touches the ground, the path of
+the heels in the horizontal plane, the path of the centre of mass, and the posture at the end of
+each phase. All else is there to compare with.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.derivatives import continuous, differentiate
+from plantigrade.errors import ReproduceError
+from plantigrade.kinematics.ground import ContactPoints, Rest, contact_points, find_rests
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.trajectory import Trajectory
+from plantigrade.models import Human
+from plantigrade.motion import GaitEvent
+from plantigrade.motion.filters import resample
+from plantigrade.reproduce.phases import Phase, phases_between, walking_events
+from plantigrade.reproduce.soles import on_own_soles
+
+SIDES = ("r", "l")
+# Share of a stance during which each region touches, where a recording does not show it:
+# foot flat at 12 % and heel off at 50 % of the cycle [Perry1992]_, stance being 60 % of it.
+USUAL = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One region of one foot on the ground.
+
+    Attributes:
+        side: ``"r"`` or ``"l"``.
+        region: ``"heel"``, ``"ball"`` or ``"toes"``.
+        start: [s].
+        stop: [s].
+    """
+
+    side: str
+    region: str
+    start: float
+    stop: float
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A recorded gait as the tasks see it.
+
+    Attributes:
+        human: The person, on the soles of the recording.
+        events: Consecutive gait events; the motion lasts from the first to the last.
+        phases: Between them.
+        contacts: Which part of which foot touches when.
+        com: Path of the centre of mass [m].
+        heel: Path of each heel, by side [m].
+        heel_point: The heel of each side: middle of its contact points.
+        time: Time of each recorded frame [s].
+        qpos: The recorded motion, over ground that rests.
+        qvel: Its velocities.
+        qacc: Its accelerations.
+    """
+
+    human: Human
+    events: tuple[GaitEvent, ...]
+    phases: tuple[Phase, ...]
+    contacts: tuple[Contact, ...]
+    com: Trajectory
+    heel: dict[str, Trajectory]
+    heel_point: dict[str, PointSet]
+    time: Float[Array, " n_frames"]
+    qpos: Float[Array, "n_frames nq"]
+    qvel: Float[Array, "n_frames nv"]
+    qacc: Float[Array, "n_frames nv"]
+
+    @property
+    def start(self) -> float:
+        """First event [s]."""
+        return self.events[0].time
+
+    @property
+    def stop(self) -> float:
+        """Last event [s]."""
+        return self.events[-1].time
+
+    def at(self, time: float | Float[Array, " n"]) -> Float[Array, "*n nq"]:
+        """Return the recorded configuration at a time or times."""
+        qpos = resample(self.time, self.qpos, np.atleast_1d(np.asarray(time, float)))
+        qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
+        return qpos[0] if np.ndim(time) == 0 else qpos
+
+    def velocity_at(self, time: float) -> Float[Array, " nv"]:
+        """Return the recorded velocity at a time."""
+        return resample(self.time, self.qvel, np.array([time]))[0]
+
+
+def reference_of(
+    human: Human,
+    time: Float[Array, " n_frames"],
+    qpos: Float[Array, "n_frames nq"],
+    events: Sequence[GaitEvent],
+    *,
+    ground: Float[Array, "n_frames 3"] | None = None,
+) -> Reference:
+    """Return what the tasks need of a recorded gait.
+
+    Args:
+        human: The person.
+        time: Time of each frame [s].
+        qpos: The recorded motion, smoothed.
+        events: Its gait events.
+        ground: Path of the ground itself, a treadmill's belt [m]; at rest if absent.
+
+    Raises:
+        ReproduceError: If nobody walks in it: fewer than two consecutive phases.
+    """
+    events = tuple(sorted(events, key=lambda e: e.time))
+    walked = walking_events(events)
+    if len(walked) < 3:
+        raise ReproduceError(
+            f"the recording shows {len(walked)} consecutive gait events; a reproduced gait needs "
+            "at least three (two phases): heel strike, the other foot's toe off, its heel strike. "
+            "Give a recording in which somebody walks two steps or more"
+        )
+    qpos = continuous(qpos)
+    if ground is not None:
+        qpos[:, :3] -= ground
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    contact = contact_points(human, qpos)
+    rests = find_rests(contact, rate)
+    human = on_own_soles(human, contact, rests)
+    smooth = differentiate(human, time, qpos, None)
+    heel_point = {side: _heel(human, contact, side) for side in SIDES}
+    com, heels = _paths(human, smooth.qpos, heel_point)
+    return Reference(
+        human=human,
+        events=walked,
+        phases=phases_between(walked),
+        contacts=_contacts(time, events, rests),
+        com=Trajectory(time, com),
+        heel={side: Trajectory(time, heels[side]) for side in SIDES},
+        heel_point=heel_point,
+        time=time,
+        qpos=smooth.qpos,
+        qvel=smooth.qvel,
+        qacc=smooth.qacc,
+    )
+
+
+def _heel(human: Human, contact: ContactPoints, side: str) -> PointSet:
+    """Return the heel: the middle of its contact points, on the soles of the person."""
+    index = contact.of(side, "heel")
+    geoms = [human.contact_points[i][0] for i in index]
+    local = np.mean([human.model.geom(g).pos for g in geoms], axis=0)
+    return PointSet(human, [contact.body[index[0]]], local[None])
+
+
+def _paths(human: Human, qpos, points: dict[str, PointSet]):
+    """Return the paths of the centre of mass and of points by name."""
+    state = State(human, qpos[0])
+    com = np.empty((len(qpos), 3))
+    paths = {name: np.empty((len(qpos), 3)) for name in points}
+    still = np.zeros(human.model.nv)
+    for k, q in enumerate(qpos):
+        state.move_to(q, still)
+        com[k] = state.com
+        for name, point in points.items():
+            paths[name][k] = state.position(point)[0]
+    return com, paths
+
+
+def _contacts(time, events: Sequence[GaitEvent], rests: list[Rest]) -> tuple[Contact, ...]:
+    """Return when each region touches: its rests within the stances of its foot.
+
+    The heel touches from heel strike on and the toes up to toe off, whatever their speed; where a
+    region is not seen to rest, the usual shares of the stance are taken.
+    """
+    contacts = []
+    for side in SIDES:
+        for start, stop, whole in stances(events, side, time[0], time[-1]):
+            for region, share in USUAL.items():
+                found = [
+                    (float(time[r.start]), float(time[r.stop - 1]))
+                    for r in rests
+                    if r.side == side
+                    and r.region == region
+                    and time[r.start] < stop
+                    and time[r.stop - 1] > start
+                ]
+                if found:
+                    first, last = min(f[0] for f in found), max(f[1] for f in found)
+                elif whole:
+                    first, last = (start + s * (stop - start) for s in share)
+                else:
+                    continue
+                if region == "heel" and whole:
+                    first = start
+                if region == "toes":
+                    last = stop
+                contacts.append(Contact(side, region, max(first, start), min(last, stop)))
+    return tuple(c for c in contacts if c.stop > c.start)
+
+
+def stances(
+    events: Sequence[GaitEvent], side: str, first: float, last: float
+) -> list[tuple[float, float, bool]]:
+    """Return start and stop of a foot's stances [s], and whether they were seen whole.
+
+    Args:
+        events: All gait events, by time.
+        side: The foot.
+        first: Start of the recording [s].
+        last: Its end [s].
+    """
+    own = [e for e in events if e.side == side]
+    found = []
+    for k, event in enumerate(own):
+        if event.kind == "toe_off" and k == 0:
+            found.append((first, event.time, False))
+        if event.kind == "heel_strike":
+            off = own[k + 1] if k + 1 < len(own) else None
+            if off is None:
+                found.append((event.time, last, False))
+            elif off.kind == "toe_off":
+                found.append((event.time, off.time, True))
+    return found
