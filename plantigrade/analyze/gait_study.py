@@ -1,0 +1,285 @@
+"""Several reproduced gaits: Table I and Figs. 4 to 7 of [Boukheddimi]_ over one's own recordings.
+
+The paper compares nine simulated gaits with nine recorded ones: the range of motion (ROM) of twelve
+rotations, a paired Student test where the differences pass Shapiro and Wilk's test of normality
+(both at 5 %), and curves as mean and standard deviation over the cycle.
+
+A test that finds no difference does not prove that there is none: with few people, or with widely
+scattered ones, large differences pass unnoticed. So the 95 % confidence interval of each mean
+difference stands beside the test; what it excludes is excluded.
+
+The test takes the gaits as independent: give it one per person.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from plantigrade.analyze.reproduction import ROTATIONS, Comparison
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.motion.cycles import PERCENT
+
+ALPHA = 0.05  # of both tests, as in the paper
+
+
+@dataclass(frozen=True)
+class PaperRow:
+    """One row of the paper's Table I, as printed [whole degrees].
+
+    Attributes:
+        simulated: Mean ROM of its nine simulated gaits.
+        reference: Mean ROM of its nine recorded ones.
+        difference: Their difference, without sign.
+        identical: Whether it marks the two as significantly identical.
+    """
+
+    simulated: int
+    reference: int
+    difference: int
+    identical: bool = False
+
+
+# The differences of Knee L (66 - 54) and Ankle L (35 - 21) are printed as 9 and 13.
+PAPER_TABLE = {
+    "hip_flexion_r": PaperRow(52, 54, 2, identical=True),
+    "hip_adduction_r": PaperRow(22, 24, 2, identical=True),
+    "hip_rotation_r": PaperRow(11, 16, 5),
+    "knee_angle_r": PaperRow(56, 67, 11),
+    "ankle_angle_r": PaperRow(20, 34, 14),
+    "subtalar_angle_r": PaperRow(23, 27, 4),
+    "hip_flexion_l": PaperRow(57, 57, 0, identical=True),
+    "hip_adduction_l": PaperRow(23, 26, 3),
+    "hip_rotation_l": PaperRow(13, 16, 3),
+    "knee_angle_l": PaperRow(54, 66, 9),
+    "ankle_angle_l": PaperRow(21, 35, 13),
+    "subtalar_angle_l": PaperRow(24, 28, 4),
+}
+"""Table I of [Boukheddimi]_ by coordinate."""
+
+FIGURES = {
+    "hip_flexion_r": "Flexion-extension of the right hip",
+    "hip_adduction_r": "Abduction-adduction of the right hip",
+    "knee_angle_r": "Flexion-extension of the right knee",
+    "subtalar_angle_r": "Eversion-inversion of the right ankle",
+}
+"""What Figs. 4, 5, 6 and 7 of [Boukheddimi]_ show, by coordinate."""
+
+
+@dataclass(frozen=True)
+class StudyRow:
+    """One rotation over all gaits; angles in degrees.
+
+    Attributes:
+        label: As in the paper's Table I.
+        coordinate: Our name.
+        simulated: Mean reproduced ROM.
+        simulated_sd: Its standard deviation over the gaits; NaN for one.
+        reference: Mean recorded ROM.
+        reference_sd: Its standard deviation; NaN for one.
+        difference: Mean of reproduced minus recorded ROM, signed.
+        difference_abs: Mean of its absolute value.
+        interval: 95 % confidence interval of ``difference``; NaN for one gait.
+        shapiro_p: Shapiro and Wilk's p of the differences; None for fewer than three.
+        test: ``"t"`` (paired Student), ``"wilcoxon"`` (where normality is rejected), or empty.
+        p: Its p; None where there is no test.
+        identical: Whether no significant difference was found; None where there is no test.
+        rmse: Mean root mean square difference of the curves.
+        correlation: Mean Pearson's r of the curves.
+        paper: The paper's row.
+    """
+
+    label: str
+    coordinate: str
+    simulated: float
+    simulated_sd: float
+    reference: float
+    reference_sd: float
+    difference: float
+    difference_abs: float
+    interval: tuple[float, float]
+    shapiro_p: float | None
+    test: str
+    p: float | None
+    identical: bool | None
+    rmse: float
+    correlation: float
+    paper: PaperRow
+
+
+@dataclass(frozen=True)
+class Band:
+    """A coordinate over the gait cycle, mean and standard deviation over the gaits [deg].
+
+    Every gait counts once, with the mean of its cycles. One gait alone has no deviation (NaN).
+
+    Attributes:
+        simulated_mean: Reproduced.
+        simulated_sd: Its deviation.
+        reference_mean: Recorded.
+        reference_sd: Its deviation.
+    """
+
+    simulated_mean: Float[Array, " n_percent"]
+    simulated_sd: Float[Array, " n_percent"]
+    reference_mean: Float[Array, " n_percent"]
+    reference_sd: Float[Array, " n_percent"]
+
+
+@dataclass(frozen=True)
+class Study:
+    """Several reproduced gaits against the recorded ones.
+
+    Attributes:
+        names: Of the gaits.
+        comparisons: One per gait.
+        rows: The twelve rotations of Table I, in its order.
+        percent: Percent of the gait cycle.
+        bands: Curves of the twelve rotations by coordinate; :data:`FIGURES` says which of them
+            the paper draws.
+    """
+
+    names: tuple[str, ...]
+    comparisons: tuple[Comparison, ...] = field(repr=False)
+    rows: tuple[StudyRow, ...]
+    percent: Float[Array, " n_percent"] = field(repr=False)
+    bands: dict[str, Band] = field(repr=False)
+
+    @property
+    def n(self) -> int:
+        """Number of gaits."""
+        return len(self.names)
+
+    def metrics(self) -> dict[str, Any]:
+        """Return flat figures with units; what is not known is left out."""
+        flat: dict[str, Any] = {"gaits_count": self.n}
+        for row in self.rows:
+            stem, side = row.coordinate[:-2], row.coordinate[-1]
+            figures = {
+                f"{stem}_rom_{side}_deg": row.simulated,
+                f"{stem}_rom_sd_{side}_deg": row.simulated_sd,
+                f"{stem}_rom_reference_{side}_deg": row.reference,
+                f"{stem}_rom_reference_sd_{side}_deg": row.reference_sd,
+                f"{stem}_rom_error_{side}_deg": row.difference,
+                f"{stem}_rom_error_abs_{side}_deg": row.difference_abs,
+                f"{stem}_rom_error_low_{side}_deg": row.interval[0],
+                f"{stem}_rom_error_high_{side}_deg": row.interval[1],
+                f"{stem}_rom_shapiro_p_{side}": row.shapiro_p,
+                f"{stem}_rom_p_{side}": row.p,
+                f"{stem}_rom_identical_{side}": row.identical,
+                f"{stem}_rmse_{side}_deg": row.rmse,
+                f"{stem}_correlation_{side}": row.correlation,
+            }
+            flat |= {k: v for k, v in figures.items() if v is not None and np.isfinite(v)}
+        flat["rom_error_mean_deg"] = float(np.mean([abs(row.difference) for row in self.rows]))
+        flat["rom_error_max_deg"] = float(np.max([abs(row.difference) for row in self.rows]))
+        flat["com_error_max_mm"] = 1e3 * max(c.com_error_max_m for c in self.comparisons)
+        flat["contact_drift_max_mm"] = 1e3 * max(c.contact_drift_m for c in self.comparisons)
+        flat["sole_lowest_mm"] = 1e3 * min(c.lowest_m for c in self.comparisons)
+        return flat
+
+
+def study(names: Sequence[str], comparisons: Sequence[Comparison]) -> Study:
+    """Return the statistics of several reproduced gaits.
+
+    "Not significantly different" does not prove equality; read it with the interval.
+
+    Args:
+        names: Of the gaits, one for each comparison.
+        comparisons: One per gait; one gait per person for the tests to mean what they say.
+
+    Raises:
+        ParameterError: If there is none, or one lacks a whole cycle or a rotation of Table I.
+    """
+    if not comparisons or len(names) != len(comparisons):
+        raise ParameterError(
+            f"a study needs one name for each comparison and at least one of them; "
+            f"{len(names)} names and {len(comparisons)} comparisons came"
+        )
+    for name, one in zip(names, comparisons, strict=True):
+        if not one.cycles:
+            raise ParameterError(f"{name} has no whole gait cycle; leave it out of the study")
+        missing = [coordinate for _, coordinate in ROTATIONS if coordinate not in one.rom]
+        if missing:
+            raise ParameterError(
+                f"{name} has no {', '.join(missing)}; a study needs all rotations of its table, "
+                "which every joint set with subtalar joints has"
+            )
+    return Study(
+        tuple(names),
+        tuple(comparisons),
+        tuple(_row(label, name, comparisons) for label, name in ROTATIONS),
+        PERCENT,
+        {name: _band(name, comparisons) for _, name in ROTATIONS},
+    )
+
+
+def _row(label: str, coordinate: str, comparisons: Sequence[Comparison]) -> StudyRow:
+    ours, theirs = np.array([c.rom[coordinate] for c in comparisons]).T
+    difference = ours - theirs
+    shapiro_p, test, p = paired_test(difference)
+    return StudyRow(
+        label=label,
+        coordinate=coordinate,
+        simulated=float(ours.mean()),
+        simulated_sd=_sd(ours),
+        reference=float(theirs.mean()),
+        reference_sd=_sd(theirs),
+        difference=float(difference.mean()),
+        difference_abs=float(np.abs(difference).mean()),
+        interval=confidence_interval(difference),
+        shapiro_p=shapiro_p,
+        test=test,
+        p=p,
+        identical=None if p is None else bool(p >= ALPHA),
+        rmse=float(np.mean([c.rmse[coordinate] for c in comparisons])),
+        correlation=float(np.mean([c.correlation[coordinate] for c in comparisons])),
+        paper=PAPER_TABLE[coordinate],
+    )
+
+
+def _band(coordinate: str, comparisons: Sequence[Comparison]) -> Band:
+    ours = np.array([c.curves_simulated[coordinate].mean(axis=0) for c in comparisons])
+    theirs = np.array([c.curves_reference[coordinate].mean(axis=0) for c in comparisons])
+    return Band(ours.mean(axis=0), _sd(ours), theirs.mean(axis=0), _sd(theirs))
+
+
+def paired_test(
+    difference: Float[Array, " n"],
+) -> tuple[float | None, str, float | None]:
+    """Return Shapiro and Wilk's p, which paired test was made, and its p (two-sided).
+
+    Differences that are all the same leave nothing to test; so do fewer than three.
+
+    Args:
+        difference: Of each pair.
+    """
+    if len(difference) < 3 or np.ptp(difference) <= 1e-9 * max(1.0, np.abs(difference).max()):
+        return None, "", None
+    from scipy import stats
+
+    shapiro_p = float(stats.shapiro(difference).pvalue)
+    if shapiro_p < ALPHA:
+        return shapiro_p, "wilcoxon", float(stats.wilcoxon(difference).pvalue)
+    return shapiro_p, "t", float(stats.ttest_1samp(difference, 0.0).pvalue)
+
+
+def confidence_interval(values: Float[Array, " n"]) -> tuple[float, float]:
+    """Return the 95 % confidence interval of a mean by Student's distribution; NaN for one."""
+    if len(values) < 2:
+        return float("nan"), float("nan")
+    from scipy import stats
+
+    mean = float(np.mean(values))
+    half = float(stats.t.ppf(1 - ALPHA / 2, len(values) - 1) * stats.sem(values))
+    return mean - half, mean + half
+
+
+def _sd(values: np.ndarray):
+    """Return the sample standard deviation over the first axis; NaN for a single gait."""
+    if len(values) < 2:
+        return float("nan") if values.ndim == 1 else np.full(values.shape[1:], np.nan)
+    result = values.std(axis=0, ddof=1)
+    return float(result) if values.ndim == 1 else result
