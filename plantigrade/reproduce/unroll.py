@@ -20,6 +20,8 @@ LEG = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 POSTURE = np.deg2rad(6.0)  # of the legs, root mean square [rad]
 # Of two independent instants of one motion, the difference of velocities has √2 times its spread.
 VELOCITY = 0.9  # of the legs, root mean square, in that of the whole cycle
+# Files usually end with the frame they begin with; that they do not must show.
+CLEARLY = 2.0
 SHORTEST, LONGEST = 0.6, 3.0  # of one cycle [s]
 
 
@@ -58,7 +60,7 @@ def find_loop(
         return None
     gap = legs[0] - legs[-1]
     onward = gap - 0.5 * step * (rates[0] + rates[-1])
-    ending = bool(np.linalg.norm(gap) <= np.linalg.norm(onward))
+    ending = bool(np.linalg.norm(gap) <= CLEARLY * np.linalg.norm(onward))
     misfit = np.sqrt(np.mean((gap if ending else onward) ** 2))
     turned = np.sqrt(np.mean((rates[0] - rates[-1]) ** 2))
     period = step * (n - 1 if ending else n)

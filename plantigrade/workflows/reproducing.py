@@ -1,14 +1,11 @@
 """A recorded gait rebuilt from ordered tasks: fit, reproduce, compare, write."""
 
 import time as clock
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from plantigrade.errors import ReproduceError
 from plantigrade.workflows.fitting import FitSettings, analyse, fit, load
 
 if TYPE_CHECKING:
