@@ -11,9 +11,10 @@ With equations alone this is the recursion of null-space projections of [Sicilia
 two levels reads :math:`x = A_1^+ b_1 + P_1 (A_2 P_1)^+ (b_2 - A_2 A_1^+ b_1)` (Eq. 8 of
 [Boukheddimi]_).
 
-Two stages. The recursion is run first, by singular values; directions in which a level has become
-singular, alone or because higher levels hold them, are left out instead of divided by nearly
-nothing. If its answer satisfies every inequality it is the answer. Otherwise the independent
+Two stages. The recursion is run first, by singular values; directions in which a level is
+singular, alone or because higher levels hold them, are left to the levels below instead of divided
+by nearly nothing. (Damping them, as is usual for one task, would hold them as well: a foot that
+can hardly be moved along the ground by rolling would never begin to roll.) If its answer satisfies every inequality it is the answer. Otherwise the independent
 equations that the recursion found and all inequalities go to DAQP, which solves the whole
 hierarchy in one call ([Arnstrom2022]_). DAQP scales every row to unit length, which would weigh
 the violations of a level against each other; one more unknown, fixed at zero, gives all rows the
@@ -33,6 +34,9 @@ from plantigrade.errors import ParameterError, SolverError
 
 UNBOUNDED = 1e30
 SATISFIED = 1e-9  # relative violation of an inequality that is none
+# Of a unit row; DAQP's own 1e-6 lets a lower level push a higher one by as much. Rows that depend
+# on one another can be too tight for the first.
+TOLERANCES = (1e-9, 1e-7, 1e-6)
 
 
 @dataclass(frozen=True)
@@ -177,23 +181,29 @@ def _active_set(reduced, levels, lower, upper, preferred, metric):
         count = len(value) + int(unequal.sum())
         if count:
             sizes.append(count)
-    A = np.vstack(rows)
-    length = np.einsum("ij,ij->i", A, A)
-    A = np.hstack([A, np.sqrt(length.max(initial=1.0) - length)[:, None]])
+    A = np.zeros((sum(sizes[1:]), n + 1))
+    A[:, :n] = np.vstack([A[:0, :n], *rows])
+    raised = A[:, :n] if metric is None else np.linalg.solve(metric, A[:, :n].T).T
+    length = np.einsum("ij,ij->i", A[:, :n], raised)
+    start = 0
+    for size in sizes[1:]:
+        own = slice(start, start + size)
+        A[own, n] = np.sqrt((length[own].max() or 1.0) - length[own])
+        start += size
     H = np.eye(n + 1)
     if metric is not None:
         H[:n, :n] = metric
     f = np.zeros(n + 1)
     f[:n] = -preferred if metric is None else -metric @ preferred
     bounds = [np.clip(np.concatenate(side), -UNBOUNDED, UNBOUNDED) for side in (high, low)]
-    x, _, flag, info = daqp.solve(
-        H,
-        f,
-        A,
-        *bounds,
-        np.zeros(len(bounds[0]), dtype=np.int32),
-        break_points=np.cumsum(sizes, dtype=np.int32),
-    )
+    ends = np.cumsum(sizes, dtype=np.int32)
+    for tolerance in TOLERANCES:
+        sense = np.zeros(len(bounds[0]), dtype=np.int32)
+        x, _, flag, info = daqp.solve(
+            H, f, A, *bounds, sense, break_points=ends, primal_tol=tolerance
+        )
+        if flag > 0:
+            break
     if flag < 1 or not np.isfinite(x).all():
         raise SolverError(
             f"the hierarchical program of {n} unknowns and {len(A)} rows was not solved "
