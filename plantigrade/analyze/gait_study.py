@@ -224,9 +224,9 @@ def _row(label: str, coordinate: str, comparisons: Sequence[Comparison]) -> Stud
         label=label,
         coordinate=coordinate,
         simulated=float(ours.mean()),
-        simulated_sd=_sd(ours),
+        simulated_sd=float(_sd(ours)),
         reference=float(theirs.mean()),
-        reference_sd=_sd(theirs),
+        reference_sd=float(_sd(theirs)),
         difference=float(difference.mean()),
         difference_abs=float(np.abs(difference).mean()),
         interval=confidence_interval(difference),
@@ -260,10 +260,12 @@ def paired_test(
         return None, "", None
     from scipy import stats
 
-    shapiro_p = float(stats.shapiro(difference).pvalue)
+    shapiro_p = float(stats.shapiro(difference)[1])
     if shapiro_p < ALPHA:
-        return shapiro_p, "wilcoxon", float(stats.wilcoxon(difference).pvalue)
-    return shapiro_p, "t", float(stats.ttest_1samp(difference, 0.0).pvalue)
+        ranks: Any = stats.wilcoxon(difference)
+        return shapiro_p, "wilcoxon", float(ranks.pvalue)
+    student: Any = stats.ttest_1samp(difference, 0.0)
+    return shapiro_p, "t", float(student.pvalue)
 
 
 def confidence_interval(values: Float[Array, " n"]) -> tuple[float, float]:
@@ -277,9 +279,6 @@ def confidence_interval(values: Float[Array, " n"]) -> tuple[float, float]:
     return mean - half, mean + half
 
 
-def _sd(values: np.ndarray):
+def _sd(values: np.ndarray) -> np.ndarray:
     """Return the sample standard deviation over the first axis; NaN for a single gait."""
-    if len(values) < 2:
-        return float("nan") if values.ndim == 1 else np.full(values.shape[1:], np.nan)
-    result = values.std(axis=0, ddof=1)
-    return float(result) if values.ndim == 1 else result
+    return values.std(axis=0, ddof=1) if len(values) > 1 else np.full(values.shape[1:], np.nan)

@@ -5,6 +5,7 @@ person on the same soles and the same clock. What is compared was tracked only i
 joint angles the tasks know a few instants, of the feet's heights nothing.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -69,6 +70,8 @@ class Comparison:
             feet that never come down would not drift either.
         clearance: Side → least height of the forefoot and toes in mid swing (the middle third),
             reproduced and recorded [m], mean over the swings; NaN where none was seen.
+        swing_knee: Side → greatest knee flexion in swing, reproduced and recorded [deg], mean over
+            the swings; NaN where none was seen.
     """
 
     percent: Float[Array, " n_percent"]
@@ -84,6 +87,7 @@ class Comparison:
     lowest_m: float
     contact_share: float
     clearance: dict[str, tuple[float, float]]
+    swing_knee: dict[str, tuple[float, float]]
 
     @property
     def rom_error(self) -> dict[str, float]:
@@ -114,6 +118,8 @@ class Comparison:
         for side in SIDES:
             flat[f"toe_clearance_{side}_mm"] = 1e3 * self.clearance[side][0]
             flat[f"toe_clearance_reference_{side}_mm"] = 1e3 * self.clearance[side][1]
+            flat[f"knee_swing_peak_{side}_deg"] = self.swing_knee[side][0]
+            flat[f"knee_swing_peak_reference_{side}_deg"] = self.swing_knee[side][1]
             flat[f"cycles_{side}_count"] = sum(c.side == side for c in self.cycles)
         return {k: v for k, v in flat.items() if not (isinstance(v, float) and not np.isfinite(v))}
 
@@ -160,6 +166,13 @@ def compare(reference: Reference, motion: OrderedMotion) -> Comparison:
         cycles=cycles,
         **_feet_and_com(reference, motion),
         clearance=_clearance(reference, motion),
+        swing_knee={
+            side: (
+                over_swings(reference, side, motion.time, ours[:, names.index(knee)], np.max),
+                over_swings(reference, side, reference.time, theirs[:, names.index(knee)], np.max),
+            )
+            for side, knee in ((s, f"knee_angle_{s}") for s in SIDES)
+        },
     )
 
 
@@ -224,16 +237,37 @@ def _clearance(reference: Reference, motion: OrderedMotion) -> dict[str, tuple[f
     result = {}
     for side in SIDES:
         front = [i for region in ("ball", "toes") for i in ours.of(side, region)]
-        pair = []
-        for time, feet in ((motion.time, ours), (reference.time, theirs)):
-            least = []
-            for phase in reference.phases:
-                if phase.kind != "single" or phase.swing != side:
-                    continue
-                third = phase.duration / 3
-                mid = (time >= phase.start + third) & (time <= phase.stop - third)
-                if mid.any():
-                    least.append(feet.position[mid][:, front, 2].min())
-            pair.append(float(np.mean(least)) if least else float("nan"))
-        result[side] = (pair[0], pair[1])
+        low, low_recorded = (f.position[:, front, 2].min(axis=1) for f in (ours, theirs))
+        result[side] = (
+            over_swings(reference, side, motion.time, low, np.min, 1 / 3),
+            over_swings(reference, side, reference.time, low_recorded, np.min, 1 / 3),
+        )
     return result
+
+
+def over_swings(
+    reference: Reference,
+    side: str,
+    time: Float[Array, " n"],
+    values: Float[Array, " n"],
+    what: Callable[[np.ndarray], float],
+    margin: float = 0.0,
+) -> float:
+    """Return a figure of each swing of a foot, mean over the swings; NaN where there is none.
+
+    Args:
+        reference: The recorded gait, for its phases.
+        side: The foot.
+        time: Time of each value [s].
+        values: A signal.
+        what: Makes one figure of the values within a swing.
+        margin: Share of the swing left out at either end.
+    """
+    found = []
+    for phase in reference.phases:
+        if phase.kind == "single" and phase.swing == side:
+            cut = margin * phase.duration
+            inside = (time >= phase.start + cut) & (time <= phase.stop - cut)
+            if inside.any():
+                found.append(what(values[inside]))
+    return float(np.mean(found)) if found else float("nan")

@@ -13,6 +13,8 @@ from plantigrade.errors import ParameterError
 EXPERIMENTS = {
     "fit-accuracy": "fit_accuracy",
     "foot-segments": "foot_segments",
+    "gait-table": "gait_table",
+    "gait-ablations": "gait_ablations",
 }
 
 
@@ -21,7 +23,7 @@ class Command(PrintOptions):
     """Compute a table or figure: ours beside the published numbers."""
 
     name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="NAME")]
-    """Name of the experiment: fit-accuracy or foot-segments."""
+    """Name of the experiment: fit-accuracy, foot-segments, gait-table or gait-ablations."""
     data: OptionalPath = None
     """Folder of recordings; PLANTIGRADE_DATA or ../shared/data if absent."""
 

@@ -1,7 +1,7 @@
 """What an experiment returns: a table with the goal beside each figure."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -42,15 +42,20 @@ class ResultTable:
         title: What the table shows.
         rows: The figures.
         notes: Sentences under the table.
+        sheets: Wide tables (:func:`sheet`) that show the figures in a form of their own; of the
+            rows then only those short of their goal are printed.
+        figures: Further figures, which :meth:`metrics` returns beside the rows.
     """
 
     title: str
     rows: Sequence[Row]
     notes: Sequence[str] = field(default_factory=tuple)
+    sheets: Sequence[str] = field(default_factory=tuple)
+    figures: Mapping[str, Any] = field(default_factory=dict)
 
     def metrics(self) -> dict[str, Any]:
         """Return the rows as flat figures and a status."""
-        flat: dict[str, Any] = {"status": "ok"}
+        flat: dict[str, Any] = {"status": "ok", **self.figures}
         for row in self.rows:
             words = f"{row.subject} {row.quantity} {_UNIT_WORDS.get(row.unit, row.unit)}"
             flat[re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")] = row.value
@@ -64,6 +69,8 @@ class ResultTable:
         cells = [("", "figure", "ours", "goal", "")]
         last = None
         for r in self.rows:
+            if self.sheets and r.met is not False:
+                continue
             value = "-" if r.value is None else f"{r.value:.4g}"
             mark = "" if r.met is None else ("ok" if r.met else "SHORT")
             cells.append(
@@ -78,11 +85,36 @@ class ResultTable:
             last = r.subject
         widths = [max(len(c[i]) for c in cells) for i in range(5)]
         lines = [self.title, ""]
-        for c in cells:
+        for wide in self.sheets:
+            lines += [wide, ""]
+        if self.sheets and len(cells) > 1:
+            lines.append("Short of their goals:")
+        for c in cells if len(cells) > 1 or not self.sheets else ():
             lines.append("  ".join(c[i].ljust(widths[i]) for i in range(5)).rstrip())
         judged = [row for row in self.rows if row.met is not None]
         met = sum(bool(row.met) for row in judged)
-        return "\n".join([*lines, "", f"{met} of {len(judged)} goals met", *self.notes])
+        if judged:
+            lines += ["", f"{met} of {len(judged)} goals met"]
+        return "\n".join([*lines, *self.notes])
+
+
+def sheet(title: str, header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
+    """Return a wide table as text: the first column to the left, all others to the right.
+
+    Example:
+        >>> print(sheet("Heights", ("who", "m"), [("Ann", "1.7"), ("Bo", "12.0")]))
+        Heights
+        who     m
+        Ann   1.7
+        Bo   12.0
+    """
+    cells = [tuple(header), *(tuple(line) for line in lines)]
+    widths = [max(len(c[i]) for c in cells) for i in range(len(header))]
+    text = [title]
+    for c in cells:
+        right = (c[i].rjust(widths[i]) for i in range(1, len(header)))
+        text.append("  ".join([c[0].ljust(widths[0]), *right]).rstrip())
+    return "\n".join(text)
 
 
 def at_most(subject: str, quantity: str, value: float, limit: float, unit: str = "") -> Row:

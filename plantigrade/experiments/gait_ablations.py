@@ -1,0 +1,87 @@
+"""What each part of the order of tasks is for: the default, the paper's, and both with parts gone.
+
+[Boukheddimi]_ tried a cycle of two phases (it reports an abnormal gait with a straight knee of the
+swinging leg) and the centre of mass split into two tasks (it reports worse results), and names the
+posture task a way to cope with redundancy. Each is tried here on one walk of each person, the first
+by name.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.experiments.gait_walks import Walks, reproduce_walks
+from plantigrade.experiments.table import ResultTable, Row, sheet
+
+NOTES = (
+    "",
+    "How to read it: diff is the mean over the twelve rotations of the ROM difference (mean over "
+    "people, without sign), |diff| of the mean absolute one, max of the largest; RMSE is the mean "
+    "of the twelve curves'. Swing knee is the greatest flexion of the swinging knee, mean over "
+    "people. The centre of mass is off by the largest distance in any walk, and by the median of "
+    "that over walks.",
+)
+WHAT = {
+    "default": "six phases: single supports divided where the feet are adjacent",
+    "paper": "four phases",
+    "two-phases": "two phases: heel strike to heel strike",
+    "split-com": "four phases, centre of mass horizontally above vertically",
+    "no-posture": "four phases, no posture task",
+}
+
+
+def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+    """Return the table over one walk of each person in a data folder.
+
+    Args:
+        data: The folder (layout as in its README).
+        say: Called with one line per walk as it is done.
+
+    Raises:
+        ParameterError: If the folder holds none of the walks.
+    """
+    rows: list[Row] = []
+    lines, notes = [], [*NOTES]
+    absent: tuple[str, ...] = ()
+    for tasks, walks in reproduce_walks(data, tuple(WHAT), one_each=True, say=say).items():
+        absent = walks.absent
+        notes += [
+            f"{tasks}: {name} could not be made: {why}." for name, why in walks.failed.items()
+        ]
+        figures = summary(walks)
+        if figures:
+            rows += [Row(tasks, name, value, unit) for name, (value, unit) in figures.items()]
+            cells = (f"{v:.1f}" if unit else f"{v:.0f}" for v, unit in figures.values())
+            lines.append([f"{tasks}: {WHAT[tasks]}", *cells])
+    header = ("", "people", "diff", "|diff|", "max", "RMSE", "swing knee", "recorded")
+    header += ("CoM max", "CoM median")
+    units = ("", "", "deg", "deg", "deg", "deg", "deg", "deg", "mm", "mm")
+    table = sheet("One walk of each person", header, [units, *lines])
+    notes += [f"{name} is not there and was left out." for name in absent]
+    return ResultTable("Ordered tasks with parts left out", rows, notes, [table])
+
+
+def summary(walks: Walks) -> dict[str, tuple[float, str]]:
+    """Return the figures of one set of tasks with their units; none without a whole cycle."""
+    if not any(walk.comparison.cycles for walk in walks.done):
+        return {}
+    result = walks.study(one_each=True)
+    off = [1e3 * c.com_error_max_m for c in result.comparisons]
+    knees = np.array([list(c.swing_knee.values()) for c in result.comparisons])
+    simulated, recorded = np.nanmean(knees, axis=(0, 1))
+    differences = [abs(row.difference) for row in result.rows]
+    return {
+        "people": (result.n, ""),
+        "ROM difference": (float(np.mean(differences)), "deg"),
+        "ROM difference, absolute": (
+            float(np.mean([row.difference_abs for row in result.rows])),
+            "deg",
+        ),
+        "ROM difference, largest": (float(np.max(differences)), "deg"),
+        "RMSE": (float(np.mean([row.rmse for row in result.rows])), "deg"),
+        "swing knee peak": (float(simulated), "deg"),
+        "swing knee peak recorded": (float(recorded), "deg"),
+        "centre of mass off by, largest": (float(np.max(off)), "mm"),
+        "centre of mass off by, median": (float(np.median(off)), "mm"),
+    }

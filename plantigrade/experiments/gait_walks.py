@@ -1,0 +1,162 @@
+"""The walks that reproduced gaits are measured on, by person, and one run over them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.analyze.gait_study import Study, study
+from plantigrade.analyze.reproduction import Comparison
+from plantigrade.errors import ParameterError, PlantigradeError
+from plantigrade.reproduce.ordered_motion import OrderedMotion
+from plantigrade.workflows import fitting, reproducing
+
+# Everybody in the collection whose walk on even ground is more than a fragment; by name. Who walks
+# in OpenSim's files is not said, but three people of different height and mass do.
+PEOPLE = {
+    "CMU 02": ("cmu_asfamc/02_01.amc", "cmu_asfamc/02_02.amc"),
+    "CMU 07": (
+        "cmu_asfamc/07_01.amc",
+        "cmu_asfamc/07_05.amc",
+        "cmu_asfamc/07_08.amc",
+        "cmu_asfamc/07_12.amc",
+    ),
+    "CMU 16": ("cmu_asfamc/16_15.amc", "cmu_asfamc/16_21.amc"),
+    "CMU 49": ("cmu_asfamc/49_01.amc",),
+    "HC032A": ("c3d/HC032A03.c3d",),
+    "HC038A": ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d"),
+    "treadmill": ("c3d/gaitalytics_treadmill_events.c3d",),
+    "walking2": ("c3d/opensim_walking2.c3d",),
+    "gait2392": ("opensim/gait2392_subject01/subject01_walk1.trc",),
+    "Rajagopal": ("opensim/rajagopal_walk/markers_walk.trc",),
+}
+TURNS = ("c3d/HC038A27.c3d",)  # the person turns in it
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One reproduced walk.
+
+    Attributes:
+        person: Who walks.
+        name: Path below the data folder.
+        tasks: Name of the set of tasks.
+        motion: The reproduced motion.
+        comparison: With the recorded one.
+        seconds: Time it took to make the motion.
+    """
+
+    person: str
+    name: str
+    tasks: str
+    motion: OrderedMotion
+    comparison: Comparison
+    seconds: float
+
+    @property
+    def seconds_per_cycle(self) -> float:
+        """Time one gait cycle took to reproduce; NaN where there is no whole one."""
+        if not self.comparison.cycles:
+            return float("nan")
+        stride = np.mean([c.duration for c in self.comparison.cycles])
+        return self.seconds * float(stride / (self.motion.time[-1] - self.motion.time[0]))
+
+    @property
+    def tick(self) -> float:
+        """Median time of the hierarchical program [s]."""
+        return float(np.median(self.motion.solver_time))
+
+    @property
+    def whole_tick(self) -> float:
+        """Median time of the program, kinematics, Jacobians and rows [s]."""
+        return float(np.median(self.motion.solver_time + self.motion.state_time))
+
+
+@dataclass(frozen=True)
+class Walks:
+    """Walks reproduced with one set of tasks, and what could not be.
+
+    Attributes:
+        done: The walks.
+        failed: Path → why.
+        absent: Paths that are not in the data folder.
+    """
+
+    done: tuple[Walk, ...]
+    failed: dict[str, str]
+    absent: tuple[str, ...]
+
+    def study(self, *, one_each: bool) -> Study:
+        """Return the statistics.
+
+        Args:
+            one_each: One walk per person, the first by name, whatever came out of it; else all.
+
+        Raises:
+            ParameterError: If no walk has a whole cycle.
+        """
+        chosen = [w for w in self.done if w.comparison.cycles]
+        if one_each:
+            first = {name for name in first_walks(self.absent).values() if name is not None}
+            chosen = [w for w in chosen if w.name in first]
+        if not chosen:
+            raise ParameterError("none of the walks was reproduced over a whole gait cycle")
+        names = [w.person if one_each else w.name for w in chosen]
+        return study(names, [w.comparison for w in chosen])
+
+
+def first_walks(absent: Sequence[str] = ()) -> dict[str, str | None]:
+    """Return the walk that stands for each person: the first by name of those that are there."""
+    return {
+        person: next((name for name in sorted(walks) if name not in absent), None)
+        for person, walks in PEOPLE.items()
+    }
+
+
+def reproduce_walks(
+    data: Path,
+    tasks: Sequence[str],
+    *,
+    one_each: bool = False,
+    say: Callable[[str], None] = lambda _: None,
+) -> dict[str, Walks]:
+    """Fit the walks of a data folder and reproduce each with several sets of tasks.
+
+    Args:
+        data: The folder.
+        tasks: Names of the sets.
+        one_each: Only the first walk of each person.
+        say: Called with one line per walk as it is done.
+
+    Returns:
+        The walks by name of the set.
+
+    Raises:
+        ParameterError: If none of them is there.
+    """
+    everybody = [(person, name) for person, walks in PEOPLE.items() for name in sorted(walks)]
+    absent = tuple(name for _, name in everybody if not (data / name).exists())
+    if len(absent) == len(everybody):
+        raise ParameterError(f"{data} holds none of the walks ({', '.join(absent)})")
+    first = first_walks(absent)
+    done: dict[str, list[Walk]] = {name: [] for name in tasks}
+    failed: dict[str, dict[str, str]] = {name: {} for name in tasks}
+    for person, name in everybody:
+        if name in absent or (one_each and first[person] != name):
+            continue
+        try:
+            trial = fitting.fit_file(data / name)
+        except PlantigradeError as error:
+            for one in tasks:
+                failed[one][name] = str(error)
+            continue
+        for one in tasks:
+            try:
+                made = reproducing.reproduce_trial(trial, one, dynamics=False)
+            except PlantigradeError as error:
+                failed[one][name] = str(error)
+                continue
+            done[one].append(Walk(person, name, one, made.motion, made.comparison, made.seconds))
+        say(f"{name} done")
+    return {one: Walks(tuple(done[one]), failed[one], absent) for one in tasks}
