@@ -5,7 +5,7 @@ and no plotting library is loaded: a report of forty plots takes milliseconds.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 import numpy as np
@@ -65,6 +65,25 @@ class Band:
 
 
 @dataclass(frozen=True)
+class Bar:
+    """A stretch of one row of a timeline.
+
+    Attributes:
+        start: Where it begins.
+        stop: Where it ends.
+        colour: CSS colour.
+        label: Written into it where there is room.
+        opacity: Of the colour.
+    """
+
+    start: float
+    stop: float
+    colour: str = MIDDLE
+    label: str = ""
+    opacity: float = 0.85
+
+
+@dataclass(frozen=True)
 class Outline:
     """A thick round stroke or a closed shape on a path plot, in its units.
 
@@ -107,6 +126,7 @@ def line_plot(
     height: int = 210,
     zero: bool = False,
     least: float = 0.0,
+    log: float = 0.0,
 ) -> str:
     """Return a line plot.
 
@@ -121,7 +141,12 @@ def line_plot(
         height: Of the drawing [px].
         zero: Whether zero must lie on the vertical axis.
         least: The vertical axis spans at least this much, so that stillness looks still.
+        log: If positive the vertical axis counts powers of ten, from this value on: what is
+            smaller is drawn there.
     """
+    if log > 0:
+        series = [replace(s, y=_power(s.y, log)) for s in series]
+        bands = [replace(b, low=_power(b.low, log), high=_power(b.high, log)) for b in bands]
     xs = [s.x for s in series] + [b.x for b in bands]
     ys = [s.y for s in series] + [b.low for b in bands] + [b.high for b in bands]
     x0, x1 = _range(xs, pad=0.0)
@@ -132,7 +157,8 @@ def line_plot(
     px = _scale(x0, x1, left, right)
     py = _scale(y0, y1, bottom, top)
     parts = [_open(width, height, f"{title}, {y_label} over {x_label}"), _title(title, left)]
-    parts += _axes(x0, x1, y0, y1, px, py, (left, right, top, bottom), x_label, y_label)
+    box = (left, right, top, bottom)
+    parts += _axes(x0, x1, y0, y1, px, py, box, x_label, y_label, powers=log > 0)
     for band in bands:
         ok = np.isfinite(band.low) & np.isfinite(band.high)
         x = np.concatenate([band.x[ok], band.x[ok][::-1]])
@@ -209,6 +235,58 @@ def bar_plot(
     return "".join(parts) + "</svg>"
 
 
+def timeline_plot(
+    rows: Sequence[tuple[str, Sequence[Bar]]],
+    *,
+    title: str,
+    x_label: str,
+    marks: Sequence[float] = (),
+    width: int = 1060,
+) -> str:
+    """Return what is on when: a row of bars for each thing, over one axis of time.
+
+    Args:
+        rows: Name of each row and its bars.
+        title: Above the plot.
+        x_label: With its unit.
+        marks: Where thin upright lines are drawn.
+        width: Of the drawing [px].
+    """
+    row, top = 19, 28
+    left = 16 + 5.9 * max((len(label) for label, _ in rows), default=1)
+    right, bottom = width - 12, top + row * len(rows)
+    ends = [v for _, bars in rows for bar in bars for v in (bar.start, bar.stop)]
+    x0, x1 = _range([np.asarray([*ends, *marks], float)], pad=0.0)
+    px = _scale(x0, x1, left, right)
+    parts = [_open(width, bottom + 38, title), _title(title, 4)]
+    for i in range(len(rows) + 1):
+        parts.append(_line(left, right, top + row * i, top + row * i, _GRID, 0.8))
+    for i, (label, bars) in enumerate(rows):
+        y = top + row * i
+        parts.append(_text(label, left - 6, y + 13, anchor="end", colour=_TEXT))
+        for bar in bars:
+            a, b = float(px(bar.start)), float(px(bar.stop))
+            parts.append(
+                f'<rect x="{a:.1f}" y="{y + 3}" width="{max(b - a, 0.8):.1f}" '
+                f'height="{row - 6}" rx="1.5" style="fill:{bar.colour}" '
+                f'opacity="{bar.opacity:g}"/>'
+            )
+            if bar.label and b - a > LETTER * len(bar.label) + 6:
+                parts.append(_text(bar.label, (a + b) / 2, y + 13, anchor="middle", colour=_TEXT))
+    for mark in marks:
+        at = float(px(mark))
+        parts.append(
+            f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
+            f'style="stroke:{_SOFT}" stroke-dasharray="3 3" stroke-width="0.8" opacity="0.7"/>'
+        )
+    for tick in ticks_of(x0, x1, max(3, round((right - left) / 80))):
+        at = float(px(tick))
+        parts.append(_line(at, at, bottom, bottom + 4, _SOFT))
+        parts.append(_text(_number(tick), at, bottom + 15, anchor="middle"))
+    parts.append(_text(x_label, (left + right) / 2, bottom + 31, anchor="middle"))
+    return "".join(parts) + "</svg>"
+
+
 def path_plot(
     series: Sequence[Series],
     *,
@@ -277,6 +355,11 @@ def _range(arrays, *, pad: float, least: float = 0.0) -> tuple[float, float]:
     return low - wider, high + wider
 
 
+def _power(values, least: float) -> np.ndarray:
+    """Return the power of ten of positive values, no less than that of ``least``."""
+    return np.log10(np.maximum(np.asarray(values, float), least))
+
+
 def _scale(a0: float, a1: float, b0: float, b1: float):
     slope = (b1 - b0) / (a1 - a0)
     return lambda a: b0 + slope * (np.asarray(a, dtype=float) - a0)
@@ -298,14 +381,18 @@ def _path(x, y) -> str:
     return "".join(text) or "M0 0"
 
 
-def _axes(x0, x1, y0, y1, px, py, box, x_label, y_label):
+def _axes(x0, x1, y0, y1, px, py, box, x_label, y_label, powers=False):
     left, right, top, bottom = box
     last = -1e9
     for tick in ticks_of(y0, y1, max(5 if bottom - top < 90 else 3, round((bottom - top) / 27))):
+        if powers and tick != round(tick):
+            continue
         at = float(py(tick))
-        zero = abs(tick) < 1e-12
+        zero = abs(tick) < 1e-12 and not powers
         yield _line(left, right, at, at, _SOFT if zero else _GRID, 0.8)
-        yield _text(_number(tick), left - 6, at + 3.5, anchor="end")
+        yield _text(
+            _power_of_ten(tick) if powers else _number(tick), left - 6, at + 3.5, anchor="end"
+        )
     for tick in ticks_of(x0, x1, max(3, round((right - left) / 60))):
         at = float(px(tick))
         yield _line(at, at, bottom, bottom + 4, _SOFT)
@@ -371,6 +458,18 @@ def _line(x1, x2, y1, y2, colour, width=1.0) -> str:
         f'<line x1="{x1:.1f}" x2="{x2:.1f}" y1="{y1:.1f}" y2="{y2:.1f}" '
         f'style="stroke:{colour}" stroke-width="{width}"/>'
     )
+
+
+def _power_of_ten(exponent: float) -> str:
+    """Return a power of ten as it is written.
+
+    Example:
+        >>> _power_of_ten(-3), _power_of_ten(0)
+        ('10⁻³', '1')
+    """
+    if exponent == 0:
+        return "1"
+    return "10" + str(round(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def _number(value: float) -> str:

@@ -72,6 +72,8 @@ class ReportData:
         measures_source: Citation of their published values.
         strip: Frames of the picture strip; evenly spread where empty.
         extra: More sections, drawn after the others (an engine's own).
+        first: More sections, drawn before the others: what the run was made for.
+        reference: What the translucent body is.
         warnings: Besides those of the record.
         provenance: Source files with SHA-256, version, command, settings, as they are to be read.
     """
@@ -90,6 +92,8 @@ class ReportData:
     measures_source: str = ""
     strip: Sequence[int] = ()
     extra: Sequence[Section] = ()
+    first: Sequence[Section] = ()
+    reference: str = "another motion of the same body"
     warnings: Sequence[str] = ()
     provenance: dict[str, object] = field(default_factory=dict)
 
@@ -119,6 +123,7 @@ def report_html(model: mujoco.MjModel, record: Record, data: ReportData) -> str:
         data=data,
         css=Markup(template_text("report.css")),
         strip=Markup(_strip(model, record, data)),
+        ghost=data.reference if record.reference_qpos is not None else "",
         arrows=record.contact_force is not None and bool(np.any(record.contact_force)),
         status=str(record.metrics.get("status", "ok")),
         warnings=list(dict.fromkeys([*record.warnings, *data.warnings])),
@@ -132,6 +137,7 @@ def report_html(model: mujoco.MjModel, record: Record, data: ReportData) -> str:
 
 
 def _sections(model, record, data):
+    yield from data.first
     if data.angles:
         yield cycle_section(
             "Joint angles over the gait cycle",
@@ -251,6 +257,7 @@ def _strip(model, record, data) -> str:
         force=record.contact_force if record.contact_point is not None else None,
         point=record.contact_point,
         height_px=250,
+        behind=record.reference_qpos,
     )
 
 
@@ -283,7 +290,7 @@ def _metrics(metrics: dict) -> list[tuple[str, str]]:
 
 UNITS = {
     "deg": "°", "rad": "rad", "mm": "mm", "cm": "cm", "m": "m", "s": "s", "ms": "ms", "hz": "Hz",
-    "n": "N", "nm": "N m", "kg": "kg", "w": "W", "j": "J", "percent": "%", "bw": "body weight",
+    "us": "µs", "n": "N", "nm": "N m", "kg": "kg", "w": "W", "j": "J", "percent": "%", "bw": "body weight",
     "mps": "m/s", "spm": "steps/min", "mb": "MB", "pct": "%",
     "m_s": "m/s", "steps_min": "steps/min", "nm_kg": "N m/kg", "w_kg": "W/kg",
 }  # fmt: skip

@@ -1,5 +1,7 @@
 """The report and the viewer of a run: a Record and its figures in words and curves."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -9,7 +11,7 @@ from plantigrade.analyze import norms
 from plantigrade.analyze.curves import GaitCurves, coordinates_of, gait_curves
 from plantigrade.motion import Record, Table
 from plantigrade.report.report import Measure, ReportData, report_html
-from plantigrade.report.sections import CycleCurves, Norm
+from plantigrade.report.sections import CycleCurves, Norm, Section
 from plantigrade.report.viewer import viewer_html
 
 SHOWN = (
@@ -54,7 +56,15 @@ WHOLE = (
 
 
 def run_pages(
-    model: mujoco.MjModel, record: Record, *, title: str, sentence: str = "", extra=()
+    model: mujoco.MjModel,
+    record: Record,
+    *,
+    title: str,
+    sentence: str = "",
+    extra: Sequence[Section] = (),
+    first: Sequence[Section] = (),
+    facts: dict[str, str] | None = None,
+    reference: str = "reference",
 ) -> dict[str, str]:
     """Return ``report.html`` and ``viewer.html`` of a run, by file name.
 
@@ -64,12 +74,23 @@ def run_pages(
         title: Heading of both pages.
         sentence: What was done.
         extra: More sections of the report.
+        first: Sections of the report that come before all others.
+        facts: Short figures shown large; those of the walk if absent.
+        reference: What the other motion of the record is, where it has one.
     """
     data = run_data(model, record, title=title, sentence=sentence, extra=extra)
+    data = replace(data, first=first, reference=reference)
+    if facts is not None:
+        data = replace(data, facts=facts)
     return {
         "report.html": report_html(model, record, data),
         "viewer.html": viewer_html(
-            model, record, title=title, subtitle=sentence, curves=_viewer_curves(record)
+            model,
+            record,
+            title=title,
+            subtitle=sentence,
+            curves=_viewer_curves(record),
+            reference_label=reference.capitalize(),
         ),
     }
 

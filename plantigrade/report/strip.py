@@ -36,6 +36,7 @@ def strip_svg(
     spacing: float | None = None,
     height_px: int = 230,
     background: str | None = None,
+    behind: Float[Array, "n nq"] | None = None,
 ) -> str:
     """Return an SVG of the body at several instants, seen from its right.
 
@@ -54,6 +55,7 @@ def strip_svg(
             that, pictures stand where it was. Chosen from the widths where None.
         height_px: Height of the picture [px]; the drawing scales freely.
         background: CSS colour behind it; none where None.
+        behind: Another motion of the same body, drawn translucent behind the first.
 
     Raises:
         ParameterError: If there is no index, or one lies outside the motion.
@@ -68,17 +70,21 @@ def strip_svg(
     across = np.array([forward[1], -forward[0], 0.0])  # to the right: towards the reader
     weight = max(float(model.body_mass.sum()) * 9.81, 1e-9)
 
-    drawn = []  # per instant: list of (depth, element in metres)
+    drawn = []  # per instant: elements in metres, the far ones first
     extents = []
     for i in range(len(indices)):
-        marks, spans = [], []
-        for shape in shapes:
-            mark = _outline(shape, positions[i, shape.body], quats[i, shape.body], forward, across)
-            marks.append(mark[:2])
-            spans.append(mark[2])
-        drawn.append([element for _, element in sorted(marks, key=lambda mark: mark[0])])
-        spans = np.array(spans)
-        extents.append((spans[:, 0].min(), spans[:, 1].max(), spans[:, 2].max()))
+        elements, extent = _figure(shapes, positions[i], quats[i], forward, across)
+        drawn.append(elements)
+        extents.append(extent)
+    if behind is not None:
+        others = poses(model, np.asarray(behind)[indices])
+        for i in range(len(indices)):
+            ghost, extent = _figure(
+                shapes, others[0][i], others[1][i], forward, across, (theme.REFERENCE,) * 2
+            )
+            drawn[i] = ['<g opacity=".4">', *ghost, "</g>", *drawn[i]]
+            low, high, top = zip(extents[i], extent, strict=True)
+            extents[i] = (min(low), max(high), max(top))
     centre = com @ forward
     left = np.array([e[0] for e in extents]) - centre
     right = np.array([e[1] for e in extents]) - centre
@@ -128,7 +134,18 @@ def _heading(com) -> np.ndarray:
     return way / length if length > 0.3 else np.array([1.0, 0.0, 0.0])
 
 
-def _outline(shape: Shape, body_position, body_quat, forward, across):
+def _figure(shapes, positions, quats, forward, across, tint=None):
+    """Return the elements of one picture, far ones first, and its extent (left, right, top)."""
+    marks = [
+        _outline(shape, positions[shape.body], quats[shape.body], forward, across, tint)
+        for shape in shapes
+    ]
+    spans = np.array([span for _, _, span in marks])
+    elements = [element for _, element, _ in sorted(marks, key=lambda mark: mark[0])]
+    return elements, (spans[:, 0].min(), spans[:, 1].max(), spans[:, 2].max())
+
+
+def _outline(shape: Shape, body_position, body_quat, forward, across, tint=None):
     """Return depth, SVG element (metres, y down) and extent (left, right, top) of one geom."""
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, np.asarray(body_quat, dtype=float))
@@ -142,8 +159,8 @@ def _outline(shape: Shape, body_position, body_quat, forward, across):
         return np.stack([points @ forward, points[:, 2]], axis=1)
 
     depth = float(origin @ across)
-    edge, fill = TINTS[shape.side]
-    if shape.colour is not None:
+    edge, fill = tint or TINTS[shape.side]
+    if shape.colour is not None and tint is None:
         red, green, blue = (round(255 * c) for c in shape.colour)
         fill = f"#{red:02x}{green:02x}{blue:02x}"
     if shape.kind in ("capsule", "sphere"):
