@@ -217,7 +217,7 @@ def study(names: Sequence[str], comparisons: Sequence[Comparison]) -> Study:
 
 
 def _row(label: str, coordinate: str, comparisons: Sequence[Comparison]) -> StudyRow:
-    ours, theirs = np.array([c.rom[coordinate] for c in comparisons]).T
+    ours, theirs = np.array([c.rom[coordinate] for c in comparisons], dtype=float).T
     difference = ours - theirs
     shapiro_p, test, p = paired_test(difference)
     return StudyRow(
@@ -281,4 +281,6 @@ def confidence_interval(values: Float[Array, " n"]) -> tuple[float, float]:
 
 def _sd(values: np.ndarray) -> np.ndarray:
     """Return the sample standard deviation over the first axis; NaN for a single gait."""
-    return values.std(axis=0, ddof=1) if len(values) > 1 else np.full(values.shape[1:], np.nan)
+    if len(values) < 2:
+        return np.full(values.shape[1:], np.nan)
+    return np.asarray(values.std(axis=0, ddof=1))

@@ -39,8 +39,8 @@ NOTES = (
     "a turn) has no tests and no intervals.",
     "Walk by walk: how far the centre of mass and a point of the soles in contact were off at "
     "most, the lowest point of the soles, the share of the planned stance in which the foot does "
-    "stand on the ground, toe clearance in mid swing beside the recorded one, the mean absolute ROM "
-    "difference of the twelve, and times of this machine.",
+    "stand on the ground, toe clearance in mid swing beside the recorded one, the mean absolute "
+    "ROM difference of the twelve, and times of this machine.",
 )
 
 

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
+from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, sheet
 
 
 def test_goals_are_judged_on_the_right_side():
@@ -47,3 +47,22 @@ def test_text_shows_ours_beside_the_goal(table):
     assert any(line.endswith("SHORT") for line in lines)
     assert any("no markers" in line for line in lines)
     assert "1 of 3 goals met" in lines and lines[-1] == "a note."
+
+
+def test_wide_tables_leave_only_what_falls_short(table):
+    wide = ResultTable(table.title, table.rows, table.notes, ["WIDE\na  1"], {"further_mm": 2.0})
+    text = wide.text()
+    assert "WIDE\na  1\n" in text and "Short of their goals:" in text
+    assert "peak against OpenSim" in text and "no markers" in text
+    assert "marker RMS" not in text, "a goal that is met is in the wide table"
+    assert "1 of 3 goals met" in text
+    assert wide.metrics() == {**table.metrics(), "further_mm": 2.0}
+    good = ResultTable("Good", table.rows[:1], (), ["WIDE"]).text()
+    assert "Short" not in good and "1 of 1 goals met" in good
+    assert "goals met" not in ResultTable("None", table.rows[2:3], (), ["WIDE"]).text()
+
+
+def test_columns_of_a_sheet_line_up():
+    lines = sheet("T", ("", "long head"), [("name", "1"), ("a longer name", "22")]).splitlines()
+    assert lines[0] == "T"
+    assert len({len(line) for line in lines[1:]}) == 1
