@@ -290,8 +290,8 @@ def _metrics(metrics: dict) -> list[tuple[str, str]]:
 
 UNITS = {
     "deg": "°", "rad": "rad", "mm": "mm", "cm": "cm", "m": "m", "s": "s", "ms": "ms", "hz": "Hz",
-    "us": "µs", "n": "N", "nm": "N m", "kg": "kg", "w": "W", "j": "J", "percent": "%", "bw": "body weight",
-    "mps": "m/s", "spm": "steps/min", "mb": "MB", "pct": "%",
+    "us": "µs", "n": "N", "nm": "N m", "kg": "kg", "w": "W", "j": "J", "percent": "%",
+    "bw": "body weight", "mps": "m/s", "spm": "steps/min", "mb": "MB", "pct": "%",
     "m_s": "m/s", "steps_min": "steps/min", "nm_kg": "N m/kg", "w_kg": "W/kg",
 }  # fmt: skip
 

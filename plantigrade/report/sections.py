@@ -154,7 +154,7 @@ def cycle_section(
                 sources.append(norm.source)
         for curve in sorted(members, key=lambda c: side_of(c.name) != "r"):
             side = side_of(curve.name)
-            mean, sd = _mean_sd(curve.values)
+            mean, sd = mean_sd(curve.values)
             if len(curve.values) > 1:
                 several = True
                 bands.append(Band(curve.percent, mean - sd, mean + sd, SIDES[side], 0.18))
@@ -170,7 +170,7 @@ def cycle_section(
                     marks=marks,
                     title=title_of(base),
                     x_label="gait cycle [%]",
-                    y_label=_signed(base, unit),
+                    y_label=signed(base, unit),
                     least=LEAST.get(unit, 0.0),
                 )
             )
@@ -206,7 +206,7 @@ def time_section(model: mujoco.MjModel, record: Record, curves) -> Section:
                 ],
                 title=panel.title,
                 x_label="time [s]",
-                y_label=_signed(panel.name, panel.unit.strip()),
+                y_label=signed(panel.name, panel.unit.strip()),
                 least=LEAST.get(panel.unit.strip(), 0.0),
             )
         )
@@ -499,7 +499,7 @@ def path_section(model: mujoco.MjModel, record: Record) -> Section:
     return Section("Paths of the centre of mass and the feet", figures)
 
 
-def _signed(base: str, unit: str) -> str:
+def signed(base: str, unit: str) -> str:
     """Return the label of the vertical axis with what its ends mean, where that is known."""
     up, down = MEANINGS.get(base.removesuffix("_moment"), ("", ""))
     if base.endswith("_power"):
@@ -518,7 +518,7 @@ def as_norm(value) -> Norm | None:
     return Norm(np.asarray(percent, float), np.asarray(mean, float), np.asarray(sd, float), source)
 
 
-def _mean_sd(values):
+def mean_sd(values):
     """Return mean and standard deviation over rows, NaN left out; NaN where nothing is known."""
     known = np.isfinite(values)
     count = known.sum(axis=0)

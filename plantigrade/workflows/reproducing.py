@@ -1,16 +1,20 @@
 """A recorded gait rebuilt from ordered tasks: fit, reproduce, compare, write."""
 
 import time as clock
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from plantigrade.workflows.fitting import FitSettings, analyse, fit, load
 
 if TYPE_CHECKING:
     from plantigrade.analyze.reproduction import Comparison
     from plantigrade.analyze.trial import Trial
+    from plantigrade.motion import Record
+    from plantigrade.report.reproduction import Reproduction
     from plantigrade.reproduce.dynamics import ForcedMotion
     from plantigrade.reproduce.ordered_motion import OrderedMotion
     from plantigrade.reproduce.reference import Reference
@@ -162,3 +166,268 @@ def reproduce_file(path: str | Path, **settings) -> Reproduced:
     loaded = load(Path(path), chosen)
     trial = analyse(fit(loaded, chosen), chosen)
     return reproduce_trial(trial, chosen.tasks, chosen.dynamics)
+
+
+def write(
+    reproduced: Reproduced,
+    out: Path,
+    *,
+    title: str,
+    command: Sequence[str],
+    settings: ReproduceSettings,
+    sources: Sequence[Path],
+    seed: int = 0,
+    overwrite: bool = False,
+    extra: dict[str, Any] | None = None,
+) -> tuple[Path, dict[str, Any]]:
+    """Write the run folder of a reproduced gait; return it and its metrics."""
+    from plantigrade import __version__
+    from plantigrade.io.run_folder import source_files, write_run
+    from plantigrade.motion import Table
+    from plantigrade.report.reproduction import FILE
+
+    human, record = reproduced.reference.human, record_of(reproduced)
+    drawn = drawing(reproduced)
+    metrics = {
+        "status": status(reproduced),
+        "version": __version__,
+        "command": " ".join(command),
+        "settings": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(settings).items()},
+        "seed": seed,
+        "source_files": source_files(sources),
+        **record.metrics,
+        **(extra or {}),
+        "warnings": list(record.warnings),
+        "title": title,
+        "sentence": sentence(reproduced),
+    }
+    record = replace(record, metrics=metrics)
+    names, values = human.to_coordinates(record.motion.qpos)
+    folder = write_run(
+        out,
+        model_xml=human.xml,
+        record=record,
+        metrics=metrics,
+        coordinates=Table(names, record.motion.time, values),
+        files=pages(human.model, record, drawn) | {FILE: drawn.to_npz()},
+        overwrite=overwrite,
+    )
+    return folder, metrics
+
+
+def pages(model, record: "Record", drawn: "Reproduction") -> dict[str, str]:
+    """Return the report and the viewer of a reproduced gait, by file name."""
+    from plantigrade.report.reproduction import facts_of, reproduction_sections
+    from plantigrade.report.run_report import run_pages
+
+    return run_pages(
+        model,
+        record,
+        title=record.metrics["title"],
+        sentence=record.metrics["sentence"],
+        first=reproduction_sections(drawn),
+        facts=facts_of(record.metrics),
+        reference="recorded",
+    )
+
+
+def record_of(reproduced: Reproduced) -> "Record":
+    """Return the reproduced gait as a record, the recorded one beside it."""
+    from plantigrade.motion import Motion, Record
+
+    reference, motion = reproduced.reference, reproduced.motion
+    trial = reproduced.trial
+    metrics = dict(trial.record.metrics)
+    metrics |= {"frames": len(motion.time), "duration_s": float(motion.time[-1] - motion.time[0])}
+    return Record(
+        motion=Motion(
+            motion.time,
+            motion.qpos,
+            motion.qvel,
+            reference.human.joint_names,
+            motion.qacc,
+            reference.events,
+        ),
+        reference_qpos=reference.at(motion.time),
+        metrics=metrics | figures(reproduced),
+        warnings=(*trial.record.warnings, *notes(reproduced)),
+    )
+
+
+def figures(reproduced: Reproduced) -> dict[str, Any]:
+    """Return the figures of a reproduced gait: against the recorded one, and how long it took."""
+    motion, comparison = reproduced.motion, reproduced.comparison
+    ticks = 1e6 * motion.solver_time, 1e6 * motion.state_time
+    found: dict[str, Any] = {
+        "tasks": reproduced.tasks,
+        "task_order": list(motion.names),
+        "reproduced_from_s": float(motion.time[0]),
+        "reproduced_to_s": float(motion.time[-1]),
+        "cycles_count": len(comparison.cycles),
+        **comparison.metrics(),
+        "step_s": float(motion.time[1] - motion.time[0]),
+        "reproduce_time_s": reproduced.seconds,
+        "tick_solver_median_us": float(np.median(ticks[0])),
+        "tick_kinematics_median_us": float(np.median(ticks[1])),
+        "ticks_exact_pct": 100.0 * float(np.mean(motion.exact)),
+    }
+    seconds = seconds_per_cycle(reproduced)
+    if seconds is not None:
+        found["time_per_cycle_s"] = seconds
+    return found
+
+
+def seconds_per_cycle(reproduced: Reproduced) -> float | None:
+    """Return how long one gait cycle took to reproduce [s]; None where there is no whole one."""
+    time, cycles = reproduced.motion.time, reproduced.comparison.cycles
+    if not cycles:
+        return None
+    stride = float(np.mean([c.duration for c in cycles]))
+    return reproduced.seconds * stride / float(time[-1] - time[0])
+
+
+def status(reproduced: Reproduced) -> str:
+    """Return ``"ok"``, or what went wrong, where and when."""
+    motion, reference = reproduced.motion, reproduced.reference
+    look = "; the report's “What each level missed” shows which task gave way first"
+    if motion.stopped:
+        return (
+            f"the motion ended early, {_when(reference, motion.time[-1])}: {motion.stopped}{look}"
+        )
+    away = com_error(reproduced)
+    if away.max() > COM_LIMIT:
+        first = motion.time[np.argmax(away > COM_LIMIT)]
+        return (
+            f"the centre of mass left its path by more than {100 * COM_LIMIT:.0f} cm, "
+            f"{_when(reference, first)} (at most {100 * away.max():.0f} cm off){look}"
+        )
+    off = np.linalg.norm(motion.qpos[:, :3] - reference.at(motion.time)[:, :3], axis=1)
+    if off.max() > PELVIS_LIMIT:
+        first = motion.time[np.argmax(off > PELVIS_LIMIT)]
+        return (
+            f"the pelvis wandered more than {100 * PELVIS_LIMIT:.0f} cm from the recorded one, "
+            f"{_when(reference, first)}{look}"
+        )
+    return "ok"
+
+
+def _when(reference: "Reference", time: float) -> str:
+    """Return an instant in words."""
+    words = f"{time:.2f} s into the recording"
+    for phase in reference.phases:
+        if phase.start <= time <= phase.stop:
+            side = {"r": "right", "l": "left"}[phase.swing]
+            what = "in double support before the" if phase.kind == "double" else "while the"
+            verb = "foot swings"
+            return f"{words}, {what} {side} {verb}"
+    return words
+
+
+def sentence(reproduced: Reproduced) -> str:
+    """Return what was done, in one sentence."""
+    motion, comparison = reproduced.motion, reproduced.comparison
+    human = reproduced.reference.human
+    n = len(comparison.cycles)
+    m = comparison.metrics()
+    text = (
+        f"The gait of {reproduced.trial.fit.recording.source.name} "
+        f"({motion.time[-1] - motion.time[0]:.2f} s, {n} stride{'' if n == 1 else 's'}) "
+        f"rebuilt from the ordered tasks “{reproduced.tasks}” on a person of "
+        f"{human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of freedom, "
+        f"in {reproduced.seconds:.1f} s; the centre of mass within "
+        f"{m['com_error_max_mm']:.1f} mm of its path"
+    )
+    if "rom_error_mean_deg" in m:
+        text += f", ranges of motion {m['rom_error_mean_deg']:.1f}° off on the mean"
+    return text + "."
+
+
+def notes(reproduced: Reproduced) -> list[str]:
+    """Return what the user should know of how the recording was used."""
+    reference, motion = reproduced.reference, reproduced.trial.record.motion
+    found = []
+    if len(reference.events) < len(motion.events):
+        found.append(
+            f"of {len(motion.events)} gait events the longest run of steps was reproduced: "
+            f"{len(reference.events)} events, {reference.start:.2f} to {reference.stop:.2f} s."
+        )
+    moved = (
+        motion.qpos[-1, :2] - motion.qpos[0, :2] - reference.qpos[-1, :2] + reference.qpos[0, :2]
+    )
+    way = float(np.linalg.norm(moved))
+    if way > 0.5:
+        speed = way / (motion.time[-1] - motion.time[0])
+        found.append(
+            f"the ground moves at {speed:.2f} m/s (a treadmill); the gait was reproduced over "
+            "ground that rests."
+        )
+    return found
+
+
+def com_error(reproduced: Reproduced) -> np.ndarray:
+    """Return the distance of the centre of mass from its path at each tick [m]."""
+    from plantigrade.kinematics.state import State
+
+    motion, reference = reproduced.motion, reproduced.reference
+    state = State(reference.human, motion.qpos[0])
+    away = np.empty(len(motion.time))
+    for k, (time, qpos, qvel) in enumerate(zip(motion.time, motion.qpos, motion.qvel, strict=True)):
+        state.move_to(qpos, qvel)
+        away[k] = np.linalg.norm(state.com - reference.com(float(time))[0])
+    return away
+
+
+def drawing(reproduced: Reproduced) -> "Reproduction":
+    """Return what the report draws of a reproduced gait."""
+    from plantigrade.kinematics.ground import contact_points
+    from plantigrade.report.reproduction import SIDES, Reproduction, stacked
+    from plantigrade.reproduce.gait import gait_order, gait_tasks, phase_ends
+
+    reference, motion, comparison = reproduced.reference, reproduced.motion, reproduced.comparison
+    chosen = gait_tasks(reproduced.tasks)
+    order = gait_order(reference, chosen)
+    level = [k for k, tasks in enumerate(order.levels, start=1) for _ in tasks]
+    tasks = list(order.tasks)
+    if order.posture is not None:
+        level.append(len(order.levels) + 1)
+        tasks.append(order.posture)
+    names = tuple(comparison.rom)
+    ground = [
+        contact_points(reference.human, qpos) for qpos in (motion.qpos, reference.at(motion.time))
+    ]
+    soles = [
+        np.stack(
+            [g.position[:, [s == side for s in g.side], 2].min(axis=1) for side in SIDES], axis=1
+        )
+        for g in ground
+    ]
+    return Reproduction(
+        tasks=reproduced.tasks,
+        names=motion.names,
+        level=np.array(level),
+        meanings=tuple(_meaning(task) for task in tasks),
+        time=motion.time,
+        active=motion.active,
+        residual=motion.residual,
+        phase=np.array([(p.start, p.stop) for p in reference.phases]),
+        phase_kind=tuple(p.kind for p in reference.phases),
+        phase_swing=tuple(p.swing for p in reference.phases),
+        posture_end=phase_ends(reference, chosen.phases) if chosen.posture else np.zeros(0),
+        contact=np.array([(c.start, c.stop) for c in reference.contacts]).reshape(-1, 2),
+        contact_place=tuple(f"{c.region}_{c.side}" for c in reference.contacts),
+        percent=comparison.percent,
+        coordinates=names,
+        simulated=stacked([comparison.curves_simulated[n] for n in names]),
+        recorded=stacked([comparison.curves_reference[n] for n in names]),
+        rom=np.array([comparison.rom[n] for n in names]),
+        rmse=np.array([comparison.rmse[n] for n in names]),
+        correlation=np.array([comparison.correlation[n] for n in names]),
+        com_error=com_error(reproduced),
+        sole=soles[0],
+        sole_recorded=soles[1],
+    )
+
+
+def _meaning(task) -> str:
+    """Return the first line of what a kind of task says of itself."""
+    return (type(task).__doc__ or "").strip().split("\n")[0].replace("`", "")
