@@ -94,7 +94,9 @@ class ResultTable:
         judged = [row for row in self.rows if row.met is not None]
         met = sum(bool(row.met) for row in judged)
         if judged:
-            lines += ["", f"{met} of {len(judged)} goals met"]
+            lines += [*([""] if lines[-1] else []), f"{met} of {len(judged)} goals met"]
+        elif not lines[-1]:
+            lines.pop()
         return "\n".join([*lines, *self.notes])
 
 
