@@ -14,11 +14,11 @@ two levels reads :math:`x = A_1^+ b_1 + P_1 (A_2 P_1)^+ (b_2 - A_2 A_1^+ b_1)` (
 Two stages. The recursion is run first, by singular values; directions in which a level is
 singular, alone or because higher levels hold them, are left to the levels below instead of divided
 by nearly nothing. (Damping them, as is usual for one task, would hold them as well: a foot that
-can hardly be moved along the ground by rolling would never begin to roll.) If its answer satisfies every inequality it is the answer. Otherwise the independent
-equations that the recursion found and all inequalities go to DAQP, which solves the whole
-hierarchy in one call ([Arnstrom2022]_). DAQP scales every row to unit length, which would weigh
-the violations of a level against each other; one more unknown, fixed at zero, gives all rows the
-same length before.
+can hardly be moved along the ground by rolling would never begin to roll.) If its answer satisfies
+every inequality it is the answer. Otherwise the independent equations that the recursion found and
+all inequalities go to DAQP, which solves the whole hierarchy in one call ([Arnstrom2022]_). DAQP
+scales every row to unit length, which would weigh the violations of a level against each other; one
+more unknown, fixed at zero, gives all rows of a level the same length before.
 
 References:
     [Kanoun2009]_, [Escande2014]_, [Siciliano1991]_, [Arnstrom2022]_, [Boukheddimi]_.

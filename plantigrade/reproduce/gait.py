@@ -7,17 +7,18 @@ The hierarchy, from the top:
 2. *task 1*: the heel in the horizontal plane: the swinging one on its path, the one on the ground
    at its place (which the contact does);
 3. *task 2*: the centre of mass on its path, in three dimensions;
-4. *task 3*: the posture at the end of the phase, a fixed vector of all coordinates.
+4. *task 1* again, while a foot rolls off (heel up, forefoot down): its heel on its path along the
+   foot; across it the contact already decides;
+5. *task 3*: the posture at the end of the phase, a fixed vector of all coordinates.
 
-While a foot rolls off (heel up, forefoot down) its heel follows the path along the foot; across
-it the contact already decides. The paper speaks of the swinging foot only, but also says that the
-heel's path is what makes the foot roll.
+The paper gives the first place to the heel of the swinging foot, and says that the path of the
+foot is what makes it roll; it does not say where the heel of a foot stands that rolls off. Above
+the centre of mass it would be a second demand on a leg that is nearly straight.
 
 What the three tasks leave free is how the leg folds while it swings: they know the leg where it
-takes off and where it lands. The default adds one posture, at the instant at which the swinging
-foot passes the standing one (*feet adjacent* [Whittle2007]_): mid-swing is where a human regulates
-the clearance of the foot [Winter1992]_. The tasks stay three; the single support counts as two
-phases.
+takes off and where it lands. A human shortens it in between, to clear the ground by a centimetre or
+two [Winter1992]_. The default adds one posture, at the instant at which the swinging leg is
+shortest from hip to ankle. The tasks stay three; the single support counts as two phases.
 """
 
 from collections.abc import Sequence
@@ -27,8 +28,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.ground import contact_points
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.ground import ContactPoints, contact_points
+from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.tasks import (
     ComTask,
     ContactTask,
@@ -37,9 +38,15 @@ from plantigrade.kinematics.tasks import (
     PostureTask,
     Task,
 )
+from plantigrade.models import Human
 from plantigrade.reproduce.ordered_motion import TaskOrder
+from plantigrade.reproduce.phases import Phase
 from plantigrade.reproduce.reference import SIDES, Reference
 
+# A foot is light: it is brought to the posture it lands with early in swing, not on landing. Half a
+# swing is what the ankle takes from toe off to neutral [Perry1992]_.
+FOOT_HORIZON = 0.25  # [s]
+FOOT_JOINTS = ("ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
 LAST_TO_LEAVE = "toe_1"  # the hallux leaves the ground last
 
 
@@ -48,7 +55,7 @@ class GaitTasks:
     """Which tasks make the gait.
 
     Attributes:
-        phases: ``"six"`` (single supports divided where the feet are adjacent), ``"four"`` (the
+        phases: ``"six"`` (single supports divided where the leg is shortest), ``"four"`` (the
             paper's) or ``"two"`` (heel strike to heel strike).
         com: ``"whole"`` or ``"split"`` (horizontal above vertical).
         posture: Whether there is a posture task.
@@ -90,20 +97,21 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
     schedule = ContactSchedule(reference)
     floor = FloorTask(schedule.points, schedule.radius, lambda t: ~schedule(t))
     contact = ContactTask(schedule.points, schedule.radius, schedule)
-    heels: list[Task] = [
-        PointTask(
-            reference.heel_point[side],
-            reference.heel[side],
-            schedule.heel_directions(side),
-            name=f"heel {side}",
-        )
-        for side in SIDES
-    ]
-    levels: list[Sequence[Task]] = [[floor], [contact], heels]
+
+    def heels(what: str, directions) -> list[Task]:
+        return [
+            PointTask(
+                reference.heel_point[side], reference.heel[side], directions(side), f"{what} {side}"
+            )
+            for side in SIDES
+        ]
+
+    levels: list[Sequence[Task]] = [[floor], [contact], heels("swing heel", schedule.swing)]
     if tasks.com == "split":
         levels += [[ComTask(reference.com, "xy")], [ComTask(reference.com, "z")]]
     else:
         levels += [[ComTask(reference.com, name="centre of mass")]]
+    levels += [heels("rolling heel", schedule.roll)]
     return TaskOrder(levels, posture_task(reference, tasks) if tasks.posture else None)
 
 
@@ -122,6 +130,7 @@ class ContactSchedule:
         self.side, self.region = np.array(place.side), np.array(place.region)
         names = [name for name, _, _ in human.contact_points]
         self._tip = np.array([LAST_TO_LEAVE in name for name in names])
+        self._rolls = np.array([_rolls(human, place, i) for i in range(len(names))])
         of = [
             (i, c.start, c.stop)
             for i in range(len(names))
@@ -130,44 +139,68 @@ class ContactSchedule:
         ]
         self._index = np.array([o[0] for o in of], dtype=int)
         self._start, self._stop = np.array([o[1] for o in of]), np.array([o[2] for o in of])
+        self._feet = [
+            tuple((self.side == side) & (self.region == r) for r in ("heel", "ball", "toes"))
+            for side in SIDES
+        ]
+        self._time, self._on = np.nan, np.zeros(len(names), dtype=bool)
 
     def __call__(self, time: float) -> np.ndarray:
         """Return which points touch (n_points,).
 
-        Of toes alone on the ground only the hallux' tip touches: the others have left with the
-        ball, and a foot that is about to leave turns about it freely.
+        A foot whose heel is up rolls: only points about which it can turn stay. Of toes alone on
+        the ground only the hallux' tip touches: the others have left with the ball, and a foot
+        that is about to leave turns about it freely.
         """
+        if time == self._time:
+            return self._on
         on = np.zeros(len(self.side), dtype=bool)
         on[self._index[(self._start <= time) & (time < self._stop)]] = True
-        for side in SIDES:
-            mine = self.side == side
-            toes = on & mine & (self.region == "toes")
-            if toes.any() and not (on & mine & (self.region != "toes")).any():
+        for heel, ball, toes in self._feet:
+            if on[heel].any():
+                continue
+            if on[ball].any():
+                on[(ball | toes) & ~self._rolls] = False
+            elif on[toes].any():
                 on[toes] = False
-                on[mine & self._tip] = True
+                on[toes & self._tip] = True
+        self._time, self._on = time, on
         return on
 
-    def heel_directions(self, side: str):
-        """Return the directions in which a heel is led: a function of state and time.
-
-        None while the heel touches, along the foot while the foot rolls off, both horizontal ones
-        in swing.
-        """
-        mine = self.side == side
-        heel, forefoot = mine & (self.region == "heel"), mine & (self.region != "heel")
+    def swing(self, side: str):
+        """Return the directions in which a heel is led in swing: a function of state and time."""
+        foot = np.any(self._feet[SIDES.index(side)], axis=0)
         nothing, plane = np.zeros((0, 3)), np.eye(3)[:2]
-        body = f"foot_{side}"
+        return lambda state, time: nothing if self(time)[foot].any() else plane
+
+    def roll(self, side: str):
+        """Return the direction in which a heel is led while its foot rolls off: along the foot."""
+        heel, ball, toes = self._feet[SIDES.index(side)]
+        forefoot, nothing, body = ball | toes, np.zeros((0, 3)), f"foot_{side}"
 
         def directions(state, time: float) -> np.ndarray:
             on = self(time)
-            if on[heel].any():
+            if on[heel].any() or not on[forefoot].any():
                 return nothing
-            if not on[forefoot].any():
-                return plane
             along = state.rotation(body)[:, 0] * [1.0, 1.0, 0.0]
             return along[None] / np.linalg.norm(along)
 
         return directions
+
+
+def _rolls(human: Human, place: ContactPoints, i: int) -> bool:
+    """Return whether a point of the forefoot can stay on the ground while the heel is up.
+
+    Where toes are hinged to the foot, they stay, and of the foot what lies on their hinge. A foot
+    in one piece turns about its ball, and the toes dip into the ground with it: they do not hold.
+    """
+    foot, toes = f"foot_{place.side[i]}", f"toes_{place.side[i]}"
+    if place.body[i] != foot:
+        return True
+    if toes not in human.body_names:
+        return place.region[i] == "ball"
+    hinge = human.skeleton.bodies[human.body(toes) - 1].position
+    return bool(abs(place.centre[i, 0] - hinge[0]) < 0.005)
 
 
 def posture_task(reference: Reference, tasks: GaitTasks) -> PostureTask:
@@ -184,7 +217,11 @@ def posture_task(reference: Reference, tasks: GaitTasks) -> PostureTask:
         k = min(int(np.searchsorted(ends, time + 1e-9, side="right")), len(ends) - 1)
         return postures[k], float(ends[k])
 
-    return PostureTask(target)
+    horizon = np.full(reference.human.model.nv, np.inf)
+    for i, name in enumerate(reference.human.coordinates):
+        if name.startswith(FOOT_JOINTS):
+            horizon[6 + i] = FOOT_HORIZON
+    return PostureTask(target, horizon=horizon)
 
 
 def phase_ends(reference: Reference, phases: str) -> Float[Array, " n_ends"]:
@@ -204,27 +241,22 @@ def phase_ends(reference: Reference, phases: str) -> Float[Array, " n_ends"]:
         if phases == "two" and phase.kind == "double":
             continue
         if phases == "six" and phase.kind == "single":
-            ends.append(feet_adjacent(reference, phase))
+            ends.append(leg_shortest(reference, phase))
         ends.append(phase.stop)
     if not ends or ends[-1] < reference.stop:
         ends.append(reference.stop)
     return np.array(ends)
 
 
-def feet_adjacent(reference: Reference, phase) -> float:
-    """Return when the swinging heel passes the standing one in a single support [s].
-
-    The middle of the phase is taken where it does not.
-    """
-    stand = "l" if phase.swing == "r" else "r"
+def leg_shortest(reference: Reference, phase: Phase) -> float:
+    """Return when the swinging leg is shortest from hip to ankle in a single support [s]."""
+    human = reference.human
+    joints = PointSet(human, [f"femur_{phase.swing}", f"foot_{phase.swing}"], np.zeros((2, 3)))
     times = np.linspace(phase.start, phase.stop, 41)
-    between = np.array(
-        [reference.heel[phase.swing](t)[0, :2] - reference.heel[stand](t)[0, :2] for t in times]
-    )
-    way = between[-1] - between[0]
-    ahead = between @ way
-    passed = np.flatnonzero((ahead[:-1] < 0) & (ahead[1:] >= 0))
-    if not len(passed):
-        return (phase.start + phase.stop) / 2
-    k = int(passed[0])
-    return float(times[k] + (times[k + 1] - times[k]) * -ahead[k] / (ahead[k + 1] - ahead[k]))
+    state = State(human, reference.at(phase.start))
+    still = np.zeros(human.model.nv)
+    length = []
+    for qpos in reference.at(times):
+        hip, ankle = state.move_to(qpos, still).position(joints)
+        length.append(np.linalg.norm(hip - ankle))
+    return float(times[int(np.argmin(length))])

@@ -4,8 +4,8 @@ One noun and one verb: a :class:`TaskOrder` (levels of tasks, most important fir
 preferred where they leave freedom) and :func:`move`. At every tick the tasks' rows become a
 hierarchical quadratic program in the generalised acceleration (Eqs. 2-9 of [Boukheddimi]_),
 its answer is integrated over the step, and so on. Where a contact begins, velocities jump first:
-the contact stops its points, the other tasks get their velocities back in the same order, and the
-rest of the body changes its velocity as little as its inertia allows,
+the contacts stop their points, and the rest of the body changes its velocity as little as its
+inertia allows,
 
 .. math:: \min_{v^+} (v^+ - v^-)^T M (v^+ - v^-),
 
@@ -16,6 +16,7 @@ import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
@@ -28,7 +29,8 @@ from plantigrade.reproduce.limits import JointLimits
 STEP = 0.005  # [s]
 # A direction in which a task moves less than this per unit of joint acceleration is singular: a
 # straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed.
-SINGULAR = 0.05
+SINGULAR = 0.03
+SETTLING = 10  # steps at most from a recorded posture to one that satisfies the tasks
 REST = 5.0  # damping of what no task determines, where there is no posture [1/s]
 
 
@@ -146,8 +148,10 @@ def move(
         began = clock.perf_counter()
         if k:
             state.integrate(out.qacc[k - 1], step)
+        if not k:
+            settle(state, order, float(now))
         touched = [task.begin(state, float(now)) for task in order.tasks]
-        if any(touched) and k:
+        if any(touched):
             state.move_to(state.qpos, arrest(state, order, float(now)))
         out.qpos[k], out.qvel[k] = state.qpos, state.qvel
         rows = [[task.level(state, float(now)) for task in level] for level in order.levels]
@@ -180,16 +184,42 @@ def move(
 
 def arrest(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
     """Return the velocity right after contacts have begun."""
-    rows = [[task.velocity_level(state, time) for task in level] for level in order.levels]
     wide = np.full(len(state.qvel), 1e4)
     return solve_hierarchy(
-        [stack(level) for level in rows],
+        [task.velocity_level(state, time) for task in order.tasks if task.arrests],
         lower=-wide,
         upper=wide,
         preferred=state.qvel,
         metric=state.mass_matrix,
         singular=SINGULAR,
     ).x
+
+
+def settle(state: State, order: TaskOrder, time: float) -> None:
+    """Bring a state that does not satisfy the tasks to one near by that does.
+
+    A recorded posture has its feet some millimetres in the ground or above it; a motion must not
+    begin with a jump. Gauss-Newton steps on the errors, in the order of the tasks.
+    """
+    wide = np.full(len(state.qvel), 1.0)
+    low, high = state.human.limits
+    for _ in range(SETTLING):
+        for task in order.tasks:
+            task.begin(state, time)
+        rows = [[task.position_level(state, time) for task in level] for level in order.levels]
+        lower, upper = -wide, wide.copy()
+        lower[6:] = np.minimum(np.maximum(lower[6:], low - state.qpos[7:]), 0.0)
+        upper[6:] = np.maximum(np.minimum(upper[6:], high - state.qpos[7:]), 0.0)
+        step = solve_hierarchy(
+            [stack(level) for level in rows], lower=lower, upper=upper, singular=SINGULAR
+        ).x
+        if np.abs(step).max() < 1e-6:
+            break
+        qpos = state.qpos.copy()
+        mujoco.mj_integratePos(state.model, qpos, step, 1.0)
+        state.move_to(qpos, state.qvel)
+    for task in order.tasks:
+        task.reset()
 
 
 def stack(rows: Sequence[Level]) -> Level:

@@ -2,7 +2,8 @@ r"""Points that rest on the ground.
 
 A point in contact does not move: :math:`v_c = 0`, hence :math:`a_c = 0` [Baraff1993]_. A contact
 that begins stops its points at once (an inelastic impact); from then on each is held at the spot
-where it landed and, should it have landed beside the ground, let down onto it.
+where it landed. A point that by the schedule should touch but is still above the ground comes down
+first, free to move along it.
 
 Contact points of one segment cannot move independently: their rows are reduced to the (at most
 six) motions of that segment, without loss: with :math:`v_{points} = X \, t` for the segment's twist
@@ -18,17 +19,27 @@ from plantigrade.kinematics.hierarchy import Level
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.tasks.task import Task
 
+TOUCHING = 0.002  # a point no higher than this above the ground touches it [m]
+APPROACH = 40.0  # rate at which a point comes down that should touch already [1/s]
+
 
 class ContactTask(Task):
-    """Holds points that touch the ground.
+    """Holds points that touch the ground, and brings down those that should.
 
     Args:
         points: The contact points: centres of small spheres.
         radius: Radius of each sphere [m].
-        active: Function of time that says which of them touch.
+        active: Function of time that says which of them should touch.
         name: Name.
         gains: ``stiffness`` and ``damping``.
+
+    Attributes:
+        on: Which points touch.
+        coming: Which should touch and do not yet.
+        spot: Where each that touches is held: centre of the sphere [m].
     """
+
+    arrests = True
 
     def __init__(
         self,
@@ -40,43 +51,69 @@ class ContactTask(Task):
     ):
         super().__init__(name, **gains)
         self.points, self.radius, self._schedule = points, radius, active
-        self.spot = np.full((len(points), 3), np.nan)
-        self.on = np.zeros(len(points), dtype=bool)
+        self.reset()
+
+    def reset(self):
+        """Forget the spots; the next instant is the first."""
+        n = len(self.points)
+        self.spot = np.full((n, 3), np.nan)
+        self.on, self.coming = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
 
     def begin(self, state, time):
-        """Note which points touch now; a new one is held at the spot it is above."""
-        on = self._schedule(time)
+        """Note which points touch now; a new one is held where it touches."""
+        scheduled = self._schedule(time)
+        position = state.position(self.points)
+        low = position[:, 2] - self.radius < TOUCHING
+        on = scheduled & (self.on | low)
         new = on & ~self.on
         if new.any():
-            self.spot[new] = state.position(self.points)[new]
+            self.spot[new] = position[new]
             self.spot[new, 2] = self.radius[new]
-        self.on = on.copy()
+        self.on, self.coming = on, scheduled & ~on
         return bool(new.any())
 
     def error(self, state: State, time: float):
-        """Return how far each point is from its spot [m]."""
-        return (state.position(self.points)[self.on] - self.spot[self.on]).ravel()
+        """Return how far points are from their spots, then how high the coming ones are [m]."""
+        position = state.position(self.points)
+        held = (position[self.on] - self.spot[self.on]).ravel()
+        return np.concatenate([held, (position[:, 2] - self.radius)[self.coming]])
 
     def jacobian(self, state: State, time: float):
-        """Return the Jacobian of the points that touch."""
-        return state.jacobian(self.points)[self.on].reshape(-1, state.model.nv)
+        """Return the Jacobian of the points that touch, then of the coming ones' heights."""
+        J = state.jacobian(self.points)
+        return np.concatenate([J[self.on].reshape(-1, state.model.nv), J[self.coming, 2]])
 
     def drift(self, state: State, time: float):
         """Return their acceleration where nothing accelerates [m/s²]."""
-        return state.drift(self.points)[self.on].ravel()
+        drift = state.drift(self.points)
+        return np.concatenate([drift[self.on].ravel(), drift[self.coming, 2]])
 
     def level(self, state, time):
         """Return the rows, reduced to the motions of the segments that touch."""
-        return self._reduced(state, super().level(state, time))
+        full = super().level(state, time)
+        n = 3 * int(self.on.sum())
+        if len(full.lower) > n:  # those that come down have a rate of their own
+            rate = full.matrix[n:] @ state.qvel
+            height = (state.position(self.points)[:, 2] - self.radius)[self.coming]
+            full.lower[n:] = (
+                -(APPROACH**2) * height - 2 * APPROACH * rate - self.drift(state, time)[n:]
+            )
+        return self._reduced(state, full)
+
+    def position_level(self, state, time):
+        """Return the rows that bring the points to their spots, reduced likewise."""
+        return self._reduced(state, super().position_level(state, time))
 
     def velocity_level(self, state, time):
-        """Return the rows that stop the points, reduced likewise."""
-        return self._reduced(state, super().velocity_level(state, time))
+        """Return the rows that stop the points that touch, reduced likewise."""
+        n = 3 * int(self.on.sum())
+        full = super().velocity_level(state, time)
+        return self._reduced(state, Level.equation(full.matrix[:n], full.lower[:n], self.name))
 
     def _reduced(self, state: State, full: Level) -> Level:
         body = self.points.body[self.on]
         position = state.position(self.points)[self.on]
-        matrix, right = [], []
+        matrix, right = [full.matrix[3 * len(body) :]], [full.lower[3 * len(body) :]]
         for segment in np.unique(body):
             mine = np.flatnonzero(body == segment)
             rows = (3 * mine[:, None] + np.arange(3)).ravel()
@@ -86,9 +123,7 @@ class ContactTask(Task):
                 A, b = Q.T @ A, Q.T @ b
             matrix.append(A)
             right.append(b)
-        if not matrix:
-            return full
-        return Level.equation(np.vstack(matrix), np.concatenate(right), self.name)
+        return Level.equation(np.concatenate(matrix), np.concatenate(right), self.name)
 
 
 def _twist(arm: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.tasks.task import Task
 
 NEAR = 0.10  # a point higher above the ground than this needs no guard [m]
+SUNK = 0.001  # a point that touches is guarded too where it is deeper than this [m]
 
 
 class FloorTask(Task):
@@ -25,7 +26,8 @@ class FloorTask(Task):
     Args:
         points: The points: centres of small spheres.
         radius: Radius of each sphere [m].
-        guarded: Function of time that says which of them to guard; all if absent.
+        guarded: Function of time that says which of them to guard (not those that touch, unless
+            they have sunk); all if absent.
         name: Name.
         gains: ``stiffness`` and ``damping``.
     """
@@ -43,8 +45,10 @@ class FloorTask(Task):
         self.points, self.radius, self._guarded = points, radius, guarded
 
     def _which(self, state, time):
-        near = state.position(self.points)[:, 2] - self.radius < NEAR
-        return near if self._guarded is None else near & self._guarded(time)
+        height = state.position(self.points)[:, 2] - self.radius
+        if self._guarded is None:
+            return height < NEAR
+        return (height < NEAR) & (self._guarded(time) | (height < -SUNK))
 
     def error(self, state, time):
         """Return the heights of the points that are guarded [m]."""
@@ -64,6 +68,7 @@ class FloorTask(Task):
         rows = super().level(state, time)
         return Level(rows.matrix, rows.lower, np.full(len(rows.lower), np.inf), self.name)
 
-    def velocity_level(self, state, time):
-        """Return no rows: an impact does not push other points into the ground noticeably."""
-        return Level.equation(np.zeros((0, state.model.nv)), np.zeros(0), self.name)
+    def position_level(self, state, time):
+        """Return the rows that lift sunken points out of the ground, as inequalities."""
+        rows = super().position_level(state, time)
+        return Level(rows.matrix, rows.lower, np.full(len(rows.lower), np.inf), self.name)

@@ -5,9 +5,9 @@ follow the time that is left, :math:`T = t_e - t`:
 
 .. math:: \ddot e = -\frac{k_p}{T^2} e - \frac{k_d}{T} \dot e .
 
-With :math:`k_p = 12, k_d = 6` this decays as :math:`(T/T_0)^3` and :math:`(T/T_0)^4`: it arrives
-with no velocity left over, however long the phase is. (A constant gain is too slow for a double
-support of 0.1 s or too stiff for a swing of 0.5 s, whichever it is chosen for.)
+With :math:`k_p = 7, k_d = 4.5` this decays as :math:`(T/T_0)^2` and :math:`(T/T_0)^{3.5}`: it
+arrives with no velocity left over, however long the phase is. (A constant gain is too slow for a
+double support of 0.1 s or too stiff for a swing of 0.5 s, whichever it is chosen for.)
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.tasks.task import Task
 
-SHORTEST = 0.04  # time to go below which the gains grow no further [s]
+SHORTEST = 0.06  # time to go below which the gains grow no further [s]
 
 
 class PostureTask(Task):
@@ -36,7 +36,7 @@ class PostureTask(Task):
         self,
         target: Callable[[float], tuple[Float[Array, " nq"], float]],
         *,
-        gains: tuple[float, float] = (12.0, 6.0),
+        gains: tuple[float, float] = (7.0, 4.5),
         horizon: Float[Array, " nv"] | None = None,
         shortest: float = SHORTEST,
         name: str = "posture",

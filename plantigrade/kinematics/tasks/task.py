@@ -37,6 +37,8 @@ class Task(ABC):
         damping: :math:`\lambda_d` [1/s]; critical if absent.
     """
 
+    arrests = False  # whether it stops points where it begins: an impact
+
     def __init__(self, name: str, *, stiffness: float = 400.0, damping: float | None = None):
         self.name = name
         self.stiffness = stiffness
@@ -68,6 +70,14 @@ class Task(ABC):
         """
         return False
 
+    def reset(self) -> None:
+        """Forget what was noted; the next instant is the first."""
+        return
+
+    def position_level(self, state: State, time: float) -> Level:
+        """Return the rows this task asks of a step of the configuration: to undo its error."""
+        return Level.equation(self.jacobian(state, time), -self.error(state, time), self.name)
+
     def level(self, state: State, time: float) -> Level:
         """Return the rows this task asks of the generalised acceleration."""
         error = self.error(state, time)
@@ -85,6 +95,4 @@ class Task(ABC):
     def velocity_level(self, state: State, time: float) -> Level:
         """Return the rows this task asks of the velocity right after a contact has begun."""
         matrix = self.jacobian(state, time)
-        moving = self.target_rates(state, time)
-        wanted = np.zeros(len(matrix)) if moving is None else moving[0]
-        return Level.equation(matrix, wanted, self.name)
+        return Level.equation(matrix, np.zeros(len(matrix)), self.name)
