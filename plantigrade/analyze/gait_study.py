@@ -235,7 +235,7 @@ def _row(label: str, coordinate: str, comparisons: Sequence[Comparison]) -> Stud
         p=p,
         identical=None if p is None else bool(p >= ALPHA),
         rmse=float(np.mean([c.rmse[coordinate] for c in comparisons])),
-        correlation=float(np.mean([c.correlation[coordinate] for c in comparisons])),
+        correlation=_mean_known([c.correlation[coordinate] for c in comparisons]),
         paper=PAPER_TABLE[coordinate],
     )
 
@@ -284,3 +284,9 @@ def _sd(values: np.ndarray) -> np.ndarray:
     if len(values) < 2:
         return np.full(values.shape[1:], np.nan)
     return np.asarray(values.std(axis=0, ddof=1))
+
+
+def _mean_known(values: Sequence[float]) -> float:
+    """Return the mean of what is known: a joint that one gait holds still has no correlation."""
+    known = [value for value in values if np.isfinite(value)]
+    return float(np.mean(known)) if known else float("nan")

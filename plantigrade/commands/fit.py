@@ -8,14 +8,20 @@ from typing import Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import JobOptions, OptionalPath, PersonOptions, RunOptions
+from plantigrade.commands.options import (
+    JobOptions,
+    PersonOptions,
+    RecordingOptions,
+    RunOptions,
+    fit_settings,
+)
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.extras import require
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PersonOptions, RunOptions, JobOptions):
+class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
     """Fit a recording to a scaled human: motion, and moments where forces were measured.
 
     A standing trial, a skeleton or a file of forces that belongs to the recording is found beside
@@ -27,16 +33,6 @@ class Command(PersonOptions, RunOptions, JobOptions):
         tyro.conf.arg(metavar="FILE [FILE ...]", help_behavior_hint=""),
     ]
     """Recordings to fit (.c3d, .trc, .amc, .bvh, .mot, ...)."""
-    static: OptionalPath = None
-    """Standing trial of the same person."""
-    skeleton: OptionalPath = None
-    """Skeleton (.asf) of an AMC file."""
-    forces: OptionalPath = None
-    """Ground reactions of the same trial (.mot, .sto)."""
-    marker_set: OptionalPath = None
-    """Your own marker set (.toml)."""
-    cutoff: float = 6.0
-    """Low-pass of motion and forces [Hz]."""
 
     def run(self) -> Outcome:
         """Do it."""
@@ -104,18 +100,7 @@ class Command(PersonOptions, RunOptions, JobOptions):
         """Return what decides the result."""
         from plantigrade.workflows.fitting import FitSettings
 
-        return FitSettings(
-            height=self.height,
-            mass=self.mass,
-            sex=self.sex,
-            joints=self.joints or "42",
-            feet=self.feet,
-            static=self.static,
-            skeleton=self.skeleton,
-            forces=self.forces,
-            marker_set=self.marker_set,
-            cutoff=self.cutoff,
-        )
+        return FitSettings(**fit_settings(self))
 
     def _many(self) -> Outcome:
         from joblib import Parallel, delayed, parallel_config
@@ -126,7 +111,7 @@ class Command(PersonOptions, RunOptions, JobOptions):
         names = run_names(self.files)
         for name in names:
             refuse_existing(Path("runs") / f"fit-{name}", overwrite=self.overwrite)
-        with parallel_config(_ready(self.backend), n_jobs=self.jobs):
+        with parallel_config(ready(self.backend), n_jobs=self.jobs):
             done: Any = Parallel()(
                 delayed(_fit_alone)(words, path, name)
                 for path, name in zip(self.files, names, strict=True)
@@ -174,7 +159,7 @@ def _fit_alone(words: dict, path: Path, name: str) -> tuple[str, dict]:
         return f"error: {error}", {"status": str(error)}
 
 
-def _ready(backend: str) -> str:
+def ready(backend: str) -> str:
     """Return the name of a joblib backend once the library behind it is there and known to joblib.
 
     Raises:

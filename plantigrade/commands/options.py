@@ -5,7 +5,7 @@ Each field is one option and the line under it is its help. Nothing here loads N
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
@@ -52,6 +52,30 @@ class PersonOptions:
     """Foot model: one box, a box with hinged toes, or 16 bones in five segments."""
     joints: Joints = None
     """Joint set, by its number of coordinates."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingOptions:
+    """What belongs to a recording, and how it is smoothed."""
+
+    static: OptionalPath = None
+    """Standing trial of the same person."""
+    skeleton: OptionalPath = None
+    """Skeleton (.asf) of an AMC file."""
+    forces: OptionalPath = None
+    """Ground reactions of the same trial (.mot, .sto)."""
+    marker_set: OptionalPath = None
+    """Your own marker set (.toml)."""
+    cutoff: float = 6.0
+    """Low-pass of motion and forces [Hz]."""
+
+
+def fit_settings(options) -> dict[str, Any]:
+    """Return the fields of a fit's settings that a command's options say."""
+    person = ("height", "mass", "sex", "feet")
+    recording = ("static", "skeleton", "forces", "marker_set", "cutoff")
+    given = {name: getattr(options, name) for name in (*person, *recording)}
+    return given | {"joints": options.joints or "42"}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -86,10 +86,49 @@ def write_run(
             run folder (those are never replaced).
         FileError: If the place cannot be written.
     """
-    out = Path(out).expanduser()
     files = dict(files or {})
     for name in files:
-        if not _NAME.fullmatch(name) or name in (MODEL, MOTION, COORDINATES, METRICS):
+        if name in (MODEL, MOTION, COORDINATES):
+            raise FileError(
+                Path(out) / name, "is not a name for an extra file", remedy="use a plain new name"
+            )
+
+    def motion(folder: Path) -> None:
+        (folder / MODEL).write_text(model_xml, encoding="utf-8")
+        write_npz(record, folder / MOTION)
+        if coordinates is not None:
+            write_mot(coordinates, folder / COORDINATES)
+
+    return write_folder(out, metrics=metrics, files=files, overwrite=overwrite, more=motion)
+
+
+def write_folder(
+    out: str | Path,
+    *,
+    metrics: Mapping[str, Any],
+    files: Mapping[str, str | bytes],
+    overwrite: bool = False,
+    more: Callable[[Path], None] | None = None,
+) -> Path:
+    """Write a folder of results, whole or not at all: ``metrics.json`` and other files.
+
+    Args:
+        out: The folder.
+        metrics: As in :func:`write_run`.
+        files: The other files, by name.
+        overwrite: Replace an existing folder.
+        more: Writes further files into the folder it is given.
+
+    Returns:
+        The folder.
+
+    Raises:
+        RunExists: As in :func:`write_run`.
+        FileError: Likewise.
+    """
+    out = Path(out).expanduser()
+    for name in files:
+        if not _NAME.fullmatch(name) or name == METRICS:
             raise FileError(
                 out / name, "is not a name for an extra file", remedy="use a plain new file name"
             )
@@ -100,10 +139,8 @@ def write_run(
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}-", suffix=".part", dir=out.parent))
-        (temporary / MODEL).write_text(model_xml, encoding="utf-8")
-        write_npz(record, temporary / MOTION)
-        if coordinates is not None:
-            write_mot(coordinates, temporary / COORDINATES)
+        if more is not None:
+            more(temporary)
         for name, content in files.items():
             if isinstance(content, str):
                 (temporary / name).write_text(content, encoding="utf-8")

@@ -130,9 +130,9 @@ def report_html(model: mujoco.MjModel, record: Record, data: ReportData) -> str:
         sections=[section for section in sections if not section.missing],
         missing=[section for section in sections if section.missing],
         markup=Markup,
-        metrics=_metrics(record.metrics),
-        provenance=_provenance({**_known(record.metrics), **data.provenance}),
-        anchor=_anchor,
+        metrics=metric_rows(record.metrics),
+        provenance=provenance_rows({**_known(record.metrics), **data.provenance}),
+        anchor=anchor,
     )
 
 
@@ -278,8 +278,8 @@ def _strip_frames(record) -> list[int]:
     return instants(record.motion.n_frames, 8)
 
 
-def _metrics(metrics: dict) -> list[tuple[str, str]]:
-    """Return the flat figures of a run as rows of name and value."""
+def metric_rows(metrics: dict) -> list[tuple[str, str]]:
+    """Return the flat figures of a run as rows of name and value, as they are to be read."""
     hidden = set(_known(metrics)) | {"status", "title", "sentence", "warnings"}
     return [
         (_label(key), _figure(value))
@@ -314,7 +314,7 @@ def _known(metrics: dict) -> dict:
     return {name: metrics[name] for name in names if metrics.get(name) not in (None, {}, [])}
 
 
-def _provenance(values: dict) -> list[tuple[str, list[tuple[str, str]]]]:
+def provenance_rows(values: dict) -> list[tuple[str, list[tuple[str, str]]]]:
     """Return provenance as rows: a name and either one value or pairs below it."""
     rows = []
     for name, value in values.items():
@@ -349,5 +349,6 @@ def _figure(value) -> str:
     return text.replace("-", "−")
 
 
-def _anchor(title: str) -> str:
+def anchor(title: str) -> str:
+    """Return the address of a section within its page."""
     return "".join(c if c.isalnum() else "-" for c in title.lower()).strip("-")

@@ -1,0 +1,253 @@
+"""``study.html``: several reproduced gaits, their statistics and the paper's table beside."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from plantigrade.analyze.gait_study import FIGURES, Study
+from plantigrade.analyze.reproduction import ROTATIONS, Comparison
+from plantigrade.report.report import anchor, metric_rows, provenance_rows
+from plantigrade.report.reproduction import COLOURS, difference, pair_plot
+from plantigrade.report.sections import Figure, Section, signed
+from plantigrade.report.theme import SIDE_NAMES, side_of, title_of, without_side
+from plantigrade.report.viewer import template_text
+
+FIRST_FIGURE = 4  # number of the paper's first figure of curves
+
+
+@dataclass(frozen=True)
+class Gait:
+    """One gait of a study.
+
+    Attributes:
+        name: What it is called.
+        problem: Why it does not count in the statistics; empty where it does.
+        metrics: Those of its run.
+        comparison: Against the recorded gait.
+        folder: Its run folder, as seen from the study's.
+    """
+
+    name: str
+    problem: str
+    metrics: Mapping[str, Any] = field(repr=False)
+    comparison: Comparison = field(repr=False)
+    folder: str = ""
+
+
+def study_html(
+    study: Study | None,
+    gaits: Sequence[Gait],
+    left_out: Mapping[str, str],
+    *,
+    tasks: str,
+    status: str = "ok",
+    metrics: Mapping[str, Any] | None = None,
+    provenance: Mapping[str, Any] | None = None,
+) -> str:
+    """Return the page of a study as one text without any outside address.
+
+    Args:
+        study: The statistics; None where no gait counts.
+        gaits: Every reproduced gait.
+        left_out: Recording → why it could not be reproduced.
+        tasks: Name of the set of tasks.
+        status: ``"ok"``, or what went wrong.
+        metrics: Figures of the study.
+        provenance: Where it came from.
+    """
+    from jinja2 import Environment
+    from markupsafe import Markup
+
+    n = 0 if study is None else study.n
+    uncounted = [(gait.name, gait.problem) for gait in gaits if gait.problem]
+    sentence = (
+        f"{len(gaits)} recorded gait{'s' if len(gaits) != 1 else ''} rebuilt from the ordered "
+        f"tasks “{tasks}”; {n} of them valid over a whole gait cycle and in the statistics."
+    )
+    sections = [
+        *([table_section(study), *curve_sections(study)] if study is not None else []),
+        gait_section(gaits),
+        *([rotation_section(gaits)] if study is not None else []),
+    ]
+    template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
+        template_text("study.html")
+    )
+    return template.render(
+        title="Reproduced gaits",
+        sentence=sentence,
+        status=status,
+        css=Markup(template_text("report.css")),
+        facts=_facts(study),
+        sections=sections,
+        left_out=[*uncounted, *left_out.items()],
+        markup=Markup,
+        metrics=metric_rows(dict(metrics or {})),
+        provenance=provenance_rows(dict(provenance or {})),
+        anchor=anchor,
+    )
+
+
+def table_section(study: Study) -> Section:
+    """Return Table I with the paper's columns."""
+    rows = []
+    for r in study.rows:
+        low, high = r.interval
+        rows.append(
+            [
+                r.label,
+                _pm(r.simulated, r.simulated_sd),
+                _pm(r.reference, r.reference_sd),
+                difference(r.difference) + (" ‡" if r.identical else ""),
+                f"{difference(low)} to {difference(high)}" if np.isfinite(low) else "–",
+                "–" if r.p is None else f"{r.p:.3f} ({_TESTS[r.test]})",
+                f"{r.rmse:.1f}",
+                f"{r.correlation:.2f}",
+                str(r.paper.simulated),
+                str(r.paper.reference),
+                difference(-r.paper.difference, 0) + (" ‡" if r.paper.identical else ""),
+            ]
+        )
+    text = (
+        f"Ranges of motion in degrees over {study.n} gaits, mean ± standard deviation; the mean "
+        "difference (reproduced minus recorded) with its 95 % confidence interval; a paired "
+        "Student test where Shapiro and Wilk's test does not reject normality, else Wilcoxon's, "
+        "both at 5 %. ‡: no significant difference, the paper's “significantly identical”; it "
+        "proves no equality, the interval says what is excluded. The test takes gaits as "
+        "independent: give one recording per person. The last columns are the paper's (Boukheddimi "
+        "et al., nine people)."
+    )
+    return Section(
+        "Table I",
+        text=text,
+        headers=(
+            "rotation", "reproduced", "recorded", "difference", "95 % interval", "p", "RMSE", "r",
+            "paper: simulated", "recorded", "difference",
+        ),
+        rows=rows,
+    )  # fmt: skip
+
+
+def curve_sections(study: Study) -> list[Section]:
+    """Return the paper's Figs. 4 to 7, and the other rotations."""
+    figures = []
+    for k, (name, title) in enumerate(FIGURES.items(), start=FIRST_FIGURE):
+        figures.append(Figure(_curves(study, name, f"Fig. {k}: {title}", 520, 280)))
+    others = [
+        Figure(_curves(study, name, f"{title_of(name)}, {SIDE_NAMES[side_of(name) or 'r']}"))
+        for _, name in ROTATIONS
+        if name not in FIGURES
+    ]
+    text = (
+        "Mean over the gaits and, as a band, one standard deviation. Full line: reproduced; violet "
+        "dashes: recorded. Each gait counts once, with the mean of its cycles."
+    )
+    return [
+        Section("Figures 4 to 7", figures, text=text),
+        Section("The other rotations", others, text="Drawn likewise."),
+    ]
+
+
+def _curves(study: Study, name: str, title: str, width: int = 330, height: int = 210) -> str:
+    rows = [
+        np.array([getattr(c, which)[name].mean(axis=0) for c in study.comparisons])
+        for which in ("curves_simulated", "curves_reference")
+    ]
+    row = next(r for r in study.rows if r.coordinate == name)
+    return pair_plot(
+        study.percent,
+        rows[0],
+        rows[1],
+        title=title,
+        colour=COLOURS[side_of(name) or "r"],
+        y_label=signed(without_side(name), "°"),
+        note=f"RMSE {row.rmse:.1f}°, r {row.correlation:.2f}",
+        width=width,
+        height=height,
+    )
+
+
+def gait_section(gaits: Sequence[Gait]) -> Section:
+    """Return one line of figures per gait, with links to its pages."""
+    from markupsafe import Markup
+
+    columns = (
+        ("strides", "cycles_count", 0),
+        ("ROM off, mean [°]", "rom_error_mean_deg", 1),
+        ("worst [°]", "rom_error_max_deg", 1),
+        ("CoM off, most [mm]", "com_error_max_mm", 1),
+        ("contact drift [mm]", "contact_drift_max_mm", 1),
+        ("lowest sole [mm]", "sole_lowest_mm", 1),
+        ("vertical force off [BW]", "grf_vertical_rmse_bw", 3),
+        ("s per cycle", "time_per_cycle_s", 2),
+    )
+    columns = [c for c in columns if any(gait.metrics.get(c[1]) is not None for gait in gaits)]
+    rows = []
+    for gait in gaits:
+        link = Markup('<a href="{0}/report.html">{1}</a>').format(gait.folder, gait.name)
+        shown = [_number(gait.metrics.get(key), digits) for _, key, digits in columns]
+        clearance = [
+            f"{1e3 * gait.comparison.clearance[side][0]:.0f} / "
+            f"{1e3 * gait.comparison.clearance[side][1]:.0f}"
+            for side in ("r", "l")
+        ]
+        viewer = Markup('<a href="{0}/viewer.html">viewer</a>').format(gait.folder)
+        state = "ok" if not gait.problem else "not counted"
+        rows.append([link, state, *shown, *(c.replace("nan", "–") for c in clearance), viewer])
+    text = (
+        "One line per recording. Toe clearance: the least height of forefoot and toes in mid "
+        "swing, reproduced / recorded; no task tracks it."
+    )
+    return Section(
+        "Gait by gait",
+        text=text,
+        headers=(
+            "gait", "", *(label for label, _, _ in columns),
+            "toe clearance right [mm]", "left [mm]", "",
+        ),
+        rows=rows,
+    )  # fmt: skip
+
+
+def rotation_section(gaits: Sequence[Gait]) -> Section:
+    """Return the difference of every rotation of every gait."""
+    rows = []
+    for gait in gaits:
+        errors = gait.comparison.rom_error
+        rows.append(
+            [gait.name, *(difference(errors[n]) if n in errors else "–" for _, n in ROTATIONS)]
+        )
+    return Section(
+        "Ranges of motion, gait by gait",
+        text="Reproduced minus recorded range of motion in degrees.",
+        headers=("gait", *(label for label, _ in ROTATIONS)),
+        rows=rows,
+    )
+
+
+_TESTS = {"t": "Student", "wilcoxon": "Wilcoxon", "": ""}
+
+
+def _facts(study: Study | None) -> dict[str, str]:
+    if study is None:
+        return {}
+    errors = [abs(row.difference) for row in study.rows]
+    return {
+        "gaits": str(study.n),
+        "range of motion off, mean": f"{np.mean(errors):.1f}°",
+        "range of motion off, worst": f"{np.max(errors):.1f}°",
+        "RMSE, mean": f"{np.mean([row.rmse for row in study.rows]):.1f}°",
+        "without significant difference": f"{sum(bool(r.identical) for r in study.rows)} of "
+        f"{len(study.rows)}",
+        "centre of mass off, most": f"{1e3 * max(c.com_error_max_m for c in study.comparisons):.1f}"
+        " mm",
+    }
+
+
+def _pm(mean: float, sd: float) -> str:
+    return f"{mean:.1f} ± {sd:.1f}" if np.isfinite(sd) else f"{mean:.1f}"
+
+
+def _number(value, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")
