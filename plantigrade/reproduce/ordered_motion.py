@@ -144,11 +144,14 @@ def move(
         np.zeros(n),
         np.ones(n, dtype=bool),
     )
+    ease = _ease(human)
     for k, now in enumerate(out.time):
         began = clock.perf_counter()
         if k:
             state.integrate(out.qacc[k - 1], step)
         if not k:
+            for task in order.tasks:  # an order may have moved somebody before
+                task.reset()
             settle(state, order, float(now))
         touched = [task.begin(state, float(now)) for task in order.tasks]
         if any(touched):
@@ -159,24 +162,25 @@ def move(
         preferred = _preferred(state, order, float(now))
         built = clock.perf_counter()
         solution = solve_hierarchy(
-            [stack(level) for level in rows],
-            lower=low,
-            upper=high,
-            preferred=preferred,
+            [_eased(stack(level), ease) for level in rows],
+            lower=low / ease,
+            upper=high / ease,
+            preferred=preferred / ease,
             singular=SINGULAR,
         )
         solved = clock.perf_counter()
-        out.qacc[k], out.exact[k] = solution.x, solution.exact
+        x = ease * solution.x
+        out.qacc[k], out.exact[k] = x, solution.exact
         out.solver_time[k], out.state_time[k] = solved - built, built - began
         column = 0
         for level in rows:
             for row in level:
                 out.active[k, column] = len(row.lower) > 0
-                out.residual[k, column] = np.linalg.norm(row.residual(solution.x))
+                out.residual[k, column] = np.linalg.norm(row.residual(x))
                 column += 1
         if order.posture is not None:
             out.active[k, column] = True
-            out.residual[k, column] = np.linalg.norm(solution.x - preferred)
+            out.residual[k, column] = np.linalg.norm(x - preferred)
         if progress is not None and k % 50 == 0:
             progress(k / n)
     return out
@@ -232,6 +236,17 @@ def stack(rows: Sequence[Level]) -> Level:
         np.concatenate([r.upper for r in rows]),
         " and ".join(r.name for r in rows),
     )
+
+
+EASE = 0.3
+def _ease(human):
+    e = np.ones(human.model.nv)
+    for i, c in enumerate(human.coordinates):
+        if c.startswith(UPPER): e[6+i] = EASE
+    return e
+UPPER = ("arm_", "elbow", "pro_sup", "wrist", "fingers", "neck", "clavicle", "lower_neck", "upper_neck")
+def _eased(level, ease):
+    return Level(level.matrix * ease, level.lower, level.upper, level.name)
 
 
 def _preferred(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:

@@ -195,7 +195,7 @@ def _contacts(time, events: Sequence[GaitEvent], rests: list[Rest]) -> tuple[Con
                     first, last = (start + s * (stop - start) for s in share)
                 else:
                     continue
-                if region == "heel" and whole:
+                if region == "heel" and start > time[0]:
                     first = start
                 if region == "toes":
                     last = stop
