@@ -23,18 +23,27 @@ class Command(PrintOptions):
         from dataclasses import replace
 
         from plantigrade.commands.run_folder import open_run
+        from plantigrade.report.reproduction import read_reproduction
         from plantigrade.report.run_report import run_pages
+        from plantigrade.workflows import reproducing
         from plantigrade.workflows.foot_segments import read_foot_segments
 
         model, record, metrics = open_run(self.run_folder)
         feet = read_foot_segments(self.run_folder)
-        pages = run_pages(
-            model,
-            replace(record, metrics=metrics),
-            title=metrics.get("title") or self.run_folder.resolve().name,
-            sentence=metrics.get("sentence") or "",
-            extra=[feet.section()] if feet else (),
-        )
+        gait = read_reproduction(self.run_folder)
+        metrics.setdefault("title", self.run_folder.resolve().name)
+        metrics.setdefault("sentence", "")
+        record = replace(record, metrics=metrics)
+        if gait is not None:
+            pages = reproducing.pages(model, record, gait)
+        else:
+            pages = run_pages(
+                model,
+                record,
+                title=metrics["title"],
+                sentence=metrics["sentence"],
+                extra=[feet.section()] if feet else (),
+            )
         written = []
         for name, text in pages.items():
             written.append(self.run_folder / name)

@@ -170,7 +170,7 @@ def curve_section(found: Reproduction) -> Section:
                 title=_sided(found.coordinates[i]),
                 colour=COLOURS.get(side_of(found.coordinates[i]) or "", MIDDLE),
                 y_label=signed(_plain(found.coordinates[i]), "°"),
-                note=f"RMSE {found.rmse[i]:.1f}°, r {found.correlation[i]:.2f}",
+                note=f"RMSE {found.rmse[i]:.1f}°, r {_r(found.correlation[i])}",
             )
         )
         for i in shown
@@ -253,7 +253,7 @@ def rom_section(found: Reproduction) -> Section:
                 f"{theirs:.1f}",
                 difference(ours - theirs),
                 f"{found.rmse[i]:.1f}",
-                f"{found.correlation[i]:.2f}",
+                _r(found.correlation[i]),
                 str(paper.simulated),
                 str(paper.reference),
                 difference(-paper.difference, 0),
@@ -492,7 +492,11 @@ def facts_of(metrics: dict) -> dict[str, str]:
 def difference(value: float, digits: int = 1) -> str:
     """Return a signed figure with a true minus sign."""
     text = f"{value:+.{digits}f}"
-    return ("0" if not float(text) and not digits else text).replace("-", "−")
+    return (text if float(text) else text[1:]).replace("-", "−")
+
+
+def _r(correlation: float) -> str:
+    return f"{correlation:.2f}".replace("-", "−") if np.isfinite(correlation) else "–"
 
 
 def _beside(time, ours, theirs, colour) -> list[Series]:

@@ -69,7 +69,7 @@ def study_html(
     sections = [
         *([table_section(study), *curve_sections(study)] if study is not None else []),
         gait_section(gaits),
-        *([rotation_section(gaits)] if study is not None else []),
+        *([rotation_section([g for g in gaits if not g.problem])] if study is not None else []),
     ]
     template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
         template_text("study.html")
@@ -103,7 +103,7 @@ def table_section(study: Study) -> Section:
                 f"{difference(low)} to {difference(high)}" if np.isfinite(low) else "–",
                 "–" if r.p is None else f"{r.p:.3f} ({_TESTS[r.test]})",
                 f"{r.rmse:.1f}",
-                f"{r.correlation:.2f}",
+                _number(r.correlation, 2),
                 str(r.paper.simulated),
                 str(r.paper.reference),
                 difference(-r.paper.difference, 0) + (" ‡" if r.paper.identical else ""),
@@ -162,7 +162,7 @@ def _curves(study: Study, name: str, title: str, width: int = 330, height: int =
         title=title,
         colour=COLOURS[side_of(name) or "r"],
         y_label=signed(without_side(name), "°"),
-        note=f"RMSE {row.rmse:.1f}°, r {row.correlation:.2f}",
+        note=f"RMSE {row.rmse:.1f}°, r {_number(row.correlation, 2)}",
         width=width,
         height=height,
     )
@@ -188,13 +188,12 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
         link = Markup('<a href="{0}/report.html">{1}</a>').format(gait.folder, gait.name)
         shown = [_number(gait.metrics.get(key), digits) for _, key, digits in columns]
         clearance = [
-            f"{1e3 * gait.comparison.clearance[side][0]:.0f} / "
-            f"{1e3 * gait.comparison.clearance[side][1]:.0f}"
+            " / ".join(_number(1e3 * height, 0) for height in gait.comparison.clearance[side])
             for side in ("r", "l")
         ]
         viewer = Markup('<a href="{0}/viewer.html">viewer</a>').format(gait.folder)
-        state = "ok" if not gait.problem else "not counted"
-        rows.append([link, state, *shown, *(c.replace("nan", "–") for c in clearance), viewer])
+        state = "" if not gait.problem else "not counted"
+        rows.append([link, state, *shown, *clearance, viewer])
     text = (
         "One line per recording. Toe clearance: the least height of forefoot and toes in mid "
         "swing, reproduced / recorded; no task tracks it."
@@ -220,7 +219,7 @@ def rotation_section(gaits: Sequence[Gait]) -> Section:
         )
     return Section(
         "Ranges of motion, gait by gait",
-        text="Reproduced minus recorded range of motion in degrees.",
+        text="Reproduced minus recorded range of motion in degrees, of the gaits that count.",
         headers=("gait", *(label for label, _ in ROTATIONS)),
         rows=rows,
     )
@@ -250,4 +249,6 @@ def _pm(mean: float, sd: float) -> str:
 
 
 def _number(value, digits: int) -> str:
-    return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")
+    if value is None or not np.isfinite(value):
+        return "–"
+    return f"{value:.{digits}f}".replace("-", "−")

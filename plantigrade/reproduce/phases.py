@@ -5,7 +5,7 @@ off) and two single supports (toe off to the same foot's heel strike).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from plantigrade.motion import GaitEvent
 
@@ -17,6 +17,10 @@ _NEXT = {
     ("r", "toe_off"): ("r", "heel_strike"),
 }
 LONGEST = 1.5  # a phase that lasts longer is a stop, not a part of a stride [s]
+
+
+OVERLAP = 0.1  # a toe off this long before the other heel's strike is taken for a blurred one [s]
+SHARED = 0.02  # duration of the double support that is put in its place [s]
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,36 @@ class Phase:
     def duration(self) -> float:
         """[s]."""
         return self.stop - self.start
+
+
+def in_order(events: Sequence[GaitEvent]) -> tuple[tuple[GaitEvent, ...], int]:
+    """Return the events with blurred double supports put in order, and how many those were.
+
+    Where a recording jerks while one foot takes over from the other, the toe off can seem to come
+    before the heel strike. In a walk, that is where most double supports are seen in order, both
+    events are put at their middle, the strike first; a run, with its flight, is left as it is.
+    """
+    events = sorted(events, key=lambda e: e.time)
+    pairs = list(zip(events[:-1], events[1:], strict=True))
+    regular = sum(
+        a.kind == "heel_strike" and b.kind == "toe_off" and a.side != b.side for a, b in pairs
+    )
+    blurred = [
+        k
+        for k, (a, b) in enumerate(pairs)
+        if a.kind == "toe_off"
+        and b.kind == "heel_strike"
+        and a.side != b.side
+        and b.time - a.time <= OVERLAP
+    ]
+    if len(blurred) >= regular:
+        return tuple(events), 0
+    for k in blurred:
+        off, strike = events[k], events[k + 1]
+        middle = (off.time + strike.time) / 2
+        events[k] = replace(strike, time=middle - SHARED / 2)
+        events[k + 1] = replace(off, time=middle + SHARED / 2)
+    return tuple(events), len(blurred)
 
 
 def walking_events(events: Sequence[GaitEvent]) -> tuple[GaitEvent, ...]:

@@ -23,6 +23,9 @@ COM_LIMIT = 0.05  # a centre of mass further off its path is not on it [m]
 PELVIS_LIMIT = 0.30  # a pelvis further from the recorded one has wandered off [m]
 
 
+ENOUGH = 3  # gait events that follow one another make two phases, the least that can be rebuilt
+
+
 @dataclass(frozen=True)
 class ReproduceSettings(FitSettings):
     """Everything that decides the result, as written into ``metrics.json``.
@@ -83,7 +86,8 @@ def reproduce_trial(
     from plantigrade.reproduce.ordered_motion import move
 
     chosen = gait_tasks(tasks)
-    trial = whole_cycles(trial)
+    trial = whole_cycles(events_in_order(trial))
+    refuse_standing(trial)
     reference = reference_of_trial(trial)
     started = clock.perf_counter()
     motion = move(
@@ -98,6 +102,51 @@ def reproduce_trial(
     seconds = clock.perf_counter() - started
     forced = None
     return Reproduced(trial, reference, motion, forced, compare(reference, motion), seconds, tasks)
+
+
+def events_in_order(trial: "Trial") -> "Trial":
+    """Return the recording with blurred double supports put in order, and say so."""
+    from plantigrade.reproduce.phases import in_order
+
+    events, blurred = in_order(trial.record.motion.events)
+    if not blurred:
+        return trial
+    note = (
+        f"at {blurred} of the steps a foot seems to leave before the other comes down, as in "
+        "running; the others show a walk, so both events were put at their middle."
+    )
+    record = trial.record
+    return replace(
+        trial,
+        record=replace(
+            record,
+            motion=replace(record.motion, events=events),
+            warnings=(*record.warnings, note),
+        ),
+    )
+
+
+def refuse_standing(trial: "Trial") -> None:
+    """Raise where nobody walks in a recording.
+
+    Raises:
+        ReproduceError: In one sentence that says what was seen instead.
+    """
+    from plantigrade.reproduce.phases import walking_events
+
+    events = trial.record.motion.events
+    if len(walking_events(events)) >= ENOUGH:
+        return
+    seen = "nobody is seen to walk in it"
+    if len(events) > ENOUGH:
+        seen = (
+            f"its {len(events)} heel strikes and toe offs do not follow one another as in walking, "
+            "where one heel comes down before the other foot leaves (it may be running or hopping)"
+        )
+    raise ReproduceError(
+        f"{trial.fit.recording.source.name}: {seen}; give a recording in which somebody walks two "
+        "steps or more"
+    )
 
 
 def reference_of_trial(trial: "Trial") -> "Reference":
