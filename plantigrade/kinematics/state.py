@@ -57,6 +57,7 @@ class State:
     Attributes:
         qpos: The configuration.
         qvel: The velocity.
+        stamp: Changes whenever the state does.
     """
 
     def __init__(
@@ -67,7 +68,8 @@ class State:
     ):
         self.human, self.model = human, human.model
         self._data = mujoco.MjData(self.model)
-        self._share = self.model.body_mass[1:, None] / self.model.body_mass.sum()
+        self.stamp = 0
+        self._share = self.model.body_mass[1:] / self.model.body_mass.sum()
         self.move_to(qpos, np.zeros(self.model.nv) if qvel is None else qvel)
 
     @property
@@ -85,6 +87,7 @@ class State:
         mujoco.mj_comVel(model, data)
         mujoco.mj_rnePostConstraint(model, data)  # accelerations of all bodies where qacc = 0
         self._known: dict = {}
+        self.stamp += 1
         return self
 
     def integrate(self, qacc: Float[Array, " nv"], step: float) -> "State":
@@ -101,7 +104,11 @@ class State:
 
     def rotation(self, body: str) -> Float[Array, "3 3"]:
         """Return the rotation of a body: its axes are the columns."""
-        return self._data.xmat[self.human.body(body)].reshape(3, 3).copy()
+        return self.rotation_of(self.human.body(body)).copy()
+
+    def rotation_of(self, body: int) -> Float[Array, "3 3"]:
+        """Return the rotation of a body by its index in the model; valid until the state moves."""
+        return self._data.xmat[body].reshape(3, 3)
 
     def position(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return where points are [m]."""
@@ -134,7 +141,9 @@ class State:
     @property
     def com_drift(self) -> Float[Array, " 3"]:
         """Acceleration of the centre of mass where the generalised acceleration is zero [m/s²]."""
-        return (self._share * self._accelerations(slice(1, None), self._data.xipos[1:])).sum(axis=0)
+        linear, angular = self._bodies
+        arm = self._data.xipos[1:] - self._data.subtree_com[1]
+        return self._share @ (linear[1:] + (angular[1:] @ arm[:, :, None])[:, :, 0])
 
     def angular_jacobian(self, body: str) -> Float[Array, "3 nv"]:
         """Jacobian of a body's angular velocity, world axes."""
@@ -188,24 +197,30 @@ class State:
         return J
 
     def _drift(self, points: PointSet):
-        return self._accelerations(points.body, self.position(points))
+        linear, angular = self._bodies
+        arm = self.position(points) - self._data.subtree_com[1]
+        return linear[points.body] + (angular[points.body] @ arm[:, :, None])[:, :, 0]
 
-    def _accelerations(self, body, position):
-        """Return accelerations of places on bodies, from spatial ones at the centre of mass."""
-        data = self._data
-        arm = position - data.subtree_com[1]
-        turn = data.cvel[body, :3]
-        velocity = data.cvel[body, 3:] + _cross(turn, arm)
-        linear = data.cacc[body, 3:] + self.model.opt.gravity  # the engine lets gravity push up
-        return linear + _cross(data.cacc[body, :3], arm) + _cross(turn, velocity)
+    @property
+    def _bodies(self):
+        r"""Value and gradient of every body's acceleration field, where nothing accelerates.
+
+        With :math:`r` from the centre of mass of the whole body,
+        :math:`a(r) = a_0 + ([\alpha]_\times + [\omega]_\times^2)\, r`.
+        """
+        if "bodies" not in self._known:
+            data = self._data
+            turn = _skew(data.cvel[:, :3])
+            linear = data.cacc[:, 3:] + (turn @ data.cvel[:, 3:, None])[:, :, 0]
+            linear += self.model.opt.gravity  # the engine lets gravity push up
+            self._known["bodies"] = linear, _skew(data.cacc[:, :3]) + turn @ turn
+        return self._known["bodies"]
 
 
-def _cross(a, b):
-    return np.stack(
-        [
-            a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
-            a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
-            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
-        ],
-        axis=1,
-    )
+def _skew(vectors):
+    """Return the matrices of cross products with vectors (n, 3, 3)."""
+    out = np.zeros((len(vectors), 3, 3))
+    out[:, 2, 1], out[:, 1, 2] = vectors[:, 0], -vectors[:, 0]
+    out[:, 0, 2], out[:, 2, 0] = vectors[:, 1], -vectors[:, 1]
+    out[:, 1, 0], out[:, 0, 1] = vectors[:, 2], -vectors[:, 2]
+    return out

@@ -191,16 +191,12 @@ class ContactSchedule:
 def _rolls(human: Human, place: ContactPoints, i: int) -> bool:
     """Return whether a point of the forefoot can stay on the ground while the heel is up.
 
-    Where toes are hinged to the foot, they stay, and of the foot what lies on their hinge. A foot
-    in one piece turns about its ball, and the toes dip into the ground with it: they do not hold.
+    Where toes are hinged to the foot, they stay. A foot in one piece turns about its ball, and the
+    toes dip into the ground with it: they do not hold.
     """
-    foot, toes = f"foot_{place.side[i]}", f"toes_{place.side[i]}"
-    if place.body[i] != foot:
+    if place.body[i] != f"foot_{place.side[i]}":
         return True
-    if toes not in human.body_names:
-        return place.region[i] == "ball"
-    hinge = human.skeleton.bodies[human.body(toes) - 1].position
-    return bool(abs(place.centre[i, 0] - hinge[0]) < 0.005)
+    return f"toes_{place.side[i]}" not in human.body_names and place.region[i] == "ball"
 
 
 def posture_task(reference: Reference, tasks: GaitTasks) -> PostureTask:

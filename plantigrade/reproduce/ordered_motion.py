@@ -10,6 +10,9 @@ inertia allows,
 .. math:: \min_{v^+} (v^+ - v^-)^T M (v^+ - v^-),
 
 which is an inelastic impact.
+
+Least squares in the coordinates would use every joint alike. The unknowns are scaled, so that arms
+and neck are spared (:data:`RELUCTANCE`) where legs and trunk can do what a task asks.
 """
 
 import time as clock
@@ -29,7 +32,21 @@ from plantigrade.reproduce.limits import JointLimits
 STEP = 0.005  # [s]
 # A direction in which a task moves less than this per unit of joint acceleration is singular: a
 # straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed.
-SINGULAR = 0.03
+SINGULAR = 0.02
+# Nobody waves the arms to lift the centre of mass by a millimetre, though the arms could where the
+# legs are nearly straight: to the tasks, arms and neck count this little.
+RELUCTANCE = 0.1
+UPPER_BODY = (
+    "arm_",
+    "elbow_",
+    "pro_sup",
+    "wrist_",
+    "fingers_",
+    "clavicle_",
+    "neck_",
+    "lower_neck_",
+    "upper_neck_",
+)
 SETTLING = 10  # steps at most from a recorded posture to one that satisfies the tasks
 REST = 5.0  # damping of what no task determines, where there is no posture [1/s]
 
@@ -238,14 +255,16 @@ def stack(rows: Sequence[Level]) -> Level:
     )
 
 
-EASE = 0.3
-def _ease(human):
-    e = np.ones(human.model.nv)
-    for i, c in enumerate(human.coordinates):
-        if c.startswith(UPPER): e[6+i] = EASE
-    return e
-UPPER = ("arm_", "elbow", "pro_sup", "wrist", "fingers", "neck", "clavicle", "lower_neck", "upper_neck")
-def _eased(level, ease):
+def _ease(human: Human) -> Float[Array, " nv"]:
+    """Return how readily each coordinate is used by tasks that could do without it."""
+    ease = np.ones(human.model.nv)
+    for i, name in enumerate(human.coordinates):
+        if name.startswith(UPPER_BODY):
+            ease[6 + i] = RELUCTANCE
+    return ease
+
+
+def _eased(level: Level, ease: Float[Array, " nv"]) -> Level:
     return Level(level.matrix * ease, level.lower, level.upper, level.name)
 
 

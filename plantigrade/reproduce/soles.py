@@ -1,8 +1,8 @@
 """The soles a recorded person stands on.
 
-Markers tell where the bones are, not how thick the shoe below them is: fitted feet rest some
-centimetres above the floor or in it. The heights at which heel, ball and toes come to rest tell
-the sole; joint angles are not touched.
+Markers tell where the bones are, not what is below them: fitted feet rest some centimetres above
+the floor or in it, a little pitched or tilted. The heights at which the points of a foot come to
+rest while it stands flat tell its sole; joint angles are not touched.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.kinematics.ground import ContactPoints, Rest
 from plantigrade.models import Human
 
-THICKEST = 0.06  # a foot that rests higher than this does not rest on a sole [m]
+THICKEST = 0.06  # a point that rests further from the ground than this does not rest on a sole [m]
 
 
 def on_own_soles(human: Human, contact: ContactPoints, rests: list[Rest]) -> Human:
@@ -21,26 +21,34 @@ def on_own_soles(human: Human, contact: ContactPoints, rests: list[Rest]) -> Hum
         contact: The points of the soles over the recorded motion.
         rests: What rests when.
     """
-    heights = {r: _height(contact, rests, r) for r in ("heel", "ball", "toes")}
-    heights["middle"] = (heights["heel"] + heights["ball"]) / 2
-    if max(abs(h) for h in heights.values()) > THICKEST:
-        return human
-    return human.with_soles(
-        {
-            name: -heights[region]
-            for (name, _, _), region in zip(human.contact_points, contact.region, strict=True)
-        }
-    )
+    flat = {side: _flat(contact, rests, side) for side in ("r", "l")}
+    offsets = {}
+    for i, (name, side, _) in enumerate(human.contact_points):
+        frames = flat[side]
+        if not frames.any():
+            return human
+        height = float(np.median(contact.position[frames, i, 2]))
+        if abs(height) > THICKEST:
+            return human
+        offsets[name] = -height
+    return human.with_soles(offsets)
 
 
-def _height(contact: ContactPoints, rests: list[Rest], region: str) -> float:
-    """Return the height at which a region rests, both feet alike [m]; zero where it never does."""
-    heights = []
-    for rest in rests:
-        if rest.region != region:
+def _flat(contact: ContactPoints, rests: list[Rest], side: str) -> np.ndarray:
+    """Return in which frames a foot stands flat: heel and ball rest, well within their rests."""
+    flat = np.ones(len(contact.position), dtype=bool)
+    for region in ("heel", "ball"):
+        if not len(contact.of(side, region)):
             continue
-        quarter = (rest.stop - rest.start) // 4
-        core = slice(rest.start + quarter, rest.stop - quarter)
-        index = contact.of(rest.side, region)
-        heights.append(np.median(contact.position[core][:, index, 2].min(axis=1)))
-    return float(np.median(heights)) if heights else 0.0
+        resting = np.zeros(len(flat), dtype=bool)
+        for rest in rests:
+            if rest.side == side and rest.region == region:
+                resting[rest.start : rest.stop] = True
+        flat &= resting
+    inner = flat.copy()  # without the frames in which the foot comes down or leaves
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
+    for start, stop in edges.reshape(-1, 2):
+        quarter = (stop - start) // 4
+        inner[start : start + quarter] = False
+        inner[stop - quarter : stop] = False
+    return inner

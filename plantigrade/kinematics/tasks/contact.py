@@ -15,6 +15,7 @@ from collections.abc import Callable
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.errors import ParameterError
 from plantigrade.kinematics.hierarchy import Level
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.tasks.task import Task
@@ -50,7 +51,11 @@ class ContactTask(Task):
         **gains,
     ):
         super().__init__(name, **gains)
+        order = np.unique(points.body, return_index=True)[1]
+        if (np.diff(points.body) != 0).sum() != len(order) - 1:
+            raise ParameterError("contact points of one segment must follow one another")
         self.points, self.radius, self._schedule = points, radius, active
+        self._bases: dict[bytes, np.ndarray] = {}
         self.reset()
 
     def reset(self):
@@ -112,18 +117,30 @@ class ContactTask(Task):
 
     def _reduced(self, state: State, full: Level) -> Level:
         body = self.points.body[self.on]
-        position = state.position(self.points)[self.on]
         matrix, right = [full.matrix[3 * len(body) :]], [full.lower[3 * len(body) :]]
         for segment in np.unique(body):
             mine = np.flatnonzero(body == segment)
-            rows = (3 * mine[:, None] + np.arange(3)).ravel()
+            rows = slice(3 * mine[0], 3 * mine[-1] + 3)  # points of a segment are neighbours
             A, b = full.matrix[rows], full.lower[rows]
             if len(mine) > 2:
-                Q = np.linalg.qr(_twist(position[mine] - position[mine].mean(axis=0)))[0]
-                A, b = Q.T @ A, Q.T @ b
+                turned = self._motions(state, int(segment), len(mine))
+                A, b = turned @ A, turned @ b
             matrix.append(A)
             right.append(b)
         return Level.equation(np.concatenate(matrix), np.concatenate(right), self.name)
+
+    def _motions(self, state: State, segment: int, n: int) -> np.ndarray:
+        """Return an orthonormal basis of what a segment's points can do together (6, 3 n).
+
+        It is fixed to the segment, so that it is computed once for each set of points.
+        """
+        on = self.on & (self.points.body == segment)
+        key = on.tobytes()
+        if key not in self._bases:
+            local = self.points.local[on]
+            Q = np.linalg.qr(_twist(local - local.mean(axis=0)))[0]
+            self._bases[key] = Q.T.reshape(6, n, 3)
+        return (self._bases[key] @ state.rotation_of(segment).T).reshape(6, 3 * n)
 
 
 def _twist(arm: np.ndarray) -> np.ndarray:

@@ -36,13 +36,22 @@ class PointTask(Task):
     ):
         super().__init__(name, **gains)
         self.point, self.target = point, target
-        fixed = np.eye(3) if directions is None else directions
-        self._directions = fixed if callable(fixed) else (lambda state, time: fixed)
+        self._wanted = np.eye(3) if directions is None else directions
+        self._stamp, self._now = (-1, np.nan), np.zeros((0, 3))
+
+    def _directions(self, state: State, time: float) -> np.ndarray:
+        if not callable(self._wanted):
+            return self._wanted
+        if self._stamp != (state.stamp, time):
+            self._stamp, self._now = (state.stamp, time), self._wanted(state, time)
+        return self._now
 
     def error(self, state, time):
         """Return the way from the target to the point, along the directions [m]."""
-        away = state.position(self.point)[0] - self.target(time)[0]
-        return self._directions(state, time) @ away
+        directions = self._directions(state, time)
+        if not len(directions):
+            return np.zeros(0)
+        return directions @ (state.position(self.point)[0] - self.target(time)[0])
 
     def jacobian(self, state, time):
         """Return the Jacobian of the point along the directions."""

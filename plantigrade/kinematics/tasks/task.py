@@ -81,9 +81,9 @@ class Task(ABC):
     def level(self, state: State, time: float) -> Level:
         """Return the rows this task asks of the generalised acceleration."""
         error = self.error(state, time)
-        matrix = self.jacobian(state, time)
         if not len(error):
-            return Level.equation(matrix, error, self.name)
+            return Level.equation(np.zeros((0, len(state.qvel))), error, self.name)
+        matrix = self.jacobian(state, time)
         rate = matrix @ state.qvel
         wanted = -self.stiffness * error - self.drift(state, time)
         moving = self.target_rates(state, time)
