@@ -72,17 +72,22 @@ class HierarchySolution:
 
     Attributes:
         x: The unknowns.
-        residuals: Violation of each level: the norm of its rows' residuals.
+        levels: The levels, as given.
         ranks: Number of directions that each level's equations determined.
         exact: Whether the recursion alone gave the answer (no inequality was in the way).
         iterations: Iterations of the active-set method; 0 where it was not needed.
     """
 
     x: Float[Array, " n"]
-    residuals: tuple[float, ...]
+    levels: Sequence[Level]
     ranks: tuple[int, ...]
     exact: bool
     iterations: int
+
+    @property
+    def residuals(self) -> tuple[float, ...]:
+        """Violation of each level: the norm of its rows' residuals."""
+        return tuple(float(np.linalg.norm(level.residual(self.x))) for level in self.levels)
 
 
 def solve_hierarchy(
@@ -117,8 +122,7 @@ def solve_hierarchy(
     exact = _satisfied(x, lower, upper, levels)
     if not exact:
         x, iterations = _active_set(reduced, levels, lower, upper, preferred, metric)
-    residuals = tuple(float(np.linalg.norm(level.residual(x))) for level in levels)
-    return HierarchySolution(x, residuals, ranks, exact, iterations)
+    return HierarchySolution(x, levels, ranks, exact, iterations)
 
 
 def _recursion(levels, n, preferred, metric, singular):

@@ -112,7 +112,8 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
     else:
         levels += [[ComTask(reference.com, name="centre of mass")]]
     levels += [heels("rolling heel", schedule.roll)]
-    return TaskOrder(levels, posture_task(reference, tasks) if tasks.posture else None)
+    posture = posture_task(reference, tasks) if tasks.posture else None
+    return TaskOrder(levels, posture, settled=True)
 
 
 class ContactSchedule:

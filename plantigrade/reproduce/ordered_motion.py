@@ -59,10 +59,13 @@ class TaskOrder:
         levels: The tasks of each level, most important first.
         posture: What is preferred where the levels leave freedom; rest if absent. It is the
             lowest level of all.
+        settled: Whether a motion starts where all tasks are satisfied, near the given posture;
+            else only the feet are put on the ground, and all errors go to zero in their time.
     """
 
     levels: Sequence[Sequence[Task]]
     posture: PostureTask | None = None
+    settled: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -217,7 +220,7 @@ def arrest(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
 
 
 def settle(state: State, order: TaskOrder, time: float) -> None:
-    """Bring a state that does not satisfy the tasks to one near by that does.
+    """Bring a state to one near by that satisfies contacts and floor, or all tasks.
 
     A recorded posture has its feet some millimetres in the ground or above it; a motion must not
     begin with a jump. Gauss-Newton steps on the errors, in the order of the tasks.
@@ -227,12 +230,15 @@ def settle(state: State, order: TaskOrder, time: float) -> None:
     for _ in range(SETTLING):
         for task in order.tasks:
             task.begin(state, time)
-        rows = [[task.position_level(state, time) for task in level] for level in order.levels]
+        rows = [
+            [task.position_level(state, time) for task in level if order.settled or task.settles]
+            for level in order.levels
+        ]
         lower, upper = -wide, wide.copy()
         lower[6:] = np.minimum(np.maximum(lower[6:], low - state.qpos[7:]), 0.0)
         upper[6:] = np.maximum(np.minimum(upper[6:], high - state.qpos[7:]), 0.0)
         step = solve_hierarchy(
-            [stack(level) for level in rows], lower=lower, upper=upper, singular=SINGULAR
+            [stack(level) for level in rows if level], lower=lower, upper=upper, singular=SINGULAR
         ).x
         if np.abs(step).max() < 1e-6:
             break

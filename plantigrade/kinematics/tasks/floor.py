@@ -32,6 +32,8 @@ class FloorTask(Task):
         gains: ``stiffness`` and ``damping``.
     """
 
+    settles = True
+
     def __init__(
         self,
         points: PointSet,
