@@ -3,7 +3,8 @@
 Such a file shows no two heel strikes of one foot. Where its end meets its beginning (the same
 posture, moving the same way, a step further on) it is continued with itself: every repetition
 starts where and in which direction the pelvis of the one before ended. What does not quite meet is
-spread evenly over the cycle.
+spread evenly over the cycle. Some files hold half a cycle, whose end is the mirror image of its
+beginning; they are continued with their mirror image.
 """
 
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from plantigrade.models import Human
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
 LEG = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+TURNED = ("bending", "rotation")  # coordinates of the middle that change sign in a mirror
 # A posture half a cycle off differs by some 20° on the mean over these joints; measured cycles
 # differ by one to four.
 POSTURE = np.deg2rad(6.0)  # of the legs, root mean square [rad]
@@ -22,7 +24,7 @@ POSTURE = np.deg2rad(6.0)  # of the legs, root mean square [rad]
 VELOCITY = 0.9  # of the legs, root mean square, in that of the whole cycle
 # Files usually end with the frame they begin with; that they do not must show.
 CLEARLY = 2.0
-SHORTEST, LONGEST = 0.6, 3.0  # of one cycle [s]
+SHORTEST, LONGEST = 0.6, 3.0  # of one whole cycle [s]
 
 
 @dataclass(frozen=True)
@@ -30,12 +32,14 @@ class Loop:
     """How a motion closes on itself.
 
     Attributes:
-        period: Duration of a cycle [s].
+        period: Duration until it does [s].
         ending: Whether the last frame shows the first again; else the next one would.
+        mirrored: Whether it closes on its mirror image: half a cycle.
     """
 
     period: float
     ending: bool
+    mirrored: bool = False
 
 
 def find_loop(
@@ -58,18 +62,43 @@ def find_loop(
     usual = np.sqrt(np.mean(rates**2))
     if usual < 0.1:
         return None
-    gap = legs[0] - legs[-1]
-    onward = gap - 0.5 * step * (rates[0] + rates[-1])
-    ending = bool(np.linalg.norm(gap) <= CLEARLY * np.linalg.norm(onward))
-    misfit = np.sqrt(np.mean((gap if ending else onward) ** 2))
-    turned = np.sqrt(np.mean((rates[0] - rates[-1]) ** 2))
-    period = step * (n - 1 if ending else n)
-    if misfit > POSTURE or turned > VELOCITY * usual or not SHORTEST <= period <= LONGEST:
-        return None
-    return Loop(period, ending)
+    for mirrored in (False, True):
+        image = mirror(human, qpos)[:, columns] if mirrored else legs
+        begins = (image[1] - image[0]) / step
+        gap = image[0] - legs[-1]
+        onward = gap - 0.5 * step * (begins + rates[-1])
+        ending = bool(np.linalg.norm(gap) <= CLEARLY * np.linalg.norm(onward))
+        misfit = np.sqrt(np.mean((gap if ending else onward) ** 2))
+        turned = np.sqrt(np.mean((begins - rates[-1]) ** 2))
+        period = float(step * (n - 1 if ending else n))
+        whole = 2 * period if mirrored else period
+        if misfit <= POSTURE and turned <= VELOCITY * usual and SHORTEST <= whole <= LONGEST:
+            return Loop(period, ending, mirrored)
+    return None
+
+
+def mirror(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n nq"]:
+    """Return a motion seen in a mirror that stands along x: right is left, left is right.
+
+    Args:
+        human: The person.
+        qpos: The motion.
+    """
+    image = qpos.copy()
+    image[:, 1] *= -1
+    image[:, [4, 6]] *= -1  # turns about x and z
+    names = human.joint_names[1:]
+    for i, name in enumerate(names):
+        if name.endswith(("_r", "_l")):
+            other = name[:-1] + ("l" if name.endswith("r") else "r")
+            image[:, 7 + i] = qpos[:, 7 + names.index(other)]
+        elif name.endswith(TURNED):
+            image[:, 7 + i] *= -1
+    return image
 
 
 def unroll(
+    human: Human,
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
     loop: Loop,
@@ -79,10 +108,11 @@ def unroll(
     """Return a motion repeated: each repetition goes on where the one before ended.
 
     Args:
+        human: The person.
         time: Time of each frame [s], evenly spaced.
-        qpos: The motion of one cycle.
+        qpos: The motion of one cycle, or of half a cycle.
         loop: How it closes.
-        times: Number of cycles.
+        times: Number of whole cycles.
 
     Returns:
         Time [s] and configurations.
@@ -90,34 +120,52 @@ def unroll(
     from scipy.spatial.transform import Rotation
 
     n = len(time)
-    m = n - 1 if loop.ending else n  # frames of one cycle
-    root = Rotation.from_quat(wxyz_to_xyzw(qpos[:, 3:7]))
-    forward = root.apply([1.0, 0.0, 0.0])
-    heading = np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
-    upright = _about_vertical(-heading) * root
-    # What is left at the end of a cycle: the last frame, or one more step at the mean of both ends.
-    onward = np.zeros(qpos.shape[1])
+    m = n - 1 if loop.ending else n  # frames until it closes
+    image = mirror(human, qpos) if loop.mirrored else qpos
+    # How it goes on after its last frame: not at all, or by one more step at the mean of both ends.
+    last, heading = qpos[-1].copy(), _heading(qpos)
     turn = heading[-1] - heading[0]
     if not loop.ending:
-        onward = 0.5 * (qpos[1] - qpos[0] + qpos[-1] - qpos[-2])
-        turn += 0.5 * (heading[1] - heading[0] + heading[-1] - heading[-2])
-    gap = qpos[0] - qpos[-1] - onward
-    lean = (upright[0] * upright[-1].inv()).as_rotvec() if loop.ending else np.zeros(3)
+        last += 0.5 * (image[1] - image[0] + qpos[-1] - qpos[-2])
+        turn += 0.5 * (np.diff(_heading(image[:2]))[0] + heading[-1] - heading[-2])
+    gap = image[0] - last
+    upright = _about_vertical(-heading) * _root(qpos)
+    begins = (_about_vertical(-_heading(image[:1])) * _root(image[:1]))[0]
+    lean = (begins * upright[-1].inv()).as_rotvec() if loop.ending else np.zeros(3)
     share = (np.arange(m) / m)[:, None]
     one = qpos[:m].copy()
     one[:, 2] += gap[2] * share[:, 0]
     one[:, 7:] += gap[7:] * share
-    upright = Rotation.from_rotvec(lean * share) * upright[:m]
-    way = -gap[:2]
-    cycles, place = [], qpos[0, :2]
-    for k in range(times):
-        turned = _about_vertical(np.full(1, k * turn)).as_matrix()[0, :2, :2]
-        cycle = one.copy()
-        cycle[:, :2] = place + (one[:, :2] - qpos[0, :2]) @ turned.T
-        cycle[:, 3:7] = xyzw_to_wxyz((_about_vertical(heading[:m] + k * turn) * upright).as_quat())
-        cycles.append(cycle)
-        place = place + turned @ way
-    return time[0] + loop.period / m * np.arange(m * times), np.concatenate(cycles)
+    leaning = Rotation.from_rotvec(lean * share) * upright[:m]
+    one[:, 3:7] = xyzw_to_wxyz((_about_vertical(heading[:m]) * leaning).as_quat())
+    pieces = [(one, heading[0], turn, last[:2] - qpos[0, :2])]
+    if loop.mirrored:
+        pieces.append((mirror(human, one), -heading[0], -turn, pieces[0][3] * [1.0, -1.0]))
+    cycles, place, facing = [], qpos[0, :2], heading[0]
+    for _ in range(times):
+        for piece, begin, more, way in pieces:
+            turned = _about_vertical(np.full(1, facing - begin))[0]
+            flat = turned.as_matrix()[:2, :2]
+            cycle = piece.copy()
+            cycle[:, :2] = place + (piece[:, :2] - piece[0, :2]) @ flat.T
+            cycle[:, 3:7] = xyzw_to_wxyz((turned * _root(piece)).as_quat())
+            cycles.append(cycle)
+            place, facing = place + flat @ way, facing + more
+    whole = np.concatenate(cycles)
+    return time[0] + loop.period / m * np.arange(len(whole)), whole
+
+
+def _root(qpos: Float[Array, "n nq"]):
+    """Return the rotations of the root."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(wxyz_to_xyzw(qpos[:, 3:7]))
+
+
+def _heading(qpos: Float[Array, "n nq"]) -> Float[Array, " n"]:
+    """Return the direction the pelvis faces, about the vertical [rad]."""
+    forward = _root(qpos).apply([1.0, 0.0, 0.0])
+    return np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
 
 
 def _about_vertical(angle: Float[Array, " n"]):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from plantigrade.errors import ReproduceError
 from plantigrade.workflows.fitting import FitSettings, analyse, fit, load
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ COM_LIMIT = 0.05  # a centre of mass further off its path is not on it [m]
 PELVIS_LIMIT = 0.30  # a pelvis further from the recorded one has wandered off [m]
 
 
+UNEVEN = 0.06  # feet that stand at heights further apart are not on level ground [m]
 ENOUGH = 3  # gait events that follow one another make two phases, the least that can be rebuilt
 
 
@@ -88,6 +90,7 @@ def reproduce_trial(
     chosen = gait_tasks(tasks)
     trial = whole_cycles(events_in_order(trial))
     refuse_standing(trial)
+    refuse_uneven(trial)
     reference = reference_of_trial(trial)
     started = clock.perf_counter()
     motion = move(
@@ -149,6 +152,33 @@ def refuse_standing(trial: "Trial") -> None:
     )
 
 
+def refuse_uneven(trial: "Trial") -> None:
+    """Raise where feet stand at different heights: stairs, a slope, uneven ground.
+
+    Raises:
+        ReproduceError: With the difference of the heights.
+    """
+    from plantigrade.kinematics.ground import contact_points
+    from plantigrade.reproduce.reference import stances
+
+    motion = trial.record.motion
+    soles = contact_points(trial.fit.human, motion.qpos)
+    heights = []
+    for side in ("r", "l"):
+        low = soles.position[:, [s == side for s in soles.side], 2].min(axis=1)
+        for start, stop, whole in stances(motion.events, side, motion.time[0], motion.time[-1]):
+            quarter = (stop - start) / 4
+            middle = (motion.time > start + quarter) & (motion.time < stop - quarter)
+            if whole and middle.any():
+                heights.append(float(np.median(low[middle])))
+    if heights and max(heights) - min(heights) > UNEVEN:
+        raise ReproduceError(
+            f"{trial.fit.recording.source.name}: the ground is not level, the feet stand "
+            f"{100 * (max(heights) - min(heights)):.0f} cm higher at one step than at another "
+            "(stairs or uneven ground); the tasks know a level floor: give a walk on level ground"
+        )
+
+
 def reference_of_trial(trial: "Trial") -> "Reference":
     """Return what the tasks see of an analysed recording: on ground that rests.
 
@@ -181,7 +211,7 @@ def whole_cycles(trial: "Trial") -> "Trial":
     loop = find_loop(fitted.human, fitted.time, fitted.qpos)
     if loop is None:
         return trial
-    time, qpos = unroll(fitted.time, fitted.qpos, loop)
+    time, qpos = unroll(fitted.human, fitted.time, fitted.qpos, loop)
     repeated = replace(
         fitted,
         time=time,
@@ -192,8 +222,9 @@ def whole_cycles(trial: "Trial") -> "Trial":
         kept=None,
         warnings=(
             *fitted.warnings,
-            f"the recording is one cycle of {loop.period:.2f} s that closes on itself; it was "
-            "repeated three times, and the gait was found in the repetition.",
+            f"the recording is {'half a' if loop.mirrored else 'one'} cycle of {loop.period:.2f} s "
+            f"that closes on {'its mirror image' if loop.mirrored else 'itself'}; it was repeated "
+            "to three cycles, and the gait was found in the repetition.",
         ),
     )
     return analyse_trial(repeated, mass=fitted.human.mass)
