@@ -39,7 +39,7 @@ from plantigrade.kinematics.tasks import (
     Task,
 )
 from plantigrade.models import Human
-from plantigrade.reproduce.ordered_motion import TaskOrder
+from plantigrade.reproduce.ordered_motion import UPPER_BODY, TaskOrder
 from plantigrade.reproduce.phases import Phase
 from plantigrade.reproduce.reference import SIDES, Reference
 
@@ -113,7 +113,7 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
         levels += [[ComTask(reference.com, name="centre of mass")]]
     levels += [heels("rolling heel", schedule.roll)]
     posture = posture_task(reference, tasks) if tasks.posture else None
-    return TaskOrder(levels, posture, settled=True)
+    return TaskOrder(levels, posture, settled=True, spared=UPPER_BODY)
 
 
 class ContactSchedule:

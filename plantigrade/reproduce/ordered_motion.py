@@ -11,8 +11,9 @@ inertia allows,
 
 which is an inelastic impact.
 
-Least squares in the coordinates would use every joint alike. The unknowns are scaled, so that arms
-and neck are spared (:data:`RELUCTANCE`) where legs and trunk can do what a task asks.
+Least squares in the coordinates would use every joint alike. The unknowns are scaled, so that an
+order can spare some (:data:`RELUCTANCE`) where others can do what a task asks: in walking, arms and
+neck.
 """
 
 import time as clock
@@ -33,8 +34,8 @@ STEP = 0.005  # [s]
 # A direction in which a task moves less than this per unit of joint acceleration is singular: a
 # straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed.
 SINGULAR = 0.02
-# Nobody waves the arms to lift the centre of mass by a millimetre, though the arms could where the
-# legs are nearly straight: to the tasks, arms and neck count this little.
+# Nobody walking waves the arms to lift the centre of mass by a millimetre, though the arms could
+# where the legs are nearly straight: to the tasks, what is spared counts this little.
 RELUCTANCE = 0.1
 UPPER_BODY = (
     "arm_",
@@ -61,11 +62,14 @@ class TaskOrder:
             lowest level of all.
         settled: Whether a motion starts where all tasks are satisfied, near the given posture;
             else only the feet are put on the ground, and all errors go to zero in their time.
+        spared: First letters of coordinates that the tasks use least (:data:`RELUCTANCE`) where
+            others can do it.
     """
 
     levels: Sequence[Sequence[Task]]
     posture: PostureTask | None = None
     settled: bool = False
+    spared: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -164,7 +168,7 @@ def move(
         np.zeros(n),
         np.ones(n, dtype=bool),
     )
-    ease = _ease(human)
+    ease = _ease(human, order.spared)
     for k, now in enumerate(out.time):
         began = clock.perf_counter()
         if k:
@@ -261,11 +265,11 @@ def stack(rows: Sequence[Level]) -> Level:
     )
 
 
-def _ease(human: Human) -> Float[Array, " nv"]:
+def _ease(human: Human, spared: tuple[str, ...]) -> Float[Array, " nv"]:
     """Return how readily each coordinate is used by tasks that could do without it."""
     ease = np.ones(human.model.nv)
     for i, name in enumerate(human.coordinates):
-        if name.startswith(UPPER_BODY):
+        if name.startswith(spared):
             ease[6 + i] = RELUCTANCE
     return ease
 
