@@ -48,7 +48,10 @@ UPPER_BODY = (
     "lower_neck_",
     "upper_neck_",
 )
-SETTLING = 10  # steps at most from a recorded posture to one that satisfies the tasks
+SETTLING = 10  # steps at most from a recorded posture to one that is not in the ground
+LARGEST_STEP = 0.1  # of any coordinate in one of them [rad, m]
+LEGS = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
+STAYS = 0.1  # how readily the rest of the body moves with them
 REST = 5.0  # damping of what no task determines, where there is no posture [1/s]
 
 
@@ -224,26 +227,31 @@ def arrest(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
 
 
 def settle(state: State, order: TaskOrder, time: float) -> None:
-    """Bring a state to one near by that satisfies contacts and floor, or all tasks.
+    """Lift a first posture out of the ground.
 
-    A recorded posture has its feet some millimetres in the ground or above it; a motion must not
-    begin with a jump. Gauss-Newton steps on the errors, in the order of the tasks.
+    A recorded posture has its feet some millimetres in the ground; a motion must not begin with a
+    jump. Gauss-Newton steps, by the legs. (Feet above the ground come down by themselves.)
     """
-    wide = np.full(len(state.qvel), 1.0)
-    low, high = state.human.limits
+    human, low, high = state.human, *state.human.limits
+    share = np.full(len(state.qvel), STAYS)
+    share[[6 + i for i, n in enumerate(human.coordinates) if n.startswith(LEGS)]] = 1.0
+    tasks = [task for task in order.tasks if task.settles]
     for _ in range(SETTLING):
-        for task in order.tasks:
+        for task in tasks:
             task.begin(state, time)
-        rows = [
-            [task.position_level(state, time) for task in level if order.settled or task.settles]
-            for level in order.levels
-        ]
-        lower, upper = -wide, wide.copy()
-        lower[6:] = np.minimum(np.maximum(lower[6:], low - state.qpos[7:]), 0.0)
-        upper[6:] = np.maximum(np.minimum(upper[6:], high - state.qpos[7:]), 0.0)
-        step = solve_hierarchy(
-            [stack(level) for level in rows if level], lower=lower, upper=upper, singular=SINGULAR
-        ).x
+        rows = [task.position_level(state, time) for task in tasks]
+        lower, upper = np.full(len(share), -LARGEST_STEP), np.full(len(share), LARGEST_STEP)
+        lower[6:] = np.clip(low - state.qpos[7:], -LARGEST_STEP, 0.0)
+        upper[6:] = np.clip(high - state.qpos[7:], 0.0, LARGEST_STEP)
+        step = (
+            share
+            * solve_hierarchy(
+                [_eased(row, share) for row in rows],
+                lower=lower / share,
+                upper=upper / share,
+                singular=SINGULAR,
+            ).x
+        )
         if np.abs(step).max() < 1e-6:
             break
         qpos = state.qpos.copy()

@@ -40,7 +40,7 @@ class ContactTask(Task):
         spot: Where each that touches is held: centre of the sphere [m].
     """
 
-    arrests = settles = True
+    arrests = True
 
     def __init__(
         self,

@@ -34,6 +34,8 @@ class FloorTask(Task):
 
     settles = True
 
+    settles = True
+
     def __init__(
         self,
         points: PointSet,

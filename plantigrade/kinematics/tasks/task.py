@@ -38,6 +38,7 @@ class Task(ABC):
     """
 
     arrests = False  # whether it stops points where it begins: an impact
+    settles = False  # whether a first posture is made to satisfy it
     settles = False  # whether a motion starts with it satisfied, by a small step if need be
 
     def __init__(self, name: str, *, stiffness: float = 400.0, damping: float | None = None):
