@@ -113,6 +113,25 @@ def test_path_is_that_of_a_body_swinging_over_its_foot(human):
     assert np.abs(contact.position[:, contact.of("r"), 2].min(axis=1)).max() < 1e-9
 
 
+@pytest.mark.parametrize("direction", [1, -1], ids=["forward", "backward"])
+def test_of_two_feet_as_low_the_one_that_falls_behind_stands(human, direction):
+    """Straight legs that swing past one another: both soles pass the ground at one height."""
+    n, swing = 200, 0.25
+    phase = np.arange(n) / n * 2 * np.pi * 2  # four steps
+    q = np.tile(human.standing(), (n, 1))
+    for side, sign in (("r", 1), ("l", -1)):
+        wave = sign * swing * np.cos(phase)
+        q[:, 7 + human.hinge(f"hip_flexion_{side}")] = wave
+        # the foot that swings in the wanted direction is a little higher
+        bent = 0.15 * (np.gradient(wave) * direction > 0) * np.sin(phase) ** 2
+        q[:, 7 + human.hinge(f"knee_angle_{side}")] = bent
+        q[:, 7 + human.hinge(f"ankle_angle_{side}")] = bent - wave  # flat feet
+    moved = forward_path(human, q, rate=RATE)
+    d = human.dimensions
+    step = 2 * (d.thigh + d.shank) * np.sin(swing)
+    assert direction * (moved[-1, 0] - moved[0, 0]) == pytest.approx(4 * step, rel=0.1)
+
+
 def test_no_stance_is_no_path(human, standing):
     with pytest.raises(FitError, match="no foot ever stands"):
         forward_path(human, standing, np.zeros((100, 2), bool), rate=RATE)
