@@ -88,7 +88,7 @@ def reproduce_trial(
     from plantigrade.reproduce.ordered_motion import move
 
     chosen = gait_tasks(tasks)
-    trial = whole_cycles(events_in_order(trial))
+    trial = events_in_order(whole_cycles(trial))
     refuse_standing(trial)
     refuse_uneven(trial)
     reference = reference_of_trial(trial)
@@ -202,10 +202,11 @@ def whole_cycles(trial: "Trial") -> "Trial":
     """Return the recording, repeated where it is one cycle that shows no whole stride of a foot."""
     from plantigrade.analyze.trial import analyse as analyse_trial
     from plantigrade.motion.cycles import cut_cycles
-    from plantigrade.reproduce.phases import walking_events
+    from plantigrade.reproduce.phases import in_order, walking_events
     from plantigrade.reproduce.unroll import find_loop, unroll
 
-    if cut_cycles(walking_events(trial.record.motion.events)):
+    events, _ = in_order(trial.record.motion.events)
+    if cut_cycles(walking_events(events)):
         return trial
     fitted = trial.fit
     loop = find_loop(fitted.human, fitted.time, fitted.qpos)
