@@ -48,12 +48,15 @@ class Level:
         lower: :math:`l`; minus infinity where there is none.
         upper: :math:`u`; infinity where there is none. Equal bounds make an equation.
         name: What it is, for messages.
+        singular: Gain below which a direction of this level counts as singular; the program's own
+            if absent.
     """
 
     matrix: Float[Array, "n_rows n"]
     lower: Float[Array, " n_rows"]
     upper: Float[Array, " n_rows"]
     name: str = ""
+    singular: float | None = None
 
     @classmethod
     def equation(cls, matrix, right, name: str = "") -> "Level":
@@ -140,7 +143,7 @@ def _recursion(levels, n, preferred, metric, singular):
             ranks.append(0)
             continue
         u, s, vt = np.linalg.svd(matrix @ free)
-        rank = int((s > singular).sum())
+        rank = int((s > (singular if level.singular is None else level.singular)).sum())
         ranks.append(rank)
         rows = u[:, :rank].T @ matrix
         value = u[:, :rank].T @ right

@@ -47,6 +47,8 @@ from plantigrade.reproduce.reference import SIDES, Reference
 # swing is what the ankle takes from toe off to neutral [Perry1992]_.
 FOOT_HORIZON = 0.25  # [s]
 FOOT_JOINTS = ("ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
+STEP_TIME = 0.5  # from roll off to landing, about [s]
+FARTHEST = 0.02  # a rolling heel is not pulled harder than if it were this far off its path [m]
 LAST_TO_LEAVE = "toe_1"  # the hallux leaves the ground last
 
 
@@ -98,10 +100,14 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
     floor = FloorTask(schedule.points, schedule.radius, lambda t: ~schedule(t))
     contact = ContactTask(schedule.points, schedule.radius, schedule)
 
-    def heels(what: str, directions) -> list[Task]:
+    def heels(what: str, directions, farthest: float = np.inf) -> list[Task]:
         return [
             PointTask(
-                reference.heel_point[side], reference.heel[side], directions(side), f"{what} {side}"
+                reference.heel_point[side],
+                reference.heel[side],
+                directions(side),
+                f"{what} {side}",
+                farthest=farthest,
             )
             for side in SIDES
         ]
@@ -111,7 +117,7 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
         levels += [[ComTask(reference.com, "xy")], [ComTask(reference.com, "z")]]
     else:
         levels += [[ComTask(reference.com, name="centre of mass")]]
-    levels += [heels("rolling heel", schedule.roll)]
+    levels += [heels("rolling heel", schedule.roll, FARTHEST)]
     posture = posture_task(reference, tasks) if tasks.posture else None
     return TaskOrder(levels, posture, settled=True, spared=UPPER_BODY)
 
@@ -144,6 +150,7 @@ class ContactSchedule:
             tuple((self.side == side) & (self.region == r) for r in ("heel", "ball", "toes"))
             for side in SIDES
         ]
+        self._heel = reference.heel
         self._time, self._on = np.nan, np.zeros(len(names), dtype=bool)
 
     def __call__(self, time: float) -> np.ndarray:
@@ -175,29 +182,39 @@ class ContactSchedule:
         return lambda state, time: nothing if self(time)[foot].any() else plane
 
     def roll(self, side: str):
-        """Return the direction in which a heel is led while its foot rolls off: along the foot."""
+        """Return the direction in which a heel is led while its foot rolls off: the way it goes."""
         heel, ball, toes = self._feet[SIDES.index(side)]
-        forefoot, nothing, body = ball | toes, np.zeros((0, 3)), f"foot_{side}"
+        forefoot, nothing = ball | toes, np.zeros((0, 3))
 
         def directions(state, time: float) -> np.ndarray:
             on = self(time)
             if on[heel].any() or not on[forefoot].any():
                 return nothing
-            along = state.rotation(body)[:, 0] * [1.0, 1.0, 0.0]
-            return along[None] / np.linalg.norm(along)
+            return self._way(side, time)[None]
 
         return directions
+
+    def _way(self, side: str, time: float) -> np.ndarray:
+        """Return the horizontal direction in which a heel goes from here to its next landing."""
+        path = self._heel[side]
+        step = (path(time + STEP_TIME)[0] - path(time)[0]) * [1.0, 1.0, 0.0]
+        length = np.linalg.norm(step)
+        return step / length if length > 0 else np.array([1.0, 0.0, 0.0])
 
 
 def _rolls(human: Human, place: ContactPoints, i: int) -> bool:
     """Return whether a point of the forefoot can stay on the ground while the heel is up.
 
-    Where toes are hinged to the foot, they stay. A foot in one piece turns about its ball, and the
-    toes dip into the ground with it: they do not hold.
+    Toes that are hinged to the foot stay. A foot in one piece turns about the tips of its foremost
+    toes: all else would have to rise or to sink with it.
     """
     if place.body[i] != f"foot_{place.side[i]}":
         return True
-    return f"toes_{place.side[i]}" not in human.body_names and place.region[i] == "ball"
+    if f"toes_{place.side[i]}" in human.body_names:
+        return False
+    mine = [k for k in range(len(place.body)) if place.side[k] == place.side[i]]
+    foremost = sorted(mine, key=lambda k: -place.centre[k, 0])[:2]
+    return i in foremost
 
 
 def posture_task(reference: Reference, tasks: GaitTasks) -> PostureTask:

@@ -270,6 +270,7 @@ def stack(rows: Sequence[Level]) -> Level:
         np.concatenate([r.lower for r in rows]),
         np.concatenate([r.upper for r in rows]),
         " and ".join(r.name for r in rows),
+        min((r.singular for r in rows if r.singular is not None), default=None),
     )
 
 
@@ -283,7 +284,7 @@ def _ease(human: Human, spared: tuple[str, ...]) -> Float[Array, " nv"]:
 
 
 def _eased(level: Level, ease: Float[Array, " nv"]) -> Level:
-    return Level(level.matrix * ease, level.lower, level.upper, level.name)
+    return Level(level.matrix * ease, level.lower, level.upper, level.name, level.singular)
 
 
 def _preferred(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:

@@ -23,6 +23,8 @@ class PointTask(Task):
             that the task rests. Where directions turn with the body their own rate is neglected:
             the error is projected on the directions of the moment.
         name: Name.
+        farthest: Error beyond which the pull grows no further [m]: a point that cannot get where
+            it should must not be torn at.
         gains: ``stiffness`` and ``damping``.
     """
 
@@ -32,9 +34,11 @@ class PointTask(Task):
         target: Trajectory,
         directions: Float[Array, "n_rows 3"] | Directions | None = None,
         name: str = "point",
+        farthest: float = np.inf,
         **gains,
     ):
         super().__init__(name, **gains)
+        self.farthest = farthest
         self.point, self.target = point, target
         self._wanted = np.eye(3) if directions is None else directions
         self._stamp, self._now = (-1, np.nan), np.zeros((0, 3))
@@ -51,7 +55,8 @@ class PointTask(Task):
         directions = self._directions(state, time)
         if not len(directions):
             return np.zeros(0)
-        return directions @ (state.position(self.point)[0] - self.target(time)[0])
+        away = directions @ (state.position(self.point)[0] - self.target(time)[0])
+        return np.clip(away, -self.farthest, self.farthest)
 
     def jacobian(self, state, time):
         """Return the Jacobian of the point along the directions."""
