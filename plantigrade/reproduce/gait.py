@@ -49,7 +49,7 @@ FOOT_HORIZON = 0.25  # [s]
 FOOT_JOINTS = ("ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
 STEP_TIME = 0.5  # from roll off to landing, about [s]
 FARTHEST = 0.02  # a rolling heel is not pulled harder than if it were this far off its path [m]
-LAST_TO_LEAVE = "toe_1"  # the hallux leaves the ground last
+LAST_TO_LEAVE = ("toe_1_", "toe_2_")  # the great toe leaves the ground last, and what is beside it
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class ContactSchedule:
         self.radius = place.radius
         self.side, self.region = np.array(place.side), np.array(place.region)
         names = [name for name, _, _ in human.contact_points]
-        self._tip = np.array([LAST_TO_LEAVE in name for name in names])
+        self._tip = np.array([any(toe in name for toe in LAST_TO_LEAVE) for name in names])
         self._rolls = np.array([_rolls(human, place, i) for i in range(len(names))])
         of = [
             (i, c.start, c.stop)
