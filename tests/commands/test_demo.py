@@ -68,6 +68,19 @@ def test_it_is_near_the_truth(request, which):
         assert metrics[f"stance_{side}_pct"] == pytest.approx(59, abs=3)  # Schwartz 2008, free
 
 
+def test_it_ends_with_the_reproduced_gait(first, folder):
+    metrics = first[0]
+    made = folder / "first-reproduced"
+    assert {p.name for p in made.iterdir()} == FILES | {"reproduction.npz"}
+    figures = json.loads((made / "metrics.json").read_text())
+    assert figures["status"] == "ok" and figures["cycles_count"] >= 2
+    assert figures["rom_error_mean_deg"] == metrics["reproduced_rom_error_mean_deg"]
+    assert metrics["reproduced_com_error_max_mm"] < 5
+    # every difference within the paper's own (0 to 14 degrees)
+    assert metrics["reproduced_rom_error_max_deg"] <= 14
+    assert figures["source_files"] == metrics["source_files"]
+
+
 def test_hidden_markers_were_tolerated(first, folder):
     run = np.load(folder / "first" / "motion.npz")
     gaps = ~np.isfinite(run["recorded_markers"][..., 0])
@@ -101,6 +114,10 @@ def test_other_persons_and_speeds(folder):
 
 
 def test_a_folder_of_ones_own_is_refused(tmp_path, capsys):
+    (tmp_path / "letters-reproduced").mkdir()
+    (tmp_path / "letters-reproduced" / "a.txt").write_text("dear")
+    assert cli.main(["demo", "--out", str(tmp_path / "letters"), "--overwrite"]) == 2
+    assert not (tmp_path / "letters").exists()
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "a.txt").write_text("dear")
     assert cli.main(["demo", "--out", str(tmp_path / "letters")]) == 2

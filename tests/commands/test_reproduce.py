@@ -1,0 +1,214 @@
+"""``plantigrade reproduce`` as a user calls it: one gait, a study, and what it refuses."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plantigrade.commands import main as cli
+from plantigrade.commands.reproduce import recordings, study_name
+from plantigrade.errors import ParameterError
+from tests.browser import Browser, find_browser
+
+FILES = {
+    "model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html",
+    "reproduction.npz",
+}  # fmt: skip
+
+
+def plantigrade(*words, cwd: Path) -> subprocess.CompletedProcess:
+    """Run the command line in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "plantigrade", *map(str, words)],
+        capture_output=True, text=True, cwd=cwd, timeout=240,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def one(data, tmp_path_factory):
+    """One walk, reproduced: its process and the folder it was called in."""
+    folder = tmp_path_factory.mktemp("one")
+    walk = data / "cmu_asfamc/16_21.amc"
+    return plantigrade("reproduce", walk, "--no-dynamics", "--json", cwd=folder), folder
+
+
+@pytest.fixture(scope="module")
+def study(data, tmp_path_factory):
+    """Three people who walk and one who jumps, in one call."""
+    folder = tmp_path_factory.mktemp("study")
+    names = ("16_21.amc", "49_01.amc", "02_04.amc", "07_12.amc")
+    files = [data / "cmu_asfamc" / name for name in names]
+    done = plantigrade("reproduce", *files, "--no-dynamics", "--jobs", "2", "--json", cwd=folder)
+    return done, folder
+
+
+def test_one_gait_has_its_folder(one):
+    done, folder = one
+    assert done.returncode == 0, done.stderr
+    run = folder / "runs" / "reproduce-16_21"
+    assert {p.name for p in run.iterdir()} == FILES
+    metrics = json.loads(done.stdout)
+    assert metrics == json.loads((run / "metrics.json").read_text())
+    assert metrics["status"] == "ok" and metrics["settings"]["tasks"] == "default"
+    assert set(metrics["source_files"]) == {"16_21.amc", "16.asf"}
+    assert metrics["com_error_max_mm"] < 5
+    assert "reproducing" in done.stderr and str(run.relative_to(folder)) in done.stderr
+
+
+def test_plantigrade_report_writes_the_same_pages(one):
+    run = one[1] / "runs" / "reproduce-16_21"
+    before = {p: (run / p).read_text(encoding="utf-8") for p in ("report.html", "viewer.html")}
+    assert cli.main(["report", str(run)]) == 0
+    for page, text in before.items():
+        assert (run / page).read_text(encoding="utf-8") == text, page
+
+
+def test_its_pages_in_a_browser(one):
+    if find_browser() is None:
+        pytest.skip("no Chromium here: apt-get install chromium, or set CHROMIUM to its path")
+    run = one[1] / "runs" / "reproduce-16_21"
+    with Browser() as browser:
+        browser.open(
+            run / "viewer.html",
+            ready="document.body.dataset.ready === '1' && document.body.dataset.time",
+        )
+        browser.evaluate("plantigrade.pause(); plantigrade.seek(0.5)")
+        both = browser.screenshot()[60:740, :900].astype(int)
+        browser.evaluate("document.querySelector('input[name=ref]').click()")
+        alone = browser.screenshot()[60:740, :900]
+        changed = (np.abs(both - alone).max(axis=2) > 24).mean()
+        assert changed > 0.002, "the recorded body is not to be seen beside the reproduced one"
+        browser.open(run / "report.html")
+        text = browser.evaluate("document.body.innerText")
+        assert "Ranges of motion" in text and "What each level missed" in text
+        assert browser.evaluate("document.querySelectorAll('svg.plot').length") > 25
+        assert browser.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+        assert browser.errors == [] and browser.requests == []
+
+
+def test_several_make_a_study_and_one_that_jumps_does_not_stop_them(study):
+    done, folder = study
+    assert done.returncode == 3, done.stderr
+    made = {p.name for p in (folder / "runs").iterdir()}
+    runs = {f"reproduce-{name}" for name in ("16_21", "49_01", "07_12")}
+    assert made == {*runs, "reproduce-study-16_21-and-3-more"}
+    for name in runs:
+        assert {p.name for p in (folder / "runs" / name).iterdir()} == FILES
+    found = folder / "runs" / "reproduce-study-16_21-and-3-more"
+    assert {p.name for p in found.iterdir()} == {"study.html", "table.csv", "metrics.json"}
+    metrics = json.loads(done.stdout)
+    assert metrics["status"] == "1 of 4 recordings failed"
+    assert metrics["counted_count"] == metrics["gaits_count"] == 3
+    (left,) = metrics["left_out"].items()
+    assert "02_04.amc" in left[0] and "nobody is seen to walk" in left[1]
+    assert "02_04.amc" in done.stderr
+
+
+def test_the_table_of_a_study_is_the_mean_of_its_gaits(study):
+    folder = study[1] / "runs"
+    each = [
+        json.loads((folder / f"reproduce-{name}" / "metrics.json").read_text())
+        for name in ("16_21", "49_01", "07_12")
+    ]
+    with (folder / "reproduce-study-16_21-and-3-more" / "table.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 12
+    for row in rows:
+        stem, side = row["coordinate"][:-2], row["coordinate"][-1]
+        ours = [m[f"{stem}_rom_{side}_deg"] for m in each]
+        theirs = [m[f"{stem}_rom_reference_{side}_deg"] for m in each]
+        assert float(row["simulated_deg"]) == pytest.approx(np.mean(ours), rel=1e-4)
+        assert float(row["reference_sd_deg"]) == pytest.approx(np.std(theirs, ddof=1), rel=1e-4)
+        assert float(row["difference_deg"]) == pytest.approx(
+            np.mean(np.subtract(ours, theirs)), rel=1e-3, abs=1e-4
+        )
+
+
+def test_a_folder_is_searched_and_what_nobody_named_is_no_failure(data, tmp_path, monkeypatch):
+    walks = tmp_path / "walks" / "deep"
+    walks.mkdir(parents=True)
+    for name in ("16_21.amc", "16.asf"):
+        (walks / name).write_bytes((data / "cmu_asfamc" / name).read_bytes())
+    (walks / "notes.md").write_text("a walk")
+    (walks / "broken.trc").write_text("PathFileType\t4\t(X/Y/Z)\tbroken.trc\nno markers here\n")
+    monkeypatch.chdir(tmp_path)
+    out = tmp_path / "all" / "mine"
+    words = ["reproduce", "walks", "--no-dynamics", "--quiet", "--out", str(out)]
+    assert cli.main(words) == 0
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert metrics["status"] == "ok" and metrics["gaits_count"] == 1
+    assert [Path(p).name for p in metrics["left_out"]] == ["broken.trc"]
+    assert (tmp_path / "all" / "reproduce-16_21" / "report.html").exists()
+    assert "../reproduce-16_21/report.html" in (out / "study.html").read_text("utf-8")
+
+
+def test_which_files_of_a_folder_are_recordings(data, tmp_path):
+    run = tmp_path / "run"
+    run.mkdir()
+    (run / "metrics.json").write_text("{}")
+    (run / "motion.mot").write_text("x\nendheader\n")
+    walk = tmp_path / "walk.mot"
+    walk.write_bytes((data / "opensim/gait2392_subject01/normal_gait.mot").read_bytes())
+    files, named = recordings([tmp_path, Path("other.c3d")])
+    assert files == [walk, Path("other.c3d")] and named == {Path("other.c3d")}
+    with pytest.raises(ParameterError, match="holds no recording"):
+        recordings([run])
+
+
+def test_names_of_studies():
+    assert study_name([Path("a/walk.c3d"), Path("b.trc")]) == "walk-and-1-more"
+    assert study_name([Path(".")]) == Path(".").resolve().name
+
+
+@pytest.mark.parametrize(
+    ("file", "sentence"),
+    [
+        ("cmu_asfamc/02_04.amc", "02_04.amc: nobody is seen to walk in it"),
+        ("cmu_asfamc/49_18.amc", "nobody is seen to walk"),
+        ("cmu_bvh/13_11.bvh", "nobody is seen to walk"),
+        ("opensim/opencap_squat/squats1_videoAndMocap.mot", "nobody is seen to walk"),
+        ("deepmimic/humanoid3d_run.txt", "running"),
+        ("cmu_asfamc/03_01.amc", "not level"),
+        ("opensim/gait2392_subject01/subject01_walk1_grf.mot", "no motion to fit"),
+    ],
+)
+def test_where_nobody_walks_is_one_sentence(data, tmp_path, monkeypatch, capsys, file, sentence):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["reproduce", str(data / file), "--quiet"]) == 2
+    out, err = capsys.readouterr()
+    (line,) = err.strip().splitlines()
+    assert sentence in line and not out
+    assert not (tmp_path / "runs").exists()
+
+
+def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
+    from plantigrade.workflows import fitting
+
+    monkeypatch.setattr(fitting, "load", lambda *_: pytest.fail("work was done"))
+    monkeypatch.chdir(tmp_path)
+    for name in ("reproduce-walk", "reproduce-study-a-and-1-more"):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+        (tmp_path / "runs" / name / "metrics.json").write_text("{}")
+    assert cli.main(["reproduce", "walk.c3d"]) == 2
+    assert cli.main(["reproduce", "other.c3d", "walk.c3d"]) == 2
+    assert cli.main(["reproduce", "a.c3d", "b.c3d"]) == 2
+    assert capsys.readouterr().err.count("--overwrite") == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["walk.c3d", "--jobs", "0"], "jobs=0"),
+        (["nowhere.c3d"], "nowhere.c3d"),
+        (["walk.c3d", "walk.c3d"], "twice"),
+    ],
+)
+def test_bad_words_are_one_sentence(tmp_path, monkeypatch, capsys, words, sentence):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["reproduce", *words]) == 2
+    err = capsys.readouterr().err
+    assert sentence in err and "Traceback" not in err
