@@ -31,17 +31,16 @@ class Command(PrintOptions):
         model, record, metrics = open_run(self.run_folder)
         feet = read_foot_segments(self.run_folder)
         gait = read_reproduction(self.run_folder)
-        metrics.setdefault("title", self.run_folder.resolve().name)
-        metrics.setdefault("sentence", "")
-        record = replace(record, metrics=metrics)
+        title = metrics.get("title") or self.run_folder.resolve().name
+        words = {"title": title, "sentence": metrics.get("sentence") or ""}
+        record = replace(record, metrics=metrics | words)
         if gait is not None:
             pages = reproducing.pages(model, record, gait)
         else:
             pages = run_pages(
                 model,
                 record,
-                title=metrics["title"],
-                sentence=metrics["sentence"],
+                **words,
                 extra=[feet.section()] if feet else (),
             )
         written = []
