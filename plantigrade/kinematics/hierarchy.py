@@ -26,8 +26,10 @@ References:
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
+from scipy.linalg.lapack import dgesdd  # pyright: ignore[reportAttributeAccessIssue] (compiled)
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError, SolverError
@@ -120,76 +122,92 @@ def solve_hierarchy(
     n = len(lower)
     _check(levels, lower, upper, n)
     preferred = np.zeros(n) if preferred is None else preferred
-    reduced, x, ranks = _recursion(levels, n, preferred, metric, singular)
+    parts = [_split(level) for level in levels]
+    limits = [singular if level.singular is None else level.singular for level in levels]
+    reduced, x, ranks = _recursion([p[0] for p in parts], n, preferred, metric, limits)
+    bounds = [p[1] for p in parts]
     iterations = 0
-    exact = _satisfied(x, lower, upper, levels)
+    exact = _satisfied(x, lower, upper, bounds)
     if not exact:
-        x, iterations = _active_set(reduced, levels, lower, upper, preferred, metric)
+        x, iterations = _active_set(reduced, bounds, lower, upper, preferred, metric)
     return HierarchySolution(x, levels, ranks, exact, iterations)
 
 
-def _recursion(levels, n, preferred, metric, singular):
+def _split(level: Level):
+    """Return the equations of a level (matrix, right) and its inequalities (matrix, low, high)."""
+    matrix, low, high = level.matrix, level.lower, level.upper
+    if low is high:
+        return (matrix, low), (matrix[:0], low[:0], high[:0])
+    equal = low == high
+    rest = ~equal
+    return (matrix[equal], low[equal]), (matrix[rest], low[rest], high[rest])
+
+
+def _recursion(equations, n, preferred, metric, singular):
     """Return independent equations of each level, the answer without inequalities, and ranks."""
     x = np.zeros(n)
-    free = np.eye(n)  # orthonormal columns: what the levels so far leave free
+    held = np.zeros((n, 0))  # orthonormal columns: what the levels so far determine
     reduced, ranks = [], []
-    for level in levels:
-        equal = level.lower == level.upper
-        matrix, right = level.matrix, level.lower
-        if not equal.all():
-            matrix, right = matrix[equal], right[equal]
-        if not len(right) or not free.shape[1]:
-            reduced.append((np.zeros((0, n)), np.zeros(0)))
+    for (matrix, right), least in zip(equations, singular, strict=True):
+        if not len(right):
+            reduced.append((matrix, right))
             ranks.append(0)
             continue
-        u, s, vt = np.linalg.svd(matrix @ free)
-        rank = int((s > (singular if level.singular is None else level.singular)).sum())
+        own = matrix - (matrix @ held) @ held.T if held.shape[1] else matrix
+        v, s, ut = _singular_values(own)
+        rank = int(np.count_nonzero(s > least))
         ranks.append(rank)
-        rows = u[:, :rank].T @ matrix
-        value = u[:, :rank].T @ right
+        rows, value = ut[:rank] @ matrix, ut[:rank] @ right
         reduced.append((rows, value))
-        x = x + free @ (vt[:rank].T @ ((value - rows @ x) / s[:rank]))
-        free = free @ vt[rank:].T
-    if free.shape[1]:
-        if metric is None:
-            x = x + free @ (free.T @ (preferred - x))
-        else:
-            weighted = free.T @ metric
-            x = x + free @ np.linalg.solve(weighted @ free, weighted @ (preferred - x))
+        v = v[:, :rank]
+        x = x + v @ ((value - rows @ x) / s[:rank])
+        held = np.concatenate([held, v], axis=1)
+    if held.shape[1] >= n:
+        return reduced, x, tuple(ranks)
+    if metric is None:
+        away = preferred - x
+        return reduced, x + away - held @ (held.T @ away), tuple(ranks)
+    free = np.linalg.qr(held, mode="complete")[0][:, held.shape[1] :] if held.size else np.eye(n)
+    weighted = free.T @ metric
+    x = x + free @ np.linalg.solve(weighted @ free, weighted @ (preferred - x))
     return reduced, x, tuple(ranks)
 
 
-def _satisfied(x, lower, upper, levels) -> bool:
+def _singular_values(matrix):
+    """Return V, s and U^T of the thin decomposition of a matrix, U s V^T."""
+    v, s, ut, failed = dgesdd(matrix.T, full_matrices=0)
+    if failed:
+        ut, s, v = (part.T for part in np.linalg.svd(matrix, full_matrices=False))
+    return v, s, ut
+
+
+def _satisfied(x, lower, upper, bounds) -> bool:
     slack = SATISFIED * max(1.0, float(np.abs(x).max(initial=0.0)))
     if (x < lower - slack).any() or (x > upper + slack).any():
         return False
-    for level in levels:
-        unequal = level.lower != level.upper
-        if unequal.any():
-            value = level.matrix[unequal] @ x
-            if (value < level.lower[unequal] - slack).any():
-                return False
-            if (value > level.upper[unequal] + slack).any():
+    for matrix, low, high in bounds:
+        if len(low):
+            value = matrix @ x
+            if (value < low - slack).any() or (value > high + slack).any():
                 return False
     return True
 
 
-def _active_set(reduced, levels, lower, upper, preferred, metric):
+def _active_set(reduced, inequalities, lower, upper, preferred, metric):
     """Return the answer and the number of iterations, by DAQP."""
     import daqp
 
     n = len(lower)
     rows, low, high, sizes = [], [lower, [0.0]], [upper, [0.0]], [n + 1]
-    for (matrix, value), level in zip(reduced, levels, strict=True):
-        unequal = level.lower != level.upper
-        rows += [matrix, level.matrix[unequal]]
-        low += [value, level.lower[unequal]]
-        high += [value, level.upper[unequal]]
-        count = len(value) + int(unequal.sum())
-        if count:
-            sizes.append(count)
+    for (matrix, value), (rest, least, most) in zip(reduced, inequalities, strict=True):
+        if len(value) + len(least):
+            rows += [matrix, rest]
+            low += [value, least]
+            high += [value, most]
+            sizes.append(len(value) + len(least))
     A = np.zeros((sum(sizes[1:]), n + 1))
-    A[:, :n] = np.vstack([A[:0, :n], *rows])
+    if rows:
+        np.concatenate(rows, out=A[:, :n])
     raised = A[:, :n] if metric is None else np.linalg.solve(metric, A[:, :n].T).T
     length = np.einsum("ij,ij->i", A[:, :n], raised)
     start = 0
@@ -233,7 +251,16 @@ def _check(levels, lower, upper, n) -> None:
                 f"{level.lower.shape} and {level.upper.shape}; {n} unknowns need (rows, {n}), "
                 "(rows,) and (rows,)"
             )
-        if not np.isfinite(level.matrix).all() or np.isnan(level.lower + level.upper).any():
+        if not _finite(level):
             raise ParameterError(f"{what} holds a value that is not finite")
-        if (level.lower > level.upper).any():
+        if level.lower is not level.upper and (level.lower > level.upper).any():
             raise ParameterError(f"{what} has a lower bound above its upper one")
+
+
+def _finite(level: Level) -> bool:
+    """Return whether all is finite but open bounds; sums tell it fastest."""
+    if not isfinite(level.matrix.sum()):
+        return False
+    if level.lower is level.upper:
+        return isfinite(level.lower.sum())
+    return not (np.isnan(level.lower).any() or np.isnan(level.upper).any())

@@ -18,7 +18,7 @@ neck.
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
@@ -263,14 +263,17 @@ def settle(state: State, order: TaskOrder, time: float) -> None:
 
 def stack(rows: Sequence[Level]) -> Level:
     """Return the rows of several tasks as one level."""
-    if len(rows) == 1:
-        return rows[0]
+    asked = [row for row in rows if len(row.lower)] or rows[:1]
+    if len(asked) == 1:
+        return asked[0]
+    lower = np.concatenate([r.lower for r in asked])
+    equal = all(r.lower is r.upper for r in asked)
     return Level(
-        np.concatenate([r.matrix for r in rows]),
-        np.concatenate([r.lower for r in rows]),
-        np.concatenate([r.upper for r in rows]),
-        " and ".join(r.name for r in rows),
-        min((r.singular for r in rows if r.singular is not None), default=None),
+        np.concatenate([r.matrix for r in asked]),
+        lower,
+        lower if equal else np.concatenate([r.upper for r in asked]),
+        " and ".join(r.name for r in asked),
+        min((r.singular for r in asked if r.singular is not None), default=None),
     )
 
 
@@ -284,7 +287,7 @@ def _ease(human: Human, spared: tuple[str, ...]) -> Float[Array, " nv"]:
 
 
 def _eased(level: Level, ease: Float[Array, " nv"]) -> Level:
-    return Level(level.matrix * ease, level.lower, level.upper, level.name, level.singular)
+    return replace(level, matrix=level.matrix * ease)
 
 
 def _preferred(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
