@@ -18,6 +18,7 @@ from plantigrade.kinematics.terms import Terms, follow
 from plantigrade.models import Human
 from plantigrade.motion.events import ground_velocity
 from plantigrade.motion.filters import lowpass, runs
+from plantigrade.motion.recording import even_clock
 from plantigrade.spatial.conventions import rotation_matrix
 
 SIDES = ("r", "l")
@@ -165,6 +166,7 @@ def moving_ground(
     """
     velocity = ground_velocity(time, heel, toe)
     velocity[:, 2] = 0.0
+    time = even_clock(time)
     return np.cumsum(velocity * np.diff(time, prepend=time[0])[:, None], axis=0)
 
 

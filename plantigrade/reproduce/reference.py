@@ -19,6 +19,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import GaitEvent
 from plantigrade.motion.filters import resample
+from plantigrade.motion.recording import even_clock
 from plantigrade.reproduce.phases import Phase, phases_between, walking_events
 from plantigrade.reproduce.soles import on_own_soles
 
@@ -124,7 +125,7 @@ def reference_of(
             "at least three (two phases): heel strike, the other foot's toe off, its heel strike. "
             "Give a recording in which somebody walks two steps or more"
         )
-    time = _even(time)
+    time = even_clock(time)
     qpos = continuous(qpos)
     if ground is not None:
         qpos[:, :3] -= ground
@@ -148,16 +149,6 @@ def reference_of(
         qvel=smooth.qvel,
         qacc=smooth.qacc,
     )
-
-
-def _even(time: np.ndarray) -> np.ndarray:
-    """Return an evenly sampled clock without the rounding of the file it came from.
-
-    At 60 Hz a time printed in milliseconds is up to 3 % of a step off: nothing for a position,
-    body weights for a force that is derived from it.
-    """
-    even = np.linspace(time[0], time[-1], len(time))
-    return even if np.abs(time - even).max() < 0.1 * (even[1] - even[0]) else time
 
 
 def _heel(human: Human, contact: ContactPoints, side: str) -> PointSet:
