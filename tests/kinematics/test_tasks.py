@@ -210,11 +210,16 @@ def test_the_floor_pushes_up_and_never_down():
         assert row.residual(-up).all()
 
 
-def test_the_posture_arrives_in_time_with_nothing_left_over():
-    """e'' = -12 e / T² - 6 e' / T with T the time to go: e falls as its third and fourth power."""
+@pytest.mark.parametrize("gains", [None, (12.0, 6.0)])
+def test_the_posture_arrives_in_time_with_nothing_left_over(gains):
+    """e'' = -k e / T² - d e' / T with T the time to go: a sum of powers of T, all above one."""
     human = person("42", "two-segment")
     goal = human.standing()
-    task = PostureTask(lambda time: (goal, 1.0), shortest=1e-3)
+    options = {} if gains is None else {"gains": gains}
+    task = PostureTask(lambda time: (goal, 1.0), shortest=1e-3, **options)
+    stiff, damp = task.gains
+    a, b = np.sort(np.roots([1.0, -(1.0 + damp), stiff]).real)  # T^p: p (p - 1) = -k + d p
+    assert a > 1
     start = goal.copy()
     start[7 + human.hinge("knee_angle_r")] += 0.5
     state = State(human, start)
@@ -223,10 +228,10 @@ def test_the_posture_arrives_in_time_with_nothing_left_over():
         state.integrate(task.acceleration(state, i * step), step)
         left = 1.0 - (i + 1) * step
         if i % 100 == 0:
-            expected = 0.5 * (4 * left**3 - 3 * left**4)
+            expected = 0.5 * (b * left**a - a * left**b) / (b - a)
             assert state.difference(goal)[k] == pytest.approx(expected, abs=2e-3)
     assert abs(state.difference(goal)[k]) < 1e-3
-    assert abs(state.qvel[k]) < 0.02
+    assert abs(state.qvel[k]) < 0.05
 
 
 def test_every_public_task_is_tested_here():

@@ -5,8 +5,8 @@ import pytest
 
 from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.motion import GaitEvent
-from plantigrade.reproduce.gait import phase_ends
-from plantigrade.reproduce.phases import Phase, phases_between, walking_events
+from plantigrade.reproduce.gait import leg_shortest, phase_ends
+from plantigrade.reproduce.phases import phases_between, walking_events
 from plantigrade.reproduce.reference import reference_of, stances
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
@@ -111,23 +111,13 @@ def test_ends_of_phases_where_postures_are_asked_for():
         phase_ends(known, "five")
 
 
-def test_feet_are_adjacent_where_one_passes_the_other():
-    from plantigrade.reproduce.gait import feet_adjacent
-
+def test_a_swing_is_divided_where_the_leg_is_shortest():
+    """Within the swing, and there the knee is near its deepest bend."""
     known = reference()
     for phase in known.phases:
         if phase.kind == "single":
-            at = feet_adjacent(known, phase)
-            stand = "l" if phase.swing == "r" else "r"
-            swing, other = known.heel[phase.swing](at)[0], known.heel[stand](at)[0]
+            at = leg_shortest(known, phase)
             assert phase.start < at < phase.stop
-            assert abs(swing[0] - other[0]) < 0.01  # walking is along x
-
-
-def test_a_foot_that_never_passes_is_taken_at_half_time():
-    from plantigrade.reproduce.gait import feet_adjacent
-
-    known = reference()
-    single = next(p for p in known.phases if p.kind == "single")
-    early = Phase(single.start, single.start + 0.05, "single", single.swing)
-    assert feet_adjacent(known, early) == pytest.approx(single.start + 0.025)
+            knee = 7 + known.human.hinge(f"knee_angle_{phase.swing}")
+            swing = known.at(np.linspace(phase.start, phase.stop, 60))[:, knee]
+            assert known.at(at)[knee] > swing.min() + 0.7 * np.ptp(swing)
