@@ -24,6 +24,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.filters import lowpass
+from plantigrade.motion.recording import even_clock
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,7 @@ def differentiate(
         raise ParameterError(f"qpos has missing values (frame {frame}); close the gaps first")
     if len(time) > 1 and not (np.diff(time) > 0).all():
         raise ParameterError("time must increase from frame to frame")
+    time = even_clock(time)
     smooth = continuous(qpos)
     if cutoff is not None:
         smooth = _smoothed(time, smooth, cutoff)
