@@ -119,7 +119,7 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
         levels += [[ComTask(reference.com, name="centre of mass")]]
     levels += [heels("rolling heel", schedule.roll, FARTHEST)]
     posture = posture_task(reference, tasks) if tasks.posture else None
-    return TaskOrder(levels, posture, settled=True, spared=UPPER_BODY)
+    return TaskOrder(levels, posture, spared=UPPER_BODY)
 
 
 class ContactSchedule:

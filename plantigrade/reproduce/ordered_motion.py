@@ -32,7 +32,9 @@ from plantigrade.reproduce.limits import JointLimits
 
 STEP = 0.005  # [s]
 # A direction in which a task moves less than this per unit of joint acceleration is singular: a
-# straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed.
+# straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed. It also
+# lets short toes give way a little where a foot as rigid as a machine's would pull at the whole body:
+# of contacts, turns of a segment that move its points by less than this per radian are not held.
 SINGULAR = 0.02
 # Nobody walking waves the arms to lift the centre of mass by a millimetre, though the arms could
 # where the legs are nearly straight: to the tasks, what is spared counts this little.
@@ -63,15 +65,12 @@ class TaskOrder:
         levels: The tasks of each level, most important first.
         posture: What is preferred where the levels leave freedom; rest if absent. It is the
             lowest level of all.
-        settled: Whether a motion starts where all tasks are satisfied, near the given posture;
-            else only the feet are put on the ground, and all errors go to zero in their time.
         spared: First letters of coordinates that the tasks use least (:data:`RELUCTANCE`) where
             others can do it.
     """
 
     levels: Sequence[Sequence[Task]]
     posture: PostureTask | None = None
-    settled: bool = False
     spared: tuple[str, ...] = ()
 
     @property
