@@ -23,6 +23,7 @@ class Command(PrintOptions):
         from dataclasses import replace
 
         from plantigrade.commands.run_folder import open_run
+        from plantigrade.io.npz import read_npz
         from plantigrade.report.reproduction import read_reproduction
         from plantigrade.report.run_report import run_pages
         from plantigrade.workflows import reproducing
@@ -35,7 +36,10 @@ class Command(PrintOptions):
         words = {"title": title, "sentence": metrics.get("sentence") or ""}
         record = replace(record, metrics=metrics | words)
         if gait is not None:
-            pages = reproducing.pages(model, record, gait)
+            forces = self.run_folder / reproducing.FORCES
+            pages = reproducing.pages(
+                model, record, gait, read_npz(forces) if forces.is_file() else None
+            )
         else:
             pages = run_pages(
                 model,

@@ -9,6 +9,7 @@ nq); gait events as ``event_time``, ``event_side``, ``event_kind``; recorded mar
 3); ``warnings``. The figures of a run are in ``metrics.json`` beside it.
 """
 
+import io
 import zipfile
 import zlib
 from pathlib import Path
@@ -35,6 +36,17 @@ def write_npz(record: Record, path: str | Path) -> Path:
         FileError: If the file cannot be written.
     """
     path = Path(path)
+    try:
+        path.write_bytes(npz_bytes(record))
+    except OSError as error:
+        raise FileError(
+            path, f"cannot be written ({error.strerror or error})", remedy="choose another place"
+        ) from error
+    return path
+
+
+def npz_bytes(record: Record) -> bytes:
+    """Return what :func:`write_npz` writes."""
     motion, markers = record.motion, record.recorded_markers
     arrays: dict[str, Any] = {
         "time": motion.time,
@@ -64,14 +76,9 @@ def write_npz(record: Record, path: str | Path) -> Path:
         arrays["recorded_markers"] = markers.positions
     if record.warnings:
         arrays["warnings"] = _words(record.warnings)
-    try:
-        with path.open("wb") as stream:
-            np.savez_compressed(stream, **{k: v for k, v in arrays.items() if v is not None})
-    except OSError as error:
-        raise FileError(
-            path, f"cannot be written ({error.strerror or error})", remedy="choose another place"
-        ) from error
-    return path
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **{k: v for k, v in arrays.items() if v is not None})
+    return stream.getvalue()
 
 
 def read_npz(path: str | Path) -> Record:

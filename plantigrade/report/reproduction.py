@@ -438,6 +438,11 @@ def force_section(found: Reproduction) -> Section:
         "forces and joint torques as unknowns, which knows no measured force"
     )
     text += "; violet dashes: measured." if measured is not None else ". None was measured."
+    text += (
+        " They belong to a motion of their own (forces.npz): a body that balances cannot follow "
+        "the recorded centre of mass to the millimetre. The sections over the gait cycle further "
+        "down, and the arrows of the pictures, show the same forces."
+    )
     return Section(title, figures, text=text)
 
 

@@ -24,6 +24,14 @@ COM_LIMIT = 0.05  # a centre of mass further off its path is not on it [m]
 PELVIS_LIMIT = 0.30  # a pelvis further from the recorded one has wandered off [m]
 
 
+FALLEN = 0.15  # a body moved by forces whose centre of mass is further off has fallen [m]
+FORCES = "forces.npz"  # the gait moved by forces, in the run folder
+LOADED = 0.1  # of a foot, below which its centre of pressure means little [body weights]
+SHOWN_MOMENTS = tuple(
+    f"{name}_{side}"
+    for name in ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+    for side in ("r", "l")
+)
 UNEVEN = 0.06  # feet that stand at heights further apart are not on level ground [m]
 ENOUGH = 3  # gait events that follow one another make two phases, the least that can be rebuilt
 
@@ -104,6 +112,10 @@ def reproduce_trial(
     )
     seconds = clock.perf_counter() - started
     forced = None
+    if dynamics:
+        from plantigrade.reproduce.dynamics import gait_with_forces
+
+        forced = gait_with_forces(reference, chosen)
     return Reproduced(trial, reference, motion, forced, compare(reference, motion), seconds, tasks)
 
 
@@ -170,7 +182,7 @@ def refuse_uneven(trial: "Trial") -> None:
             quarter = (stop - start) / 4
             middle = (motion.time > start + quarter) & (motion.time < stop - quarter)
             if whole and middle.any():
-                heights.append(float(np.median(low[middle])))
+                heights.append(float(np.quantile(low[middle], 0.1)))  # of a hop: where it lands
     if heights and max(heights) - min(heights) > UNEVEN:
         raise ReproduceError(
             f"{trial.fit.recording.source.name}: the ground is not level, the feet stand "
@@ -263,6 +275,7 @@ def write(
 ) -> tuple[Path, dict[str, Any]]:
     """Write the run folder of a reproduced gait; return it and its metrics."""
     from plantigrade import __version__
+    from plantigrade.io.npz import npz_bytes
     from plantigrade.io.run_folder import source_files, write_run
     from plantigrade.motion import Table
     from plantigrade.report.reproduction import FILE
@@ -284,32 +297,61 @@ def write(
     }
     record = replace(record, metrics=metrics)
     names, values = human.to_coordinates(record.motion.qpos)
+    forces = forced_record(reproduced)
+    files = pages(human.model, record, drawn, forces) | {FILE: drawn.to_npz()}
     folder = write_run(
         out,
         model_xml=human.xml,
         record=record,
         metrics=metrics,
         coordinates=Table(names, record.motion.time, values),
-        files=pages(human.model, record, drawn) | {FILE: drawn.to_npz()},
+        files=files | ({FORCES: npz_bytes(forces)} if forces is not None else {}),
         overwrite=overwrite,
     )
     return folder, metrics
 
 
-def pages(model, record: "Record", drawn: "Reproduction") -> dict[str, str]:
-    """Return the report and the viewer of a reproduced gait, by file name."""
+def pages(
+    model, record: "Record", drawn: "Reproduction", forces: "Record | None" = None
+) -> dict[str, str]:
+    """Return the report and the viewer of a reproduced gait, by file name.
+
+    Args:
+        model: The body.
+        record: The reproduced gait, with the run's metrics.
+        drawn: What else the report draws.
+        forces: The gait moved by forces; its forces are drawn on the reproduced gait, from which
+            it hardly differs.
+    """
     from plantigrade.report.reproduction import facts_of, reproduction_sections
     from plantigrade.report.run_report import run_pages
 
+    shown = record
+    if forces is not None and record.metrics.get("dynamics_status") == "ok":
+        shown = replace(record, qfrc_actuator=forces.qfrc_actuator, **by_foot(forces))
     return run_pages(
         model,
-        record,
+        shown,
         title=record.metrics["title"],
         sentence=record.metrics["sentence"],
         first=reproduction_sections(drawn),
         facts=facts_of(record.metrics),
         reference="recorded",
     )
+
+
+def by_foot(forces: "Record") -> dict[str, Any]:
+    """Return the forces of a record, one to a foot at its centre of pressure, as its fields."""
+    from plantigrade.report.scene import side_forces
+
+    total, point = side_forces(forces, 0.0)
+    assert total is not None and point is not None
+    return {
+        "contact_force": total[:, :2],
+        "contact_point": point[:, :2],
+        "contact_side": ("r", "l"),
+        "contact_segment": ("foot", "foot"),
+    }
 
 
 def record_of(reproduced: Reproduced) -> "Record":
@@ -335,6 +377,25 @@ def record_of(reproduced: Reproduced) -> "Record":
     )
 
 
+def forced_record(reproduced: Reproduced) -> "Record | None":
+    """Return the gait moved by forces as a record of its own: they satisfy its motion alone."""
+    from plantigrade.motion import Motion, Record
+
+    forced, reference = reproduced.forced, reproduced.reference
+    if forced is None:
+        return None
+    names = reference.human.joint_names
+    return Record(
+        motion=Motion(forced.time, forced.qpos, forced.qvel, names, forced.qacc, reference.events),
+        qfrc_actuator=forced.tau,
+        contact_force=forced.contact_force,
+        contact_point=np.where(forced.contact_force[..., 2:] > 0, forced.contact_point, np.nan),
+        contact_side=forced.side,
+        contact_segment=forced.segment,
+        reference_qpos=reference.at(forced.time),
+    )
+
+
 def figures(reproduced: Reproduced) -> dict[str, Any]:
     """Return the figures of a reproduced gait: against the recorded one, and how long it took."""
     motion, comparison = reproduced.motion, reproduced.comparison
@@ -355,7 +416,112 @@ def figures(reproduced: Reproduced) -> dict[str, Any]:
     seconds = seconds_per_cycle(reproduced)
     if seconds is not None:
         found["time_per_cycle_s"] = seconds
+    return found | force_figures(reproduced)
+
+
+def force_figures(reproduced: Reproduced) -> dict[str, Any]:
+    """Return the figures of the gait moved by forces, beside the measured forces where known."""
+    from plantigrade.analyze.reproduction import compare
+    from plantigrade.analyze.statistics import correlation, rmse
+
+    forced, reference = reproduced.forced, reproduced.reference
+    if forced is None:
+        return {}
+    held = compare(reference, forced).metrics()
+    weight = _weight(reference)
+    found: dict[str, Any] = {
+        "dynamics_status": dynamics_status(reproduced),
+        "equations_residual_max_bw": float(np.abs(forced.root_residual[:, :3]).max() / weight),
+        **{
+            f"dynamics_{key}": held[key]
+            for key in (
+                "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm",
+                "contact_drift_max_mm", "sole_lowest_mm",
+            )
+            if key in held
+        },
+    }  # fmt: skip
+    measured = measured_forces(reproduced)
+    if measured is None or found["dynamics_status"] != "ok":
+        return found
+    force, point, moment = measured
+    ours = np.stack([forced.foot(side)[0] for side in ("r", "l")], axis=1) / weight
+    known = np.isfinite(force[..., 2])
+    if known.sum() > 10:
+        found["grf_vertical_rmse_bw"] = rmse(ours[known][:, 2], force[known][:, 2])
+        found["grf_vertical_correlation"] = correlation(ours[known][:, 2], force[known][:, 2])
+        found["grf_forward_rmse_bw"] = rmse(ours[known][:, 0], force[known][:, 0])
+    centre = np.stack([forced.foot(side)[1] for side in ("r", "l")], axis=1)
+    away = np.linalg.norm((centre - point)[..., :2], axis=-1)
+    stands = known & np.isfinite(away) & (force[..., 2] > LOADED) & (ours[..., 2] > LOADED)
+    if stands.any():
+        found["cop_error_rms_mm"] = 1e3 * float(np.sqrt(np.mean(away[stands] ** 2)))
+    ankles = [SHOWN_MOMENTS.index(f"ankle_angle_{side}") for side in ("r", "l")]
+    computed = _moments(reproduced)[:, ankles]
+    known = np.isfinite(moment[:, ankles])
+    if known.sum() > 10:
+        found["ankle_moment_rmse_nm_kg"] = rmse(computed[known], moment[:, ankles][known])
     return found
+
+
+def dynamics_status(reproduced: Reproduced) -> str:
+    """Return ``"ok"``, or when and how the gait moved by forces was lost."""
+    forced, reference = reproduced.forced, reproduced.reference
+    if forced is None:
+        return "not asked for"
+    if forced.stopped:
+        return f"it ended early, {_when(reference, forced.time[-1])}: {forced.stopped}"
+    away = com_error(reference, forced)
+    if away.max() > FALLEN:
+        first = forced.time[np.argmax(away > FALLEN)]
+        return (
+            f"the body fell: its centre of mass was more than {100 * FALLEN:.0f} cm off its path, "
+            f"{_when(reference, first)}"
+        )
+    return "ok"
+
+
+def measured_forces(reproduced: Reproduced):
+    """Return what was measured, at the ticks of the gait moved by forces; None without plates.
+
+    Returns:
+        Ground reaction on each foot, right and left (n, 2, 3) [body weights], its centre of
+        pressure (n, 2, 3) [m], over ground that rests, and joint moments (n, n_moments) [N m/kg];
+        NaN where not known.
+    """
+    trial, forced, reference = reproduced.trial, reproduced.forced, reproduced.reference
+    if forced is None or trial.forces is None or trial.moments is None:
+        return None
+    frames, now = trial.record.motion.time, forced.time
+    belt = trial.record.motion.qpos[:, :2] - reference.qpos[:, :2]
+    force = np.full((len(now), 2, 3), np.nan)
+    point = np.full((len(now), 2, 3), np.nan)
+    moment = np.full((len(now), len(SHOWN_MOMENTS)), np.nan)
+    for k, side in enumerate(("r", "l")):
+        row = trial.forces.sides.index(side)
+        known = np.interp(now, frames, trial.forces.valid_side[:, row].astype(float)) > 0.999
+        for axis in range(3):
+            here = np.interp(now, frames, trial.forces.force[:, row, axis])
+            force[known, k, axis] = here[known] / _weight(reference)
+            place = trial.forces.point[:, row, axis] - (belt[:, axis] if axis < 2 else 0.0)
+            point[known, k, axis] = np.interp(now, frames, place)[known]
+        for i, name in enumerate(SHOWN_MOMENTS):
+            if name.endswith(f"_{side}"):
+                tau = trial.moments.tau[:, 6 + trial.fit.human.hinge(name)] / reference.human.mass
+                moment[known, i] = np.interp(now, frames, tau)[known]
+    return (force, point, moment) if np.isfinite(force).any() else None
+
+
+def _moments(reproduced: Reproduced) -> np.ndarray:
+    """Return the computed joint moments that are shown (n, n_moments) [N m/kg]."""
+    human, forced = reproduced.reference.human, reproduced.forced
+    assert forced is not None
+    return forced.tau[:, [6 + human.hinge(name) for name in SHOWN_MOMENTS]] / human.mass
+
+
+def _weight(reference: "Reference") -> float:
+    """Return the body weight [N]."""
+    return reference.human.mass * float(np.linalg.norm(reference.human.model.opt.gravity))
 
 
 def seconds_per_cycle(reproduced: Reproduced) -> float | None:
@@ -375,7 +541,7 @@ def status(reproduced: Reproduced) -> str:
         return (
             f"the motion ended early, {_when(reference, motion.time[-1])}: {motion.stopped}{look}"
         )
-    away = com_error(reproduced)
+    away = com_error(reference, motion)
     if away.max() > COM_LIMIT:
         first = motion.time[np.argmax(away > COM_LIMIT)]
         return (
@@ -442,14 +608,19 @@ def notes(reproduced: Reproduced) -> list[str]:
             f"the ground moves at {speed:.2f} m/s (a treadmill); the gait was reproduced over "
             "ground that rests."
         )
+    fallen = dynamics_status(reproduced)
+    if reproduced.forced is not None and fallen != "ok":
+        found.append(
+            f"of the gait moved by forces: {fallen}; its ground reactions and joint moments are "
+            "drawn up to there only."
+        )
     return found
 
 
-def com_error(reproduced: Reproduced) -> np.ndarray:
+def com_error(reference: "Reference", motion: "OrderedMotion") -> np.ndarray:
     """Return the distance of the centre of mass from its path at each tick [m]."""
     from plantigrade.kinematics.state import State
 
-    motion, reference = reproduced.motion, reproduced.reference
     state = State(reference.human, motion.qpos[0])
     away = np.empty(len(motion.time))
     for k, (time, qpos, qvel) in enumerate(zip(motion.time, motion.qpos, motion.qvel, strict=True)):
@@ -503,10 +674,31 @@ def drawing(reproduced: Reproduced) -> "Reproduction":
         rom=np.array([comparison.rom[n] for n in names]),
         rmse=np.array([comparison.rmse[n] for n in names]),
         correlation=np.array([comparison.correlation[n] for n in names]),
-        com_error=com_error(reproduced),
+        com_error=com_error(reference, motion),
         sole=soles[0],
         sole_recorded=soles[1],
+        **_drawn_forces(reproduced),
     )
+
+
+def _drawn_forces(reproduced: Reproduced) -> dict[str, Any]:
+    """Return the fields of the forces, up to where the body fell if it did."""
+    forced, reference = reproduced.forced, reproduced.reference
+    if forced is None:
+        return {}
+    fell = com_error(reference, forced) > FALLEN
+    upto = int(np.argmax(fell)) if fell.any() else len(forced.time)
+    feet = np.stack([forced.foot(side)[0] for side in ("r", "l")], axis=1)
+    fields: dict[str, Any] = {
+        "force_time": forced.time[:upto],
+        "force": feet[:upto] / _weight(reference),
+        "moment_names": SHOWN_MOMENTS,
+        "moment": _moments(reproduced)[:upto],
+    }
+    measured = measured_forces(reproduced)
+    if measured is not None:
+        fields |= {"force_measured": measured[0][:upto], "moment_measured": measured[2][:upto]}
+    return fields
 
 
 def _meaning(task) -> str:

@@ -71,7 +71,7 @@ def test_it_is_near_the_truth(request, which):
 def test_it_ends_with_the_reproduced_gait(first, folder):
     metrics = first[0]
     made = folder / "first-reproduced"
-    assert {p.name for p in made.iterdir()} == FILES | {"reproduction.npz"}
+    assert {p.name for p in made.iterdir()} == FILES | {"reproduction.npz", "forces.npz"}
     figures = json.loads((made / "metrics.json").read_text())
     assert figures["status"] == "ok" and figures["cycles_count"] >= 2
     assert figures["rom_error_mean_deg"] == metrics["reproduced_rom_error_mean_deg"]

@@ -57,6 +57,97 @@ def test_a_clean_walk_is_reproduced(made):
     assert (made.motion.qpos[:, 7:] < high + 1e-6).all()
 
 
+@pytest.fixture(scope="module")
+def forced(trial, tmp_path_factory):
+    """The gait moved by forces, and its run folder."""
+    made = reproducing.reproduce_trial(trial)
+    folder, metrics = reproducing.write(
+        made,
+        tmp_path_factory.mktemp("runs") / "forced",
+        title="A walk",
+        command=["plantigrade", "reproduce", "walk.c3d"],
+        settings=ReproduceSettings(),
+        sources=[made.trial.fit.recording.source],
+    )
+    return made, folder, metrics
+
+
+def test_forces_satisfy_their_motion_without_our_code(forced):
+    """Inverse dynamics less the ground's push is the joint moments, and nothing at the root."""
+    _, folder, metrics = forced
+    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
+    data = mujoco.MjData(model)
+    run = np.load(folder / "forces.npz")
+    bodies = [
+        model.body(f"{segment}_{side}").id
+        for segment, side in zip(run["contact_segment"], run["contact_side"], strict=True)
+    ]
+    weight = model.body_mass.sum() * 9.81
+    for f in range(0, len(run["time"]), 7):
+        data.qpos[:], data.qvel[:], data.qacc[:] = (run[k][f] for k in ("qpos", "qvel", "qacc"))
+        mujoco.mj_inverse(model, data)
+        ground = np.zeros(model.nv)
+        for k, body in enumerate(bodies):
+            if run["contact_force"][f, k].any():
+                mujoco.mj_applyFT(
+                    model, data, run["contact_force"][f, k], np.zeros(3),
+                    run["contact_point"][f, k], body, ground,
+                )  # fmt: skip
+        left = data.qfrc_inverse - ground
+        assert np.abs(left[:6]).max() < 1e-6 * weight
+        np.testing.assert_allclose(left, run["qfrc_actuator"][f], atol=1e-6 * weight)
+    # over whole strides the ground carries the body
+    assert run["contact_force"][..., 2].sum(axis=1).mean() == pytest.approx(weight, rel=0.1)
+    assert (run["contact_force"][..., 2] >= 0).all()
+    assert metrics["equations_residual_max_bw"] < 1e-6
+
+
+def test_the_pages_show_the_forces(forced, made):
+    both, folder, metrics = forced
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "<h2>Ground reactions: computed beside measured</h2>" in page
+    assert "None was measured." in page
+    np.testing.assert_array_equal(both.motion.qpos, made.motion.qpos)
+    assert "grf_vertical_rmse_bw" not in metrics
+    assert reproducing.force_figures(made) == {}
+
+
+def test_measured_forces_stand_beside_the_computed_ones(data):
+    made = reproducing.reproduce_trial(fit_file(data / "c3d/HC038A11.c3d"))
+    assert reproducing.dynamics_status(made) == "ok"
+    force, point, moment = reproducing.measured_forces(made)
+    # where both feet are known they carry about the body's weight
+    total = force[..., 2].sum(axis=1)
+    assert np.nanmean(total) == pytest.approx(1.0, abs=0.15)
+    stands = force[:, 0, 2] > 0.5
+    away = np.linalg.norm((made.forced.foot("r")[1] - point[:, 0])[stands, :2], axis=1)
+    assert np.nanmedian(away) < 0.1, "the same foot, the same stance"
+    ankle = moment[:, reproducing.SHOWN_MOMENTS.index("ankle_angle_r")]
+    assert -2.5 < np.nanmin(ankle) < -1.0  # plantarflexion at push-off [N m/kg]
+    figures = reproducing.force_figures(made)
+    assert figures["grf_vertical_rmse_bw"] < 0.15 and figures["grf_vertical_correlation"] > 0.9
+    # the arrows of the pages: one to a foot, together the body's weight over the strides
+    arrows = reproducing.by_foot(reproducing.forced_record(made))["contact_force"]
+    weight = made.reference.human.mass * 9.81
+    assert arrows[..., 2].sum(axis=1).mean() == pytest.approx(weight, rel=0.1)
+
+
+def test_a_fall_is_told_and_its_forces_end_there(forced):
+    both, _, _ = forced
+    motion = both.forced
+    qpos = motion.qpos.copy()
+    qpos[100:, 2] -= 0.3  # whatever came after
+    fallen = replace(both, forced=replace(motion, qpos=qpos))
+    said = reproducing.dynamics_status(fallen)
+    assert "fell" in said and f"{motion.time[100]:.2f} s" in said
+    assert len(reproducing.drawing(fallen).force_time) == 100
+    assert any("moved by forces" in note for note in reproducing.notes(fallen))
+    assert "grf_vertical_rmse_bw" not in reproducing.force_figures(fallen)
+    assert reproducing.status(fallen) == "ok", "the gait from accelerations stands"
+
+
 def test_names_of_task_sets_are_checked(trial):
     with pytest.raises(ParameterError, match="paper"):
         reproducing.reproduce_trial(trial, "papers")
@@ -94,7 +185,7 @@ def test_metrics_are_flat_and_tell_the_tasks(made, run):
     stride = np.mean([c.duration for c in made.comparison.cycles])
     lasted = made.motion.time[-1] - made.motion.time[0]
     assert metrics["time_per_cycle_s"] == pytest.approx(made.seconds * stride / lasted)
-    units = ("_s", "_m", "_kg", "_deg", "_mm", "_us", "_pct", "_count", "_m_s")
+    units = ("_s", "_m", "_kg", "_deg", "_mm", "_us", "_pct", "_count", "_m_s", "_bw", "_nm_kg")
     for key in reproducing.figures(made):
         assert key.endswith(units) or key in ("tasks", "task_order") or "correlation" in key, key
 
