@@ -15,6 +15,7 @@ EXPERIMENTS = {
     "foot-segments": "foot_segments",
     "gait-table": "gait_table",
     "gait-ablations": "gait_ablations",
+    "gait-forces": "gait_forces",
 }
 
 
@@ -23,7 +24,8 @@ class Command(PrintOptions):
     """Compute a table or figure: ours beside the published numbers."""
 
     name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="NAME")]
-    """Name of the experiment: fit-accuracy, foot-segments, gait-table or gait-ablations."""
+    """Name of the experiment: fit-accuracy, foot-segments, gait-table, gait-ablations
+    or gait-forces."""
     data: OptionalPath = None
     """Folder of recordings; PLANTIGRADE_DATA or ../shared/data if absent."""
 

@@ -1,0 +1,79 @@
+"""Ground reactions of gaits rebuilt by forces, beside those of the force plates.
+
+Each walk is fitted with its file name alone and rebuilt from ordered tasks above the equations of
+motion; the measured forces are only looked at afterwards.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.analyze.gait_forces import compare_forces
+from plantigrade.errors import ReproduceError
+from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials
+from plantigrade.kinematics.ground import moving_ground
+from plantigrade.reproduce.dynamics import gait_with_forces
+from plantigrade.workflows import fitting
+
+WALKS = (
+    "c3d/HC038A11.c3d",
+    "c3d/HC038A27.c3d",
+    "c3d/HC032A03.c3d",
+    "c3d/opensim_walking2.c3d",
+    "c3d/gaitalytics_treadmill_events.c3d",
+    "opensim/rajagopal_walk/markers_walk.trc",
+    "opensim/gait2392_subject01/subject01_walk1.trc",
+)
+# Goals.
+VERTICAL, CORRELATION, RESIDUAL = 0.08, 0.95, 1e-6
+
+NOTES = (
+    "Differences are over the frames in which the plate of a foot tells its force, swing included; "
+    "centres of pressure where both feet's loads exceed a fifth of body weight; joint moments "
+    "against inverse dynamics of the recorded motion and the measured forces.",
+)
+
+
+def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+    """Return the table over the walks on force plates in a data folder.
+
+    Args:
+        data: The folder (layout as in its README).
+        say: Called with one line per walk as it is done.
+    """
+    return over_trials(
+        "Ground reactions of gaits rebuilt by forces", data, WALKS, trial_rows, say=say, notes=NOTES
+    )
+
+
+def trial_rows(path: Path, name: str) -> list[Row]:
+    """Return all rows of one walk."""
+    from plantigrade.workflows.reproducing import reference_of_trial
+
+    trial = fitting.fit_file(path)
+    if trial.forces is None:
+        raise ReproduceError(f"{path} came without force plates; nothing to compare with")
+    reference = reference_of_trial(trial)
+    forced = gait_with_forces(reference)
+    way = moving_ground(trial.fit.time, trial.feet.heel, trial.feet.toe)
+    c = compare_forces(reference, forced, trial.forces, trial.moments, ground=way)
+    feet = " and ".join(c.sides) or "no"
+    rows = [
+        at_most(name, "vertical force, RMSE", c.vertical_rmse, VERTICAL, "BW"),
+        at_least(name, "vertical force, r", c.vertical_r, CORRELATION),
+        Row(name, "forward force, RMSE", c.forward_rmse, "BW"),
+        Row(name, "sideways force, RMSE", c.sideways_rmse, "BW"),
+        Row(name, "centre of pressure x, RMSE", 1e3 * c.pressure_rmse_m[0], "mm"),
+        Row(name, "centre of pressure y, RMSE", 1e3 * c.pressure_rmse_m[1], "mm"),
+    ]
+    for joint, value in c.moment_rmse.items():
+        rows.append(Row(name, f"{joint} moment, RMSE", value, "N m/kg"))
+        rows.append(Row(name, f"{joint} moment, r", c.moment_r[joint]))
+    tick = 1e3 * (np.median(forced.solver_time) + np.median(forced.state_time))
+    return [
+        *rows,
+        at_most(name, "root residual", c.residual, RESIDUAL, "BW"),
+        Row(name, "centre of mass, greatest error", 1e3 * c.com_error_m, "mm"),
+        Row(name, "one tick, median", tick, "ms", note=f"feet on plates: {feet}"),
+    ]
