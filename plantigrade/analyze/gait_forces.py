@@ -60,7 +60,7 @@ class ForceComparison:
         """Return all figures, flat."""
         flat = {
             "vertical_force_rmse_bw": self.vertical_rmse,
-            "vertical_force_r": self.vertical_r,
+            "vertical_force_correlation": self.vertical_r,
             "forward_force_rmse_bw": self.forward_rmse,
             "sideways_force_rmse_bw": self.sideways_rmse,
             "pressure_x_rmse_mm": 1e3 * self.pressure_rmse_m[0],
@@ -69,8 +69,8 @@ class ForceComparison:
             "forced_com_error_max_mm": 1e3 * self.com_error_m,
         }
         for joint, value in self.moment_rmse.items():
-            flat[f"{joint}_moment_rmse_nm_per_kg"] = value
-            flat[f"{joint}_moment_r"] = self.moment_r[joint]
+            flat[f"{joint}_moment_rmse_nm_kg"] = value
+            flat[f"{joint}_moment_correlation"] = self.moment_r[joint]
         return flat
 
 

@@ -248,11 +248,13 @@ def figures(metrics: dict[str, Any]) -> list[str]:
         f"contacts drift {metrics['contact_drift_max_mm']:.1f} mm, "
         f"soles reach {metrics['sole_lowest_mm']:.1f} mm"
     )
-    if metrics.get("grf_vertical_rmse_bw") is not None:
+    if metrics.get("vertical_force_rmse_bw") is not None:
         lines.append(
-            f"  vertical force   {metrics['grf_vertical_rmse_bw']:.3f} body weights off the "
-            f"measured one, r {metrics['grf_vertical_correlation']:.2f}"
+            f"  vertical force   {metrics['vertical_force_rmse_bw']:.3f} body weights off the "
+            f"measured one, r {metrics['vertical_force_correlation']:.2f}"
         )
+    if metrics.get("dynamics_status", "ok") != "ok":
+        lines.append(f"  moved by forces  {metrics['dynamics_status']}")
     if "time_per_cycle_s" in metrics:
         lines.append(f"  time             {metrics['time_per_cycle_s']:.2f} s per gait cycle")
     return lines

@@ -487,7 +487,7 @@ def facts_of(metrics: dict) -> dict[str, str]:
         ("contact drift, most", " mm", "contact_drift_max_mm", 1),
         ("lowest point of the soles", " mm", "sole_lowest_mm", 1),
         ("time per gait cycle", " s", "time_per_cycle_s", 2),
-        ("vertical force off, RMSE", " BW", "grf_vertical_rmse_bw", 3),
+        ("vertical force off, RMSE", " BW", "vertical_force_rmse_bw", 3),
     ):
         if metrics.get(key) is not None:
             facts[label] = f"{metrics[key]:.{digits}f}{unit}".replace("-", "−")

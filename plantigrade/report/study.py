@@ -179,7 +179,7 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
         ("CoM off, most [mm]", "com_error_max_mm", 1),
         ("contact drift [mm]", "contact_drift_max_mm", 1),
         ("lowest sole [mm]", "sole_lowest_mm", 1),
-        ("vertical force off [BW]", "grf_vertical_rmse_bw", 3),
+        ("vertical force off [BW]", "vertical_force_rmse_bw", 3),
         ("s per cycle", "time_per_cycle_s", 2),
     )
     columns = [c for c in columns if any(gait.metrics.get(c[1]) is not None for gait in gaits)]

@@ -19,8 +19,8 @@ KEPT = (  # of each gait, in the study's metrics
     "status", "tasks", "height_m", "mass_kg", "walking_speed_m_s", "cycles_count", "duration_s",
     "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "com_error_rms_mm",
     "contact_drift_max_mm", "sole_lowest_mm", "toe_clearance_r_mm", "toe_clearance_reference_r_mm",
-    "toe_clearance_l_mm", "toe_clearance_reference_l_mm", "grf_vertical_rmse_bw",
-    "grf_vertical_correlation", "time_per_cycle_s",
+    "toe_clearance_l_mm", "toe_clearance_reference_l_mm", "vertical_force_rmse_bw",
+    "vertical_force_correlation", "time_per_cycle_s",
 )  # fmt: skip
 
 

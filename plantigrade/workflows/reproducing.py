@@ -26,7 +26,6 @@ PELVIS_LIMIT = 0.30  # a pelvis further from the recorded one has wandered off [
 
 FALLEN = 0.15  # a body moved by forces whose centre of mass is further off has fallen [m]
 FORCES = "forces.npz"  # the gait moved by forces, in the run folder
-LOADED = 0.1  # of a foot, below which its centre of pressure means little [body weights]
 SHOWN_MOMENTS = tuple(
     f"{name}_{side}"
     for name in ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
@@ -421,8 +420,8 @@ def figures(reproduced: Reproduced) -> dict[str, Any]:
 
 def force_figures(reproduced: Reproduced) -> dict[str, Any]:
     """Return the figures of the gait moved by forces, beside the measured forces where known."""
+    from plantigrade.analyze.gait_forces import compare_forces
     from plantigrade.analyze.reproduction import compare
-    from plantigrade.analyze.statistics import correlation, rmse
 
     forced, reference = reproduced.forced, reproduced.reference
     if forced is None:
@@ -441,27 +440,19 @@ def force_figures(reproduced: Reproduced) -> dict[str, Any]:
             if key in held
         },
     }  # fmt: skip
-    measured = measured_forces(reproduced)
-    if measured is None or found["dynamics_status"] != "ok":
+    trial = reproduced.trial
+    if trial.forces is None or found["dynamics_status"] != "ok":
         return found
-    force, point, moment = measured
-    ours = np.stack([forced.foot(side)[0] for side in ("r", "l")], axis=1) / weight
-    known = np.isfinite(force[..., 2])
-    if known.sum() > 10:
-        found["grf_vertical_rmse_bw"] = rmse(ours[known][:, 2], force[known][:, 2])
-        found["grf_vertical_correlation"] = correlation(ours[known][:, 2], force[known][:, 2])
-        found["grf_forward_rmse_bw"] = rmse(ours[known][:, 0], force[known][:, 0])
-    centre = np.stack([forced.foot(side)[1] for side in ("r", "l")], axis=1)
-    away = np.linalg.norm((centre - point)[..., :2], axis=-1)
-    stands = known & np.isfinite(away) & (force[..., 2] > LOADED) & (ours[..., 2] > LOADED)
-    if stands.any():
-        found["cop_error_rms_mm"] = 1e3 * float(np.sqrt(np.mean(away[stands] ** 2)))
-    ankles = [SHOWN_MOMENTS.index(f"ankle_angle_{side}") for side in ("r", "l")]
-    computed = _moments(reproduced)[:, ankles]
-    known = np.isfinite(moment[:, ankles])
-    if known.sum() > 10:
-        found["ankle_moment_rmse_nm_kg"] = rmse(computed[known], moment[:, ankles][known])
-    return found
+    held = compare_forces(
+        reference, forced, trial.forces, trial.moments, ground=_ground(reproduced)
+    ).metrics()
+    return found | {k: v for k, v in held.items() if np.isfinite(v) and not k.startswith("forced")}
+
+
+def _ground(reproduced: Reproduced) -> np.ndarray:
+    """Return the path of the ground, a treadmill's belt, over the recorded frames (n, 3) [m]."""
+    way = reproduced.trial.record.motion.qpos[:, :3] - reproduced.reference.qpos[:, :3]
+    return way - way[0]
 
 
 def dynamics_status(reproduced: Reproduced) -> str:
@@ -485,17 +476,14 @@ def measured_forces(reproduced: Reproduced):
     """Return what was measured, at the ticks of the gait moved by forces; None without plates.
 
     Returns:
-        Ground reaction on each foot, right and left (n, 2, 3) [body weights], its centre of
-        pressure (n, 2, 3) [m], over ground that rests, and joint moments (n, n_moments) [N m/kg];
-        NaN where not known.
+        Ground reaction on each foot, right and left (n, 2, 3) [body weights], and joint moments
+        (n, n_moments) [N m/kg]; NaN where not known.
     """
     trial, forced, reference = reproduced.trial, reproduced.forced, reproduced.reference
     if forced is None or trial.forces is None or trial.moments is None:
         return None
     frames, now = trial.record.motion.time, forced.time
-    belt = trial.record.motion.qpos[:, :2] - reference.qpos[:, :2]
     force = np.full((len(now), 2, 3), np.nan)
-    point = np.full((len(now), 2, 3), np.nan)
     moment = np.full((len(now), len(SHOWN_MOMENTS)), np.nan)
     for k, side in enumerate(("r", "l")):
         row = trial.forces.sides.index(side)
@@ -503,13 +491,11 @@ def measured_forces(reproduced: Reproduced):
         for axis in range(3):
             here = np.interp(now, frames, trial.forces.force[:, row, axis])
             force[known, k, axis] = here[known] / _weight(reference)
-            place = trial.forces.point[:, row, axis] - (belt[:, axis] if axis < 2 else 0.0)
-            point[known, k, axis] = np.interp(now, frames, place)[known]
         for i, name in enumerate(SHOWN_MOMENTS):
             if name.endswith(f"_{side}"):
                 tau = trial.moments.tau[:, 6 + trial.fit.human.hinge(name)] / reference.human.mass
                 moment[known, i] = np.interp(now, frames, tau)[known]
-    return (force, point, moment) if np.isfinite(force).any() else None
+    return (force, moment) if np.isfinite(force).any() else None
 
 
 def _moments(reproduced: Reproduced) -> np.ndarray:
@@ -697,7 +683,7 @@ def _drawn_forces(reproduced: Reproduced) -> dict[str, Any]:
     }
     measured = measured_forces(reproduced)
     if measured is not None:
-        fields |= {"force_measured": measured[0][:upto], "moment_measured": measured[2][:upto]}
+        fields |= {"force_measured": measured[0][:upto], "moment_measured": measured[1][:upto]}
     return fields
 
 
