@@ -7,7 +7,7 @@ instant, and between instants nothing jumps. The hierarchy, from the top:
 0. friction, unilateral contact, joint limits (bounds); strength of the joints, how fast a foot may
    be loaded; no point of the sole below the floor;
 1. contact: soles rest where they landed;
-2. *task 1*: the swinging heel on its path in the horizontal plane;
+2. *task 1*: the swinging heel on its path in the horizontal plane, displaced as the body is;
 3. *task 2*: the centre of mass on its path, and with it the angular momentum about it: when the
    soles are too small for both, both give way;
 4. landing: a heel arrives at the ground when it is to touch it;
@@ -43,6 +43,7 @@ from plantigrade.reproduce.force_tasks import (
     AngularMomentumTask,
     LandingTask,
     PassingPosture,
+    PlacingHeelTask,
     SoleContactTask,
 )
 from plantigrade.reproduce.gait import ContactSchedule, GaitTasks, gait_order, phase_ends
@@ -68,6 +69,7 @@ from plantigrade.reproduce.ordered_motion import (
     stack,
 )
 from plantigrade.reproduce.reference import SIDES, Reference
+from plantigrade.reproduce.support import carried_path
 
 BALANCE = 49.0  # stiffness of the centre of mass [1/s²]
 REACH = 0.01  # a point higher above the ground than this carries nothing [m]
@@ -147,6 +149,7 @@ def forced_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
     """
     schedule = ContactSchedule(reference)
     momentum = _momentum(reference)
+    carried = carried_path(reference, schedule)
     levels: list[list[Task]] = []
     for level in gait_order(reference, tasks).levels:
         kept: list[Task] = []
@@ -155,8 +158,13 @@ def forced_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
                 args = schedule.points, schedule.radius, schedule
                 kept.append(SoleContactTask(*args, stiffness=SOLE**2))
             elif isinstance(task, ComTask):
+                task.target = carried
                 task.stiffness, task.damping = BALANCE, 2 * BALANCE**0.5
                 kept.append(task)
+            elif task.name.startswith("swing heel"):
+                side = task.name[-1]
+                args = reference.heel_point[side], reference.heel[side], schedule.swing(side)
+                kept.append(PlacingHeelTask(*args, carried, task.name))
             elif not task.name.startswith("rolling"):
                 kept.append(task)
         if kept:

@@ -5,6 +5,7 @@ Without forces a velocity may jump, and a body may turn as it likes. With them
 * a foot comes down so that its heel arrives at the ground when the contact begins
   (:class:`LandingTask`), and what speed is left is taken up by the sole (:class:`SoleContactTask`):
   no impact, no impulse;
+* a body that is off its path puts its feet where they catch it (:class:`PlacingHeelTask`);
 * turning has a price: the angular momentum changes only by the moment of forces that act within
   the soles. Linear and angular momentum are the two halves of one law, and walking regulates both
   [Herr2008]_ (:class:`AngularMomentumTask`);
@@ -19,13 +20,14 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.hierarchy import Level
 from plantigrade.kinematics.state import PointSet, State
-from plantigrade.kinematics.tasks import ContactTask, PostureTask, Task
+from plantigrade.kinematics.tasks import ContactTask, PointTask, PostureTask, Task
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.spatial.conventions import rotation_matrix
 
 SOLE = 60.0  # rate at which a landing sole comes to rest [1/s]: 0.2 m/s stop within 2 mm
 LEAD = 0.15  # a foot is led to the ground this long before it touches [s]
 SHORTEST = 0.03  # time to go below which its gains grow no further [s]
+FURTHEST = 0.15  # a foot is put down at most this far from its recorded place [m]
 LEVER = 0.5  # an angular momentum error counts as a force error with this lever arm [m]
 
 
@@ -101,6 +103,39 @@ class LandingTask(Task):
         matrix = self.jacobian(state, time)
         wanted = -6 * self.error(state, time) / left**2 - 4 * (matrix @ state.qvel) / left
         return Level.equation(matrix, wanted - self.drift(state, time), self.name)
+
+
+class PlacingHeelTask(PointTask):
+    r"""Moves a swinging heel along its path, displaced as the body is.
+
+    A body whose centre of mass is off its path by :math:`e` cannot be caught by the foot it stands
+    on for long; the next one is put down where it will be needed, further by
+
+    .. math:: e + \dot e / \omega, \qquad \omega = \sqrt{g / z},
+
+    by how much the *extrapolated* centre of mass is off [Hof2008]_.
+
+    Args:
+        point: The heel.
+        target: Its path [m].
+        directions: As of :class:`~plantigrade.kinematics.tasks.PointTask`.
+        com: Path of the centre of mass [m].
+        name: Name.
+    """
+
+    def __init__(self, point: PointSet, target: Trajectory, directions, com: Trajectory, name: str):
+        super().__init__(point, target, directions, name)
+        self.com = com
+
+    def error(self, state, time):
+        """Return the way from the displaced target to the point, along the directions [m]."""
+        here, speed, _ = self.com(time)
+        slow = np.sqrt(max(state.com[2], 0.1) / np.linalg.norm(state.model.opt.gravity))
+        away = state.com - here + slow * (state.com_jacobian @ state.qvel - speed)
+        size = float(np.linalg.norm(away))
+        if size > FURTHEST:
+            away = away * (FURTHEST / size)
+        return super().error(state, time) - self._directions(state, time) @ away
 
 
 class AngularMomentumTask(Task):
