@@ -33,8 +33,8 @@ from plantigrade.reproduce.limits import JointLimits
 STEP = 0.005  # [s]
 # A direction in which a task moves less than this per unit of joint acceleration is singular: a
 # straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed. It also
-# lets short toes give way a little where a foot rigid as a machine's would pull at the whole body: of
-# contacts, turns of a segment that move its points by less than this per radian are not held.
+# lets short toes give way a little where a foot rigid as a machine's would pull at the whole body:
+# of contacts, turns of a segment that move its points by less per radian are not held.
 SINGULAR = 0.02
 # Nobody walking waves the arms to lift the centre of mass by a millimetre, though the arms could
 # where the legs are nearly straight: to the tasks, what is spared counts this little.
