@@ -129,10 +129,13 @@ def reduced_dynamics(
 class LoadLimit:
     """How much a foot may carry, that has just landed or is about to leave.
 
-    The measured load of a foot in walking rises and falls over the double support, by about ten
-    body weights per second; rigid contact would let it jump. Its load may therefore be at most
-    :data:`LOADING` times the time since it landed, and times the time until it leaves. How much it
-    carries within that is left to mechanics.
+    Rigid contact would let the load of a foot jump. On six recordings with force plates the
+    smoothed load rose by at most 8 to 23 and fell by at most 9 to 13 body weights per second; it
+    may therefore be at most :data:`LOADING` times the time since the foot landed, and times the
+    time until it leaves. How much it carries within that is left to mechanics. The number was
+    settled on those same recordings: from 13 upwards, and without any limit, vertical forces stay
+    within 0.05 to 0.08 body weights of the plates'; at 10 and below a quick walk cannot shift its
+    weight in time and falls.
 
     Args:
         reference: The recorded gait, which says when each foot stands.
