@@ -44,7 +44,8 @@ class Command(PrintOptions):
             pages = run_pages(
                 model,
                 record,
-                **words,
+                title=words["title"],
+                sentence=words["sentence"],
                 extra=[feet.section()] if feet else (),
             )
         written = []

@@ -208,4 +208,3 @@ def even_clock(time: Float[Array, " n_frames"]) -> Float[Array, " n_frames"]:
         return time
     even = np.linspace(time[0], time[-1], len(time))
     return even if np.abs(time - even).max() < 0.1 * (even[1] - even[0]) else time
-
