@@ -52,8 +52,13 @@ UPPER_BODY = (
 )
 SETTLING = 10  # steps at most from a recorded posture to one that is not in the ground
 LARGEST_STEP = 0.1  # of any coordinate in one of them [rad, m]
-LEGS = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
-STAYS = 0.1  # how readily the rest of the body moves with them
+# How readily joints move in them: the foot before the leg, the leg before the rest of the body.
+LIFTING = {
+    ("mtp", "cuboid_", "heel_"): 1.0,
+    ("ankle_", "subtalar_"): 0.7,
+    ("knee_", "hip_"): 0.5,
+}
+STAYS = 0.02
 REST = 5.0  # damping of what no task determines, where there is no posture [1/s]
 
 
@@ -233,7 +238,8 @@ def settle(state: State, order: TaskOrder, time: float) -> None:
     """
     human, low, high = state.human, *state.human.limits
     share = np.full(len(state.qvel), STAYS)
-    share[[6 + i for i, n in enumerate(human.coordinates) if n.startswith(LEGS)]] = 1.0
+    for i, name in enumerate(human.coordinates):
+        share[6 + i] = next((s for words, s in LIFTING.items() if name.startswith(words)), STAYS)
     tasks = [task for task in order.tasks if task.settles]
     for _ in range(SETTLING):
         for task in tasks:
