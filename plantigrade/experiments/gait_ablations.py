@@ -23,7 +23,7 @@ NOTES = (
     "that over walks.",
 )
 WHAT = {
-    "default": "six phases: single supports divided where the feet are adjacent",
+    "default": "six phases: single supports divided where the swinging leg is shortest",
     "paper": "four phases",
     "two-phases": "two phases: heel strike to heel strike",
     "split-com": "four phases, centre of mass horizontally above vertically",

@@ -37,8 +37,10 @@ from plantigrade.errors import ParameterError, SolverError
 UNBOUNDED = 1e30
 SATISFIED = 1e-9  # relative violation of an inequality that is none
 # Of a unit row; DAQP's own 1e-6 lets a lower level push a higher one by as much. Rows that depend
-# on one another can be too tight for the first.
-TOLERANCES = (1e-9, 1e-7, 1e-6)
+# on one another can be too tight for the first: then it gives up, or stops short of what a level
+# could reach. Where two levels are missed the next is tried too and the better answer taken.
+TOLERANCES = (1e-9, 1e-7)
+MISSED = 1e-5  # violation of a level that is none
 
 
 @dataclass(frozen=True)
@@ -222,19 +224,38 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
     f[:n] = -preferred if metric is None else -metric @ preferred
     bounds = [np.clip(np.concatenate(side), -UNBOUNDED, UNBOUNDED) for side in (high, low)]
     ends = np.cumsum(sizes, dtype=np.int32)
+    best, missed, iterations = None, np.zeros(0), 0
     for tolerance in TOLERANCES:
         sense = np.zeros(len(bounds[0]), dtype=np.int32)
         x, _, flag, info = daqp.solve(
             H, f, A, *bounds, sense, break_points=ends, primal_tol=tolerance
         )
-        if flag > 0:
+        if flag < 1 or not np.isfinite(x).all():
+            continue
+        iterations += int(info["iterations"])
+        found = _missed(A @ x, bounds[1][n + 1 :], bounds[0][n + 1 :], ends)
+        if best is None or _before(found, missed):
+            best, missed = x[:n], found
+        if np.count_nonzero(found > MISSED) < 2:
             break
-    if flag < 1 or not np.isfinite(x).all():
+    if best is None:
         raise SolverError(
             f"the hierarchical program of {n} unknowns and {len(A)} rows was not solved "
             f"(DAQP says {flag}); widen the bounds or take the last level away"
         )
-    return x[:n], int(info["iterations"])
+    return best, iterations
+
+
+def _missed(value, low, high, ends) -> Float[Array, " n_levels"]:
+    """Return the violation of each level that has rows."""
+    over = np.maximum(value - high, 0.0) + np.minimum(value - low, 0.0)
+    return np.sqrt(np.add.reduceat(over**2, ends[:-1] - ends[0])) if len(over) else over
+
+
+def _before(one: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether the first level in which two answers differ is missed by less in ``one``."""
+    apart = np.flatnonzero(np.abs(one - other) > MISSED * np.maximum(1.0, other))
+    return bool(len(apart) and one[apart[0]] < other[apart[0]])
 
 
 def _check(levels, lower, upper, n) -> None:
