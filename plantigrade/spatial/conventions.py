@@ -9,6 +9,7 @@
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
 
 # Columns are OpenSim's axes in ours: v_ours = OPENSIM_TO_WORLD @ v_opensim.
 OPENSIM_TO_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -67,3 +68,69 @@ def quaternion_to_pelvis_angles(quat: Float[Array, "n 4"]) -> Float[Array, "n 3"
 
     angles = Rotation.from_quat(wxyz_to_xyzw(quat)).as_euler("YXZ")
     return np.unwrap(angles * np.array([-1.0, 1.0, 1.0]), axis=0)
+
+
+def pelvis_rates_to_free_joint(
+    angles: Float[Array, "n 3"], rates: Float[Array, "n 3"], accelerations: Float[Array, "n 3"]
+) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+    r"""Return angular velocity and its derivative in the pelvis' axes [rad/s, rad/s²].
+
+    With tilt, list and rotation :math:`\theta` as in :func:`pelvis_angles_to_quaternion`,
+    :math:`\omega = E(\theta)\,\dot\theta` and
+    :math:`\dot\omega = E\,\ddot\theta + \dot E\,\dot\theta`.
+
+    Args:
+        angles: Pelvis tilt, list and rotation [rad].
+        rates: Their first derivatives [rad/s].
+        accelerations: Their second derivatives [rad/s²].
+    """
+    E, E_dot = _pelvis_rate_matrix(angles, rates)
+    omega = np.einsum("nij,nj->ni", E, rates)
+    alpha = np.einsum("nij,nj->ni", E, accelerations) + np.einsum("nij,nj->ni", E_dot, rates)
+    return omega, alpha
+
+
+def free_joint_to_pelvis_rates(
+    angles: Float[Array, "n 3"], omega: Float[Array, "n 3"], alpha: Float[Array, "n 3"]
+) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+    """Return first and second derivatives of the pelvis angles [rad/s, rad/s²].
+
+    The inverse of :func:`pelvis_rates_to_free_joint`.
+
+    Args:
+        angles: Pelvis tilt, list and rotation [rad].
+        omega: Angular velocity in the pelvis' axes [rad/s].
+        alpha: Its derivative [rad/s²].
+
+    Raises:
+        ParameterError: If a list is within a millionth of ±90°, where the rates are not unique.
+    """
+    singular = np.abs(np.cos(angles[:, 1])) < 1e-6
+    if singular.any():
+        raise ParameterError(
+            f"the pelvis lists by 90° in frame {int(np.flatnonzero(singular)[0])}: there the rates "
+            "of its tilt and rotation are not unique; use MuJoCo's velocities for such a motion"
+        )
+    E, _ = _pelvis_rate_matrix(angles, np.zeros_like(angles))
+    rates = np.linalg.solve(E, omega[..., None])[..., 0]
+    _, E_dot = _pelvis_rate_matrix(angles, rates)
+    rest = alpha - np.einsum("nij,nj->ni", E_dot, rates)
+    return rates, np.linalg.solve(E, rest[..., None])[..., 0]
+
+
+def _pelvis_rate_matrix(
+    angles: Float[Array, "n 3"], rates: Float[Array, "n 3"]
+) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3 3"]]:
+    """Return the axes of tilt, list and rotation in the pelvis' axes as columns, and their rate."""
+    _, lean, turn = angles.T
+    _, lean_rate, turn_rate = rates.T
+    c, s, cl, sl = np.cos(turn), np.sin(turn), np.cos(lean), np.sin(lean)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    E = [[-s * cl, c, zero], [-c * cl, -s, zero], [sl, zero, one]]
+    E_dot = [
+        [-c * cl * turn_rate + s * sl * lean_rate, -s * turn_rate, zero],
+        [s * cl * turn_rate + c * sl * lean_rate, -c * turn_rate, zero],
+        [cl * lean_rate, zero, zero],
+    ]
+    E, E_dot = (np.stack([np.stack(row, axis=-1) for row in m], axis=-2) for m in (E, E_dot))
+    return E, E_dot

@@ -1,0 +1,261 @@
+"""The symbolic body against MuJoCo, and against what the laws of motion say of any body."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from plantigrade.dynamics import centroid, inverse_dynamics, opensim_moments
+from plantigrade.dynamics.centroid import without_constraints
+from plantigrade.dynamics.symbolic import ROOTS, Point, SymbolicHuman
+from plantigrade.errors import CoordinateNotFound, ParameterError
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+from tests.models.presets import person
+
+ca = pytest.importorskip("casadi")
+
+BODIES = [
+    ("42", "two-segment"),
+    ("43", "two-segment"),
+    ("66", "multi-segment"),
+    ("42", "rigid"),
+    ("58", "multi-segment"),
+]
+
+
+class Case:
+    """One person's symbolic body, a random state of it, and MuJoCo in the same state."""
+
+    def __init__(self, human, seed=0):
+        self.human, self.body = human, SymbolicHuman(human)
+        rng = np.random.default_rng(seed)
+        nv = self.body.nv
+        self.q, self.qd, self.qdd = rng.normal(size=(3, nv))
+        self.q[6:] = rng.uniform(*human.limits)
+        self.points = (
+            *self.body.contact_points,
+            Point("head", (0.02, -0.03, 0.1)),
+            Point(human.body_names[5], (0.0, 0.01, -0.05), 0.03),
+            Point("pelvis"),
+        )
+        self.forces = rng.normal(size=(3, len(self.points))) * 200.0
+        qpos, qvel, qacc = self.body.to_mujoco(*(x[None] for x in (self.q, self.qd, self.qdd)))
+        self.motion = qpos, qvel, qacc
+        self.m = without_constraints(human)
+        self.d = mujoco.MjData(self.m)
+        self.d.qpos, self.d.qvel = qpos[0], qvel[0]
+        mujoco.mj_forward(self.m, self.d)
+        self.d.qacc = qacc[0]
+        mujoco.mj_inverse(self.m, self.d)
+
+    @property
+    def state(self):
+        return self.q, self.qd, self.qdd
+
+    def world_points(self):
+        """Body and world place of every point, by MuJoCo's kinematics."""
+        for point in self.points:
+            b = self.human.body(point.body)
+            place = self.d.xpos[b] + self.d.xmat[b].reshape(3, 3) @ point.position
+            yield b, place - [0.0, 0.0, point.radius]
+
+
+def close(ours, theirs):
+    """Agreement to 1e-9 of the largest entry."""
+    ours, theirs = np.squeeze(np.array(ours)), np.squeeze(np.array(theirs))
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * np.abs(theirs).max())
+
+
+@pytest.fixture(scope="module", params=BODIES, ids="-".join)
+def case(request):
+    return Case(person(*request.param))
+
+
+def test_names_are_the_order_of_coordinates(case):
+    names, values = case.human.to_coordinates(case.motion[0])
+    assert case.body.names == names
+    np.testing.assert_allclose(np.cos(values - case.q), 1.0, atol=1e-12)
+
+
+def test_mujocos_variables_come_back(case):
+    for ours, theirs in zip(case.body.from_mujoco(*case.motion), case.state, strict=True):
+        close(ours, theirs)
+
+
+def test_velocity_and_acceleration_are_derivatives_of_the_configuration(case):
+    """Along q + t qd + t²/2 qdd, by central differences in MuJoCo's variables."""
+    t = 1e-5 * np.array([-1.0, 0.0, 1.0])[:, None]
+    q = case.q + t * case.qd + t**2 / 2 * case.qdd
+    qpos, qvel, qacc = case.body.to_mujoco(q, case.qd + t * case.qdd, np.tile(case.qdd, (3, 1)))
+    v = np.zeros(case.m.nv)
+    mujoco.mj_differentiatePos(case.m, v, 2e-5, qpos[0], qpos[2])
+    np.testing.assert_allclose(v, qvel[1], atol=1e-7)
+    np.testing.assert_allclose((qvel[2] - qvel[0]) / 2e-5, qacc[1], atol=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore:Gimbal lock")
+def test_a_list_of_90_degrees_has_no_rates(case):
+    q = case.q.copy()
+    q[1] = np.pi / 2
+    motion = case.body.to_mujoco(*(x[None] for x in (q, case.qd, case.qdd)))
+    with pytest.raises(ParameterError, match="lists by 90° in frame 0"):
+        case.body.from_mujoco(*motion)
+
+
+def test_frames(case):
+    position, rotation = case.body.frames()(case.q)
+    close(position, case.d.xpos[1:].T)
+    close(rotation, np.hstack(case.d.xmat[1:].reshape(-1, 3, 3)))
+    omega = case.body.angular_velocities()(case.q, case.qd)
+    velocity = np.zeros(6)
+    for b in range(1, case.m.nbody):
+        mujoco.mj_objectVelocity(case.m, case.d, mujoco.mjtObj.mjOBJ_BODY, b, velocity, 0)
+        np.testing.assert_allclose(np.array(omega)[:, b - 1], velocity[:3], atol=1e-12)
+
+
+def test_points(case):
+    b, points = case.body, case.points
+    position = np.array(b.positions(points)(case.q))
+    velocity = np.array(b.velocities(points)(case.q, case.qd))
+    acceleration = np.array(b.accelerations(points)(*case.state))
+    qvel, qacc = case.motion[1][0], case.motion[2][0]
+    J, Jdot = np.zeros((3, case.m.nv)), np.zeros((3, case.m.nv))
+    for k, (body, place) in enumerate(case.world_points()):
+        mujoco.mj_jac(case.m, case.d, J, None, place, body)
+        mujoco.mj_jacDot(case.m, case.d, Jdot, None, place, body)
+        np.testing.assert_allclose(position[:, k], place, atol=1e-12)
+        np.testing.assert_allclose(velocity[:, k], J @ qvel, atol=1e-9)
+        np.testing.assert_allclose(acceleration[:, k], J @ qacc + Jdot @ qvel, atol=1e-7)
+
+
+def test_rates_of_points_are_derivatives_of_their_places(case):
+    b, points = case.body, tuple(replace(p, radius=0.0) for p in case.points)
+    q, qd, qdd = (ca.SX.sym(n, b.nv) for n in ("q", "qd", "qdd"))
+    p, v = ca.vec(b.positions(points)(q)), ca.vec(b.velocities(points)(q, qd))
+    rates = ca.Function(
+        "rates", [q, qd, qdd], [ca.jtimes(p, q, qd), ca.jtimes(v, q, qd) + ca.jtimes(v, qd, qdd)]
+    )
+    p_rate, v_rate = rates(*case.state)
+    close(ca.vec(b.velocities(points)(case.q, case.qd)), p_rate)
+    close(ca.vec(b.accelerations(points)(*case.state)), v_rate)
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_inverse_dynamics(case, loaded):
+    tau = case.d.qfrc_inverse.copy()
+    points = case.points if loaded else ()
+    forces = (case.forces,) if loaded else ()
+    if loaded:
+        explained = np.zeros(case.m.nv)
+        for force, (body, place) in zip(case.forces.T, case.world_points(), strict=True):
+            mujoco.mj_applyFT(case.m, case.d, force, np.zeros(3), place, body, explained)
+        tau -= explained
+    force, moment = tau[:3], case.d.xmat[1].reshape(3, 3) @ tau[3:6]
+    about_com = moment + np.cross(case.d.xpos[1] - case.d.subtree_com[1], force)
+    ours = {
+        root: np.array(case.body.inverse_dynamics(points, root=root)(*case.state, *forces)).ravel()
+        for root in ROOTS
+    }
+    close(ours["pelvis"], [*force, *moment, *tau[6:]])
+    close(ours["com"], [*force, *about_com, *tau[6:]])
+    close(ours["coordinates"][3:], [*(OPENSIM_TO_WORLD.T @ force), *tau[6:]])
+    assert ours["coordinates"] @ case.qd == pytest.approx(tau @ case.motion[1][0], rel=1e-9)
+    for root in ("pelvis", "com"):
+        close(case.body.root_wrench(points, root=root)(*case.state, *forces), ours[root][:6])
+
+
+def test_coordinate_forces_are_opensims(case):
+    _, theirs = opensim_moments(case.motion[0], inverse_dynamics(case.human, *case.motion))
+    close(case.body.inverse_dynamics(root="coordinates")(*case.state), theirs[0])
+
+
+def test_the_body_as_one(case):
+    whole = centroid(case.human, *case.motion, ground=-0.3)
+    close(case.body.com()(case.q), whole.com[0])
+    linear, angular = case.body.momentum()(case.q, case.qd)
+    close(linear, case.body.mass * whole.com_vel[0])
+    close(angular, whole.angular_momentum[0])
+    wrench = case.body.root_wrench(root="com")(*case.state)
+    force, moment = np.split(np.array(wrench).ravel(), 2)
+    zmp = np.array([*np.array(case.body.zero_moment_point(-0.3)(*case.state)).ravel(), -0.3])
+    there = moment + np.cross(whole.com[0] - zmp, force)
+    np.testing.assert_allclose(there[:2], 0.0, atol=1e-9 * np.abs(moment).max())
+
+
+def test_wrench_is_the_rate_of_momentum(case):
+    b = case.body
+    q, qd, qdd = (ca.SX.sym(n, b.nv) for n in ("q", "qd", "qdd"))
+    momentum = ca.vertcat(*b.momentum()(q, qd))
+    rate = ca.jtimes(momentum, q, qd) + ca.jtimes(momentum, qd, qdd)
+    rate = np.array(ca.Function("rate", [q, qd, qdd], [rate])(*case.state)).ravel()
+    rate[:3] -= b.mass * b.gravity
+    close(b.root_wrench(root="com")(*case.state), rate)
+
+
+def test_energy_changes_by_the_power_of_joints_and_forces(case):
+    b = case.body
+    q, qd, qdd = (ca.SX.sym(n, b.nv) for n in ("q", "qd", "qdd"))
+    energy = ca.sum1(ca.vertcat(*b.energy()(q, qd)))
+    rate = ca.jtimes(energy, q, qd) + ca.jtimes(energy, qd, qdd)
+    rate = float(ca.Function("rate", [q, qd, qdd], [rate])(*case.state))
+    tau = b.inverse_dynamics(case.points, root="coordinates")(*case.state, case.forces)
+    velocity = np.array(b.velocities(case.points)(case.q, case.qd))
+    power = float(np.array(tau).ravel() @ case.qd + np.sum(case.forces * velocity))
+    assert rate == pytest.approx(power, rel=1e-9)
+    mujoco.mj_energyPos(case.m, case.d)
+    mujoco.mj_energyVel(case.m, case.d)
+    close(ca.vertcat(*b.energy()(case.q, case.qd)), case.d.energy[::-1])
+
+
+def test_any_posture_of_the_pelvis_has_a_world_wrench(case):
+    """Where tilt and rotation coincide, the wrench is that of MuJoCo all the same."""
+    q = case.q.copy()
+    q[1] = np.pi / 2
+    qpos, qvel, qacc = case.body.to_mujoco(*(x[None] for x in (q, case.qd, case.qdd)))
+    whole = centroid(case.human, qpos, qvel, qacc)
+    wrench = case.body.root_wrench(root="com")(q, case.qd, case.qdd)
+    assert whole.force is not None and whole.moment is not None
+    close(wrench, [*whole.force[0], *whole.moment[0]])
+
+
+def test_functions_are_kept_and_small():
+    """A 43-coordinate body by plain recursion is about 4150 instructions; here it is fewer."""
+    body = SymbolicHuman(person("43", "two-segment"))
+    assert body.inverse_dynamics() is body.inverse_dynamics()
+    assert body.inverse_dynamics() is not body.inverse_dynamics(body.contact_points)
+    assert body.inverse_dynamics().n_instructions() < 4000
+    assert body.root_wrench().n_instructions() < body.inverse_dynamics().n_instructions()
+
+
+def test_bodies_whose_axes_are_turned():
+    """No person has such a body yet; the recursion holds for it all the same."""
+    human = person("42", "two-segment")
+    xml = human.xml.replace('name="tibia_r"', 'name="tibia_r" quat="0.8 0.36 0 -0.48"')
+    xml = xml.replace('name="humerus_l"', 'name="humerus_l" quat="0.6 0 0.8 0"')
+    case = Case(replace(human, xml=xml))
+    test_frames(case)
+    test_points(case)
+    test_inverse_dynamics(case, True)
+    test_the_body_as_one(case)
+
+
+def test_what_is_refused():
+    human = person("42", "two-segment")
+    body = SymbolicHuman(human)
+    with pytest.raises(CoordinateNotFound, match="no body 'tail'"):
+        body.positions([Point("tail")])
+    with pytest.raises(ParameterError, match="one of pelvis, com, coordinates"):
+        body.inverse_dynamics(root="world")
+    with pytest.raises(ParameterError, match="one of pelvis, com$"):
+        body.root_wrench(root="coordinates")
+    springy = human.xml.replace('name="knee_angle_r"', 'name="knee_angle_r" stiffness="3"')
+    with pytest.raises(ParameterError, match="springs, dampers or armature"):
+        SymbolicHuman(replace(human, xml=springy))
+
+
+def test_casadi_loads_when_it_is_needed_only():
+    code = "import sys, plantigrade.dynamics.symbolic; assert 'casadi' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
