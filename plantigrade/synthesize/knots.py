@@ -1,0 +1,169 @@
+r"""Knot vectors: where the pieces of a spline meet, and how smoothly.
+
+A knot vector :math:`t_0 \le t_1 \le \dots` of a spline of degree :math:`\gamma` with :math:`n`
+basis functions has :math:`n + \gamma + 1` knots [s]; the spline lives on :math:`[t_\gamma, t_n]`.
+At a knot that occurs :math:`\mu` times it has :math:`\gamma - \mu` continuous derivatives: at
+degree 3, a contact switch given twice lets the acceleration jump, given three times the velocity.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+
+SAME = 1e-9  # times closer than this part of the span are one time
+
+
+def clamped_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[Array, " n_knots"]:
+    r"""Return knots whose first and last have multiplicity :math:`\gamma + 1`.
+
+    Value and derivatives at both ends then belong to the first and last coefficients alone, which
+    is what boundary conditions want; it is the knot vector of [Zhakatayev2023]_ (section VI). The
+    number of coefficients is ``n_breaks + degree - 1``: one for each node and two more at degree 3.
+
+    Args:
+        breaks: Times where pieces meet, first and last among them, in order [s]; one given twice
+            becomes a knot of multiplicity two.
+        degree: Degree of the spline, 0 or more.
+
+    Returns:
+        Knots [s].
+
+    Raises:
+        ParameterError: If the breaks are not finite and in order, or span nothing.
+
+    Example:
+        >>> clamped_knots(np.array([0.0, 0.5, 0.8, 2.0]), degree=2)
+        array([0. , 0. , 0. , 0.5, 0.8, 2. , 2. , 2. ])
+    """
+    require_breaks(breaks)
+    require_degree(degree)
+    start, stop = breaks[0], breaks[-1]
+    inner = breaks[(breaks > start) & (breaks < stop)]
+    return np.concatenate([np.full(degree + 1, start), inner, np.full(degree + 1, stop)])
+
+
+def uniform_knots(
+    start: float, stop: float, n_intervals: int, degree: int = 3
+) -> Float[Array, " n_knots"]:
+    """Return equally spaced knots that go on past both ends, so that all functions look alike.
+
+    The number of coefficients is ``n_intervals + degree``.
+
+    Args:
+        start: First time the spline is for [s].
+        stop: Last time the spline is for [s].
+        n_intervals: Pieces between them, at least one.
+        degree: Degree of the spline, 0 or more.
+
+    Returns:
+        Knots [s], ``degree`` of them before ``start`` and as many after ``stop``.
+
+    Raises:
+        ParameterError: If the times are not finite and in order, or there are no intervals.
+
+    Example:
+        >>> uniform_knots(0.0, 1.0, 2, degree=1)
+        array([-0.5,  0. ,  0.5,  1. ,  1.5])
+    """
+    require_degree(degree)
+    if n_intervals < 1:
+        raise ParameterError(f"{n_intervals=}: a spline has at least one piece")
+    require_breaks(np.array([start, stop], dtype=float))
+    steps = np.arange(-degree, n_intervals + degree + 1)
+    knots = start + (stop - start) * (steps / n_intervals)
+    knots[degree + n_intervals] = stop  # free of rounding
+    return knots
+
+
+def periodic_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[Array, " n_knots"]:
+    r"""Return knots of a motion that repeats: :math:`t_{i + n} = t_i + T`.
+
+    The number of coefficients is ``n_breaks - 1``, that of the pieces of one period.
+
+    Args:
+        breaks: Times where pieces meet over one period, first and last among them, in order [s];
+            the last is the first, a period :math:`T` later.
+        degree: Degree of the spline, 0 or more, below the number of pieces.
+
+    Returns:
+        Knots [s], ``degree`` of them before the period and as many after.
+
+    Raises:
+        ParameterError: If the breaks are not finite and in order, span nothing, or are too few: a
+            function must not meet itself coming round.
+
+    Example:
+        >>> periodic_knots(np.array([0.0, 0.4, 1.0]), degree=1)
+        array([-0.6,  0. ,  0.4,  1. ,  1.4])
+    """
+    require_breaks(breaks)
+    require_degree(degree)
+    n, period = len(breaks) - 1, breaks[-1] - breaks[0]
+    if n < degree + 1:
+        raise ParameterError(
+            f"{n} pieces in a period are too few for a spline of degree {degree}: "
+            f"give at least {degree + 1}, or a lower degree"
+        )
+    return np.concatenate(
+        [breaks[n - degree : n] - period, breaks, breaks[1 : degree + 1] + period]
+    )
+
+
+def require_degree(degree: int) -> None:
+    """Raise :class:`ParameterError` unless ``degree`` is a whole number, zero or more."""
+    if not (isinstance(degree, int | np.integer) and degree >= 0):
+        raise ParameterError(f"{degree=} of a spline must be a whole number, 0 or more")
+
+
+def require_breaks(breaks: Float[Array, " n_breaks"]) -> None:
+    """Raise :class:`ParameterError` unless the times are finite, in order and span something."""
+    if breaks.ndim != 1 or len(breaks) < 2 or not np.isfinite(breaks).all():
+        raise ParameterError("a spline needs two or more times in a row, all of them finite [s]")
+    back = np.flatnonzero(np.diff(breaks) < 0)
+    if len(back):
+        i = int(back[0])
+        raise ParameterError(
+            f"knots must not go back in time: {breaks[i + 1]:g} s follows {breaks[i]:g} s"
+        )
+    if not breaks[-1] > breaks[0]:
+        raise ParameterError(f"the knots span no time: all lie at {breaks[0]:g} s")
+
+
+def require_knots(knots: Float[Array, " n_knots"], degree: int, *, periodic: bool) -> None:
+    r"""Raise unless the knots carry a spline of this degree in which every coefficient counts.
+
+    Args:
+        knots: Knots :math:`t_0 \dots t_{n + \gamma}` [s].
+        degree: Degree :math:`\gamma`.
+        periodic: Whether they must repeat, as from :func:`periodic_knots`.
+
+    Raises:
+        ParameterError: Which says what came, what is allowed and what to do.
+    """
+    require_degree(degree)
+    require_breaks(knots)
+    n = len(knots) - degree - 1
+    if n < degree + 1:
+        raise ParameterError(
+            f"{len(knots)} knots are too few for a spline of degree {degree}, which needs "
+            f"{2 * degree + 2} or more: give more knots or a lower degree"
+        )
+    flat = np.flatnonzero(knots[degree + 1 :] <= knots[:n])
+    if len(flat):
+        raise ParameterError(
+            f"the knot at {knots[flat[0]]:g} s occurs more than {degree + 1} times, the most a "
+            f"spline of degree {degree} can have: give it less often or raise the degree"
+        )
+    if periodic:
+        period, inside = knots[n] - knots[degree], n - degree
+        ahead = knots[inside:] - knots[: len(knots) - inside]
+        if inside < degree + 1 or not np.allclose(ahead, period, rtol=0, atol=SAME * period):
+            raise ParameterError(
+                "the knots do not repeat from period to period: make them with periodic_knots"
+            )
+    elif not (knots[degree] < knots[degree + 1] and knots[n - 1] < knots[n]):
+        raise ParameterError(
+            "the first or last basis function ends where the spline begins: put a knot at either "
+            f"end {degree + 1} times (clamped_knots) or once (uniform_knots)"
+        )
