@@ -73,8 +73,16 @@ class Point:
     """
 
     body: str
-    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    position: tuple[float, ...] = (0.0, 0.0, 0.0)
     radius: float = 0.0
+
+    def __post_init__(self):
+        """Refuse what is no point; take the position as any three numbers."""
+        object.__setattr__(self, "position", tuple(float(x) for x in self.position))
+        if len(self.position) != 3 or not np.isfinite(self.position).all():
+            raise ParameterError(f"a point needs three finite numbers [m], not {self.position}")
+        if not 0.0 <= self.radius < np.inf:
+            raise ParameterError(f"radius={self.radius} [m] must be zero or more")
 
 
 @dataclass(frozen=True)
@@ -104,7 +112,6 @@ class _Link:
 class _State:
     """What the way outwards finds, one entry a link; vectors in the link's axes."""
 
-    turns: list[list[Any]]  # one matrix to the previous axes for each hinge
     omega: list[Any]  # [rad/s]
     alpha: list[Any]  # [rad/s²]
     velocity: list[Any]  # of the origin [m/s]
@@ -208,7 +215,7 @@ class SymbolicHuman:
 
         def build(ca: Any, q: Any):
             every = range(len(self._links))
-            rotation, position = self._frames(ca, q, every)
+            rotation, position = self._frames(ca, q, self._turns(ca, q), every)
             return {
                 "position": ca.horzcat(*(position[i] for i in every)),
                 "rotation": ca.horzcat(*(rotation[i] for i in every)),
@@ -221,8 +228,9 @@ class SymbolicHuman:
 
         def build(ca: Any, q: Any, qd: Any):
             every = range(len(self._links))
-            rotation, _ = self._frames(ca, q, every)
-            state = self._outwards(ca, q, qd)
+            turns = self._turns(ca, q)
+            rotation, _ = self._frames(ca, q, turns, every)
+            state = self._outwards(ca, turns, qd)
             columns = [ca.mtimes(rotation[i], state.omega[i]) for i in every]
             return {"angular_velocity": ca.horzcat(*columns)}
 
@@ -270,13 +278,14 @@ class SymbolicHuman:
         """
 
         def build(ca: Any, q: Any, qd: Any):
-            state = self._outwards(ca, q, qd)
+            turns = self._turns(ca, q)
+            state = self._outwards(ca, turns, qd)
             linear, angular = [], []
             for link, omega, velocity in zip(self._links, state.omega, state.velocity, strict=True):
                 linear.append(link.mass * velocity + ca.cross(omega, link.first))
                 angular.append(ca.mtimes(_inertia(link), omega) + ca.cross(link.first, velocity))
-            _, p, about_pelvis = self._inwards(ca, state.turns, linear, angular)
-            arm = self._arm(ca, state.turns)
+            _, p, about_pelvis = self._inwards(ca, turns, linear, angular)
+            arm = self._arm(ca, turns)
             return {"linear": p, "angular": about_pelvis - ca.cross(arm, p)}
 
         return self._function("momentum", ("q", "qd"), build)
@@ -288,13 +297,14 @@ class SymbolicHuman:
         """
 
         def build(ca: Any, q: Any, qd: Any):
-            state = self._outwards(ca, q, qd)
+            turns = self._turns(ca, q)
+            state = self._outwards(ca, turns, qd)
             kinetic = 0
             for link, omega, v in zip(self._links, state.omega, state.velocity, strict=True):
                 kinetic += 0.5 * link.mass * ca.dot(v, v)
                 kinetic += ca.dot(v, ca.cross(omega, link.first))
                 kinetic += 0.5 * ca.dot(omega, ca.mtimes(_inertia(link), omega))
-            com = self._translation(ca, q) + self._arm(ca, state.turns)
+            com = self._translation(ca, q) + self._arm(ca, turns)
             return {"kinetic": kinetic, "potential": -self.mass * ca.dot(self.gravity, com)}
 
         return self._function("energy", ("q", "qd"), build)
@@ -418,7 +428,9 @@ class SymbolicHuman:
         """Return for every hinge of every link the rotation to the axes before it."""
         return [[_turn(ca, axis, q[i]) for i, axis in link.hinges] for link in self._links]
 
-    def _frames(self, ca: Any, q: Any, wanted: Any) -> tuple[dict[int, Any], dict[int, Any]]:
+    def _frames(
+        self, ca: Any, q: Any, turns: list[list[Any]], wanted: Any
+    ) -> tuple[dict[int, Any], dict[int, Any]]:
         """Return rotations to world axes and origins of the wanted links and all before them."""
         rotation: dict[int, Any] = {}
         position: dict[int, Any] = {}
@@ -435,16 +447,17 @@ class SymbolicHuman:
                 p = position[link.parent] + ca.mtimes(R, _sparse(ca, link.offset))
             if link.turn is not None:
                 R = ca.mtimes(R, link.turn)
-            for k, axis in link.hinges:
-                R = ca.mtimes(R, _turn(ca, axis, q[k]))
+            for turn in turns[i]:
+                R = ca.mtimes(R, turn)
             rotation[i], position[i] = R, p
         return rotation, position
 
     def _points(self, ca: Any, points: Sequence[Point], q: Any, qd: Any = None, qdd: Any = None):
         """Return positions, velocities and accelerations of points, each (3, n_points)."""
         links = [self.human.body(p.body) - 1 for p in points]
-        rotation, origin = self._frames(ca, q, links)
-        state = None if qd is None else self._outwards(ca, q, qd, qdd)
+        turns = self._turns(ca, q)
+        rotation, origin = self._frames(ca, q, turns, links)
+        state = None if qd is None else self._outwards(ca, turns, qd, qdd)
         columns: tuple[list[Any], ...] = ([], [], [])
         for i, point in zip(links, points, strict=True):
             R = rotation[i]
@@ -462,12 +475,17 @@ class SymbolicHuman:
         return tuple(ca.horzcat(*c) if c else ca.SX(3, 0) for c in columns)
 
     def _outwards(
-        self, ca: Any, q: Any, qd: Any, qdd: Any = None, gravity: Array | None = None
+        self,
+        ca: Any,
+        turns: list[list[Any]],
+        qd: Any,
+        qdd: Any = None,
+        gravity: Array | None = None,
     ) -> _State:
         """Return the motion of every link; accelerations mean something with qdd only."""
-        state = _State(self._turns(ca, q), [], [], [], [], [])
+        state = _State([], [], [], [], [])
         qdd = ca.SX(self.nv, 1) if qdd is None else qdd
-        for link, turns in zip(self._links, state.turns, strict=True):
+        for k, link in enumerate(self._links):
             if link.parent < 0:
                 omega, alpha = ca.SX.zeros(3), ca.SX.zeros(3)
                 v, a = self._translation(ca, qd), self._translation(ca, qdd)
@@ -480,7 +498,7 @@ class SymbolicHuman:
                 a = state.acceleration[link.parent] + ca.mtimes(state.U[link.parent], r)
             if link.turn is not None:
                 omega, alpha, v, a = (ca.mtimes(link.turn.T, x) for x in (omega, alpha, v, a))
-            for (i, axis), R in zip(link.hinges, turns, strict=True):
+            for (i, axis), R in zip(link.hinges, turns[k], strict=True):
                 omega, alpha, v, a = (ca.mtimes(R.T, x) for x in (omega, alpha, v, a))
                 e = _sparse(ca, axis)
                 alpha = alpha + e * qdd[i] + ca.cross(omega * qd[i], e)
@@ -541,7 +559,8 @@ class SymbolicHuman:
         self, ca: Any, points: Sequence[Point], q: Any, qd: Any, qdd: Any, external: Any
     ) -> tuple[list[Any], Any, Any, Any]:
         """Return hinge moments, root force and moment about the pelvis' origin, and the arm."""
-        state = self._outwards(ca, q, qd, qdd, self.gravity)
+        turns = self._turns(ca, q)
+        state = self._outwards(ca, turns, qd, qdd, self.gravity)
         forces, moments = [], []
         for link, U, a in zip(self._links, state.U, state.acceleration, strict=True):
             h, S = _sparse(ca, link.first), _sparse(ca, link.second)
@@ -549,14 +568,14 @@ class SymbolicHuman:
             spin = ca.vertcat(US[2, 1] - US[1, 2], US[0, 2] - US[2, 0], US[1, 0] - US[0, 1])
             forces.append(link.mass * a + ca.mtimes(U, h))
             moments.append(spin + ca.cross(h, a))
-        loads = self._loads(ca, points, q, external)
+        loads = self._loads(ca, points, q, turns, external)
         for i, (f, n) in loads.items():
             forces[i], moments[i] = forces[i] - f, moments[i] - n
-        tau, force, moment = self._inwards(ca, state.turns, forces, moments)
-        return tau, force, moment, self._arm(ca, state.turns)
+        tau, force, moment = self._inwards(ca, turns, forces, moments)
+        return tau, force, moment, self._arm(ca, turns)
 
     def _loads(
-        self, ca: Any, points: Sequence[Point], q: Any, external: Any
+        self, ca: Any, points: Sequence[Point], q: Any, turns: list[list[Any]], external: Any
     ) -> dict[int, tuple[Any, Any]]:
         r"""Return forces and moments about the origin of every loaded link, in its axes.
 
@@ -567,7 +586,7 @@ class SymbolicHuman:
         columns: dict[int, list[int]] = {}
         for k, point in enumerate(points):
             columns.setdefault(self.human.body(point.body) - 1, []).append(k)
-        rotation, _ = self._frames(ca, q, columns)
+        rotation, _ = self._frames(ca, q, turns, columns)
         loads = {}
         for i, each in columns.items():
             D, total, below = ca.SX.zeros(3, 3), ca.SX.zeros(3), ca.SX.zeros(3)

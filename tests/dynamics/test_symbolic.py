@@ -251,6 +251,10 @@ def test_what_is_refused():
         body.inverse_dynamics(root="world")
     with pytest.raises(ParameterError, match="one of pelvis, com$"):
         body.root_wrench(root="coordinates")
+    with pytest.raises(ParameterError, match="three finite numbers"):
+        Point("head", (0.0, float("nan"), 0.0))
+    with pytest.raises(ParameterError, match="radius=-0.01"):
+        Point("head", radius=-0.01)
     springy = human.xml.replace('name="knee_angle_r"', 'name="knee_angle_r" stiffness="3"')
     with pytest.raises(ParameterError, match="springs, dampers or armature"):
         SymbolicHuman(replace(human, xml=springy))
