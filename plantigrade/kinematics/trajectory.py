@@ -35,6 +35,7 @@ class Trajectory:
             falling = range(degree, -1, -1)
             c = np.stack([spline(self._x, nu=k) / factorial(k) for k in falling], axis=1)
         self._c = c  # (n_pieces, degree + 1, dimension), highest power first
+        self._asked, self._rates = np.nan, np.zeros((3, c.shape[2]))
 
     @classmethod
     def fixed(cls, value: Float[Array, " dimension"]) -> "Trajectory":
@@ -42,7 +43,9 @@ class Trajectory:
         return cls(np.zeros(1), np.asarray(value, float)[None])
 
     def __call__(self, time: float) -> Float[Array, "3 dimension"]:
-        """Return value, velocity and acceleration at a time [s], one row each."""
+        """Return value, velocity and acceleration at a time [s], one row each; read only."""
+        if time == self._asked:
+            return self._rates
         inside = min(max(time, self._first), self._last)
         piece = min(
             max(int(np.searchsorted(self._x, inside, side="right")) - 1, 0), len(self._x) - 1
@@ -52,6 +55,8 @@ class Trajectory:
         rates = basis @ self._c[piece]
         if inside != time:
             rates[1:] = 0.0
+        rates.flags.writeable = False
+        self._asked, self._rates = time, rates
         return rates
 
 

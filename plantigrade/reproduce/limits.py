@@ -48,15 +48,14 @@ class JointLimits:
     def bounds(self, state: State) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
         """Return the lower and upper bounds at a state; never crossed."""
         q, v = state.qpos[7:], state.qvel[6:]
-        low = np.full(len(state.qvel), -self.acceleration)
-        high = -low
-        brake = 2 * self.rate * v
-        below = -(self.rate**2) * (q - self.low) - brake
-        above = -(self.rate**2) * (q - self.high) - brake
-        low[6:] = np.maximum(below, (-self.fastest - v) / self.step)
-        high[6:] = np.minimum(above, (self.fastest - v) / self.step)
-        np.clip(low, -self.acceleration, self.acceleration, out=low)
-        np.clip(high, -self.acceleration, self.acceleration, out=high)
+        most = self.acceleration
+        low, high = np.full(len(state.qvel), -most), np.full(len(state.qvel), most)
+        slow, pull = v / self.step, -(self.rate**2) * q - 2 * self.rate * v
+        swift, stiff = self.fastest / self.step, self.rate**2
+        below = np.maximum(pull + stiff * self.low, -swift - slow)
+        above = np.minimum(pull + stiff * self.high, swift - slow)
+        low[6:] = np.minimum(np.maximum(below, -most), most)
+        high[6:] = np.minimum(np.maximum(above, -most), most)
         crossed = low > high
         if crossed.any():
             low[crossed] = high[crossed] = 0.5 * (low + high)[crossed]

@@ -47,12 +47,16 @@ class FloorTask(Task):
     ):
         super().__init__(name, stiffness=stiffness, **gains)
         self.points, self.radius, self._guarded = points, radius, guarded
+        self._stamp, self._low = (0, -1, np.nan), np.zeros(len(points), dtype=bool)
 
     def _which(self, state, time):
-        height = state.position(self.points)[:, 2] - self.radius
-        if self._guarded is None:
-            return height < NEAR
-        return (height < NEAR) & (self._guarded(time) | (height < -SUNK))
+        if self._stamp != (id(state), state.stamp, time):
+            height = state.position(self.points)[:, 2] - self.radius
+            which = height < NEAR
+            if self._guarded is not None:
+                which &= self._guarded(time) | (height < -SUNK)
+            self._stamp, self._low = (id(state), state.stamp, time), which
+        return self._low
 
     def error(self, state, time):
         """Return the heights of the points that are guarded [m]."""
