@@ -52,7 +52,7 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
 
 def trial_rows(path: Path, name: str) -> list[Row]:
     """Return all rows of one walk."""
-    from plantigrade.workflows.reproducing import reference_of_trial
+    from plantigrade.workflows.walks import reference_of_trial
 
     trial = fitting.fit_file(path)
     if trial.forces is None:
