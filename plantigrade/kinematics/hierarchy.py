@@ -38,7 +38,8 @@ UNBOUNDED = 1e30
 SATISFIED = 1e-9  # relative violation of an inequality that is none
 # Of a unit row; DAQP's own 1e-6 lets a lower level push a higher one by as much. Rows that depend
 # on one another can be too tight for the first: then it gives up, or stops short of what a level
-# could reach. Where two levels are missed the next is tried too and the better answer taken.
+# could reach. Where two levels are missed, or one in which a row repeats, the next is tried too and
+# the better answer taken.
 TOLERANCES = (1e-9, 1e-7)
 MISSED = 1e-5  # violation of a level that is none
 
@@ -52,15 +53,12 @@ class Level:
         lower: :math:`l`; minus infinity where there is none.
         upper: :math:`u`; infinity where there is none. Equal bounds make an equation.
         name: What it is, for messages.
-        singular: Gain below which a direction of this level counts as singular; the program's own
-            if absent.
     """
 
     matrix: Float[Array, "n_rows n"]
     lower: Float[Array, " n_rows"]
     upper: Float[Array, " n_rows"]
     name: str = ""
-    singular: float | None = None
 
     @classmethod
     def equation(cls, matrix, right, name: str = "") -> "Level":
@@ -125,8 +123,7 @@ def solve_hierarchy(
     _check(levels, lower, upper, n)
     preferred = np.zeros(n) if preferred is None else preferred
     parts = [_split(level) for level in levels]
-    limits = [singular if level.singular is None else level.singular for level in levels]
-    reduced, x, ranks = _recursion([p[0] for p in parts], n, preferred, metric, limits)
+    reduced, x, ranks = _recursion([p[0] for p in parts], n, preferred, metric, singular)
     bounds = [p[1] for p in parts]
     iterations = 0
     exact = _satisfied(x, lower, upper, bounds)
@@ -150,14 +147,14 @@ def _recursion(equations, n, preferred, metric, singular):
     x = np.zeros(n)
     held = np.zeros((n, 0))  # orthonormal columns: what the levels so far determine
     reduced, ranks = [], []
-    for (matrix, right), least in zip(equations, singular, strict=True):
+    for matrix, right in equations:
         if not len(right):
             reduced.append((matrix, right))
             ranks.append(0)
             continue
         own = matrix - (matrix @ held) @ held.T if held.shape[1] else matrix
         v, s, ut = _singular_values(own)
-        rank = int(np.count_nonzero(s > least))
+        rank = int(np.count_nonzero(s > singular))
         ranks.append(rank)
         rows, value = ut[:rank] @ matrix, ut[:rank] @ right
         reduced.append((rows, value))
@@ -236,7 +233,8 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
         found = _missed(A @ x, bounds[1][n + 1 :], bounds[0][n + 1 :], ends)
         if best is None or _before(found, missed):
             best, missed = x[:n], found
-        if np.count_nonzero(found > MISSED) < 2:
+        levels_missed = np.count_nonzero(found > MISSED)
+        if not levels_missed or (levels_missed < 2 and not _repeats(A)):
             break
     if best is None:
         raise SolverError(
@@ -244,6 +242,11 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
             f"(DAQP says {flag}); widen the bounds or take the last level away"
         )
     return best, iterations
+
+
+def _repeats(rows) -> bool:
+    """Return whether a row stands more than once."""
+    return len({row.tobytes() for row in rows}) < len(rows)
 
 
 def _missed(value, low, high, ends) -> Float[Array, " n_levels"]:

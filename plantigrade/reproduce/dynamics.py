@@ -32,7 +32,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.centroid import centroid
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, SolverError
 from plantigrade.kinematics.hierarchy import Level, solve_hierarchy
 from plantigrade.kinematics.state import State
 from plantigrade.kinematics.tasks import ComTask, ContactTask, Task
@@ -65,6 +65,7 @@ from plantigrade.reproduce.ordered_motion import (
     OrderedMotion,
     TaskOrder,
     arrest,
+    ended,
     settle,
     stack,
 )
@@ -274,14 +275,17 @@ def move_with_forces(
         n_shares = dynamics.push.shape[1]
         preferred, metric = _preference(dynamics, wanted, before[on].ravel())
         built = clock.perf_counter()
-        solution = solve_hierarchy(
-            [stack(hard), *(dynamics.rows(stack(level)) for level in rows)],
-            lower=np.concatenate([low[6:], np.zeros(n_shares)]),
-            upper=np.concatenate([high[6:], np.full(n_shares, GREATEST / UNIT)]),
-            preferred=preferred,
-            metric=metric,
-            singular=SINGULAR,
-        )
+        try:
+            solution = solve_hierarchy(
+                [stack(hard), *(dynamics.rows(stack(level)) for level in rows)],
+                lower=np.concatenate([low[6:], np.zeros(n_shares)]),
+                upper=np.concatenate([high[6:], np.full(n_shares, GREATEST / UNIT)]),
+                preferred=preferred,
+                metric=metric,
+                singular=SINGULAR,
+            )
+        except SolverError as error:
+            return ended(out, k, error)
         solved = clock.perf_counter()
         y = solution.x.copy()
         share = y[dynamics.n_joints :]

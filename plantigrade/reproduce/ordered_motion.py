@@ -18,12 +18,14 @@ neck.
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import TypeVar
 
 import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.errors import SolverError
 from plantigrade.kinematics.hierarchy import Level, solve_hierarchy
 from plantigrade.kinematics.state import State
 from plantigrade.kinematics.tasks import PostureTask, Task
@@ -121,6 +123,9 @@ class OrderedMotion:
     stopped: str = ""
 
 
+Motion = TypeVar("Motion", bound=OrderedMotion)
+
+
 def move(
     human: Human,
     order: TaskOrder,
@@ -192,13 +197,16 @@ def move(
         low, high = limits.bounds(state)
         preferred = _preferred(state, order, float(now))
         built = clock.perf_counter()
-        solution = solve_hierarchy(
-            [_eased(stack(level), ease) for level in rows],
-            lower=low / ease,
-            upper=high / ease,
-            preferred=preferred / ease,
-            singular=SINGULAR,
-        )
+        try:
+            solution = solve_hierarchy(
+                [_eased(stack(level), ease) for level in rows],
+                lower=low / ease,
+                upper=high / ease,
+                preferred=preferred / ease,
+                singular=SINGULAR,
+            )
+        except SolverError as error:
+            return ended(out, k, error)
         solved = clock.perf_counter()
         x = ease * solution.x
         out.qacc[k], out.exact[k] = x, solution.exact
@@ -215,6 +223,23 @@ def move(
         if progress is not None and k % 50 == 0:
             progress(k / n)
     return out
+
+
+def ended(motion: Motion, ticks: int, error: SolverError) -> Motion:
+    """Return the first ticks of a motion that could not go on, with the reason.
+
+    Raises:
+        SolverError: The error itself, where it could not even begin.
+    """
+    if ticks < 2:
+        raise error
+    n = len(motion.time)
+    kept = {
+        f.name: getattr(motion, f.name)[:ticks]
+        for f in fields(motion)
+        if isinstance(getattr(motion, f.name), np.ndarray) and len(getattr(motion, f.name)) == n
+    }
+    return replace(motion, **kept, stopped=str(error))
 
 
 def arrest(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
@@ -278,7 +303,6 @@ def stack(rows: Sequence[Level]) -> Level:
         lower,
         lower if equal else np.concatenate([r.upper for r in asked]),
         " and ".join(r.name for r in asked),
-        min((r.singular for r in asked if r.singular is not None), default=None),
     )
 
 

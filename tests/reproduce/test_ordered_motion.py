@@ -278,3 +278,26 @@ def test_tasks_of_one_level_share_it(human):
     upper = solve_hierarchy([left.level(state, 0.0), right.level(state, 0.0)], lower=-wide,
                             upper=wide)  # fmt: skip
     np.testing.assert_allclose(state.com_jacobian[0] @ upper.x, 400.0 * 0.01, atol=1e-6)
+
+
+def test_a_motion_that_cannot_go_on_ends_where_it_is_and_says_why(monkeypatch):
+    from plantigrade.errors import SolverError
+    from plantigrade.reproduce import ordered_motion
+
+    human = person("42", "two-segment")
+    solve, asked = ordered_motion.solve_hierarchy, []
+
+    def tired(levels, **words):
+        asked.append(1)
+        if len(asked) > 12:
+            raise SolverError("no answer")
+        return solve(levels, **words)
+
+    monkeypatch.setattr(ordered_motion, "solve_hierarchy", tired)
+    here = State(human, human.standing()).com
+    order = TaskOrder([[ComTask(Trajectory.fixed(here))]])
+    motion = move(human, order, human.standing(), stop=1.0)
+    assert motion.stopped == "no answer"
+    assert 2 <= len(motion.time) == len(motion.qpos) == len(motion.residual) <= 12
+    with pytest.raises(SolverError, match="no answer"):
+        move(human, order, human.standing(), stop=1.0)
