@@ -7,8 +7,8 @@ The hierarchy, from the top:
 2. *task 1*: the heel in the horizontal plane: the swinging one on its path, the one on the ground
    at its place (which the contact does);
 3. *task 2*: the centre of mass on its path, in three dimensions;
-4. *task 1* again, while a foot rolls off (heel up, forefoot down): its heel on its path along the
-   foot; across it the contact already decides;
+4. *task 1* again, while a foot rolls off (heel up, forefoot down): its heel along the way it goes;
+   across it the contact already decides;
 5. *task 3*: the posture at the end of the phase, a fixed vector of all coordinates.
 
 The paper gives the first place to the heel of the swinging foot, and says that the path of the
@@ -43,8 +43,8 @@ from plantigrade.reproduce.ordered_motion import UPPER_BODY, TaskOrder
 from plantigrade.reproduce.phases import Phase
 from plantigrade.reproduce.reference import SIDES, Reference
 
-# A foot is light: it is brought to the posture it lands with early in swing, not on landing. Half a
-# swing is what the ankle takes from toe off to neutral [Perry1992]_.
+# A foot is light: it is brought to the posture it lands with early in swing, not on landing. How
+# early was settled on the walks of ``gait-table``, with the gains of the posture.
 FOOT_HORIZON = 0.25  # [s]
 FOOT_JOINTS = ("ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
 STEP_TIME = 0.5  # from roll off to landing, about [s]
@@ -157,8 +157,8 @@ class ContactSchedule:
         """Return which points touch (n_points,).
 
         A foot whose heel is up rolls: only points about which it can turn stay. Of toes alone on
-        the ground only the hallux' tip touches: the others have left with the ball, and a foot
-        that is about to leave turns about it freely.
+        the ground only the tip of the great toe touches, and what is beside it: the others have
+        left with the ball, and a foot that is about to leave turns about it freely.
         """
         if time == self._time:
             return self._on

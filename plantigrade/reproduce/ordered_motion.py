@@ -100,7 +100,7 @@ class OrderedMotion:
         time: Time of each tick [s].
         qpos: Configurations.
         qvel: Velocities; after the impact where there is one.
-        qacc: Accelerations; of the last tick: zero.
+        qacc: Accelerations, from each tick to the next.
         names: Names of the tasks, in order.
         active: Whether each task asked for anything.
         residual: By how much each task's acceleration was missed [its unit per s²].

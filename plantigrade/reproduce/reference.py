@@ -24,8 +24,8 @@ from plantigrade.reproduce.phases import Phase, phases_between, walking_events
 from plantigrade.reproduce.soles import on_own_soles
 
 SIDES = ("r", "l")
-# Share of a stance during which each region touches, where a recording does not show it:
-# foot flat at 12 % and heel off at 50 % of the cycle [Perry1992]_, stance being 60 % of it.
+# Share of a stance during which each region rests, where a recording does not show it: about what
+# walks that do show it have. (A heel that has begun to rise still moves too slowly to be told.)
 USUAL = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
 
 

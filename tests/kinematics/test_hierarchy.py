@@ -109,7 +109,7 @@ def assert_strict(levels, bounds, **options):
     return whole
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200, deadline=None)
 @given(hierarchies())
 def test_lower_levels_never_change_higher_residuals(problem):
     levels, size = problem
@@ -118,7 +118,7 @@ def test_lower_levels_never_change_higher_residuals(problem):
     assert (np.abs(whole.x) <= size * (1 + 1e-6)).all()
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200, deadline=None)
 @given(hierarchies(dependent=False))
 def test_each_level_is_met_as_well_as_the_ones_above_allow(problem):
     levels, size = problem
@@ -128,7 +128,7 @@ def test_each_level_is_met_as_well_as_the_ones_above_allow(problem):
         assert left <= OPTIMAL * max(1.0, np.abs(solution.x).max())
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100, deadline=None)
 @given(hierarchies(inequalities=False), st.integers(0, 2**32 - 1))
 def test_equations_alone_give_the_null_space_formula(problem, seed):
     levels, _ = problem
