@@ -41,8 +41,8 @@ NOTES = (
     "most, the lowest point of the soles, the share of the planned stance in which the foot does "
     "stand on the ground, toe clearance in mid swing beside the recorded one, the mean absolute "
     "ROM difference of the twelve, and times of this machine.",
-    "The gains of the posture, the horizon of the foot joints and the order of the rolling heel were "
-    "settled with these walks in view: on other people expect somewhat more.",
+    "The gains of the posture, the horizon of the foot joints and the place of the rolling heel "
+    "were settled with these walks in view: on other people expect somewhat more.",
 )
 
 

@@ -7,8 +7,8 @@ follow the time that is left, :math:`T = t_e - t`:
 
 With :math:`k_p = 7, k_d = 4.5` this decays as :math:`(T/T_0)^2` and :math:`(T/T_0)^{3.5}`: it
 arrives with no velocity left over, however long the phase is. (A constant gain is too slow for a
-double support of 0.1 s or too stiff for a swing of 0.5 s, whichever it is chosen for.) Among laws that
-arrive at rest, this pair and :data:`SHORTEST` were settled on the walks of ``gait-table``.
+double support of 0.1 s or too stiff for a swing of 0.5 s, whichever it is chosen for.) Among laws
+that arrive at rest, this pair and :data:`SHORTEST` were settled on the walks of ``gait-table``.
 """
 
 from collections.abc import Callable
