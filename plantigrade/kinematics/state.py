@@ -11,12 +11,16 @@ For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :
 remains where :math:`\dot v = 0`; it comes from the engine's own recursion over the bodies.
 """
 
+from itertools import count
+
 import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+
+_STAMPS = count()
 
 
 class PointSet:
@@ -57,7 +61,7 @@ class State:
     Attributes:
         qpos: The configuration.
         qvel: The velocity.
-        stamp: Changes whenever the state does.
+        stamp: A number of its own for every evaluation, of this state or any other.
     """
 
     def __init__(
@@ -68,7 +72,6 @@ class State:
     ):
         self.human, self.model = human, human.model
         self._data = mujoco.MjData(self.model)
-        self.stamp = 0
         self._share = self.model.body_mass[1:] / self.model.body_mass.sum()
         self.move_to(qpos, np.zeros(self.model.nv) if qvel is None else qvel)
 
@@ -87,7 +90,7 @@ class State:
         mujoco.mj_comVel(model, data)
         mujoco.mj_rnePostConstraint(model, data)  # accelerations of all bodies where qacc = 0
         self._known: dict = {}
-        self.stamp += 1
+        self.stamp = next(_STAMPS)
         return self
 
     def integrate(self, qacc: Float[Array, " nv"], step: float) -> "State":

@@ -47,15 +47,15 @@ class FloorTask(Task):
     ):
         super().__init__(name, stiffness=stiffness, **gains)
         self.points, self.radius, self._guarded = points, radius, guarded
-        self._stamp, self._low = (0, -1, np.nan), np.zeros(len(points), dtype=bool)
+        self._stamp, self._low = (-1, np.nan), np.zeros(len(points), dtype=bool)
 
     def _which(self, state, time):
-        if self._stamp != (id(state), state.stamp, time):
+        if self._stamp != (state.stamp, time):
             height = state.position(self.points)[:, 2] - self.radius
             which = height < NEAR
             if self._guarded is not None:
                 which &= self._guarded(time) | (height < -SUNK)
-            self._stamp, self._low = (id(state), state.stamp, time), which
+            self._stamp, self._low = (state.stamp, time), which
         return self._low
 
     def error(self, state, time):

@@ -41,13 +41,13 @@ class PointTask(Task):
         self.farthest = farthest
         self.point, self.target = point, target
         self._wanted = np.eye(3) if directions is None else directions
-        self._stamp, self._now = (0, -1, np.nan), np.zeros((0, 3))
+        self._stamp, self._now = (-1, np.nan), np.zeros((0, 3))
 
     def _directions(self, state: State, time: float) -> np.ndarray:
         if not callable(self._wanted):
             return self._wanted
-        if self._stamp != (id(state), state.stamp, time):
-            self._stamp = (id(state), state.stamp, time)
+        if self._stamp != (state.stamp, time):
+            self._stamp = (state.stamp, time)
             self._now = self._wanted(state, time)
         return self._now
 
