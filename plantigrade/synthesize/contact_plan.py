@@ -1,0 +1,219 @@
+"""Which part of which foot stands where, and when: what a task says about contact.
+
+A :class:`Site` is a place of a foot that can carry force; a :class:`Stance` is one foot standing
+on one :class:`Footprint`, rolling from the heel over the flat foot to the toes; a
+:class:`ContactPlan` is all stances of a motion. Times at which contact changes are nodes and knots
+of the spline: between two of them nothing switches.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.dynamics.symbolic import Point
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+
+PARTS = ("heel", "sole", "ball", "toe")
+"""What can stand: the heel from the strike on, sole, ball and toes from foot flat on. Heel and sole
+lift together, then the ball, last the toes."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """A place that can carry force.
+
+    Attributes:
+        name: Its name: ``"heel_back_medial_r"``.
+        side: ``"r"`` or ``"l"``; empty for a place that is on no foot.
+        part: One of :data:`PARTS`, or another word for a place on no foot (``"chair"``).
+        point: The sphere whose lowest point touches, on the body that stands still with it.
+    """
+
+    name: str
+    side: str
+    part: str
+    point: Point
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """Where a foot stands.
+
+    Attributes:
+        side: ``"r"`` or ``"l"``.
+        position: The ground below the ankle joint of the flat foot, world [m].
+        heading: Where the foot points, from x towards y [rad].
+    """
+
+    side: str
+    position: tuple[float, float, float]
+    heading: float = 0.0
+
+
+@dataclass(frozen=True)
+class Stance:
+    """One foot on one footprint.
+
+    Attributes:
+        footprint: Where.
+        strike: When the heel touches [s]; at or before the start, the foot stands from the start.
+        flat: When the whole foot is down [s]; at ``strike`` for a foot put down flat.
+        heel_off: When the heel leaves [s].
+        ball_off: When all but the toes leave [s].
+        off: When the toes leave [s]; at or after the end of the motion, the foot stands to the end.
+    """
+
+    footprint: Footprint
+    strike: float
+    flat: float
+    heel_off: float
+    ball_off: float
+    off: float
+
+    def __post_init__(self):
+        """Refuse times out of order."""
+        times = (self.strike, self.flat, self.heel_off, self.ball_off, self.off)
+        if not np.all(np.diff(times) >= 0) or self.off <= self.strike:
+            raise ParameterError(
+                "a stance goes from heel strike over foot flat, heel off and ball off to toe off; "
+                f"these times are out of order: {', '.join(f'{t:g}' for t in times)} s"
+            )
+
+    def interval(self, part: str) -> tuple[float, float]:
+        """Return from when to when a part of the foot stands [s]."""
+        return {
+            "heel": (self.strike, self.heel_off),
+            "sole": (self.flat, self.heel_off),
+            "ball": (self.flat, self.ball_off),
+            "toe": (self.flat, self.off),
+        }[part]
+
+
+@dataclass(frozen=True)
+class ContactPlan:
+    """All stances of a motion.
+
+    Attributes:
+        duration: How long the motion lasts [s]; half a stride where it is periodic.
+        stances: In order of time; a foot has one at a time.
+        periodic: Whether the motion goes on as its mirror image, so that stances go round.
+    """
+
+    duration: float
+    stances: tuple[Stance, ...]
+    periodic: bool = False
+
+    @cached_property
+    def switches(self) -> Float[Array, " n_switches"]:
+        """Times at which contact changes, start and end among them [s]."""
+        inside = {0.0, self.duration}
+        for s in self.stances:
+            for t in (s.strike, s.flat, s.heel_off, s.ball_off, s.off):
+                if 0.0 < t < self.duration:
+                    inside.add(float(t))
+        times = np.array(sorted(inside))
+        return times[np.concatenate([[True], np.diff(times) > 1e-6 * self.duration])]
+
+    def standing(self, site: Site, times: Float[Array, " n_times"]) -> Bool[Array, " n_times"]:
+        """Return whether a site is on the ground at times, first and last instant included."""
+        stands = np.zeros(len(times), dtype=bool)
+        for s in self.stances:
+            if s.footprint.side == site.side and site.part in PARTS:
+                start, stop = s.interval(site.part)
+                stands |= (times >= start - 1e-9) & (times <= stop + 1e-9) & (stop > start)
+        return stands
+
+    def carrying(self, site: Site, times: Float[Array, " n_times"]) -> Bool[Array, " n_times"]:
+        """Return whether a site stands both before and after each time, so that it may carry force.
+
+        The wrench of a spline is continuous; a force that starts and ends at zero is, too.
+        """
+        carries = np.zeros(len(times), dtype=bool)
+        for s in self.stances:
+            if s.footprint.side == site.side and site.part in PARTS:
+                start, stop = s.interval(site.part)
+                start = -np.inf if start <= 0 else start
+                stop = np.inf if stop >= self.duration else stop
+                carries |= (times > start + 1e-9) & (times < stop - 1e-9)
+        return carries
+
+    def footprint(self, side: str, time: float) -> Footprint | None:
+        """Return where a foot stands at a time; None while it swings."""
+        for s in self.stances:
+            if s.footprint.side == side and s.strike - 1e-9 <= time <= s.off + 1e-9:
+                return s.footprint
+        return None
+
+
+_TABLE: dict[str, tuple[tuple[str, str, str], ...]] = {
+    # name of the sphere, body it stands still with, part
+    "rigid": (
+        ("heel_back_medial", "foot", "heel"),
+        ("heel_back_lateral", "foot", "heel"),
+        ("metatarsal_5", "foot", "sole"),
+        ("metatarsal_1", "foot", "sole"),
+        ("toe_1", "foot", "toe"),
+        ("toe_3", "foot", "toe"),
+    ),
+    "two-segment": (
+        ("heel_back_medial", "foot", "heel"),
+        ("heel_back_lateral", "foot", "heel"),
+        ("metatarsal_5", "foot", "sole"),  # behind the toe hinge: it lifts with the heel
+        ("metatarsal_1", "toes", "ball"),  # on the toe hinge: it stands still with the toes
+        ("toe_1", "toes", "toe"),
+        ("toe_5", "toes", "toe"),
+    ),
+    "multi-segment": (
+        ("heel_back_medial", "heel", "heel"),
+        ("heel_back_lateral", "heel", "heel"),
+        ("heel_front_lateral", "heel", "sole"),
+        ("base_5", "lateral_metatarsal", "sole"),
+        ("metatarsal_1", "medial_phalanges", "ball"),
+        ("metatarsal_5", "lateral_phalanges", "ball"),
+        ("toe_1", "medial_phalanges", "toe"),
+        ("toe_3", "medial_phalanges", "toe"),
+        ("toe_4", "lateral_phalanges", "toe"),
+        ("toe_5", "lateral_phalanges", "toe"),
+    ),
+}
+
+
+def foot_sites(human: Human) -> tuple[Site, ...]:
+    """Return the places of both feet that can carry force, right foot first.
+
+    A sphere on the hinge of the toes belongs to the hindfoot as much as to the toes; it is taken to
+    stand still with the toes, so that the foot rolls over it without slipping.
+    """
+    spheres = dict(zip((n for n, _, _ in human.contact_points), _spheres(human), strict=True))
+    sites = []
+    for side in ("r", "l"):
+        for name, body, part in _TABLE[human.feet]:
+            sphere = next(p for n, p in spheres.items() if n.endswith(f"_{name}_{side}"))
+            own = f"{body}_{side}"
+            if sphere.body != own:
+                sphere = Point(own, tuple(_in_body(human, sphere, own)), sphere.radius)
+            sites.append(Site(f"{name}_{side}", side, part, sphere))
+    return tuple(sites)
+
+
+def _spheres(human: Human) -> list[Point]:
+    geoms = [human.model.geom(name) for name, _, _ in human.contact_points]
+    return [
+        Point(
+            human.body_names[int(g.bodyid[0]) - 1],
+            (float(g.pos[0]), float(g.pos[1]), float(g.pos[2])),
+            float(g.size[0]),
+        )
+        for g in geoms
+    ]
+
+
+def _in_body(human: Human, point: Point, body: str) -> Float[Array, " 3"]:
+    """Return the place of a point in the axes of a child of its body, all hinges at zero [m]."""
+    child = human.model.body(human.body(body))
+    if human.model.body_parentid[child.id] != human.body(point.body):
+        raise ParameterError(f"{body} does not hang on {point.body}")
+    return np.array(point.position) - child.pos
