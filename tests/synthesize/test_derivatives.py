@@ -1,0 +1,92 @@
+"""Derivatives of rows: against differences, and of a body with forces at its feet."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from plantigrade.dynamics.symbolic import SymbolicHuman
+from plantigrade.errors import ParameterError
+from plantigrade.synthesize.contact_plan import foot_sites
+from plantigrade.synthesize.derivatives import Derivatives
+from tests.models.presets import person
+
+
+def ground_rows(human):
+    """Return forces of joints and what is missing at the root, divided by the parameter."""
+    body = SymbolicHuman(human)
+    points = [s.point for s in foot_sites(human)]
+    q, v, a = (ca.SX.sym(n, body.nv) for n in ("q", "v", "a"))
+    u, p = ca.SX.sym("u", 3 * len(points)), ca.SX.sym("p", 1)
+    tau = body.inverse_dynamics(points)(q, v, a, ca.reshape(u, 3, -1))
+    return ca.Function("ground", [q, v, a, u, p], [tau / p])
+
+
+def some_state(function, n, seed=0):
+    rng = np.random.default_rng(seed)
+    state = [rng.normal(size=(n, function.size1_in(i))) for i in range(5)]
+    state[4] = 700.0 + state[4]
+    return state
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return Derivatives(ground_rows(person("42", "two-segment")))
+
+
+def test_derivatives_agree_with_differences(ground):
+    state, step = some_state(ground.function, 3), 1e-5
+    z = np.hstack(state[:4])
+    rng = np.random.default_rng(1)
+    lam = rng.normal(size=(3, ground.n_rows))
+    along = rng.normal(size=(4, *z.shape))
+    parts = np.cumsum([x.shape[1] for x in state[:3]])
+
+    def at(z):
+        return [*np.split(z, parts, axis=1), state[4]]
+
+    r, J = ground.jacobian(*state)
+    J, H = J.copy(), ground.hessian(lam, *state).copy()
+    np.testing.assert_allclose(r, ground.values(*state), rtol=1e-12)
+    for d in along:
+        plus, minus = ground.jacobian(*at(z + step * d)), None
+        plus = plus[0], plus[1].copy()
+        minus = ground.jacobian(*at(z - step * d))
+        slope = (plus[0] - minus[0]) / (2 * step)
+        np.testing.assert_allclose(
+            np.einsum("nij,nj->ni", J, d), slope, atol=1e-6 * np.abs(slope).max()
+        )
+        slope = np.einsum("nij,ni->nj", plus[1] - minus[1], lam) / (2 * step)
+        np.testing.assert_allclose(
+            np.einsum("nij,nj->ni", H, d), slope, atol=1e-6 * np.abs(slope).max()
+        )
+
+
+def test_patterns_hold_all_there_is(ground):
+    state = some_state(ground.function, 2)
+    lam = np.ones((2, ground.n_rows))
+    _, J = ground.jacobian(*state)
+    H = ground.hessian(lam, *state)
+    for array, (rows, columns) in ((J, ground.jacobian_pattern), (H, ground.hessian_pattern)):
+        inside = np.zeros(array.shape[1:], dtype=bool)
+        inside[rows, columns] = True
+        assert not array[:, ~inside].any()
+        assert inside.sum() == len(rows) < inside.size
+    np.testing.assert_array_equal(H, H.transpose(0, 2, 1))
+
+
+def test_a_function_without_unknowns_and_parameters_is_taken():
+    q, v, a = (ca.SX.sym(n, 2) for n in "qva")
+    f = ca.Function("f", [q, v, a, ca.SX(0, 1), ca.SX(0, 1)], [ca.sin(q[:1]) * v[1]])
+    d, none = Derivatives(f), np.zeros((3, 0))
+    x = np.ones((3, 2))
+    r, J = d.jacobian(x, x, x, none, none)
+    assert r.shape == (3, 1) and J.shape == (3, 1, 6)
+    np.testing.assert_allclose(J[:, 0, 0], np.cos(1.0))
+    H = d.hessian(np.ones((3, 1)), x, x, x, none, none)
+    np.testing.assert_allclose(H[:, 0, 3], np.cos(1.0))
+
+
+def test_a_function_of_something_else_is_refused():
+    x = ca.SX.sym("x", 2)
+    with pytest.raises(ParameterError, match="must give one column from"):
+        Derivatives(ca.Function("f", [x], [x]))
