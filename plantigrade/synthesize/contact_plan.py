@@ -135,8 +135,9 @@ class ContactPlan:
         for s in self.stances:
             if s.footprint.side == site.side and site.part in PARTS:
                 start, stop = s.interval(site.part)
-                start = -np.inf if start <= 0 else start
-                stop = np.inf if stop >= self.duration else stop
+                if not self.periodic:  # else the strike at zero is one, and stances go on
+                    start = -np.inf if start <= 0 else start
+                    stop = np.inf if stop >= self.duration else stop
                 carries |= (times > start + 1e-9) & (times < stop - 1e-9)
         return carries
 

@@ -1,0 +1,33 @@
+"""Nodes of a motion: every change of contact is one, and in between they are as even as can be."""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.synthesize.contact_plan import ContactPlan
+
+
+def nodes_of(plan: ContactPlan, density: float = 20.0, *, least: int = 2) -> Float[Array, " n"]:
+    """Return the times of the nodes of a plan, start, end and every change of contact among them.
+
+    Between two changes nodes are evenly spaced.
+
+    Args:
+        plan: Says when contact changes.
+        density: Nodes a second at least [1/s].
+        least: Intervals between two changes at least: with one alone, a force that is zero at both
+            its ends would be zero throughout.
+
+    Raises:
+        ParameterError: If the density is not positive or ``least`` below 1.
+    """
+    if not 0 < density < np.inf:
+        raise ParameterError(f"{density=} [1/s] must be positive: 20 is usual")
+    if not (least == int(least) and least >= 1):
+        raise ParameterError(f"{least=} must be a whole number, 1 or more")
+    switches = plan.switches
+    pieces = [
+        np.linspace(a, b, max(int(least), int(np.ceil((b - a) * density - 1e-9))) + 1)[:-1]
+        for a, b in zip(switches[:-1], switches[1:], strict=True)
+    ]
+    return np.concatenate([*pieces, switches[-1:]])
