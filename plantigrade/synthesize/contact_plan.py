@@ -21,6 +21,10 @@ PARTS = ("heel", "sole", "ball", "toe")
 lift together, then the ball, last the toes."""
 
 
+SAME = 1e-7
+"""Times closer than this are one [s]."""
+
+
 @dataclass(frozen=True)
 class Site:
     """A place that can carry force.
@@ -93,6 +97,23 @@ class Stance:
 
 
 @dataclass(frozen=True)
+class Support:
+    """A place of the body that rests on something other than the ground: a chair, a wall, a rail.
+
+    Attributes:
+        site: The place; its ``side`` is empty.
+        position: Where it rests, world [m].
+        start: From when [s].
+        stop: To when [s].
+    """
+
+    site: Site
+    position: tuple[float, float, float]
+    start: float
+    stop: float
+
+
+@dataclass(frozen=True)
 class ContactPlan:
     """All stances of a motion.
 
@@ -100,30 +121,36 @@ class ContactPlan:
         duration: How long the motion lasts [s]; half a stride where it is periodic.
         stances: In order of time; a foot has one at a time.
         periodic: Whether the motion goes on as its mirror image, so that stances go round.
+        supports: What else carries the body.
     """
 
     duration: float
     stances: tuple[Stance, ...]
     periodic: bool = False
+    supports: tuple[Support, ...] = ()
 
     @cached_property
     def switches(self) -> Float[Array, " n_switches"]:
         """Times at which contact changes, start and end among them [s]."""
-        inside = {0.0, self.duration}
-        for s in self.stances:
-            for t in (s.strike, s.flat, s.heel_off, s.ball_off, s.off):
-                if 0.0 < t < self.duration:
-                    inside.add(float(t))
-        times = np.array(sorted(inside))
-        return times[np.concatenate([[True], np.diff(times) > 1e-6 * self.duration])]
+        times = [t for s in self.stances for t in (s.strike, s.flat, s.heel_off, s.ball_off, s.off)]
+        times += [t for s in self.supports for t in (s.start, s.stop)]
+        inside = {0.0, self.duration} | {float(t) for t in times if 0.0 < t < self.duration}
+        ordered = np.array(sorted(inside))
+        return ordered[np.concatenate([[True], np.diff(ordered) > 1e-6 * self.duration])]
+
+    def intervals(self, site: Site) -> list[tuple[float, float]]:
+        """Return from when to when a site stands, each time it does [s]."""
+        if site.side:
+            found = [s.interval(site.part) for s in self.stances if s.footprint.side == site.side]
+        else:
+            found = [(s.start, s.stop) for s in self.supports if s.site.name == site.name]
+        return [(start, stop) for start, stop in found if stop > start]
 
     def standing(self, site: Site, times: Float[Array, " n_times"]) -> Bool[Array, " n_times"]:
-        """Return whether a site is on the ground at times, first and last instant included."""
+        """Return whether a site stands at times, first and last instant included."""
         stands = np.zeros(len(times), dtype=bool)
-        for s in self.stances:
-            if s.footprint.side == site.side and site.part in PARTS:
-                start, stop = s.interval(site.part)
-                stands |= (times >= start - 1e-9) & (times <= stop + 1e-9) & (stop > start)
+        for start, stop in self.intervals(site):
+            stands |= (times >= start - SAME) & (times <= stop + SAME)
         return stands
 
     def carrying(self, site: Site, times: Float[Array, " n_times"]) -> Bool[Array, " n_times"]:
@@ -132,13 +159,11 @@ class ContactPlan:
         The wrench of a spline is continuous; a force that starts and ends at zero is, too.
         """
         carries = np.zeros(len(times), dtype=bool)
-        for s in self.stances:
-            if s.footprint.side == site.side and site.part in PARTS:
-                start, stop = s.interval(site.part)
-                if not self.periodic:  # else the strike at zero is one, and stances go on
-                    start = -np.inf if start <= 0 else start
-                    stop = np.inf if stop >= self.duration else stop
-                carries |= (times > start + 1e-9) & (times < stop - 1e-9)
+        for start, stop in self.intervals(site):
+            if not self.periodic:
+                start = -np.inf if start <= 0 else start
+                stop = np.inf if stop >= self.duration else stop
+            carries |= (times > start + SAME) & (times < stop - SAME)
         return carries
 
     def footprint(self, side: str, time: float) -> Footprint | None:

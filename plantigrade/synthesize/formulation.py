@@ -1,0 +1,294 @@
+r"""The rows of a motion on true contact forces: dynamics, contact, friction, limits, costs.
+
+At every node the six equations of the root hold exactly with the forces of the ground, so every
+joint torque is the one the joint really does. A place of the foot that stands is held where the
+footprint has it; its sphere rolls, so that material on the ground is at rest.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.symbolic import SymbolicHuman
+from plantigrade.models import Human
+from plantigrade.synthesize.contact_plan import SAME, ContactPlan, Footprint, Site
+from plantigrade.synthesize.derivatives import Derivatives
+from plantigrade.synthesize.problem import Rows
+
+TORQUE = 100.0  # a torque of 1 in rows [N m]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A person with the places that can carry force, ready to be made rows of.
+
+    Attributes:
+        human: The person.
+        sites: Places that can carry force.
+        symbolic: Equations of motion.
+        kept: What was made once for this body and is used again.
+    """
+
+    human: Human
+    sites: tuple[Site, ...]
+    symbolic: SymbolicHuman
+    kept: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, human: Human, sites: Sequence[Site]) -> "Body":
+        """Return the body of a person."""
+        return cls(human, tuple(sites), SymbolicHuman(human))
+
+    @property
+    def weight(self) -> float:
+        """Body weight [N]."""
+        return self.symbolic.mass * float(-self.symbolic.gravity[2])
+
+    @property
+    def force_names(self) -> tuple[str, ...]:
+        """Names of node unknowns, three forces a site."""
+        return tuple(f"force {axis} of {s.name}" for s in self.sites for axis in "xyz")
+
+
+def dynamics_rows(body: Body, n_nodes: int) -> Rows:
+    """Return what is missing at the root (6 rows, body weights) and joint torques (100 N m).
+
+    The root's rows are set to zero here; torques are left free.
+    """
+    import casadi as ca
+
+    sym, nu = body.symbolic, 3 * len(body.sites)
+    q, v, a = (ca.SX.sym(x, sym.nv) for x in ("q", "qd", "qdd"))
+    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
+    forces = ca.reshape(u, 3, len(body.sites)) * body.weight
+    tau = sym.inverse_dynamics([s.point for s in body.sites])(q, v, a, forces)
+    r = ca.vertcat(tau[:6] / body.weight, tau[6:] / TORQUE)
+    names = tuple(f"root {w} {x}" for w in ("force", "moment") for x in "xyz")
+    names += tuple(f"torque of {n}" for n in sym.names[6:])
+    rows = Rows.free("dynamics", ca.Function("dynamics", [q, v, a, u, p], [r]), names, n_nodes)
+    rows.lower[:, :6] = rows.upper[:, :6] = 0.0
+    return rows
+
+
+def place_rows(body: Body, headings: Float[Array, "n_nodes n_sites"], *, rates: bool) -> Rows:
+    r"""Return where every site is, the rolling of its sphere taken off; or how fast that moves.
+
+    A sphere of radius :math:`\rho` on a foot pitched by :math:`\theta` and rolled by
+    :math:`\varphi` (about the foot's heading) stands still where
+
+    .. math:: \xi = c + \rho\, (\theta\, e_1 + \varphi\, e_2)
+
+    does not change, :math:`c` being its centre and :math:`\theta > 0` toes up: the centre then
+    moves as the sphere rolls. The third row is the height of the lowest point.
+    """
+    import casadi as ca
+
+    sym, nu = body.symbolic, 3 * len(body.sites)
+    q, v, a = (ca.SX.sym(x, sym.nv) for x in ("q", "qd", "qdd"))
+    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 2 * len(body.sites))
+    low = sym.positions([s.point for s in body.sites])(q)
+    rotation = sym.frames()(q)[1]
+    rows = []
+    for k, site in enumerate(body.sites):
+        i = body.human.body(site.point.body) - 1
+        R, rho = rotation[:, 3 * i : 3 * i + 3], site.point.radius
+        c, s = p[2 * k], p[2 * k + 1]
+        pitch, roll = ca.asin(R[2, 0]), ca.atan2(R[2, 1], R[2, 2])
+        x = low[0, k] + rho * pitch * c - rho * roll * s
+        y = low[1, k] + rho * pitch * s + rho * roll * c
+        rows += [x, y, low[2, k]]
+    r = ca.vertcat(*rows)
+    name, unit = ("contact", "mm")
+    if rates:
+        r = ca.mtimes(ca.jacobian(r, q), v)
+        name, unit = ("contact speed", "mm/s")
+    r = ca.cse(r)
+    names = tuple(f"{axis} of {s.name}" for s in body.sites for axis in "xyz")
+    if rates:
+        names = tuple(f"speed {n}" for n in names)
+    parameters = np.stack([np.cos(headings), np.sin(headings)], axis=2).reshape(len(headings), -1)
+    function = ca.Function(name.replace(" ", "_"), [q, v, a, u, p], [r])
+    return Rows.free(name, function, names, len(headings), parameters, unit, 1000.0)
+
+
+def friction_rows(body: Body, n_nodes: int, friction: float) -> Rows:
+    r"""Return a pyramid inside the friction cone: :math:`|f_x|, |f_y| \le \mu f_z / \sqrt 2`."""
+    import casadi as ca
+
+    nv, nu = body.symbolic.nv, 3 * len(body.sites)
+    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
+    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
+    rows, names, side = [], [], friction / np.sqrt(2.0)
+    for k, site in enumerate(body.sites):
+        f = u[3 * k : 3 * k + 3]
+        for i, axis in enumerate("xy"):
+            rows += [side * f[2] - f[i], side * f[2] + f[i]]
+            names += [f"friction +{axis} at {site.name}", f"friction -{axis} at {site.name}"]
+    function = ca.Function("friction", [q, v, a, u, p], [ca.vertcat(*rows)])
+    rows_ = Rows.free("friction", function, tuple(names), n_nodes, unit="body weights")
+    return rows_
+
+
+def force_rows(body: Body, n_nodes: int) -> Rows:
+    """Return contact forces themselves, to weigh them [body weights]."""
+    import casadi as ca
+
+    nv, nu = body.symbolic.nv, 3 * len(body.sites)
+    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
+    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
+    function = ca.Function("forces", [q, v, a, u, p], [u])
+    return Rows.free("forces", function, body.force_names, n_nodes, unit="body weights")
+
+
+def motion_rows(body: Body, n_nodes: int, what: str) -> Rows:
+    """Return coordinates, their rates or accelerations as rows, to limit or weigh them.
+
+    Args:
+        body: The person.
+        n_nodes: Number of nodes.
+        what: ``"coordinates"``, ``"speeds"`` or ``"accelerations"``.
+    """
+    import casadi as ca
+
+    sym, nu = body.symbolic, 3 * len(body.sites)
+    symbols = [ca.SX.sym(x, sym.nv) for x in ("q", "qd", "qdd")]
+    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
+    i = ("coordinates", "speeds", "accelerations").index(what)
+    function = ca.Function(what, [*symbols, u, p], [symbols[i]])
+    prefix = ("", "speed of ", "acceleration of ")[i]
+    return Rows.free(what, function, tuple(prefix + n for n in sym.names), n_nodes)
+
+
+def site_targets(
+    body: Body, footprint: Footprint
+) -> dict[str, Float[Array, " 3"]]:
+    """Return where the sites of a flat foot on a footprint are: x, y and height [m]."""
+    import mujoco
+
+    human = body.human
+    data = mujoco.MjData(human.model)
+    data.qpos[:] = human.standing()
+    for name in human.coordinates:  # the flat foot: ankles and toes at rest
+        data.qpos[7 + human.hinge(name)] = 0.0
+    mujoco.mj_kinematics(human.model, data)
+    foot = human.body(f"foot_{footprint.side}")
+    ankle, R = data.xpos[foot], data.xmat[foot].reshape(3, 3)
+    c, s = np.cos(footprint.heading), np.sin(footprint.heading)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    out = {}
+    for site in body.sites:
+        if site.side != footprint.side:
+            continue
+        b = human.body(site.point.body)
+        centre = data.xpos[b] + data.xmat[b].reshape(3, 3) @ np.array(site.point.position)
+        local = R.T @ (centre - ankle)
+        lowest = local + [0.0, 0.0, human.dimensions.ankle_height - site.point.radius]
+        out[site.name] = np.array(footprint.position) + turn @ lowest
+    return out
+
+
+def hold_contacts(
+    body: Body, plan: ContactPlan, nodes: Float[Array, " n_nodes"], place: Rows, speed: Rows
+) -> None:
+    """Fix every standing site where the plan has it, and keep the others above the ground.
+
+    Of the rows of a foot only as many are fixed as are independent: the others follow, because the
+    segments of a foot are rigid. At nodes where a contact begins or ends, the speed of what begins
+    or ends is zero too; between nodes it is the positions at neighbouring ones that keep it.
+    """
+    index = {site.name: k for k, site in enumerate(body.sites)}
+    for site, k in index.items():
+        if body.sites[k].side:
+            place.lower[:, 3 * k + 2] = 0.0
+    for stance in plan.stances:
+        targets = site_targets(body, stance.footprint)
+        spans = {index[n]: stance.interval(body.sites[index[n]].part) for n in targets}
+        _hold(body, nodes, spans, {index[n]: x for n, x in targets.items()}, place, speed)
+    if plan.supports:
+        spans = {index[s.site.name]: (s.start, s.stop) for s in plan.supports}
+        at = {index[s.site.name]: np.array(s.position) for s in plan.supports}
+        _hold(body, nodes, spans, at, place, speed)
+
+
+def _hold(
+    body: Body,
+    nodes: Float[Array, " n_nodes"],
+    spans: dict[int, tuple[float, float]],
+    targets: dict[int, Float[Array, " 3"]],
+    place: Rows,
+    speed: Rows,
+) -> None:
+    """Fix sites that move as one while they stand: site → from when to when, and where."""
+    jacobian = _rows_at_rest(body)
+    spans = {k: (start, stop) for k, (start, stop) in spans.items() if stop > start}
+    for i, t in enumerate(nodes):
+        down = [k for k, (start, stop) in spans.items() if start - SAME <= t <= stop + SAME]
+        through = [k for k in down if spans[k][0] < t - SAME and t + SAME < spans[k][1]]
+        first = _independent(jacobian, through, [])
+        every = _independent(jacobian, down, first)
+        for row in every:
+            place.lower[i, row] = place.upper[i, row] = targets[row // 3][row % 3]
+        for k in down:  # those that follow need no limit
+            if 3 * k + 2 not in every:
+                place.lower[i, 3 * k + 2] = -np.inf
+        for row in every[len(first) :]:
+            speed.lower[i, row] = speed.upper[i, row] = 0.0
+
+
+def _rows_at_rest(body: Body) -> Float[Array, "n_rows nv"]:
+    """Return the Jacobian of all place rows in quiet standing."""
+    if "at rest" in body.kept:
+        return body.kept["at rest"]
+    place = place_rows(body, np.zeros((1, len(body.sites))), rates=False)
+    standing = body.human.standing()[None]
+    nv = body.symbolic.nv
+    q, v, a = body.symbolic.from_mujoco(standing, np.zeros((1, nv)), np.zeros((1, nv)))
+    derivatives = Derivatives(place.function)
+    u = np.zeros((1, 3 * len(body.sites)))
+    J = derivatives.jacobian(q, v, a, u, place.parameters)[1][0, :, :nv].copy()
+    body.kept["at rest"] = J
+    return J
+
+
+def _independent(
+    jacobian: Float[Array, "n_rows nv"], sites: Sequence[int], first: Sequence[int]
+) -> list[int]:
+    """Return rows of sites that are independent of each other, those of ``first`` before others."""
+    chosen = list(first)
+    base = np.zeros((0, jacobian.shape[1]))
+    for row in chosen:
+        base = _with(base, jacobian[row])
+    rest = [3 * k + i for k in sites for i in range(3) if 3 * k + i not in chosen]
+    while rest:
+        left = np.array([np.linalg.norm(_off(base, jacobian[row])) for row in rest])
+        best = int(np.argmax(left))
+        if left[best] < 1e-3:
+            break
+        row = rest.pop(best)
+        base = _with(base, jacobian[row])
+        chosen.append(row)
+    return chosen
+
+
+def _off(base: Array, row: Array) -> Array:
+    return row - base.T @ (base @ row)
+
+
+def _with(base: Array, row: Array) -> Array:
+    new = _off(base, _off(base, row))
+    return np.vstack([base, new / np.linalg.norm(new)])
+
+
+def headings(
+    body: Body, plan: ContactPlan, nodes: Float[Array, " n_nodes"]
+) -> Float[Array, "n_nodes n_sites"]:
+    """Return the heading of the footprint each site stands on, or stood on last [rad]."""
+    out = np.zeros((len(nodes), len(body.sites)))
+    for k, site in enumerate(body.sites):
+        for stance in plan.stances:
+            if stance.footprint.side == site.side:
+                out[nodes >= stance.strike - 1e-9, k] = stance.footprint.heading
+    return out

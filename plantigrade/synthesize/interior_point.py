@@ -1,0 +1,691 @@
+r"""A primal-dual interior point method whose every matrix is a band.
+
+The problem of :mod:`~plantigrade.synthesize.problem` with slacks :math:`s` for rows that are
+inequalities is
+
+.. math:: \min f(x) - \mu \sum \log(s - l) - \mu \sum \log(h - s)
+    \quad \text{with} \quad c_E(x) = 0, \; c_I(x) - s = 0.
+
+Slacks and equations are eliminated from Newton's equations,
+
+.. math:: K = W + \delta_w I + J_I^\top \Sigma J_I + \tfrac{1}{\delta_c} J_E^\top J_E,
+
+which is as banded as the Hessian :math:`W` of the Lagrangian, because node rows touch few
+coefficients. Its Cholesky factorisation succeeds exactly if the step is one of descent: it is the
+inertia test of [Waechter2006]_, and :math:`\delta_w` is raised until it does. The error of order
+:math:`\delta_c` that eliminating equations makes is taken out by refinement. Steps are judged by a
+filter with a second-order correction, as there; where no step is accepted, Gauss-Newton steps
+towards feasibility restore progress.
+"""
+
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
+
+from plantigrade.arrays import Array, Float
+from plantigrade.synthesize.derivatives import Derivatives
+from plantigrade.synthesize.problem import Problem, Rows
+from plantigrade.synthesize.transcription import Transcription
+
+Status = Literal["solved", "acceptable", "stopped", "stalled", "too many iterations"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What decides how the solver works; the defaults serve every task.
+
+    Attributes:
+        tolerance: Largest error of the optimality conditions, scaled.
+        feasibility: Largest violation of a row, in its own unit (where 1 is large).
+        acceptable: Optimality error with which a feasible point is good enough once it stalls.
+        iterations: Most iterations.
+        barrier: First barrier parameter.
+        equation: :math:`\\delta_c`.
+        seconds: Most time [s].
+    """
+
+    tolerance: float = 1e-3
+    feasibility: float = 1e-6
+    acceptable: float = 1e-1
+    iterations: int = 200
+    barrier: float = 1e-2
+    equation: float = 1e-8
+    seconds: float = np.inf
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """What one iteration found.
+
+    Attributes:
+        number: Counted from 0.
+        objective: Cost.
+        violation: Largest violation of a row, in its own unit.
+        worst: Which row that is, and when.
+        optimality: Error of the optimality conditions, scaled.
+        barrier: Barrier parameter.
+        regularisation: :math:`\\delta_w` that was needed.
+        step: Part of the step that was taken.
+        seconds: Time since the start [s].
+    """
+
+    number: int
+    objective: float
+    violation: float
+    worst: str
+    optimality: float
+    barrier: float
+    regularisation: float
+    step: float
+    seconds: float
+
+
+@dataclass
+class Multipliers:
+    """What rows push with, family by family; a start for a problem much like this one.
+
+    Attributes:
+        y: Of equations and of slacks (n_nodes, n_rows), one array a family.
+        low: Of lower limits.
+        high: Of upper limits.
+    """
+
+    y: list[Float[Array, "n_nodes n_rows"]]
+    low: list[Float[Array, "n_nodes n_rows"]]
+    high: list[Float[Array, "n_nodes n_rows"]]
+
+
+@dataclass(frozen=True)
+class Result:
+    """Where the solver ended.
+
+    Attributes:
+        c: Coefficients (n_coefficients, n_coordinates).
+        u: Node unknowns (n_nodes, n_unknowns).
+        status: How it ended; ``"solved"`` and ``"acceptable"`` keep every row.
+        history: Every iteration.
+        multipliers: For a warm start.
+    """
+
+    c: Float[Array, "n_coefficients n_coordinates"]
+    u: Float[Array, "n_nodes n_unknowns"]
+    status: Status
+    history: tuple[Iterate, ...]
+    multipliers: Multipliers
+
+    @property
+    def success(self) -> bool:
+        """Whether every row is kept."""
+        return self.status in ("solved", "acceptable")
+
+
+class _Family:
+    """Rows of one kind with their derivatives, masks and slacks."""
+
+    def __init__(self, rows: Rows, n_local: int):
+        self.rows = rows
+        self.d = Derivatives(rows.function)
+        jr, jc = self.d.jacobian_pattern
+        hr, _ = self.d.hessian_pattern
+        self.linear = len(hr) == 0
+        per_row = np.bincount(jr, minlength=len(rows.names)) if len(jr) else np.zeros(1)
+        self.single = self.linear and per_row.max() <= 1
+        self.columns = np.unique(jc)
+        self.contiguous = (
+            slice(int(self.columns[0]), int(self.columns[-1]) + 1)
+            if len(self.columns) and self.columns[-1] - self.columns[0] + 1 == len(self.columns)
+            else None
+        )
+        self.eq, self.ineq = rows.equations, rows.inequalities
+        self.has_low = self.ineq & np.isfinite(rows.lower)
+        self.has_high = self.ineq & np.isfinite(rows.upper)
+        self.low = np.where(self.has_low, rows.lower, -1.0)
+        self.high = np.where(self.has_high, rows.upper, 1.0)
+        self.aim = np.where(self.eq, rows.lower, 0.0)
+        self.costs = bool(np.any(rows.weight) or np.any(rows.gain))
+        shape = rows.lower.shape
+        self.r = np.zeros(shape)
+        self.J: Array | None = None
+        self.s = np.zeros(shape)
+        self.y = np.zeros(shape)
+        self.zl = np.zeros(shape)
+        self.zu = np.zeros(shape)
+
+    def cost(self, r: Array) -> float:
+        if not self.costs:
+            return 0.0
+        f = self.rows
+        away = r - f.target
+        return float(np.sum(f.gain * r) + 0.5 * np.sum(f.weight * away * away))
+
+    def push(self, r: Array) -> Array:
+        """Derivative of the cost by the rows."""
+        f = self.rows
+        return f.gain + f.weight * (r - f.target)
+
+    def gap(self, r: Array, s: Array) -> Array:
+        """What is missing to c_E = 0 and c_I = s."""
+        return np.where(self.eq, r - self.aim, np.where(self.ineq, r - s, 0.0))
+
+    def room(self, s: Array) -> tuple[Array, Array]:
+        """Distance of slacks to their limits; 1 where there is none."""
+        return np.where(self.has_low, s - self.low, 1.0), np.where(self.has_high, self.high - s, 1.0)
+
+    def violation(self, r: Array) -> Array:
+        f = self.rows
+        return np.maximum(np.maximum(f.lower - r, r - f.upper), 0.0)
+
+
+class InteriorPoint:
+    """The solver of one problem: derivatives, orders and arrays are made once and used again."""
+
+    def __init__(self, problem: Problem, options: Options | None = None):
+        self.problem = problem
+        self.options = options or Options()
+        self.t = Transcription(problem)
+        self.nv = self.t.nv
+        u_rows = _limits_of_unknowns(problem)
+        rows = (*problem.rows, *([u_rows] if u_rows is not None else []))
+        self.families = [_Family(r, self.t.n_local) for r in rows]
+
+    # Evaluation -------------------------------------------------------------------------------
+
+    def _split(self, z: Array) -> tuple[Array, Array, Array, Array]:
+        n = self.nv
+        return z[:, :n], z[:, n : 2 * n], z[:, 2 * n : 3 * n], z[:, 3 * n :]
+
+    def _values(self, x: Array) -> list[Array]:
+        z = self._split(self.t.local(x))
+        return [f.d.values(*z, f.rows.parameters) for f in self.families]
+
+    def _jacobians(self, x: Array) -> None:
+        z = self._split(self.t.local(x))
+        for f in self.families:
+            if f.linear and f.J is not None:
+                f.r = f.d.values(*z, f.rows.parameters)
+            else:
+                f.r, J = f.d.jacobian(*z, f.rows.parameters)
+                f.J = np.ascontiguousarray(J[:, :, f.contiguous or f.columns])
+                if f.single:
+                    f.diagonal_column = np.abs(f.J).argmax(axis=2)
+                    f.diagonal_value = np.take_along_axis(f.J, f.diagonal_column[..., None], 2)[
+                        ..., 0
+                    ]
+
+    def _down(self, weights: list[Array]) -> Array:
+        """Return sum of J' w over families, by x."""
+        g = np.zeros((self.t.n_nodes, self.t.n_local))
+        for f, w in zip(self.families, weights, strict=True):
+            part = np.matmul(w[:, None, :], f.J)[:, 0]
+            if f.contiguous is not None:
+                g[:, f.contiguous] += part
+            else:
+                g[:, f.columns] += part
+        return self.t.gradient(g)
+
+    def _up(self, dx: Array) -> list[Array]:
+        """Return J dx of every family."""
+        dz = self.t.local_step(dx)
+        out = []
+        for f in self.families:
+            part = dz[:, f.contiguous] if f.contiguous is not None else dz[:, f.columns]
+            out.append(np.matmul(f.J, part[:, :, None])[:, :, 0])
+        return out
+
+    def _objective(self, x: Array, values: list[Array]) -> float:
+        smooth, _ = self.t.smoothness(x)
+        return smooth + sum(f.cost(r) for f, r in zip(self.families, values, strict=True))
+
+    # Newton's equations -----------------------------------------------------------------------
+
+    def _curvature(self, x: Array, convex: bool = False) -> Array:
+        """Return the Hessian of the Lagrangian by z, without limits (n_nodes, n_local, n_local)."""
+        z = self._split(self.t.local(x))
+        H = np.zeros((self.t.n_nodes, self.t.n_local, self.t.n_local))
+        if convex:
+            return H
+        for f in self.families:
+            if not f.linear:
+                lam = np.where(f.eq | f.ineq, f.y, 0.0) + f.push(f.r)
+                H += f.d.hessian(lam, *z, f.rows.parameters)
+        return H
+
+    def _add_squares(self, H: Array, weights: list[Array]) -> None:
+        """Add J' D J of every family to H."""
+        for f, w in zip(self.families, weights, strict=True):
+            if f.single:
+                at = f.columns[f.diagonal_column]
+                k = np.arange(len(H))[:, None]
+                np.add.at(H, (k, at, at), w * f.diagonal_value**2)
+                continue
+            J = f.J
+            block = np.matmul((J * w[:, :, None]).transpose(0, 2, 1), J)
+            if f.contiguous is not None:
+                H[:, f.contiguous, f.contiguous] += block
+            else:
+                c = f.columns
+                H[:, c[:, None], c[None, :]] += block
+
+    def _sigma(self) -> list[Array]:
+        out = []
+        for f in self.families:
+            a, b = f.room(f.s)
+            out.append(
+                np.where(f.has_low, f.zl / a, 0.0) + np.where(f.has_high, f.zu / b, 0.0)
+            )
+        return out
+
+    def _factor(self, base: Array, dw: float):
+        band = base.copy(order="F")
+        band[0] += dw
+        return cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+
+    # Solve ------------------------------------------------------------------------------------
+
+    def solve(
+        self,
+        c0: Float[Array, "n_coefficients nv"],
+        u0: Float[Array, "n_nodes nu"] | None = None,
+        multipliers: Multipliers | None = None,
+        progress: Callable[[Iterate], bool | None] | None = None,
+    ) -> Result:
+        """Solve from a guess.
+
+        Args:
+            c0: Coefficients to start from.
+            u0: Node unknowns to start from; the middle between limits of zero if absent.
+            multipliers: From a problem much like this one.
+            progress: Told every iteration; returning True stops with the best so far.
+
+        Returns:
+            Where the solver ended; never raises because it failed.
+        """
+        o, t = self.options, self.t
+        started = clock.perf_counter()
+        warm = multipliers is not None
+        mu = o.barrier if not warm else min(o.barrier, 1e-4)
+        u0 = np.zeros((t.n_nodes, t.nu)) if u0 is None else u0
+        x = t.join(c0, u0)
+        self._jacobians(x)
+        for i, f in enumerate(self.families):
+            f.s = _inside(f, f.r, 1e-2 if not warm else 1e-4)
+            a, b = f.room(f.s)
+            if multipliers is not None and i < len(multipliers.y):
+                f.y = multipliers.y[i].copy()
+                f.zl = np.where(f.has_low, np.maximum(multipliers.low[i], mu / 10), 0.0)
+                f.zu = np.where(f.has_high, np.maximum(multipliers.high[i], mu / 10), 0.0)
+            else:
+                f.y = np.zeros_like(f.r)
+                f.zl = np.where(f.has_low, np.minimum(mu / a, 1.0), 0.0)
+                f.zu = np.where(f.has_high, np.minimum(mu / b, 1.0), 0.0)
+        history: list[Iterate] = []
+        filter_: list[tuple[float, float]] = []
+        dw_last, alpha, dw = 0.0, 0.0, 0.0
+        status: Status = "too many iterations"
+        best: tuple[float, Array] = (np.inf, x)
+        stalls = 0
+        for number in range(o.iterations + 1):
+            values = [f.r for f in self.families]
+            objective = self._objective(x, values)
+            pushes = [np.where(f.eq | f.ineq, f.y, 0.0) + f.push(f.r) for f in self.families]
+            gradient = self._down(pushes) + t.smoothness(x)[1]
+            violation, worst = self._worst(values)
+            gaps = [f.gap(f.r, f.s) for f in self.families]
+            dual_scale, slack_error = self._scale(), self._slack_error(mu)
+            optimality = max(float(np.abs(gradient).max()) / dual_scale, slack_error / dual_scale)
+            gap = max(float(np.abs(g).max()) for g in gaps)
+            complement0 = self._complement(0.0) / dual_scale
+            history.append(
+                Iterate(
+                    number, objective, violation, worst, max(optimality, complement0), mu, dw,
+                    alpha, clock.perf_counter() - started,
+                )
+            )
+            if violation < best[0] or (violation <= o.feasibility and optimality < 1e9):
+                best = (violation, x)
+            error0 = max(optimality, complement0)
+            if error0 <= o.tolerance and violation <= o.feasibility:
+                status = "solved"
+                break
+            try:
+                told = progress(history[-1]) if progress is not None else False
+            except KeyboardInterrupt:
+                told = True
+            if told or history[-1].seconds > o.seconds:
+                status, x = "stopped", best[1]
+                break
+            # barrier
+            while (
+                max(optimality, gap, self._complement(mu) / dual_scale) <= 10 * mu
+                and mu > o.tolerance / 20
+            ):
+                mu = max(o.tolerance / 20, min(0.2 * mu, mu**1.5))
+                filter_ = []
+                slack_error = self._slack_error(mu)
+            # Newton
+            sigma = self._sigma()
+            H = self._curvature(x)
+            self._add_squares(
+                H,
+                [
+                    s + f.rows.weight + np.where(f.eq, 1.0 / o.equation, 0.0)
+                    for s, f in zip(sigma, self.families, strict=True)
+                ],
+            )
+            full = t.band()
+            t.assemble(H, full)
+            t.add_smoothness(full)
+            factor, dw = None, 0.0
+            trial = 0.0 if dw_last == 0.0 else dw_last / 3.0
+            for attempt in range(40):
+                try:
+                    factor = self._factor(full, trial + 1e-12)
+                    dw = trial
+                    break
+                except LinAlgError:
+                    if trial == 0.0:
+                        trial = max(1e-4, dw_last / 3.0)
+                    else:
+                        trial *= 8.0 if dw_last > 0 or attempt > 3 else 30.0
+            if factor is None:
+                status = "stalled"
+                break
+            dw_last = dw
+            self._factored = (factor, sigma)
+            dx, dy, ds, dzl, dzu = self._step(x, gaps, mu)
+            # line search
+            tau = max(0.99, 1.0 - mu)
+            alpha_max, alpha_z = 1.0, 1.0
+            for f, d, l, h in zip(self.families, ds, dzl, dzu, strict=True):
+                a, b = f.room(f.s)
+                alpha_max = min(alpha_max, _most(a, d, f.has_low, tau))
+                alpha_max = min(alpha_max, _most(b, -d, f.has_high, tau))
+                alpha_z = min(alpha_z, _most(np.where(f.has_low, f.zl, 1.0), l, f.has_low, tau))
+                alpha_z = min(alpha_z, _most(np.where(f.has_high, f.zu, 1.0), h, f.has_high, tau))
+            theta = sum(float(np.abs(g).sum()) for g in gaps)
+            phi = objective - mu * self._logs([f.s for f in self.families])
+            slope = self._slope(x, dx, ds, mu)
+            accepted, alpha = False, alpha_max
+            floor_theta = 1e-4 * max(1.0, history[0].violation)
+            for trial_number in range(14):
+                x_new = x + alpha * dx
+                s_new = [f.s + alpha * d for f, d in zip(self.families, ds, strict=True)]
+                r_new = self._values(x_new)
+                ok, theta_new = self._acceptable(
+                    x_new, r_new, s_new, mu, theta, phi, slope, alpha, filter_, floor_theta
+                )
+                if ok:
+                    accepted = True
+                    break
+                if trial_number == 0 and theta_new >= 0.5 * theta:
+                    found = self._correct(
+                        x, dx, ds, alpha, r_new, s_new, mu, tau, theta, phi, slope, filter_,
+                        floor_theta,
+                    )
+                    if found is not None:
+                        x_new, s_new, r_new = found
+                        accepted = True
+                        break
+                alpha *= 0.5
+            if not accepted:
+                stalls += 1
+                if stalls > 12:
+                    status = "stalled"
+                    break
+                filter_ = []
+                x_new = x + alpha_max * min(1.0, 0.1 * stalls + 0.1) * dx
+                alpha = alpha_max * min(1.0, 0.1 * stalls + 0.1)
+                s_new = [f.s + alpha * d for f, d in zip(self.families, ds, strict=True)]
+                if theta > 1e-6 and stalls % 2 == 0:
+                    restored = self._restore(x)
+                    if restored is not None:
+                        x_new = restored
+                        r_new = self._values(x_new)
+                        s_new = [_inside(f, r, 1e-4) for f, r in zip(self.families, r_new, strict=True)]
+            for f, s, d, l, h in zip(self.families, s_new, dy, dzl, dzu, strict=True):
+                f.s = s
+                f.y = f.y + alpha * d
+                f.zl = f.zl + alpha_z * l
+                f.zu = f.zu + alpha_z * h
+                a, b = f.room(f.s)  # keep multipliers within reach of mu / slack
+                f.zl = np.where(f.has_low, np.clip(f.zl, mu / (1e10 * a), 1e10 * mu / a), 0.0)
+                f.zu = np.where(f.has_high, np.clip(f.zu, mu / (1e10 * b), 1e10 * mu / b), 0.0)
+            x = x_new
+            self._jacobians(x)
+        else:
+            x = best[1] if history[-1].violation > 10 * best[0] else x
+        last = history[-1]
+        if status not in ("solved", "stopped") and last.violation <= 10 * o.feasibility:
+            if last.optimality <= o.acceptable:
+                status = "acceptable"
+        c, u = t.split(x)
+        return Result(
+            c, u, status, tuple(history),
+            Multipliers(
+                [f.y for f in self.families], [f.zl for f in self.families],
+                [f.zu for f in self.families],
+            ),
+        )
+
+    # Pieces of an iteration -------------------------------------------------------------------
+
+    def _step(self, x: Array, gaps: list[Array], mu: float):
+        """Return the Newton step of x, y, s and the multipliers of limits."""
+        factor, sigma = self._factored
+        dc = self.options.equation
+        fam = self.families
+        # elimination of slacks: y+ = sigma (J dx + gap) + b,  b = -mu/(s-l) + mu/(h-s)
+        b = []
+        for f in fam:
+            a, h = f.room(f.s)
+            b.append(np.where(f.has_low, -mu / a, 0.0) + np.where(f.has_high, mu / h, 0.0))
+        pushes = [
+            f.push(f.r)
+            + np.where(f.eq, f.y + g / dc, 0.0)
+            + np.where(f.ineq, s * g + bb, 0.0)
+            for f, g, s, bb in zip(fam, gaps, sigma, b, strict=True)
+        ]
+        smooth = self.t.smoothness(x)[1]
+        dx = -cho_solve_banded((factor, True), self._down(pushes) + smooth, check_finite=False)
+        Jdx = self._up(dx)
+        dy_eq = [
+            np.where(f.eq, (g + j) / dc, 0.0) for f, g, j in zip(fam, gaps, Jdx, strict=True)
+        ]
+        for _ in range(3):  # towards the equations themselves
+            missing = [np.where(f.eq, g + j, 0.0) for f, g, j in zip(fam, gaps, Jdx, strict=True)]
+            size = max(float(np.abs(m).max()) for m in missing)
+            if size < 1e-11:
+                break
+            ddx = -cho_solve_banded(
+                (factor, True), self._down([m / dc for m in missing]), check_finite=False
+            )
+            dx = dx + ddx
+            step = self._up(ddx)
+            Jdx = [j + d for j, d in zip(Jdx, step, strict=True)]
+            dy_eq = [
+                y + np.where(f.eq, (m + d) / dc, 0.0)
+                for y, f, m, d in zip(dy_eq, fam, missing, step, strict=True)
+            ]
+        dy, ds, dzl, dzu = [], [], [], []
+        for f, g, j, s, bb, ye in zip(fam, gaps, Jdx, sigma, b, dy_eq, strict=True):
+            d = np.where(f.ineq, j + g, 0.0)
+            ds.append(d)
+            dy.append(np.where(f.eq, ye, np.where(f.ineq, s * d + bb - f.y, 0.0)))
+            a, h = f.room(f.s)
+            dzl.append(np.where(f.has_low, mu / a - f.zl - f.zl / a * d, 0.0))
+            dzu.append(np.where(f.has_high, mu / h - f.zu + f.zu / h * d, 0.0))
+        return dx, dy, ds, dzl, dzu
+
+    def _acceptable(
+        self, x, r, s, mu, theta, phi, slope, alpha, filter_, floor_theta
+    ) -> tuple[bool, float]:
+        """Return whether a trial point may be taken, and how much it violates rows."""
+        gaps = [f.gap(ri, si) for f, ri, si in zip(self.families, r, s, strict=True)]
+        theta_new = sum(float(np.abs(g).sum()) for g in gaps)
+        if not np.isfinite(theta_new):
+            return False, np.inf
+        phi_new = self._objective(x, r) - mu * self._logs(s)
+        if not np.isfinite(phi_new):
+            return False, theta_new
+        slack = 1e-10 * max(1.0, abs(phi))
+        for ft, fp in filter_:
+            if theta_new >= (1 - 1e-5) * ft and phi_new >= fp - 1e-5 * ft + slack:
+                return False, theta_new
+        if theta <= floor_theta and slope < 0 and alpha * (-slope) ** 2.3 > theta**1.1:
+            return phi_new <= phi + 1e-4 * alpha * slope + slack, theta_new
+        if theta_new <= (1 - 1e-5) * theta or phi_new <= phi - 1e-5 * theta + slack:
+            filter_.append(((1 - 1e-5) * theta, phi - 1e-5 * theta))
+            return True, theta_new
+        return False, theta_new
+
+    def _correct(
+        self, x, dx, ds, alpha, r_new, s_new, mu, tau, theta, phi, slope, filter_, floor_theta
+    ):
+        """Return a second-order correction of a step, or None."""
+        gaps = [
+            alpha * f.gap(f.r, f.s) + f.gap(r, s)
+            for f, r, s in zip(self.families, r_new, s_new, strict=True)
+        ]
+        dx2, _, ds2, _, _ = self._step(x, gaps, mu)
+        most = 1.0
+        for f, d in zip(self.families, ds2, strict=True):
+            a, b = f.room(f.s)
+            most = min(most, _most(a, d, f.has_low, tau), _most(b, -d, f.has_high, tau))
+        x2 = x + most * dx2
+        s2 = [f.s + most * d for f, d in zip(self.families, ds2, strict=True)]
+        r2 = self._values(x2)
+        ok, _ = self._acceptable(x2, r2, s2, mu, theta, phi, slope, alpha, filter_, floor_theta)
+        return (x2, s2, r2) if ok else None
+
+    def _restore(self, x: Array) -> Array | None:
+        """Return a point that violates rows less, by damped Gauss-Newton steps; None if none."""
+        damping, before = 1e-2, np.inf
+        here, first = x, None
+        for _ in range(15):
+            values = self._values(here)
+            off = [
+                f.rows.lower - r if False else np.where(r < f.rows.lower, r - f.rows.lower, 0.0)
+                + np.where(r > f.rows.upper, r - f.rows.upper, 0.0)
+                for f, r in zip(self.families, values, strict=True)
+            ]
+            size = sum(float(np.sum(d * d)) for d in off)
+            first = size if first is None else first
+            if size < 1e-4 * first:
+                return here
+            self._jacobians(here)
+            H = np.zeros((self.t.n_nodes, self.t.n_local, self.t.n_local))
+            self._add_squares(H, [np.where(d != 0.0, 1.0, 0.0) for d in off])
+            band = self.t.band()
+            self.t.assemble(H, band)
+            g = self._down(off)
+            for _ in range(8):
+                factor = self._factor(band, damping)
+                step = -cho_solve_banded((factor, True), g, check_finite=False)
+                trial = here + step
+                after = sum(
+                    float(np.sum(f.violation(r) ** 2))
+                    for f, r in zip(self.families, self._values(trial), strict=True)
+                )
+                if after < size:
+                    here, damping = trial, max(damping / 4, 1e-8)
+                    break
+                damping *= 6
+            else:
+                break
+            before = after
+        return here if first is not None and before < 0.5 * first else None
+
+    def _slope(self, x: Array, dx: Array, ds: list[Array], mu: float) -> float:
+        """Return the derivative of the barrier function along a step."""
+        gradient = self._down([f.push(f.r) for f in self.families]) + self.t.smoothness(x)[1]
+        slope = float(gradient @ dx)
+        for f, d in zip(self.families, ds, strict=True):
+            a, b = f.room(f.s)
+            slope -= mu * float(np.sum(np.where(f.has_low, d / a, 0.0)))
+            slope += mu * float(np.sum(np.where(f.has_high, d / b, 0.0)))
+        return slope
+
+    def _logs(self, slacks: Sequence[Array]) -> float:
+        total = 0.0
+        for f, s in zip(self.families, slacks, strict=True):
+            a, b = f.room(s)
+            if a.min() <= 0 or b.min() <= 0:
+                return -np.inf
+            total += float(np.sum(np.log(a)) + np.sum(np.log(b)))
+        return total
+
+    def _scale(self) -> float:
+        """Return by how much large multipliers excuse a large gradient [Waechter2006]_."""
+        total, count = 0.0, 1
+        for f in self.families:
+            total += float(np.abs(f.y).sum() + f.zl.sum() + f.zu.sum())
+            count += int(f.eq.sum() + f.ineq.sum() + f.has_low.sum() + f.has_high.sum())
+        return max(1.0, total / count / 100.0) if count else 1.0
+
+    def _slack_error(self, mu: float) -> float:
+        return max(
+            float(np.abs(np.where(f.ineq, -f.y - f.zl + f.zu, 0.0)).max()) for f in self.families
+        )
+
+    def _complement(self, mu: float) -> float:
+        worst = 0.0
+        for f in self.families:
+            a, b = f.room(f.s)
+            worst = max(
+                worst,
+                float(np.abs(np.where(f.has_low, f.zl * a - mu, 0.0)).max()),
+                float(np.abs(np.where(f.has_high, f.zu * b - mu, 0.0)).max()),
+            )
+        return worst
+
+    def _worst(self, values: list[Array]) -> tuple[float, str]:
+        worst, name = 0.0, ""
+        for f, r in zip(self.families, values, strict=True):
+            off = f.violation(r)
+            k, i = np.unravel_index(int(np.argmax(off)), off.shape)
+            if off[k, i] > worst:
+                worst = float(off[k, i])
+                name = f"{f.rows.names[i]} at {self.problem.nodes[k]:.2f} s"
+        return worst, name
+
+
+def _inside(f: _Family, r: Array, margin: float) -> Array:
+    """Return slacks near rows, inside their limits."""
+    both = f.has_low & f.has_high
+    width = np.where(both, f.high - f.low, np.inf)
+    room_low = np.minimum(margin * np.maximum(1.0, np.abs(f.low)), margin * width)
+    room_high = np.minimum(margin * np.maximum(1.0, np.abs(f.high)), margin * width)
+    s = np.where(f.has_low, np.maximum(r, f.low + room_low), r)
+    s = np.where(f.has_high, np.minimum(s, f.high - room_high), s)
+    return np.where(f.ineq, s, 0.0)
+
+
+def _most(room: Array, step: Array, mask: Array, tau: float) -> float:
+    """Return how much of a step leaves part 1 - tau of the room."""
+    shrink = mask & (step < 0)
+    if not shrink.any():
+        return 1.0
+    return min(1.0, float(np.min(-tau * room[shrink] / step[shrink])))
+
+
+def _limits_of_unknowns(problem: Problem) -> Rows | None:
+    """Return the limits of node unknowns as rows."""
+    if not problem.n_unknowns:
+        return None
+    import casadi as ca
+
+    nv, nu, n = len(problem.names), problem.n_unknowns, len(problem.nodes)
+    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
+    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
+    rows = Rows.free(
+        "force", ca.Function("unknowns", [q, v, a, u, p], [u]), problem.u_names, n,
+        unit="body weights",
+    )
+    active = problem.u_active
+    rows.lower[active] = problem.u_lower[active]
+    rows.upper[active] = problem.u_upper[active]
+    return rows

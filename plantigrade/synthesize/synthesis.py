@@ -1,0 +1,148 @@
+"""A synthesised motion: what the solver found, sampled at any time."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.synthesize.formulation import Body
+from plantigrade.synthesize.interior_point import Iterate, Multipliers
+from plantigrade.synthesize.problem import Problem
+from plantigrade.synthesize.task import Task
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One run of a solver on the way to a motion.
+
+    Attributes:
+        name: What was solved: ``"first mesh"``, ``"refined"``, ``"IPOPT"``.
+        solver: ``"band"`` or ``"ipopt"``.
+        nodes: Number of nodes.
+        status: How it ended.
+        seconds: How long it took [s].
+        history: Its iterations.
+    """
+
+    name: str
+    solver: str
+    nodes: int
+    status: str
+    seconds: float
+    history: tuple[Iterate, ...]
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A motion at many times.
+
+    Attributes:
+        time: Times [s].
+        qpos: MuJoCo's configuration (n_times, nq).
+        qvel: MuJoCo's velocity (n_times, nv).
+        qacc: MuJoCo's acceleration (n_times, nv).
+        q: Coordinates in OpenSim's order (n_times, nv).
+        force: Contact forces, world (n_times, n_sites, 3) [N].
+        standing: Which sites the plan has on the ground (n_times, n_sites).
+    """
+
+    time: Float[Array, " n_times"]
+    qpos: Float[Array, "n_times nq"]
+    qvel: Float[Array, "n_times nv"]
+    qacc: Float[Array, "n_times nv"]
+    q: Float[Array, "n_times nv"]
+    force: Float[Array, "n_times n_sites 3"]
+    standing: Bool[Array, "n_times n_sites"]
+
+
+@dataclass(frozen=True)
+class Synthesis:
+    """A motion from a task.
+
+    Attributes:
+        body: Who moves.
+        task: What was asked.
+        problem: The problem that was solved last.
+        c: Coefficients.
+        u: Contact forces at nodes [body weights].
+        status: How the last solver ended.
+        success: Whether every row of the problem is kept at the nodes; the checker has the last
+            word on what is between them.
+        stages: The way there.
+        multipliers: For a warm start.
+    """
+
+    body: Body
+    task: Task
+    problem: Problem
+    c: Float[Array, "n_coefficients nv"]
+    u: Float[Array, "n_nodes n_unknowns"]
+    status: str
+    success: bool
+    stages: tuple[Stage, ...]
+    multipliers: Multipliers | None = None
+
+    @cached_property
+    def objective(self) -> float:
+        """Cost at the end."""
+        return self.stages[-1].history[-1].objective
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of all stages."""
+        return sum(max(len(s.history) - 1, 0) for s in self.stages)
+
+    @property
+    def seconds(self) -> float:
+        """Time of all stages [s]."""
+        return sum(s.seconds for s in self.stages)
+
+    def times(self, fineness: int = 10, laps: int = 1) -> Float[Array, " n_times"]:
+        """Return the times of a grid finer than the nodes [s].
+
+        Args:
+            fineness: Intervals for each one between nodes.
+            laps: Laps of a periodic motion; two are a stride.
+        """
+        ends = self.problem.nodes
+        if self.problem.closure is not None:
+            ends = np.append(ends, self.task.plan.duration)
+        part = np.arange(fineness) / fineness
+        inner = (ends[:-1, None] + np.diff(ends)[:, None] * part).ravel()
+        all_ = [inner + lap * self.task.plan.duration for lap in range(laps)]
+        return np.concatenate([*all_, [laps * self.task.plan.duration]])
+
+    def sample(self, times: Float[Array, " n_times"]) -> Sampled:
+        """Return the motion at times [s]; a periodic one goes on for ever.
+
+        Contact forces are linear between nodes, as the problem takes them.
+        """
+        p, span = self.problem, self.task.plan.duration
+        n_sites = len(self.body.sites)
+        lap = np.zeros(len(times), int)
+        inside = np.asarray(times, float)
+        if p.closure is not None:
+            lap = np.floor(inside / span + 1e-12).astype(int)
+            inside = np.clip(inside - lap * span, 0.0, np.nextafter(span, 0.0))
+        q, v, a = p.states(self.c, inside)
+        knots, values = p.nodes, self.u
+        if p.closure is not None:
+            knots = np.append(p.nodes, span)
+            after = self.u[:1][:, p.closure.u_source] * p.closure.u_sign
+            values = np.vstack([self.u, after])
+        u = np.stack([np.interp(inside, knots, x) for x in values.T], axis=1)
+        standing = np.stack(
+            [self.task.plan.standing(s, inside) for s in self.body.sites], axis=1
+        ) if n_sites else np.zeros((len(times), 0), bool)
+        if p.closure is not None:
+            k = p.closure
+            for turn in range(1, int(lap.max(initial=0)) + 1):
+                at = lap >= turn
+                q[at] = q[at][:, k.source] * k.sign + k.shift
+                v[at], a[at] = v[at][:, k.source] * k.sign, a[at][:, k.source] * k.sign
+                u[at] = u[at][:, k.u_source] * k.u_sign
+                standing[at] = standing[at][:, k.u_source[::3] // 3]
+        qpos, qvel, qacc = self.body.symbolic.to_mujoco(q, v, a)
+        force = u.reshape(len(times), n_sites, 3) * self.body.weight
+        return Sampled(np.asarray(times, float), qpos, qvel, qacc, q, force, standing)
