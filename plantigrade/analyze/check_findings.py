@@ -150,6 +150,8 @@ class Slip:
         end: Last frame [s].
         distance: Greatest way along the ground from where the material touched [mm].
         time: When [s].
+        since: When a twentieth of that way was done [s].
+        until: When all but a twentieth of it was done [s].
     """
 
     site: str
@@ -158,6 +160,8 @@ class Slip:
     end: float
     distance: float
     time: float
+    since: float
+    until: float
 
 
 @dataclass(frozen=True)

@@ -137,7 +137,10 @@ def examine(motion: MotionUnderTest, tolerances: Tolerances | None = None) -> Mo
     s = judge.state
     findings = sorted(judge.findings, key=lambda f: -f.value / max(f.limit, 1e-9))
     return MotionCheck(
-        {q: judge.measures[q] for q in QUANTITIES if q in judge.measures},
+        {
+            q: judge.measures.get(q, Measure(q, np.nan, np.nan, QUANTITY[q].unit))
+            for q in QUANTITIES
+        },
         tuple(findings),
         motion.time,
         s.tau,
@@ -206,14 +209,17 @@ class _Judge:
                 way[1:] = np.cumsum(0.5 * step * (u[1:] + u[:-1]), axis=0)
                 far = 1000.0 * np.linalg.norm(way, axis=1)
                 worst = int(np.argmax(far))
+                since, until = (int(np.argmax(far >= x * far[worst])) for x in (0.05, 0.95))
                 slips.append(
                     Slip(
                         site.name,
                         site.side,
-                        float(t[start]),
-                        float(t[stop - 1]),
-                        float(far[worst]),
-                        float(t[start + worst]),
+                        start=float(t[start]),
+                        end=float(t[stop - 1]),
+                        distance=float(far[worst]),
+                        time=float(t[start + worst]),
+                        since=float(t[start + since]),
+                        until=float(t[start + until]),
                     )
                 )
         self._slips(slips)
@@ -488,7 +494,7 @@ class _Judge:
             bad = [s for s in bad if not any(s is each for each in same)]
             w = max(same, key=lambda s: s.distance)
             others = tuple(dict.fromkeys(s.site for s in same if s.site != w.site))
-            self._add("slip", w.site, w.side, w.time, w.start, w.end, w.distance, limit, others)
+            self._add("slip", w.site, w.side, w.time, w.since, w.until, w.distance, limit, others)
 
     def _add(
         self,
