@@ -58,7 +58,7 @@ class Tolerances:
     coordinate: float = 0.5
     velocity: float = 2.0
     torque: float = 2.0
-    velocity_mismatch: float = 1.0
+    velocity_mismatch: float = 0.5
     acceleration_mismatch: float = 5.0
     momentum: float = 2.0
     energy: float = 5.0
@@ -122,14 +122,23 @@ class Finding:
         """The place in words: ``"left heel back medial"``, or the name of a coordinate."""
         return _place(self.quantity, self.name, self.side)
 
-    def sentence(self) -> str:
-        """Return what is wrong, where, when, what is allowed and what to do."""
+    def sentence(self, more_times: int = 0) -> str:
+        """Return what is wrong, where, when, what is allowed and what to do.
+
+        Args:
+            more_times: How often the same happens at other times.
+        """
         what = QUANTITY[self.quantity].words.format(
             where=self.where, value=_number(self.value), unit=self.unit
         )
         allowed = f"at most {_number(self.limit)}{_spaced(self.unit)} is allowed"
-        more = f" ({len(self.others)} more of its places too)" if self.others else ""
-        return f"{what}{more} {self._when()}; {allowed}: {self.advice}"
+        if self.others:
+            n, foot = len(self.others), self.side and self.quantity not in _OF_COORDINATES
+            kind = ("more place" if n == 1 else "more places") + " of that foot" if foot else "more"
+            what += f" (and so {'does' if n == 1 else 'do'} {n} {kind})"
+        again = "once more" if more_times == 1 else f"{more_times} more times"
+        when = self._when() + (f", and {again}" if more_times else "")
+        return f"{what} {when}; {allowed}: {self.advice}"
 
     def _when(self) -> str:
         if np.isnan(self.time):
@@ -305,11 +314,14 @@ QUANTITIES = tuple(QUANTITY)
 """Everything that is looked at."""
 
 OF_JOINTS = ("coordinate", "velocity", "torque")
+"""Quantities that each joint has for itself."""
+
+_OF_COORDINATES = (*OF_JOINTS, "velocity_mismatch", "acceleration_mismatch")
 
 
 def _place(quantity: str, name: str, side: str) -> str:
     """Return a place in words."""
-    if quantity in (*OF_JOINTS, "velocity_mismatch", "acceleration_mismatch", "pressure"):
+    if quantity in (*_OF_COORDINATES, "pressure"):
         return name
     plain = name.removesuffix(f"_{side}") if side else name
     foot = {"r": "right ", "l": "left "}.get(side, "")

@@ -99,10 +99,14 @@ class MotionCheck:
         return not self.findings
 
     def words(self) -> list[str]:
-        """Return one plain sentence for each finding; a single one if there is none."""
+        """Return one plain sentence for each fault, of several times the worst."""
         if self.ok:
             return [f"checked in {len(self.time)} frames: nothing is out of its limits"]
-        return [finding.sentence() for finding in self.findings]
+        times: dict[tuple[str, str], list[Finding]] = {}
+        for finding in self.findings:
+            where = finding.name if finding.quantity in OF_JOINTS else finding.side or finding.name
+            times.setdefault((finding.quantity, where), []).append(finding)
+        return [max(same, key=lambda f: f.value).sentence(len(same) - 1) for same in times.values()]
 
     def metrics(self) -> dict[str, Any]:
         """Return flat figures for ``metrics.json``, unit as suffix."""

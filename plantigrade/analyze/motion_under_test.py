@@ -160,6 +160,8 @@ class MotionUnderTest:
         free = int(mujoco.mjtJoint.mjJNT_FREE)
         if model.njnt < 1 or model.jnt_type[0] != free or np.any(model.jnt_type[1:] != hinge):
             raise ParameterError("the model must be one free body with hinges and nothing else")
+        if np.any(np.abs(np.linalg.norm(self.qpos[:, 3:7], axis=1) - 1.0) > 1e-6):
+            raise ParameterError("the quaternions in qpos[:, 3:7] must have length one")
         for site in self.sites:
             if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, site.body) < 1:
                 known = ", ".join(model.body(b).name for b in range(1, model.nbody))

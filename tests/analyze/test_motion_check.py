@@ -124,6 +124,27 @@ def test_standing_with_the_weight_shared_is_fine(standing):
     assert abs(total - 70.0 * G).max() < 0.1 * 70.0 * G  # it is indeed a body that stands
 
 
+def test_the_torque_of_the_ankle_balances_what_presses_on_the_foot(human, standing):
+    check = examine(standing)
+    model, data = human.model, mujoco.MjData(human.model)
+    data.qpos[:] = standing.qpos[0]
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    for side in ("r", "l"):
+        joint = model.joint(f"ankle_angle_{side}").id
+        anchor, axis = data.xanchor[joint], data.xaxis[joint]
+        foot = model.joint(joint).bodyid[0]
+        weight = model.body_subtreemass[foot] * np.array([0.0, 0.0, -G])
+        moment = np.cross(data.subtree_com[foot] - anchor, weight)
+        for i, site in enumerate(standing.sites):
+            if site.side == side:
+                arm = check.contact_point[0, i] - anchor
+                moment += np.cross(arm, standing.contact_force[0, i])
+        torque = check.tau[0, 6 + human.hinge(f"ankle_angle_{side}")]
+        assert torque == pytest.approx(-axis @ moment, abs=1e-9)
+        assert abs(torque) > 3.0  # [N m] the weight is before the ankles
+
+
 def quantities(check) -> set[str]:
     return {finding.quantity for finding in check.findings}
 
@@ -318,6 +339,7 @@ def test_a_foot_that_slides_is_found_where_and_when_it_slides(human, standing):
         assert finding.value == pytest.approx(5.0, rel=1e-4)
         assert 0.35 < finding.start < 0.45 and 0.75 < finding.end < 0.85
         assert len(finding.others) == 6
+        assert "6 more places of that foot" in finding.sentence()
         assert "slips 5 mm" in finding.sentence() and "at most 3 mm" in finding.sentence()
     assert all(s.start == t[0] and s.end == t[-1] for s in check.slips)
     assert examine(moved, Tolerances(slip=6.0)).ok
@@ -475,6 +497,10 @@ def test_limits_of_joints_and_of_their_speed(human, standing):
     each = np.full(n, 1.5)
     each[human.hinge("arm_flex_r")] = 2.0
     assert examine(replace(standing, limits=Limits(velocity=each))).ok
+    check = examine(replace(standing, limits=Limits(velocity=1.5)))
+    assert len(check.findings) == 3 and {f.name for f in check.findings} == {"arm_flex_r"}
+    (sentence,) = check.words()
+    assert "1.8 rad/s" in sentence and "and 2 more times; at most 1.5 rad/s" in sentence
     narrow = human.limits.copy()
     k = human.hinge("arm_flex_l")
     narrow[0, k] = human.standing()[7 + k] - 0.1
@@ -594,6 +620,8 @@ def test_what_does_not_belong_together_is_refused(box):
         replace(box, qvel=bad)
     with pytest.raises(ParameterError, match="no body 'hand'; there are box_r"):
         replace(box, sites=(ContactSite("x", "r", "hand", (0, 0, 0)), *box.sites[1:]))
+    with pytest.raises(ParameterError, match="length one"):
+        replace(box, qpos=2.0 * box.qpos)
     with pytest.raises(ParameterError, match="normal"):
         Ground((0.0, 0.0, 0.0))
     with pytest.raises(ParameterError, match="one for each of the 61 frames"):
