@@ -108,7 +108,7 @@ class _Standing:
     def __init__(self, human: Human, stance: Stance, curves: FootCurves):
         d = human.dimensions
         self.stance = stance
-        self.ankle_height = d.ankle_height
+        self.ankle_height, self.radius = d.ankle_height, sphere_radius(d)
         self.heel = point("heel_back_medial", d)[[0, 2]]
         front = {"rigid": "toe_1", "two-segment": "metatarsal_1", "multi-segment": "metatarsal_3"}
         self.front = point(front[human.feet], d)[[0, 2]]
@@ -131,8 +131,9 @@ class _Standing:
         pitch = self.off_angle * rising - self.strike_angle * landing
         pivot = np.where((pitch < 0)[:, None], self.heel, self.front)
         c, sn = np.cos(pitch), np.sin(pitch)
-        # the pivot stays; the ankle is at -pivot from it, turned
+        # The pivot stays, and the ankle is at -pivot from it, turned; a sphere rolls.
         forward = pivot[:, 0] - (c * pivot[:, 0] + sn * pivot[:, 1])
+        forward += np.where((pitch < 0) | (not self.bends), self.radius * pitch, 0.0)
         up = self.ankle_height + pivot[:, 1] - (-sn * pivot[:, 0] + c * pivot[:, 1])
         x, y, z = s.footprint.position
         heading = s.footprint.heading
@@ -167,7 +168,7 @@ def _swing(
     mean = np.zeros((len(even), 6))
     mean[:, :2] = begin[:2] + curves.forward[:, None] * (end[:2] - begin[:2])
     mean[:, 2], mean[:, 4] = curves.up, curves.pitch
-    slope = np.gradient(mean, even, axis=0) / span
+    slope = np.asarray(np.gradient(mean, even, axis=0)) / span
     first, last = begin - mean[0], end - mean[-1]
     v0, v1 = v0 - slope[0], v1 - slope[-1]
 
@@ -178,14 +179,16 @@ def _swing(
         out[:, 5] = bent * _settle(s / STRAIGHT)
         return out
 
-    # raised until the sole is clear, judged on a grid so that the times asked for do not matter
+    # Raised until the sole is clear, judged on a grid so that the times asked for do not matter.
     grid = np.linspace(0.0, 1.0, 41)
     levels = [x.stance.footprint.position[2] for x in (behind, ahead)]
-    wanted = _ground(grid, *levels) + CLEARANCE * _bump(grid)
-    lacking = (wanted - _lowest(human, path(grid))) / np.maximum(_bump(grid), 1e-9)
-    inner = (grid > 0.05) & (grid < 0.95)
-    out = path((times - off) / span)
-    out[:, 2] += max(0.0, float(lacking[inner].max())) * _bump((times - off) / span)
+    lacking = _ground(grid, *levels) + CLEARANCE * _bump(grid) - _lowest(human, path(grid))
+    inner = (grid >= 0.15) & (grid <= 0.85)
+    lift = max(0.0, float((lacking[inner] / _bump(grid[inner])).max()))
+    lacking -= (lift + CLEARANCE) * _bump(grid)  # what may be left of it near the ends
+    s = (times - off) / span
+    out = path(s)
+    out[:, 2] += lift * _bump(s) + np.interp(s, grid, np.maximum(lacking, 0.0))
     return out
 
 

@@ -34,6 +34,7 @@ from plantigrade.synthesize.walking_plan import unrolled
 STRETCH = 0.997  # how far a leg is stretched at most: 9° in the knee
 SWAY = 0.022  # of leg length, to the standing foot at free speed; more when slow
 _RATE = 100.0  # of the grid on which the pelvis' height is found [Hz]
+MOST = float(np.deg2rad(65.0))  # heel-up angle in swing [rad]
 HOLD = 0.4  # of a rest in which the body stays where it is
 _SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 
@@ -220,8 +221,8 @@ class _Book:
             self.curve(name, phase) for name in ("pelvis_tilt", *(f"{n}_r" for n in _SAGITTAL))
         )
         thigh, shank = hip + tilt, hip + tilt - knee  # ahead of the vertical
-        heel_up = -(shank + ankle) * parameters.step_length / self.step_length
-        heel_up = np.clip(heel_up, -STRIKE[1], OFF[1])
+        heel_up = -(shank + ankle)
+        heel_up *= min(parameters.step_length / self.step_length, MOST / float(heel_up.max()))
         forward = d.thigh * np.sin(thigh) + d.shank * np.sin(shank)
         forward += 2 * self.step_length * swing
         return FootCurves(
