@@ -1,0 +1,106 @@
+r"""Moments of joints at rest: what tissue does before any muscle is asked.
+
+For the sagittal joints of the legs the double exponentials of [Riener1999]_ (Eqs. 1 to 3, mean of
+ten healthy men; ankle dorsiflexion :math:`\varphi_A`, knee flexion :math:`\varphi_K` and hip
+flexion :math:`\varphi_H` in degrees, moments positive in these directions):
+
+.. math::
+    M_A &= e^{-7.9763 - 0.1949\varphi_A + 0.0008\varphi_K}
+        - e^{2.1016 + 0.0843\varphi_A - 0.0176\varphi_K} + 1.792 \\
+    M_K &= e^{1.800 + 0.0460\varphi_A - 0.0352\varphi_K + 0.0217\varphi_H}
+        - e^{-3.971 + 0.0004\varphi_A + 0.0495\varphi_K - 0.0128\varphi_H} - 4.820
+        + e^{2.220 - 0.150\varphi_K} \\
+    M_H &= e^{1.4655 - 0.0034\varphi_K - 0.0750\varphi_H}
+        - e^{1.3403 - 0.0226\varphi_K + 0.0305\varphi_H} + 8.072
+
+Other joints have a linear stiffness about their zero and all joints a linear damping, in
+:data:`STIFFNESS` and :data:`DAMPING`; where no measurement is cited there, the number is an
+estimate. Moments go with mass times height, as strengths do.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from plantigrade.models.coordinates import REFERENCE_HEIGHT, REFERENCE_MASS
+
+STIFFNESS: Mapping[str, float] = {
+    "lumbar_extension": 60.0,
+    "lumbar_bending": 60.0,
+    "lumbar_rotation": 40.0,
+    "thorax_extension": 60.0,
+    "thorax_bending": 60.0,
+    "thorax_rotation": 40.0,
+    "neck_extension": 5.0,
+    "neck_bending": 5.0,
+    "neck_rotation": 3.0,
+    "hip_adduction": 15.0,
+    "hip_rotation": 12.0,
+    "subtalar_angle": 15.0,
+    "mtp_angle": 20.0,
+    "arm_add": 4.0,
+    "arm_rot": 2.0,
+    "pro_sup": 1.0,
+    "wrist_flex": 1.0,
+    "wrist_dev": 1.0,
+    "fingers_flex": 1.0,
+}
+"""Stiffness about zero [N m/rad], of a person of the reference mass and height."""
+
+DAMPING: Mapping[str, float] = {"lumbar": 2.0, "thorax": 2.0, "": 0.5}
+"""Damping [N m s/rad], by the beginning of the name."""
+
+_SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
+_DEG = 180.0 / np.pi
+
+
+def scale(mass: float, height: float) -> float:
+    """Return by how much a person's passive moments differ from the reference's."""
+    return mass * height / (REFERENCE_MASS * REFERENCE_HEIGHT)
+
+
+def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) -> list[Any]:
+    """Return passive moments of hinges [N m], positive in the direction of their coordinate.
+
+    Args:
+        names: Names of the hinges.
+        q: Their angles, indexable: CasADi expressions or arrays [rad].
+        qd: Their rates [rad/s].
+        factor: From :func:`scale`.
+
+    Returns:
+        One moment a hinge.
+    """
+    at = {n: i for i, n in enumerate(names)}
+    exp = _exponential(q)
+    moments: list[Any] = []
+    for i, name in enumerate(names):
+        stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_r", "_l") else (name, "")
+        sagittal = [f"{s}{side}" for s in _SAGITTAL]
+        if stem in _SAGITTAL and all(s in at for s in sagittal):
+            H, K, A = (q[at[s]] * _DEG for s in sagittal)
+            if stem == "hip_flexion":
+                m = exp(1.4655 - 0.0034 * K - 0.0750 * H) - exp(1.3403 - 0.0226 * K + 0.0305 * H)
+                m = m + 8.072
+            elif stem == "knee_angle":
+                m = exp(1.800 + 0.0460 * A - 0.0352 * K + 0.0217 * H)
+                m = m - exp(-3.971 + 0.0004 * A + 0.0495 * K - 0.0128 * H)
+                m = m - 4.820 + exp(2.220 - 0.150 * K)
+            else:
+                m = exp(-7.9763 - 0.1949 * A + 0.0008 * K)
+                m = m - exp(2.1016 + 0.0843 * A - 0.0176 * K) + 1.792
+        else:
+            m = -STIFFNESS.get(stem, 0.0) * q[i]
+        damping = next(d for start, d in DAMPING.items() if stem.startswith(start))
+        moments.append(factor * (m - damping * qd[i]))
+    return moments
+
+
+def _exponential(q: Any):
+    """Return the exponential of what ``q`` is made of."""
+    if isinstance(q, np.ndarray | list | tuple):
+        return np.exp
+    import casadi
+
+    return casadi.exp
