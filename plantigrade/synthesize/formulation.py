@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.models import Human
 from plantigrade.synthesize.contact_plan import SAME, ContactPlan, Footprint, Site
 from plantigrade.synthesize.derivatives import Derivatives
 from plantigrade.synthesize.problem import Rows
 
-TORQUE = 100.0  # a torque of 1 in rows [N m]
+TORQUE = 100.0  # a torque of 1 in rows [N m], and a work rate of 1 [W]
+EDGE = 0.1  # where work rates are rounded off [TORQUE W]
 
 
 @dataclass(frozen=True)
@@ -29,18 +31,20 @@ class Body:
         human: The person.
         sites: Places that can carry force.
         symbolic: Equations of motion.
+        passive: Whether tissue bears part of the torques, so that muscles bear the rest.
         kept: What was made once for this body and is used again.
     """
 
     human: Human
     sites: tuple[Site, ...]
     symbolic: SymbolicHuman
+    passive: bool = True
     kept: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, human: Human, sites: Sequence[Site]) -> "Body":
+    def of(cls, human: Human, sites: Sequence[Site], *, passive: bool = True) -> "Body":
         """Return the body of a person."""
-        return cls(human, tuple(sites), SymbolicHuman(human))
+        return cls(human, tuple(sites), SymbolicHuman(human), passive)
 
     @property
     def weight(self) -> float:
@@ -54,9 +58,12 @@ class Body:
 
 
 def dynamics_rows(body: Body, n_nodes: int) -> Rows:
-    """Return what is missing at the root (6 rows, body weights) and joint torques (100 N m).
+    r"""Return what is missing at the root, what muscles do, and how hard they work.
 
-    The root's rows are set to zero here; torques are left free.
+    The first six rows are force [body weights] and moment [body weight · m] that nothing explains;
+    they are set to zero here. Then come the torques of muscles, :math:`\tau` less what tissue
+    bears [100 N m], and their work rates, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2}` [100 W], both
+    left free.
     """
     import casadi as ca
 
@@ -65,9 +72,16 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
     u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
     forces = ca.reshape(u, 3, len(body.sites)) * body.weight
     tau = sym.inverse_dynamics([s.point for s in body.sites])(q, v, a, forces)
-    r = ca.vertcat(tau[:6] / body.weight, tau[6:] / TORQUE)
+    muscle = tau[6:]
+    if body.passive:
+        factor = scale(body.human.mass, body.human.height)
+        muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
+    muscle = muscle / TORQUE
+    power = muscle * v[6:]
+    r = ca.vertcat(tau[:6] / body.weight, muscle, ca.sqrt(power * power + EDGE**2))
     names = tuple(f"root {w} {x}" for w in ("force", "moment") for x in "xyz")
     names += tuple(f"torque of {n}" for n in sym.names[6:])
+    names += tuple(f"work rate of {n}" for n in sym.names[6:])
     rows = Rows.free("dynamics", ca.Function("dynamics", [q, v, a, u, p], [r]), names, n_nodes)
     rows.lower[:, :6] = rows.upper[:, :6] = 0.0
     return rows
@@ -162,9 +176,7 @@ def motion_rows(body: Body, n_nodes: int, what: str) -> Rows:
     return Rows.free(what, function, tuple(prefix + n for n in sym.names), n_nodes)
 
 
-def site_targets(
-    body: Body, footprint: Footprint
-) -> dict[str, Float[Array, " 3"]]:
+def site_targets(body: Body, footprint: Footprint) -> dict[str, Float[Array, " 3"]]:
     """Return where the sites of a flat foot on a footprint are: x, y and height [m]."""
     import mujoco
 

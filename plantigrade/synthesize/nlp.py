@@ -71,8 +71,7 @@ def differentiated(function: "casadi.Function") -> Differentiated:
     r = ca.densify(function(*ca.vertsplit(z, np.cumsum([0, *sizes[:4]]).tolist()), p))
     lam = ca.SX.sym("lam", r.shape[0])
     J = ca.jacobian(r, z)
-    H = ca.jacobian(ca.mtimes(J.T, lam), z) if J.nnz() else ca.SX(z.shape[0], z.shape[0])
-    H = ca.triu(H)
+    H = ca.triu(ca.jacobian(ca.gradient(ca.dot(lam, r), z), z))
     made = Differentiated(
         ca.Function("value", [z, p], [r]),
         ca.Function("jacobian", [z, p], [J]),
@@ -178,7 +177,8 @@ class Program:
             u = np.zeros((len(self.problem.nodes), self.problem.n_unknowns))
         if not (np.isfinite(c).all() and np.isfinite(u).all()):
             raise ParameterError("a guess must be finite")
-        return np.concatenate([c.ravel(), u[self.problem.u_active]])
+        moving = u[self.problem.u_active] if self.problem.n_unknowns else np.zeros(0)
+        return np.concatenate([c.ravel(), moving])
 
     def unpack(
         self, x: Float[Array, " n_variables"]
@@ -187,7 +187,8 @@ class Program:
         p = self.problem
         n_c = p.basis.n_coefficients * len(p.names)
         u = np.array(p.u_lower) if p.n_unknowns else np.zeros((len(p.nodes), 0))
-        u[p.u_active] = x[n_c:]
+        if p.n_unknowns:
+            u[p.u_active] = x[n_c:]
         return np.array(x[:n_c]).reshape(-1, len(p.names)), u
 
     # Values -----------------------------------------------------------------------------------
@@ -327,7 +328,8 @@ class Program:
         kept = {r.name: np.zeros(r.lower.shape, dtype=bool) for r in chosen}
         order = sorted(chosen, key=lambda r: not differentiated(r.function).linear)
         held = np.ones((len(z), self._nz), dtype=bool)  # parts of z that move with x
-        held[:, self._nz - self.problem.n_unknowns :] = self.problem.u_active
+        if self.problem.n_unknowns:
+            held[:, -self.problem.n_unknowns :] = self.problem.u_active
         jacobians = {
             r.name: _mapped(differentiated(r.function).jacobian, z, r)
             for r in order
@@ -370,13 +372,13 @@ def _linear_map(problem: Problem) -> tuple[Any, Float[Array, " n"]]:
         band = problem.basis.band(problem.nodes, derivative)
         for k in range(n):
             at = k * nz + derivative * nv + every
+            z0[at] += problem.drift(problem.nodes[k : k + 1], derivative)[0]
             for i, value in enumerate(band.values[k]):
                 lap, index = divmod(int(band.first[k]) + i, n_c)
                 if lap == 0 or problem.closure is None:
                     source, sign = every, np.ones(nv)
                 else:
                     source, sign = problem.closure.source, problem.closure.sign
-                    z0[at] += value * problem.closure.shift
                 rows.append(at)
                 columns.append(index * nv + source)
                 values.append(value * sign)
@@ -422,7 +424,8 @@ def _blocks(ca: Any, side_by_side: Any, n: int):
     """Return matrices that stand side by side as the blocks of a diagonal matrix."""
     width = side_by_side.shape[1] // n
     one = side_by_side[:, :width].sparsity()
-    return ca.MX(ca.diagcat(*([one] * n)), ca.vertcat(side_by_side.nz[:]))
+    entries = ca.reshape(side_by_side.nz[:], side_by_side.nnz(), 1)
+    return ca.MX(ca.diagcat(*([one] * n)), entries)
 
 
 def _rows(ca: Any, matrix: Any, index: Array):

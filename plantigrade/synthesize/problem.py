@@ -102,15 +102,17 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """How a motion goes on after its last coefficient: as at its beginning, mirrored and moved on.
+    """How a motion goes on after its end: as at its beginning, mirrored and moved on.
 
     Coefficient ``n_coefficients + i`` of coordinate ``j`` is ``sign[j]`` times coefficient ``i`` of
-    coordinate ``source[j]``, plus ``shift[j]``. Node unknowns go over in the same way.
+    coordinate ``source[j]``. The way moved on is no part of the spline (trigonometric splines of
+    odd degree hold no constants): it is added at a constant rate. Node unknowns go over in the same
+    way.
 
     Attributes:
         source: Which coordinate each one continues (n_coordinates,).
         sign: 1 or -1 (n_coordinates,).
-        shift: How far on (n_coordinates,) [rad, m].
+        shift: How far on in one lap (n_coordinates,) [rad, m].
         u_source: The same for node unknowns (n_unknowns,).
         u_sign: 1 or -1 (n_unknowns,).
     """
@@ -193,8 +195,19 @@ class Problem:
         for derivative in range(3):
             band = self.basis.band(times, derivative)
             columns = band.first[:, None] + np.arange(band.values.shape[1])
-            out.append(np.einsum("ij,ijk->ik", band.values, self.continued(c, columns)))
+            drift = self.drift(times, derivative)
+            out.append(np.einsum("ij,ijk->ik", band.values, self.continued(c, columns)) + drift)
         return out[0], out[1], out[2]
+
+    def drift(
+        self, times: Float[Array, " n_times"], derivative: int = 0
+    ) -> Float[Array, "n_times n_coordinates"]:
+        """Return what the closure adds to the spline at times: its shift at a constant rate."""
+        out = np.zeros((len(times), len(self.names)))
+        if self.closure is not None and derivative < 2:
+            rate = self.closure.shift / self.basis.span
+            out += rate if derivative else np.outer(times - self.basis.start, rate)
+        return out
 
     def continued(
         self, c: Float[Array, "n_coefficients n_coordinates"], index: Int[Array, "..."]
@@ -204,5 +217,5 @@ class Problem:
             return c[index]
         lap, i = np.divmod(index, len(c))
         k = self.closure
-        once = k.sign * c[:, k.source] + k.shift
+        once = k.sign * c[:, k.source]
         return np.where((lap > 0)[..., None], once[i], c[i])

@@ -90,6 +90,7 @@ def coefficients(
     if problem.closure is None:
         return basis.fit(times, q, smoothing=1e-9)
     k = problem.closure
+    q = q - problem.drift(times)
     n = basis.n_coefficients
     band = basis.band(times)
     raw = band.first[:, None] + np.arange(band.values.shape[1])
@@ -112,7 +113,6 @@ def coefficients(
                     if over:
                         b = pair.index(int(k.source[coordinate]))
                         rows[r, b * n + at] += value * k.sign[coordinate]
-                        wanted[r] -= value * k.shift[coordinate]
                     else:
                         rows[r, a * n + at] += value
         found = np.linalg.lstsq(rows, wanted, rcond=None)[0]

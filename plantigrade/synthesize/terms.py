@@ -92,12 +92,16 @@ class Limits:
     """Joint ranges, speeds and torques of the person.
 
     Attributes:
+        ranges: Narrower ranges of coordinates, by name without or with side [rad].
         speed: Largest speed of a joint [rad/s].
         strength: Part of the person's joint torques that may be used.
         margin: How far within their ranges joints stay at nodes [rad]; between nodes they may
             swing out a little.
     """
 
+    ranges: Mapping[str, tuple[float, float]] = field(
+        default_factory=lambda: {"knee_angle": (0.0, 2.6)}
+    )
     speed: float = 15.0
     strength: float = 1.0
     margin: float = 0.01
@@ -106,11 +110,14 @@ class Limits:
         """Limit coordinates, rates and torques."""
         human = a.body.human
         low, high = human.limits
+        own = [self.ranges.get(n, self.ranges.get(n[:-2])) for n in a.names[6:]]
+        low = np.array([x if r is None else max(x, r[0]) for x, r in zip(low, own, strict=True)])
+        high = np.array([x if r is None else min(x, r[1]) for x, r in zip(high, own, strict=True)])
         room = np.minimum(self.margin, (high - low) / 4)
         a.limit(a.rows("coordinates"), low + room, high - room, columns=slice(6, None))
         a.limit(a.rows("speeds"), -self.speed, self.speed, columns=slice(6, None))
         torque = human.model.jnt_actfrcrange[1:] / TORQUE * self.strength
-        a.limit(a.rows("dynamics"), torque[:, 0], torque[:, 1], columns=slice(6, None))
+        a.limit(a.rows("dynamics"), torque[:, 0], torque[:, 1], columns=slice(6, 6 + len(torque)))
 
 
 @dataclass(frozen=True)
@@ -129,8 +136,29 @@ class Torque:
         """Weigh torques."""
         rows = a.rows("dynamics")
         w = np.zeros(rows.weight.shape)
-        w[:, 6:] = 2.0 * self.weight * _factors(a.names[6:], self.joints)
+        nh = len(a.names) - 6
+        w[:, 6 : 6 + nh] = 2.0 * self.weight * _factors(a.names[6:], self.joints)
         a.pull(rows, w)
+
+
+@dataclass(frozen=True)
+class Work:
+    r"""Cost :math:`\int \sum w_j |\tau_j \dot q_j| dt` of what muscles work, per 100 J.
+
+    Attributes:
+        weight: Weight of every joint.
+        joints: Factor of single coordinates, by name without or with side.
+    """
+
+    weight: float = 0.1
+    joints: Mapping[str, float] = field(default_factory=dict)
+
+    def put(self, a: Assembly) -> None:
+        """Weigh work rates."""
+        rows = a.rows("dynamics")
+        nh = len(a.names) - 6
+        w = self.weight * _factors(a.names[6:], self.joints)
+        rows.gain[:, 6 + nh :] += w * a.weights[:, None]
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ class Transcription:
         self.nv = len(problem.names)
         self.nu = problem.n_unknowns
         self.window, self.basis = _windows(problem)
+        self._drift = np.stack([problem.drift(problem.nodes, d) for d in range(3)], axis=1)
         self._order()
         self._smoothness()
 
@@ -67,7 +68,7 @@ class Transcription:
     def local(self, x: Float[Array, " size"]) -> Float[Array, "n_nodes n_local"]:
         """Return z at every node."""
         c, u = self.split(x)
-        states = np.matmul(self.basis, self.problem.continued(c, self.window))
+        states = np.matmul(self.basis, self.problem.continued(c, self.window)) + self._drift
         return np.hstack([states.reshape(self.n_nodes, -1), u])
 
     def local_step(self, dx: Float[Array, " size"]) -> Float[Array, "n_nodes n_local"]:
@@ -185,9 +186,9 @@ class Transcription:
             self._back_sign = p.closure.sign[self._back]
         else:
             self._back, self._back_sign = np.arange(self.nv), np.ones(self.nv)
-        self._u_active = [np.flatnonzero(row) for row in p.u_active] if self.nu else [
-            np.zeros(0, int)
-        ] * n
+        self._u_active = (
+            [np.flatnonzero(row) for row in p.u_active] if self.nu else [np.zeros(0, int)] * n
+        )
         blocks: list[tuple[float, int, int]] = [(float(i), 0, i) for i in range(n_c)]
         blocks += [(float(self.window[k, 0]) + 1.5, 1, k) for k in range(n)]
         if p.closure is not None:  # fold: what lies near both ends lies near the beginning
