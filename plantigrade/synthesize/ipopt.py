@@ -74,8 +74,9 @@ class IpoptResult:
         history: ``objective``, ``violation``, ``optimality`` and ``barrier`` of every iteration,
             where the solver tells them.
         seconds: Time of the solver [s].
+        cpu_seconds: Time its thread was given a processor for [s].
         build_seconds: Time to set up functions and derivatives [s].
-        n_variables: Variables.
+        n_variables: Variables, those included that an equation fixes by itself.
         n_equations: Equations that the solver saw.
         n_inequalities: Inequalities that the solver saw.
         n_redundant: Equations that follow from those.
@@ -92,6 +93,7 @@ class IpoptResult:
     worst: str
     history: Mapping[str, Float[Array, " n_iterations"]] = field(repr=False)
     seconds: float
+    cpu_seconds: float
     build_seconds: float
     n_variables: int
     n_equations: int
@@ -105,7 +107,8 @@ def solve(
     c0: Float[Array, "n_coefficients n_coordinates"],
     u0: Float[Array, "n_nodes n_unknowns"] | None = None,
     *,
-    tolerance: float = 1e-6,
+    tolerance: float = 1e-4,
+    feasibility: float = 1e-6,
     max_iterations: int = 500,
     max_seconds: float = np.inf,
     objective: bool = True,
@@ -123,7 +126,8 @@ def solve(
         problem: The problem.
         c0: Guess of the coefficients.
         u0: Guess of the node unknowns; zeros if not given.
-        tolerance: Largest error of the optimality conditions, scaled, and largest violation.
+        tolerance: Largest error of the optimality conditions, scaled.
+        feasibility: Largest violation of a row, in its own unit (where 1 is large).
         max_iterations: Most iterations.
         max_seconds: Most time [s].
         objective: False for any point that satisfies the constraints: the cost is zero then.
@@ -139,9 +143,9 @@ def solve(
         "print_level": 0,
         "sb": "yes",
         "tol": tolerance,
-        "constr_viol_tol": tolerance,
+        "constr_viol_tol": feasibility,
         "acceptable_tol": 1e2 * tolerance,
-        "acceptable_constr_viol_tol": tolerance,
+        "acceptable_constr_viol_tol": feasibility,
         "acceptable_iter": 8,
         "max_iter": max_iterations,
         "mu_strategy": "adaptive",
@@ -157,7 +161,7 @@ def solve(
         problem,
         c0,
         u0,
-        tolerance=tolerance,
+        feasibility=feasibility,
         objective=objective,
         rows=rows,
         callback=callback,
@@ -172,7 +176,7 @@ def run(
     c0: Float[Array, "n_coefficients n_coordinates"],
     u0: Float[Array, "n_nodes n_unknowns"] | None = None,
     *,
-    tolerance: float = 1e-6,
+    feasibility: float = 1e-6,
     objective: bool = True,
     rows: Collection[str] | None = None,
     callback: Callable[[Progress], bool | None] | None = None,
@@ -186,7 +190,7 @@ def run(
         problem: The problem.
         c0: Guess of the coefficients.
         u0: Guess of the node unknowns.
-        tolerance: Largest violation of the point to return.
+        feasibility: Violation below which the cheaper point is the better one.
         objective: Whether there is a cost.
         rows: Names of the families that count.
         callback: Called after every iteration; True stops.
@@ -201,7 +205,7 @@ def run(
         raise ParameterError("the program is that of another problem")
     x0 = np.clip(program.pack(c0, u0), *program.bounds)
     made = program.functions()
-    watch = _watch(ca, program, callback, tolerance)
+    watch = _watch(ca, program, callback, feasibility)
     cache = {name: each for name, each in made.items() if name.startswith("nlp_")}
     full = cache.pop("nlp_hess_l_full")
     if solver != "ipopt":  # which reads the upper triangle alone
@@ -214,7 +218,7 @@ def run(
         **options,
     }
     plugin = ca.nlpsol("solver", solver, made["nlp"], settings)
-    built = clock.perf_counter()
+    built, busy = clock.perf_counter(), clock.thread_time()
     with _interrupt(watch):
         watch.began = built
         try:
@@ -228,11 +232,11 @@ def run(
             x, stats = np.array(found["x"]).ravel(), plugin.stats()
         except (RuntimeError, KeyboardInterrupt):  # a solver that gives up by raising
             x, stats = x0, {"success": False, "return_status": "failed"}
-    seconds = clock.perf_counter() - built
+    seconds, busy = clock.perf_counter() - built, clock.thread_time() - busy
     word = str(stats.get("return_status", ""))
     success = bool(stats.get("success", False))
     if not success and watch.best is not None:
-        x = _better(program, watch, x, tolerance)
+        x = _better(program, watch, x, feasibility)
     violation, worst = program.violation(x, rows)
     c, u = program.unpack(x)
     return IpoptResult(
@@ -246,6 +250,7 @@ def run(
         worst=worst,
         history=_history(stats, watch),
         seconds=seconds,
+        cpu_seconds=busy,
         build_seconds=built - began,
         n_variables=program.n_variables,
         n_equations=program.n_equations,
@@ -255,13 +260,13 @@ def run(
     )
 
 
-def _better(program: Program, watch: Any, x: Array, tolerance: float) -> Array:
+def _better(program: Program, watch: Any, x: Array, feasibility: float) -> Array:
     """Return the last point or the best one seen."""
     g = np.array(program.functions()["nlp_g"](x, [])).ravel()
     off = _off(program, g)
     if not np.isfinite(x).all() or not np.isfinite(off):
         return watch.best[2]
-    last = (max(off, tolerance), float(program.functions()["nlp_f"](x, [])))
+    last = (max(off, feasibility), float(program.functions()["nlp_f"](x, [])))
     return x if last <= watch.best[:2] else watch.best[2]
 
 
@@ -271,7 +276,7 @@ def _off(program: Program, g: Array) -> float:
     return float(np.max(np.maximum(np.maximum(program.lower - g, g - program.upper), 0.0)))
 
 
-def _watch(ca: Any, program: Program, callback: Any, tolerance: float):
+def _watch(ca: Any, program: Program, callback: Any, feasibility: float):
     """Return the object that CasADi calls after every iteration."""
 
     class Watch(ca.Callback):
@@ -305,7 +310,7 @@ def _watch(ca: Any, program: Program, callback: Any, tolerance: float):
             off = _off(program, np.array(arg[2]).ravel())
             self.objective.append(f)
             self.violation.append(off)
-            rank = (max(off, tolerance), f)
+            rank = (max(off, feasibility), f)
             if np.isfinite(off) and (self.best is None or rank < self.best[:2]):
                 self.best = (*rank, x)
             if callback is not None and not self.stop:

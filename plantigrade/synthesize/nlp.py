@@ -109,7 +109,9 @@ class Program:
     Attributes:
         problem: The problem.
         n_variables: Variables: coefficients, and unknowns that may move.
-        n_equations: Equations kept.
+        n_fixed: Variables that an equation fixes by itself, as those of a first pose do; their
+            bounds are equal.
+        n_equations: Equations kept, besides those.
         n_inequalities: Rows with limits that are no equations.
         n_redundant: Equations left out because they follow from others.
         lower: Lower limits of the constraints.
@@ -141,9 +143,10 @@ class Program:
         chosen = [r for r in problem.rows if rows is None or r.name in rows]
         kept = self._independent(chosen, self.pack(c0, u0))
         self.n_redundant = sum(int(r.equations.sum() - kept[r.name].sum()) for r in chosen)
+        fixed = self._fixed(chosen, kept)
         self._families: list[_Family] = []
         for r in chosen:
-            limited = (r.inequalities | kept[r.name]) & True
+            limited = r.inequalities | kept[r.name]
             costs = ((r.weight != 0) | (r.gain != 0)) & objective
             nodes = np.flatnonzero((limited | costs).any(axis=1))
             if len(nodes):
@@ -152,6 +155,7 @@ class Program:
                 self._families.append(_Family(r, differentiated(r.function), nodes, z, flat))
         self.lower = self._limits("lower")
         self.upper = self._limits("upper")
+        self.n_fixed = len(fixed)
         self.n_equations = int(np.sum(self.lower == self.upper))
         self.n_inequalities = len(self.lower) - self.n_equations
         free = problem.u_active
@@ -160,6 +164,8 @@ class Program:
             np.concatenate([np.full(n_c, -np.inf), problem.u_lower[free]]),
             np.concatenate([np.full(n_c, np.inf), problem.u_upper[free]]),
         )
+        for i, value in fixed.items():
+            self.bounds[0][i] = self.bounds[1][i] = value
         self._functions: dict[str, casadi.Function] = {}
 
     # Variables --------------------------------------------------------------------------------
@@ -318,6 +324,43 @@ class Program:
     def _limits(self, which: str) -> Float[Array, " n_constraints"]:
         each = [getattr(f.rows, which)[f.nodes].ravel()[f.limited] for f in self._families]
         return np.concatenate(each) if each else np.zeros(0)
+
+    def _fixed(
+        self, chosen: Sequence[Rows], kept: dict[str, Bool[Array, "n_nodes n_rows"]]
+    ) -> dict[int, float]:
+        """Return variables that linear equations fix one after the other; these are not kept."""
+        waiting = []
+        z = self._z0.reshape(-1, self._nz)
+        for r in chosen:
+            made = differentiated(r.function)
+            if not (made.linear and kept[r.name].any()):
+                continue
+            value, J = _mapped(made.value, z, r), _mapped(made.jacobian, z, r)
+            for k in np.flatnonzero(kept[r.name].any(axis=1)):
+                rows = np.flatnonzero(kept[r.name][k])
+                T = self._T[k * self._nz : (k + 1) * self._nz]
+                A = sparse.csr_matrix(J[k][rows]) @ T
+                for j, i in enumerate(rows):
+                    part = slice(A.indptr[j], A.indptr[j + 1])
+                    columns, entries = A.indices[part], A.data[part]
+                    large = np.abs(entries) > _RANK * np.abs(entries).max(initial=0.0)
+                    terms = dict(zip(columns[large].tolist(), entries[large].tolist(), strict=True))
+                    waiting.append((r.name, k, i, terms, r.lower[k, i] - value[k, i]))
+        fixed: dict[int, float] = {}
+        found = True
+        while found:
+            found, later = False, []
+            for name, k, i, terms, right in waiting:
+                open_ = [c for c in terms if c not in fixed]
+                if len(open_) != 1:
+                    later.append((name, k, i, terms, right))
+                    continue
+                known = sum(terms[c] * fixed[c] for c in terms if c in fixed)
+                fixed[open_[0]] = float((right - known) / terms[open_[0]])
+                kept[name][k, i] = False
+                found = True
+            waiting = later
+        return fixed
 
     def _independent(
         self, chosen: Sequence[Rows], x: Float[Array, " n_variables"]
