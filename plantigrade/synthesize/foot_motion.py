@@ -102,6 +102,30 @@ def foot_motion(
     return FootMotion(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
 
 
+def toe_coordinates(human: Human, toes: Float[Array, " n"]) -> dict[str, Float[Array, " n"]]:
+    r"""Return the coordinates of one foot, without side, with which its toes lie flat.
+
+    The fourth metatarsal is shorter than the third: as the foot turns by :math:`\theta` about the
+    head of the third, the lateral metatarsals turn a little further, by :math:`\theta + \delta`
+    with :math:`\sin(\theta + \delta) / \sin\theta` the ratio of the distances of both heads from
+    the cuboid, so that both lie on the ground.
+
+    Args:
+        human: The person.
+        toes: How far the toes are bent up against the foot [rad].
+    """
+    if human.feet == "rigid":
+        return {}
+    if human.feet == "two-segment":
+        return {"mtp_angle": toes}
+    x = {
+        n: float(point(n, human.dimensions)[0]) for n in ("base_4", "metatarsal_3", "metatarsal_4")
+    }
+    ratio = (x["metatarsal_3"] - x["base_4"]) / (x["metatarsal_4"] - x["base_4"])
+    lateral = np.arcsin(np.clip(ratio * np.sin(toes), -1.0, 1.0))
+    return {"mtp_angle": toes, "cuboid_angle": toes - lateral, "mtp4_angle": lateral}
+
+
 class _Standing:
     """A foot that turns on its footprint."""
 

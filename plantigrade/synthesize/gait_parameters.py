@@ -141,7 +141,7 @@ def gait_parameters(
     Example:
         >>> free = gait_parameters(0.92, 1.3)
         >>> round(free.step_length, 2), round(free.cadence), round(free.stance_fraction, 2)
-        (0.65, 120, 0.59)
+        (0.65, 121, 0.59)
     """
     length = leg_length(human) if isinstance(human, Human) else float(human)
     if not 0.2 <= length <= 1.5:

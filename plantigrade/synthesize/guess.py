@@ -25,7 +25,14 @@ from plantigrade.spatial.conventions import (
     xyzw_to_wxyz,
 )
 from plantigrade.synthesize.contact_plan import ContactPlan, Stance
-from plantigrade.synthesize.foot_motion import OFF, STRIKE, FootCurves, FootMotion, foot_motion
+from plantigrade.synthesize.foot_motion import (
+    OFF,
+    STRIKE,
+    FootCurves,
+    FootMotion,
+    foot_motion,
+    toe_coordinates,
+)
 from plantigrade.synthesize.gait_parameters import GaitParameters
 from plantigrade.synthesize.legs import Leg
 from plantigrade.synthesize.problem import Closure
@@ -88,9 +95,8 @@ def walking_guess(
     position[:, 2] = np.interp(times, grid, heights)
     hinges = book.hinges(times)
     for side, motion in feet(times).items():
-        for name in ("mtp_angle", "mtp4_angle"):
-            if f"{name}_{side}" in human.coordinates:
-                hinges[:, human.hinge(f"{name}_{side}")] = motion.toes
+        for name, values in toe_coordinates(human, motion.toes).items():
+            hinges[:, human.hinge(f"{name}_{side}")] = values
         hinges = legs[side].reach(position, turned, hinges, motion.ankle, motion.rotations())
     return np.hstack([_angles(turned), position @ OPENSIM_TO_WORLD, hinges])
 
