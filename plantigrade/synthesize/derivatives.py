@@ -6,35 +6,45 @@ and :math:`\nabla_z^2 (\lambda^\top r)`. The last is the Jacobian of the gradien
 :math:`(\partial r / \partial z)^\top \lambda`, whose lower triangle is enough.
 """
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.dynamics.compiled import Batched
+from plantigrade.dynamics.compiled import Batched, lifted
 from plantigrade.errors import ParameterError
 
 if TYPE_CHECKING:
     import casadi
 
+_VERSION = 1  # of how derivatives are made below: code of another one is not used
+
 
 class Derivatives:
     """A function of a node with its derivatives, evaluated at all nodes at once.
+
+    Derivatives are made when first asked for: for a function of some thousand operations that
+    takes seconds, and a hundredth of one where machine code is found on disk
+    (:mod:`plantigrade.dynamics.compiled`). A function that differs in its numbers only, like that
+    of a person of another height, finds it.
+
+    Args:
+        function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
+        backend: ``"machine code"`` or ``"interpreter"``; machine code where there is any if not
+            said.
 
     Attributes:
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
         n_rows: Rows of the function, m.
         n_arguments: Length of z = (q, qd, qdd, u), nz.
-        jacobian_pattern: Rows and columns that can be other than zero in dr/dz.
-        hessian_pattern: The same for the Hessian, both triangles.
 
     Raises:
         ParameterError: If the function is not one of five dense columns with one column.
     """
 
-    def __init__(self, function: "casadi.Function"):
-        import casadi as ca
-
+    def __init__(self, function: "casadi.Function", *, backend: str | None = None):
         if function.n_in() != 5 or function.n_out() != 1 or function.size2_out(0) != 1:
             raise ParameterError(
                 f"{function.name()!r} must give one column from (q, qd, qdd, u, p); it has "
@@ -42,30 +52,26 @@ class Derivatives:
             )
         self.function = function
         self.n_rows: int = function.size1_out(0)
-        sizes = [function.size1_in(i) for i in range(5)]
-        self.n_arguments: int = sum(sizes[:4])
-        symbols = [ca.SX.sym(function.name_in(i), n) for i, n in enumerate(sizes)]
-        z, lam = ca.vertcat(*symbols[:4]), ca.SX.sym("lam", self.n_rows)
-        r = ca.densify(function(*symbols))
-        gradient = ca.gradient(ca.dot(lam, r), z)
-        self._values = Batched(ca.Function("values", symbols, [r]))
-        self._jacobian = Batched(ca.Function("jacobian", symbols, [r, ca.jacobian(r, z)]))
-        lower = ca.tril(ca.jacobian(gradient, z))
-        self._hessian = Batched(ca.Function("hessian", [lam, *symbols], [lower]))
-
-        nz = self.n_arguments
-        every = np.arange(self.n_rows)
-        rows, columns = self.jacobian_pattern = self._jacobian.pattern(1)
-        self._jacobian_places = (every, every), (np.arange(len(rows)), rows * nz + columns)
-        i, j = self._hessian.pattern(0)
-        off = np.flatnonzero(i != j)
-        source = np.concatenate([np.arange(len(i)), off])
-        self.hessian_pattern: tuple[Int[Array, " nnz"], Int[Array, " nnz"]] = (
-            np.concatenate([i, j[off]]),
-            np.concatenate([j, i[off]]),
-        )
-        self._hessian_places = ((source, self.hessian_pattern[0] * nz + self.hessian_pattern[1]),)
+        self.n_arguments: int = sum(function.size1_in(i) for i in range(4))
+        self._backend = backend
         self._kept: dict[tuple[str, int], Array] = {}
+
+    @property
+    def backend(self) -> str:
+        """What evaluates them: machine code, or CasADi's interpreter."""
+        return self._values.backend
+
+    @cached_property
+    def jacobian_pattern(self) -> tuple[Int[Array, " nnz"], Int[Array, " nnz"]]:
+        """Rows and columns of dr/dz that can be other than zero."""
+        return self._jacobian.pattern(1)
+
+    @cached_property
+    def hessian_pattern(self) -> tuple[Int[Array, " nnz"], Int[Array, " nnz"]]:
+        """The same of the Hessian: the lower triangle, then the upper one."""
+        i, j = self._hessian.pattern(0)
+        off = i != j
+        return np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
 
     def values(
         self,
@@ -89,7 +95,7 @@ class Derivatives:
         """Return the rows and dr/dz; the latter's array is filled anew by the next call."""
         r = np.empty((len(q), self.n_rows))
         J = self._keep("jacobian", (len(q), self.n_rows, self.n_arguments))
-        self._jacobian.scatter((q, v, a, u, p), (r, J), self._jacobian_places)
+        self._jacobian.scatter((q, v, a, u, p), (r, J), (self._rows, self._jacobian_places))
         return r, J
 
     def hessian(
@@ -103,7 +109,7 @@ class Derivatives:
     ) -> Float[Array, "n_nodes nz nz"]:
         """Return the Hessian of lam'r, symmetric; its array is filled anew by the next call."""
         H = self._keep("hessian", (len(q), self.n_arguments, self.n_arguments))
-        self._hessian.scatter((lam, q, v, a, u, p), (H,), self._hessian_places)
+        self._hessian.scatter((lam, q, v, a, u, p), (H,), (self._hessian_places,))
         return H
 
     def _keep(self, name: str, shape: tuple[int, ...]) -> Array:
@@ -111,3 +117,59 @@ class Derivatives:
         if (name, shape[0]) not in self._kept:
             self._kept[name, shape[0]] = np.zeros(shape)
         return self._kept[name, shape[0]]
+
+    # Functions, each made when it is first asked for -------------------------------------------
+
+    @cached_property
+    def _lifted(self) -> "tuple[casadi.Function, Array, str]":
+        return lifted(self.function)
+
+    @cached_property
+    def _values(self) -> Batched:
+        return self._batched("values", lambda ca, symbols, z, r: (symbols, [r]))
+
+    @cached_property
+    def _jacobian(self) -> Batched:
+        return self._batched(
+            "jacobian", lambda ca, symbols, z, r: (symbols, [r, ca.jacobian(r, z)])
+        )
+
+    @cached_property
+    def _hessian(self) -> Batched:
+        def build(ca: Any, symbols: list[Any], z: Any, r: Any):
+            lam = ca.SX.sym("lam", self.n_rows)
+            gradient = ca.gradient(ca.dot(lam, r), z)
+            return [lam, *symbols], [ca.tril(ca.jacobian(gradient, z))]
+
+        return self._batched("hessian", build)
+
+    def _batched(self, name: str, build: Callable) -> Batched:
+        """Return a function made from symbols of all inputs, z and the rows."""
+        function, numbers, structure = self._lifted
+
+        def make() -> "casadi.Function":
+            import casadi as ca
+
+            symbols = function.sx_in()
+            z, r = ca.vertcat(*symbols[:4]), ca.densify(function(*symbols))
+            return ca.Function(name, *build(ca, symbols, z, r))
+
+        key = f"{name} {_VERSION} of {structure}"
+        return Batched(make, key=key, parameters=numbers, backend=self._backend)
+
+    @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        every = np.arange(self.n_rows)
+        return every, every
+
+    @cached_property
+    def _jacobian_places(self) -> tuple[Array, Array]:
+        rows, columns = self.jacobian_pattern
+        return np.arange(len(rows)), rows * self.n_arguments + columns
+
+    @cached_property
+    def _hessian_places(self) -> tuple[Array, Array]:
+        i, j = self._hessian.pattern(0)
+        source = np.concatenate([np.arange(len(i)), np.flatnonzero(i != j)])
+        rows, columns = self.hessian_pattern
+        return source, rows * self.n_arguments + columns

@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from plantigrade.dynamics._llvm import unavailable
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.contact_plan import foot_sites
@@ -11,14 +12,15 @@ from plantigrade.synthesize.derivatives import Derivatives
 from tests.models.presets import person
 
 
-def ground_rows(human):
-    """Return forces of joints and what is missing at the root, divided by the parameter."""
+def leg_rows(human):
+    """Return moments of the right knee, ankle and toes, divided by the parameter."""
     body = SymbolicHuman(human)
-    points = [s.point for s in foot_sites(human)]
+    points = [s.point for s in foot_sites(human) if s.side == "r"]
     q, v, a = (ca.SX.sym(n, body.nv) for n in ("q", "v", "a"))
     u, p = ca.SX.sym("u", 3 * len(points)), ca.SX.sym("p", 1)
     tau = body.inverse_dynamics(points)(q, v, a, ca.reshape(u, 3, -1))
-    return ca.Function("ground", [q, v, a, u, p], [tau / p])
+    rows = [body.names.index(n) for n in ("knee_angle_r", "ankle_angle_r", "mtp_angle_r")]
+    return ca.Function("leg", [q, v, a, u, p], [tau[rows] / p])
 
 
 def some_state(function, n, seed=0):
@@ -28,29 +30,31 @@ def some_state(function, n, seed=0):
     return state
 
 
-@pytest.fixture(scope="module")
-def ground():
-    return Derivatives(ground_rows(person("42", "two-segment")))
+@pytest.fixture(scope="module", params=["machine code", "interpreter"])
+def leg(request):
+    if request.param == "machine code" and unavailable():
+        pytest.skip(unavailable())
+    return Derivatives(leg_rows(person("42", "two-segment")), backend=request.param)
 
 
-def test_derivatives_agree_with_differences(ground):
-    state, step = some_state(ground.function, 3), 1e-5
+def test_derivatives_agree_with_differences(leg):
+    state, step = some_state(leg.function, 3), 1e-5
     z = np.hstack(state[:4])
     rng = np.random.default_rng(1)
-    lam = rng.normal(size=(3, ground.n_rows))
+    lam = rng.normal(size=(3, leg.n_rows))
     along = rng.normal(size=(4, *z.shape))
     parts = np.cumsum([x.shape[1] for x in state[:3]])
 
     def at(z):
         return [*np.split(z, parts, axis=1), state[4]]
 
-    r, J = ground.jacobian(*state)
-    J, H = J.copy(), ground.hessian(lam, *state).copy()
-    np.testing.assert_allclose(r, ground.values(*state), rtol=1e-12)
+    r, J = leg.jacobian(*state)
+    J, H = J.copy(), leg.hessian(lam, *state).copy()
+    np.testing.assert_allclose(r, leg.values(*state), rtol=1e-12)
     for d in along:
-        plus, minus = ground.jacobian(*at(z + step * d)), None
+        plus = leg.jacobian(*at(z + step * d))
         plus = plus[0], plus[1].copy()
-        minus = ground.jacobian(*at(z - step * d))
+        minus = leg.jacobian(*at(z - step * d))
         slope = (plus[0] - minus[0]) / (2 * step)
         np.testing.assert_allclose(
             np.einsum("nij,nj->ni", J, d), slope, atol=1e-6 * np.abs(slope).max()
@@ -61,12 +65,12 @@ def test_derivatives_agree_with_differences(ground):
         )
 
 
-def test_patterns_hold_all_there_is(ground):
-    state = some_state(ground.function, 2)
-    lam = np.ones((2, ground.n_rows))
-    _, J = ground.jacobian(*state)
-    H = ground.hessian(lam, *state)
-    for array, (rows, columns) in ((J, ground.jacobian_pattern), (H, ground.hessian_pattern)):
+def test_patterns_hold_all_there_is(leg):
+    state = some_state(leg.function, 2)
+    lam = np.ones((2, leg.n_rows))
+    _, J = leg.jacobian(*state)
+    H = leg.hessian(lam, *state)
+    for array, (rows, columns) in ((J, leg.jacobian_pattern), (H, leg.hessian_pattern)):
         inside = np.zeros(array.shape[1:], dtype=bool)
         inside[rows, columns] = True
         assert not array[:, ~inside].any()
