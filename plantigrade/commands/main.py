@@ -29,6 +29,7 @@ COMMANDS = {
     "demo": "Run the main job on the embedded default, end to end, and say where to look.",
     "fit": "Fit a recording to a scaled human: motion, and moments where forces were measured.",
     "reproduce": "Rebuild a recorded gait from three ordered tasks; several make a study.",
+    "synthesize": "Make a motion from a task alone, by trajectory optimisation.",
     "convert": "Convert a motion file to another format.",
     "model": "Write the human as MJCF and print what it is made of.",
     "view": "Show a run as a live, movable scene in the browser.",

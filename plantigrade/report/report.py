@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.motion import Record, Table
 from plantigrade.report.curves import panels_of
 from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Series, line_plot
-from plantigrade.report.scene import check
+from plantigrade.report.scene import body_weight, check, side_forces
 from plantigrade.report.sections import (
     LEAST,
     CycleCurves,
@@ -249,13 +249,16 @@ def _measures(data) -> Section:
 
 def _strip(model, record, data) -> str:
     frames = list(data.strip) or _strip_frames(record)
+    force, point = record.contact_force, record.contact_point
+    if force is not None and point is not None and force.shape[1] > 2:  # many places: one a foot
+        force, point = side_forces(record, body_weight(model))
     return strip_svg(
         model,
         record.motion.qpos,
         frames,
         time=record.motion.time,
-        force=record.contact_force if record.contact_point is not None else None,
-        point=record.contact_point,
+        force=force if point is not None else None,
+        point=point,
         height_px=250,
         behind=record.reference_qpos,
     )

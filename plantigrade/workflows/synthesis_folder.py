@@ -1,0 +1,255 @@
+"""The run folder of a motion from a task: written whole, read back to start another one from."""
+
+import io
+import json
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from plantigrade.errors import FileError
+from plantigrade.workflows.synthesizing import (
+    Synthesized,
+    SynthesizeSettings,
+    body_of,
+    task_of,
+    under_test,
+)
+
+if TYPE_CHECKING:
+    from plantigrade.motion import Record
+    from plantigrade.report.synthesis import SynthesisDrawing
+    from plantigrade.synthesize.synthesis import Synthesis
+
+MOT_RATE = 100.0  # frames a second of motion.mot [Hz]
+
+
+def write(
+    made: Synthesized,
+    out: Path,
+    *,
+    title: str,
+    command: Sequence[str],
+    sources: Sequence[Path] = (),
+    overwrite: bool = False,
+) -> tuple[Path, dict[str, Any]]:
+    """Write the run folder of a motion; return it and its metrics."""
+    from plantigrade import __version__
+    from plantigrade.io.run_folder import source_files, write_run
+    from plantigrade.motion import Table
+    from plantigrade.report.synthesis import FILE
+
+    human = made.human
+    metrics = {
+        "status": made.status,
+        "version": __version__,
+        "command": " ".join(command),
+        "settings": made.settings.plain() | _ground_settings(made),
+        "seed": made.settings.seed,
+        "source_files": source_files(sources),
+        **made.metrics,
+        "warnings": made.notes,
+        "title": title,
+        "sentence": sentence(made),
+    }
+    record = replace(made.record, metrics=metrics)
+    end = float(made.sampled.time[-1])
+    time = np.linspace(0.0, end, int(np.ceil(end * MOT_RATE - 1e-9)) + 1)
+    names, values = human.to_coordinates(made.synthesis.sample(time).qpos)
+    drawn = drawing(made)
+    files: dict[str, str | bytes] = dict(pages(human.model, record, drawn))
+    files[FILE] = to_npz(made.synthesis, drawn)
+    folder = write_run(
+        out,
+        model_xml=human.xml,
+        record=record,
+        metrics=metrics,
+        coordinates=Table(names, time, values),
+        files=files,
+        overwrite=overwrite,
+    )
+    return folder, metrics
+
+
+def _ground_settings(made: Synthesized) -> dict[str, Any]:
+    """Return what anyone who checks the run must know of the ground."""
+    return {"friction": float(under_test(made.synthesis, made.sampled).ground.friction)}
+
+
+def pages(model, record: "Record", drawn: "SynthesisDrawing") -> dict[str, str]:
+    """Return the report and the viewer of a motion from a task, by file name.
+
+    Args:
+        model: The body.
+        record: The motion, with the run's metrics.
+        drawn: What else the report draws.
+    """
+    from plantigrade.report.run_report import run_pages
+    from plantigrade.report.synthesis import facts_of, first_sections, more_sections
+
+    return run_pages(
+        model,
+        record,
+        title=record.metrics["title"],
+        sentence=record.metrics["sentence"],
+        first=first_sections(drawn),
+        extra=more_sections(model, record, drawn),
+        facts=facts_of(record.metrics, drawn),
+    )
+
+
+def sentence(made: Synthesized) -> str:
+    """Return what was done, in one sentence."""
+    human, synthesis, m = made.human, made.synthesis, made.metrics
+    told = ", ".join(
+        f"{k.replace('_', ' ')} {v:g}" if isinstance(v, int | float) and not isinstance(v, bool)
+        else f"{k.replace('_', ' ')}: {v}"
+        for k, v in made.settings.parameters.items()
+    )  # fmt: skip
+    what = f"{synthesis.task.name} ({told})" if told else synthesis.task.name
+    what = f"{what[0].upper()}{what[1:]}, {m['duration_s']:.2f} s, of"
+    verdict = "it passed the check" if made.status == "ok" else "it did not pass the check"
+    solver = {"band": "the banded interior point", "ipopt": "IPOPT"}[made.settings.solver]
+    return (
+        f"{what} a person of {human.height:.2f} m and {human.mass:.1f} kg "
+        f"with {human.model.nv} degrees of freedom and {human.feet} feet, "
+        f"made from the task alone by {solver} in {synthesis.seconds:.1f} s "
+        f"({synthesis.iterations} iterations, {m['nodes']} nodes); {verdict} in "
+        f"{len(made.check.time)} frames."
+    )
+
+
+def drawing(made: Synthesized) -> "SynthesisDrawing":
+    """Return what the report draws of a motion from a task."""
+    from plantigrade.analyze.check_findings import QUANTITY
+    from plantigrade.report.synthesis import SynthesisDrawing
+
+    synthesis, check, s = made.synthesis, made.check, made.sampled
+    sites = synthesis.body.sites
+    bad = {f.quantity for f in check.findings}
+    measures = list(check.measures.values())
+    history = [(k, it) for k, stage in enumerate(synthesis.stages) for it in stage.history]
+    return SynthesisDrawing(
+        task=synthesis.task.name,
+        stage_names=tuple(x.name for x in synthesis.stages),
+        stage_solvers=tuple(x.solver for x in synthesis.stages),
+        stage_status=tuple(x.status for x in synthesis.stages),
+        stage_nodes=np.array([x.nodes for x in synthesis.stages]),
+        stage_seconds=np.array([x.seconds for x in synthesis.stages], float),
+        history=np.array(
+            [(k, i.number, i.objective, i.violation, i.optimality, i.seconds) for k, i in history],
+            float,
+        ).reshape(-1, 6),
+        history_worst=tuple(i.worst for _, i in history),
+        check_quantity=tuple(m.quantity for m in measures),
+        check_value=np.array([m.value for m in measures], float),
+        check_limit=np.array([m.limit for m in measures], float),
+        check_time=np.array([m.time for m in measures], float),
+        check_where=tuple(m.name for m in measures),
+        check_side=tuple(m.side for m in measures),
+        check_unit=tuple(QUANTITY[m.quantity].unit for m in measures),
+        check_bad=np.array([m.quantity in bad for m in measures], bool),
+        findings=tuple(f.sentence() for f in check.findings),
+        broken=tuple(b.sentence() for b in made.broken),
+        time=s.time,
+        standing=s.standing,
+        point=check.contact_point,
+        force=s.force,
+        site_names=tuple(x.name for x in sites),
+        site_sides=tuple(x.side for x in sites),
+        site_segments=tuple(x.point.body for x in sites),
+        pressure=check.centre_of_pressure,
+        com=check.com,
+        weight=synthesis.body.weight,
+        nodes=synthesis.problem.nodes,
+    )
+
+
+def to_npz(synthesis: "Synthesis", drawn: "SynthesisDrawing | None" = None) -> bytes:
+    """Return ``synthesis.npz``: coefficients, forces, nodes, multipliers, and what is drawn."""
+    p = synthesis.problem
+    kept: dict[str, Any] = {
+        "c": synthesis.c,
+        "u": synthesis.u,
+        "nodes": p.nodes,
+        "span": np.array(p.basis.span),
+        "coordinates": np.array(p.names),
+        "unknowns": np.array(p.u_names),
+        "families": np.array([r.name for r in p.rows]),
+        "status": np.array(synthesis.status),
+        "success": np.array(synthesis.success),
+    }
+    if synthesis.multipliers is not None:
+        for what in ("y", "low", "high"):
+            for i, values in enumerate(getattr(synthesis.multipliers, what)):
+                kept[f"multipliers_{what}_{i}"] = values
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **kept, **(drawn.arrays() if drawn is not None else {}))
+    return stream.getvalue()
+
+
+def read_synthesis(folder: Path) -> "Synthesis":
+    """Return the motion of a run folder, ready to start another one from.
+
+    Person and task are made anew from the run's settings, coefficients and forces are read.
+
+    Raises:
+        FileError: If the folder is no run of ``plantigrade synthesize``, or was made by a version
+            whose problem is another.
+    """
+    from plantigrade.io.run_folder import METRICS
+    from plantigrade.report.synthesis import FILE
+    from plantigrade.synthesize.interior_point import Multipliers
+    from plantigrade.synthesize.synthesis import Synthesis
+
+    folder = Path(folder).expanduser()
+    remedy = "name a folder that plantigrade synthesize wrote"
+    for name in (FILE, METRICS):
+        if not (folder / name).is_file():
+            raise FileError(
+                folder, f"is no run of plantigrade synthesize: no {name}", remedy=remedy
+            )
+    try:
+        metrics = json.loads((folder / METRICS).read_text("utf-8"))
+        settings = settings_from(metrics["settings"])
+        with np.load(folder / FILE, allow_pickle=False) as held:
+            kept = {k: held[k] for k in held.files if not k.startswith("drawn_")}
+        c, u = kept["c"], kept["u"]
+        lists = [
+            [kept[f"multipliers_{what}_{i}"] for i in range(len(kept["families"]) + 1)
+             if f"multipliers_{what}_{i}" in kept]
+            for what in ("y", "low", "high")
+        ]  # fmt: skip
+        status, success = str(kept["status"]), bool(kept["success"])
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise FileError(
+            folder / FILE, f"holds no motion to start from ({error})", remedy=remedy
+        ) from error
+    human = settings.human()
+    task = task_of(human, settings)
+    body = body_of(human, task)
+    problem = task.problem(body)
+    same = c.shape == (problem.basis.n_coefficients, len(problem.names)) and u.shape == (
+        len(problem.nodes), problem.n_unknowns,
+    )  # fmt: skip
+    if not same or not np.allclose(kept["nodes"], problem.nodes, atol=1e-9):
+        raise FileError(
+            folder / FILE,
+            "was made for another problem than its settings describe here (another version)",
+            remedy="make the run anew",
+        )
+    families = [r.name for r in problem.rows] == [str(n) for n in kept["families"]]
+    multipliers = Multipliers(*lists) if families and lists[0] else None
+    return Synthesis(body, task, problem, c, u, status, success, (), multipliers)
+
+
+def settings_from(kept: Mapping[str, Any]) -> SynthesizeSettings:
+    """Return the settings that ``metrics.json`` holds."""
+    names = {f.name for f in fields(SynthesizeSettings)}
+    given = {k: v for k, v in kept.items() if k in names}
+    if given.get("warm") is not None:
+        given["warm"] = Path(given["warm"])
+    return SynthesizeSettings(**given)
