@@ -313,13 +313,13 @@ class _Way:
         places = np.array([p for _, p in knots])
         places[:, 3] = np.unwrap(places[:, 3])
         forward = parameters.step_length * np.array([np.cos(places[:, 3]), np.sin(places[:, 3])])
-        if supports[0].rest != "before":
+        if not supports[0].rest:
             before = places[0] - [*forward[:, 0], 0.0, 0.0]
             times, places = (
                 np.r_[times[0] - parameters.step_time, times],
                 np.vstack([before, places]),
             )
-        if supports[-1].rest != "after":
+        if not supports[-1].rest:
             after = places[-1] + [*forward[:, -1], 0.0, 0.0]
             times, places = (
                 np.r_[times, times[-1] + parameters.step_time],

@@ -57,9 +57,8 @@ class Leg:
         body = human.body(f"foot_{side}")
         while human.body_names[body - 1] != "pelvis":
             hinges = []
-            for joint in range(
-                model.body_jntadr[body], model.body_jntadr[body] + _count(model, body)
-            ):
+            start = int(model.body_jntadr[body])
+            for joint in range(start, start + int(model.body_jntnum[body])):
                 index = int(model.jnt_qposadr[joint]) - 7
                 place = np.flatnonzero(self.columns == index)
                 moved = int(place[0]) if len(place) else -1
@@ -132,10 +131,6 @@ class Leg:
             step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]
             q[:, self.columns] = np.clip(q[:, self.columns] + step, *self.limits)
         return q
-
-
-def _count(model, body: int) -> int:
-    return int(model.body_jntnum[body])
 
 
 def _about(axis: Float[Array, " 3"], angle: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
