@@ -13,7 +13,7 @@ from pathlib import Path
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from benchmarks import fits, kinematics, processes, reading, ticks  # noqa: E402
+from benchmarks import compiled, fits, kinematics, processes, reading, ticks  # noqa: E402
 from plantigrade import __version__  # noqa: E402
 from plantigrade.experiments.table import ResultTable, Row  # noqa: E402
 
@@ -30,6 +30,7 @@ def main() -> int:
     parts: dict[str, Callable[[], Iterator[Row]]] = {
         "start": processes.start_rows,
         "demo": processes.demo_rows,
+        "compiled": compiled.rows,
         "ticks": lambda: ticks.rows(data, arguments.peers_python),
         "kinematics": lambda: kinematics.rows(data),
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
@@ -61,7 +62,7 @@ def parse() -> argparse.Namespace:
         "parts",
         nargs="*",
         metavar="PART",
-        help="start, demo, ticks, kinematics, opensim, reading, fits; all if none is named",
+        help="start, demo, compiled, ticks, kinematics, opensim, reading, fits; all without any",
     )
     parser.add_argument(
         "--data", type=Path, help=f"folder of recordings; else ${DATA_VARIABLE} or ../shared/data"
@@ -81,7 +82,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument("--strict", action="store_true", help="exit with 1 if a goal is missed")
     arguments = parser.parse_args()
-    known = ("start", "demo", "ticks", "kinematics", "opensim", "reading", "fits")
+    known = ("start", "demo", "compiled", "ticks", "kinematics", "opensim", "reading", "fits")
     for part in arguments.parts:
         if part not in known:
             parser.error(f"no part {part!r}; there are {', '.join(known)}")

@@ -24,7 +24,7 @@ import numpy as np
 if TYPE_CHECKING:
     import casadi
 
-VERSION = 1  # of the translation below: code from another one is not used
+VERSION = 2  # of the translation below: code from another one is not used
 PIECE = 200  # operations a function
 TILE = 4  # vectors a piece runs over before the next one does
 FETCHED = ("input", "constant")
@@ -174,6 +174,7 @@ class Code:
         constants: np.ndarray,
         outputs: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]],
         workspace: np.ndarray,
+        add: bool,
     ) -> None:
         """Evaluate at all nodes.
 
@@ -183,12 +184,17 @@ class Code:
             outputs: For every output a contiguous array whose first axis is nodes, which of its
                 nonzeros are written (int64) and to which place of a node (int64).
             workspace: From :meth:`workspace`.
+            add: Whether to add to what the arrays hold.
         """
         rows = zip(inputs, self._sizes, self._starts, strict=False)
         taken = np.array([(x.ctypes.data, n, at) for x, n, at in rows], dtype=np.int64)
         given = np.array(
             [
-                (y.ctypes.data, y.strides[0] // 8, s.ctypes.data, p.ctypes.data, len(s), at)
+                (
+                    *(y.ctypes.data, y.strides[0] // 8, s.ctypes.data, p.ctypes.data),
+                    *((0, len(s)) if add else (len(s), 0)),
+                    at,
+                )
                 for (y, s, p), at in zip(outputs, self._places, strict=False)
             ],
             dtype=np.int64,
@@ -558,20 +564,29 @@ def _driver(n_in: int, n_out: int, n_slots: int, width: int) -> str:
             f.line(f"%d.in = add i64 %t.first, %d\n%d.first = mul i64 %d.in, {width}")
             f.line(f"%d.start = mul i64 %d, {n_out}")
             with f.loop("o", "%n_out"):
-                row("o", "outputs", "o_at", "o_stride", "source_at", "place_at", "o_count", "o_in")
+                names = ("o_at", "o_stride", "source_at", "place_at", "o_set", "o_add", "o_in")
+                row("o", "outputs", *names)
                 f.line("%o.start = add i64 %d.start, %o_in")
                 lanes("o_at", "z", "d.first", "o_stride")
-                with f.loop("m", "%o_count"):
-                    f.line("%m.s = getelementptr i64, ptr %source_at, i64 %m")
-                    f.line("%source = load i64, ptr %m.s")
-                    f.line("%m.p = getelementptr i64, ptr %place_at, i64 %m")
-                    f.line("%place = load i64, ptr %m.p")
-                    f.line("%m.at = add i64 %o.start, %source")
-                    f.line(f"%m.from = getelementptr {V}, ptr %out, i64 %m.at")
-                    f.line(f"%value = load {V}, ptr %m.from, align {8 * width}")
-                    for lane in range(width):
-                        f.line(f"%v{lane} = extractelement {V} %value, i32 {lane}")
-                        f.line(f"%w{lane} = getelementptr double, ptr %z{lane}, i64 %place")
-                        f.line(f"store double %v{lane}, ptr %w{lane}")
+                for m, count in (("m", "%o_set"), ("k", "%o_add")):
+                    with f.loop(m, count):
+                        f.line(f"%{m}.s = getelementptr i64, ptr %source_at, i64 %{m}")
+                        f.line(f"%{m}.source = load i64, ptr %{m}.s")
+                        f.line(f"%{m}.p = getelementptr i64, ptr %place_at, i64 %{m}")
+                        f.line(f"%{m}.place = load i64, ptr %{m}.p")
+                        f.line(f"%{m}.at = add i64 %o.start, %{m}.source")
+                        f.line(f"%{m}.from = getelementptr {V}, ptr %out, i64 %{m}.at")
+                        f.line(f"%{m}.v = load {V}, ptr %{m}.from, align {8 * width}")
+                        for lane in range(width):
+                            x, to = f"%{m}.x{lane}", f"%{m}.to{lane}"
+                            f.line(f"{x} = extractelement {V} %{m}.v, i32 {lane}")
+                            f.line(f"{to} = getelementptr double, ptr %z{lane}, i64 %{m}.place")
+                            if m == "k":  # what is left over adds nothing
+                                f.line(f"{x}.in = icmp ule i64 %zn{lane}, %last")
+                                f.line(f"{x}.or = select i1 {x}.in, double {x}, double 0.0")
+                                f.line(f"{x}.old = load double, ptr {to}")
+                                f.line(f"{x}.sum = fadd double {x}.old, {x}.or")
+                                x += ".sum"
+                            f.line(f"store double {x}, ptr {to}")
     f.line("ret void\n}")
     return "\n".join(f.text)

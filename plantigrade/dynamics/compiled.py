@@ -28,6 +28,7 @@ from plantigrade.errors import ParameterError
 if TYPE_CHECKING:
     import casadi
 
+unavailable = _llvm.unavailable
 BACKENDS = ("machine code", "interpreter")
 
 
@@ -120,13 +121,16 @@ class Batched:
         inputs: Sequence[Float[Array, "n_nodes _"]],
         outputs: Sequence[Float[Array, "n_nodes ..."]],
         places: Sequence[tuple[Int[Array, " _"], Int[Array, " _"]]],
+        *,
+        add: bool = False,
     ) -> None:
         """Write nonzeros of every output to where they belong in arrays given, at every node.
 
         Args:
             inputs: As for a call.
             outputs: An array an output, contiguous; what follows the node axis is seen as flat.
-            places: For every output which nonzeros go to which flat places.
+            places: For every output which nonzeros go to which flat places, each place once.
+            add: Whether they are added to what is there.
 
         Raises:
             ParameterError: If an array is none that this function takes or fills.
@@ -137,12 +141,13 @@ class Batched:
             return
         with self._lock:
             if self._compiled is not None:
-                self._code(columns, self._constants, targets, self._workspace)
+                self._code(columns, self._constants, targets, self._workspace, add)
                 return
             for (array, source, place), values in zip(
                 targets, self._interpret(columns, n), strict=True
             ):
-                array[:, place] = values[:, source]
+                values = values[:, source]
+                array[:, place] = array[:, place] + values if add else values
 
     def _checked_inputs(self, inputs: Sequence[Array]) -> tuple[list[Array], int]:
         """Return contiguous inputs and the number of nodes."""

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.dynamics.compiled import Batched, lifted
+from plantigrade.dynamics.compiled import Batched, lifted, unavailable
 from plantigrade.errors import ParameterError
 
 if TYPE_CHECKING:
     import casadi
 
+_SMALL = 300  # operations of a function that is evaluated sooner than its code is found
 _VERSION = 1  # of how derivatives are made below: code of another one is not used
 
 
@@ -32,8 +33,8 @@ class Derivatives:
 
     Args:
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
-        backend: ``"machine code"`` or ``"interpreter"``; machine code where there is any if not
-            said.
+        backend: ``"machine code"`` or ``"interpreter"``; if not said, machine code where there is
+            any, and the interpreter for small functions.
 
     Attributes:
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
@@ -106,10 +107,20 @@ class Derivatives:
         a: Float[Array, "n_nodes nv"],
         u: Float[Array, "n_nodes n_unknowns"],
         p: Float[Array, "n_nodes n_parameters"],
+        *,
+        onto: Float[Array, "n_nodes nz nz"] | None = None,
     ) -> Float[Array, "n_nodes nz nz"]:
-        """Return the Hessian of lam'r, symmetric; its array is filled anew by the next call."""
-        H = self._keep("hessian", (len(q), self.n_arguments, self.n_arguments))
-        self._hessian.scatter((lam, q, v, a, u, p), (H,), (self._hessian_places,))
+        """Return the Hessian of lam'r, symmetric.
+
+        It is added to the contiguous array ``onto`` if that is given, which is then what is
+        returned; otherwise it is an array that is filled anew by the next call.
+        """
+        shape = (len(q), self.n_arguments, self.n_arguments)
+        H = self._keep("hessian", shape) if onto is None else onto
+        if H.shape != shape:
+            raise ParameterError(f"a Hessian cannot be added to {H.shape}; it is {shape}")
+        add = onto is not None
+        self._hessian.scatter((lam, q, v, a, u, p), (H,), (self._hessian_places,), add=add)
         return H
 
     def _keep(self, name: str, shape: tuple[int, ...]) -> Array:
@@ -119,10 +130,6 @@ class Derivatives:
         return self._kept[name, shape[0]]
 
     # Functions, each made when it is first asked for -------------------------------------------
-
-    @cached_property
-    def _lifted(self) -> "tuple[casadi.Function, Array, str]":
-        return lifted(self.function)
 
     @cached_property
     def _values(self) -> Batched:
@@ -145,7 +152,6 @@ class Derivatives:
 
     def _batched(self, name: str, build: Callable) -> Batched:
         """Return a function made from symbols of all inputs, z and the rows."""
-        function, numbers, structure = self._lifted
 
         def make() -> "casadi.Function":
             import casadi as ca
@@ -154,8 +160,17 @@ class Derivatives:
             z, r = ca.vertcat(*symbols[:4]), ca.densify(function(*symbols))
             return ca.Function(name, *build(ca, symbols, z, r))
 
-        key = f"{name} {_VERSION} of {structure}"
+        function, numbers, structure = self._source
+        key = f"{name} {_VERSION} of {structure}" if structure else ""
         return Batched(make, key=key, parameters=numbers, backend=self._backend)
+
+    @cached_property
+    def _source(self) -> "tuple[casadi.Function, Array | None, str]":
+        """Function, what its last input is if its numbers were made one, and what is left."""
+        f = self.function if self.function.is_a("SXFunction") else self.function.expand()
+        if self._backend is None and (f.n_instructions() < _SMALL or unavailable()):
+            self._backend = "interpreter"
+        return (f, None, "") if self._backend == "interpreter" else lifted(f)
 
     @cached_property
     def _rows(self) -> tuple[Array, Array]:

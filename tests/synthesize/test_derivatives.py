@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from plantigrade.dynamics._llvm import unavailable
+from plantigrade.dynamics.compiled import unavailable
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.contact_plan import foot_sites
@@ -76,6 +76,28 @@ def test_patterns_hold_all_there_is(leg):
         assert not array[:, ~inside].any()
         assert inside.sum() == len(rows) < inside.size
     np.testing.assert_array_equal(H, H.transpose(0, 2, 1))
+
+
+def test_a_hessian_is_added_where_that_is_asked_for(leg):
+    for n in (1, 9):
+        state = some_state(leg.function, n)
+        lam = np.ones((n, leg.n_rows))
+        H = leg.hessian(lam, *state)
+        sum_ = np.arange(H.size, dtype=float).reshape(H.shape)
+        want = sum_ + H
+        assert leg.hessian(lam, *state, onto=sum_) is sum_
+        np.testing.assert_array_equal(sum_, want)
+    with pytest.raises(ParameterError, match="cannot be added to"):
+        leg.hessian(lam, *state, onto=H[:, :-1, :-1])
+
+
+def test_a_small_function_is_interpreted_without_waiting(leg):
+    symbols = [ca.SX.sym(n, 1) for n in ("q", "v", "a", "u", "p")]
+    f = ca.Function("f", symbols, [0.3 * symbols[0] * symbols[3]])
+    assert Derivatives(f).backend == "interpreter"
+    assert leg.function.n_instructions() > 300
+    if not unavailable():
+        assert Derivatives(leg.function).backend == "machine code"
 
 
 def test_a_function_without_unknowns_and_parameters_is_taken():
