@@ -40,6 +40,7 @@ class Assembly:
             site does not carry.
         u_upper: Upper limits.
         u_smooth: Weights of their steps.
+        jerk: Weights of squared jerk of coordinates.
     """
 
     def __init__(self, body: Body, plan: ContactPlan, nodes: Float[Array, " n_nodes"]):
@@ -59,6 +60,7 @@ class Assembly:
         self.u_lower = np.zeros((len(nodes), n_u))
         self.u_upper = np.zeros((len(nodes), n_u))
         self.u_smooth = np.zeros((len(step), n_u))
+        self.jerk = np.zeros(body.symbolic.nv)
         self._rows: dict[str, Rows] = {}
 
     @property
@@ -95,9 +97,7 @@ class Assembly:
             ParameterError: If there is no such coordinate.
         """
         if coordinate not in self.names:
-            raise ParameterError(
-                f"no coordinate {coordinate!r}; there are {', '.join(self.names)}"
-            )
+            raise ParameterError(f"no coordinate {coordinate!r}; there are {', '.join(self.names)}")
         return self.names.index(coordinate)
 
     def pull(
@@ -148,6 +148,14 @@ class Assembly:
             or r.gain.any()
         )
         return Problem(
-            basis, self.nodes, self.names, used, self.body.force_names, self.u_lower, self.u_upper,
-            self.u_smooth, closure,
+            basis,
+            self.nodes,
+            self.names,
+            used,
+            self.body.force_names,
+            self.u_lower,
+            self.u_upper,
+            self.u_smooth,
+            closure,
+            self.jerk if self.jerk.any() else np.zeros(0),
         )

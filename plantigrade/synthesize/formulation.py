@@ -20,7 +20,7 @@ from plantigrade.synthesize.derivatives import Derivatives
 from plantigrade.synthesize.problem import Rows
 
 TORQUE = 100.0  # a torque of 1 in rows [N m], and a work rate of 1 [W]
-EDGE = 0.1  # where work rates are rounded off [TORQUE W]
+EDGE = 0.5  # where work rates are rounded off [TORQUE W]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
         muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
     muscle = muscle / TORQUE
     power = muscle * v[6:]
-    r = ca.vertcat(tau[:6] / body.weight, muscle, ca.sqrt(power * power + EDGE**2))
+    r = ca.vertcat(tau[:6] / body.weight, muscle, ca.sqrt(power * power + EDGE**2) - EDGE)
     names = tuple(f"root {w} {x}" for w in ("force", "moment") for x in "xyz")
     names += tuple(f"torque of {n}" for n in sym.names[6:])
     names += tuple(f"work rate of {n}" for n in sym.names[6:])
@@ -212,8 +212,8 @@ def hold_contacts(
     or ends is zero too; between nodes it is the positions at neighbouring ones that keep it.
     """
     index = {site.name: k for k, site in enumerate(body.sites)}
-    for site, k in index.items():
-        if body.sites[k].side:
+    for k, site in enumerate(body.sites):
+        if site.side:
             place.lower[:, 3 * k + 2] = 0.0
     for stance in plan.stances:
         targets = site_targets(body, stance.footprint)

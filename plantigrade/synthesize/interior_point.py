@@ -20,7 +20,7 @@ towards feasibility restore progress.
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -31,12 +31,15 @@ from plantigrade.synthesize.derivatives import Derivatives
 from plantigrade.synthesize.problem import Problem, Rows
 from plantigrade.synthesize.transcription import Transcription
 
+PATIENCE = 5
+"""Iterations after which a nearly feasible point waits no longer for a smaller barrier."""
+
 Status = Literal["solved", "acceptable", "stopped", "stalled", "too many iterations"]
 
 
 @dataclass(frozen=True)
 class Options:
-    """What decides how the solver works; the defaults serve every task.
+    r"""What decides how the solver works; the defaults serve every task.
 
     Attributes:
         tolerance: Largest error of the optimality conditions, scaled.
@@ -44,7 +47,7 @@ class Options:
         acceptable: Optimality error with which a feasible point is good enough once it stalls.
         iterations: Most iterations.
         barrier: First barrier parameter.
-        equation: :math:`\\delta_c`.
+        equation: :math:`\delta_c`.
         seconds: Most time [s].
     """
 
@@ -59,7 +62,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Iterate:
-    """What one iteration found.
+    r"""What one iteration found.
 
     Attributes:
         number: Counted from 0.
@@ -68,7 +71,7 @@ class Iterate:
         worst: Which row that is, and when.
         optimality: Error of the optimality conditions, scaled.
         barrier: Barrier parameter.
-        regularisation: :math:`\\delta_w` that was needed.
+        regularisation: :math:`\delta_w` that was needed.
         step: Part of the step that was taken.
         seconds: Time since the start [s].
     """
@@ -94,9 +97,9 @@ class Multipliers:
         high: Of upper limits.
     """
 
-    y: list[Float[Array, "n_nodes n_rows"]]
-    low: list[Float[Array, "n_nodes n_rows"]]
-    high: list[Float[Array, "n_nodes n_rows"]]
+    y: list[Float[Array, "_ _"]]
+    low: list[Float[Array, "_ _"]]
+    high: list[Float[Array, "_ _"]]
 
 
 @dataclass(frozen=True)
@@ -124,60 +127,67 @@ class Result:
 
 
 class _Family:
-    """Rows of one kind with their derivatives, masks and slacks."""
+    """Rows of one kind, with derivatives, masks and slacks, at the nodes where they matter."""
 
     def __init__(self, rows: Rows, n_local: int):
         self.rows = rows
         self.d = Derivatives(rows.function)
+        eq, ineq = rows.equations, rows.inequalities
+        matter = eq | ineq | (rows.weight != 0) | (rows.gain != 0)
+        self.at = np.flatnonzero(matter.any(axis=1))
+        self.everywhere = len(self.at) == len(matter)
+        self.parameters = rows.parameters[self.at]
+        self.lower, self.upper = rows.lower[self.at], rows.upper[self.at]
+        self.weight, self.target = rows.weight[self.at], rows.target[self.at]
+        self.gain = rows.gain[self.at]
+        self.eq, self.ineq = eq[self.at], ineq[self.at]
+        self.bound = self.eq | self.ineq
         jr, jc = self.d.jacobian_pattern
-        hr, _ = self.d.hessian_pattern
-        self.linear = len(hr) == 0
+        self.linear = len(self.d.hessian_pattern[0]) == 0
         per_row = np.bincount(jr, minlength=len(rows.names)) if len(jr) else np.zeros(1)
         self.single = self.linear and per_row.max() <= 1
-        self.columns = np.unique(jc)
-        self.contiguous = (
-            slice(int(self.columns[0]), int(self.columns[-1]) + 1)
-            if len(self.columns) and self.columns[-1] - self.columns[0] + 1 == len(self.columns)
-            else None
-        )
-        self.eq, self.ineq = rows.equations, rows.inequalities
-        self.has_low = self.ineq & np.isfinite(rows.lower)
-        self.has_high = self.ineq & np.isfinite(rows.upper)
-        self.low = np.where(self.has_low, rows.lower, -1.0)
-        self.high = np.where(self.has_high, rows.upper, 1.0)
-        self.aim = np.where(self.eq, rows.lower, 0.0)
-        self.costs = bool(np.any(rows.weight) or np.any(rows.gain))
-        shape = rows.lower.shape
-        self.r = np.zeros(shape)
+        columns = np.unique(jc) if len(jc) else np.zeros(1, int)
+        self.columns = slice(int(columns[0]), int(columns[-1]) + 1)  # a slice is worth its zeros
+        self.has_low = self.ineq & np.isfinite(self.lower)
+        self.has_high = self.ineq & np.isfinite(self.upper)
+        self.low = np.where(self.has_low, self.lower, -1.0)
+        self.high = np.where(self.has_high, self.upper, 1.0)
+        self.aim = np.where(self.eq, self.lower, 0.0)
+        self.costs = bool(np.any(self.weight) or np.any(self.gain))
+        shape = self.lower.shape
         self.J: Array | None = None
-        self.s = np.zeros(shape)
-        self.y = np.zeros(shape)
-        self.zl = np.zeros(shape)
-        self.zu = np.zeros(shape)
+        self.r, self.s, self.y = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self.zl, self.zu = np.zeros(shape), np.zeros(shape)
+
+    def pick(self, z: Array) -> Array:
+        """Return what is at the nodes that matter."""
+        return z if self.everywhere else z[self.at]
 
     def cost(self, r: Array) -> float:
+        """Return what rows cost."""
         if not self.costs:
             return 0.0
-        f = self.rows
-        away = r - f.target
-        return float(np.sum(f.gain * r) + 0.5 * np.sum(f.weight * away * away))
+        away = r - self.target
+        return float(np.sum(self.gain * r) + 0.5 * np.sum(self.weight * away * away))
 
     def push(self, r: Array) -> Array:
-        """Derivative of the cost by the rows."""
-        f = self.rows
-        return f.gain + f.weight * (r - f.target)
+        """Return the derivative of the cost by the rows."""
+        return self.gain + self.weight * (r - self.target)
 
     def gap(self, r: Array, s: Array) -> Array:
-        """What is missing to c_E = 0 and c_I = s."""
+        """Return what is missing to c_E = 0 and c_I = s."""
         return np.where(self.eq, r - self.aim, np.where(self.ineq, r - s, 0.0))
 
     def room(self, s: Array) -> tuple[Array, Array]:
-        """Distance of slacks to their limits; 1 where there is none."""
-        return np.where(self.has_low, s - self.low, 1.0), np.where(self.has_high, self.high - s, 1.0)
+        """Return the distance of slacks to their limits; 1 where there is none."""
+        return (
+            np.where(self.has_low, s - self.low, 1.0),
+            np.where(self.has_high, self.high - s, 1.0),
+        )
 
     def violation(self, r: Array) -> Array:
-        f = self.rows
-        return np.maximum(np.maximum(f.lower - r, r - f.upper), 0.0)
+        """Return how far rows lie outside their limits."""
+        return np.maximum(np.maximum(self.lower - r, r - self.upper), 0.0)
 
 
 class InteriorPoint:
@@ -190,7 +200,8 @@ class InteriorPoint:
         self.nv = self.t.nv
         u_rows = _limits_of_unknowns(problem)
         rows = (*problem.rows, *([u_rows] if u_rows is not None else []))
-        self.families = [_Family(r, self.t.n_local) for r in rows]
+        families = [_Family(r, self.t.n_local) for r in rows]
+        self.families = [f for f in families if len(f.at)]
 
     # Evaluation -------------------------------------------------------------------------------
 
@@ -199,42 +210,38 @@ class InteriorPoint:
         return z[:, :n], z[:, n : 2 * n], z[:, 2 * n : 3 * n], z[:, 3 * n :]
 
     def _values(self, x: Array) -> list[Array]:
-        z = self._split(self.t.local(x))
-        return [f.d.values(*z, f.rows.parameters) for f in self.families]
+        z = self.t.local(x)
+        return [f.d.values(*self._split(f.pick(z)), f.parameters) for f in self.families]
 
     def _jacobians(self, x: Array) -> None:
-        z = self._split(self.t.local(x))
+        z = self.t.local(x)
         for f in self.families:
+            here = self._split(f.pick(z))
             if f.linear and f.J is not None:
-                f.r = f.d.values(*z, f.rows.parameters)
-            else:
-                f.r, J = f.d.jacobian(*z, f.rows.parameters)
-                f.J = np.ascontiguousarray(J[:, :, f.contiguous or f.columns])
-                if f.single:
-                    f.diagonal_column = np.abs(f.J).argmax(axis=2)
-                    f.diagonal_value = np.take_along_axis(f.J, f.diagonal_column[..., None], 2)[
-                        ..., 0
-                    ]
+                f.r = f.d.values(*here, f.parameters)
+                continue
+            f.r, J = f.d.jacobian(*here, f.parameters)
+            f.J = np.ascontiguousarray(J[:, :, f.columns])
+            if f.single:
+                f.diagonal_column = np.abs(f.J).argmax(axis=2)
+                values = np.take_along_axis(f.J, f.diagonal_column[..., None], 2)
+                f.diagonal_value = values[..., 0]
 
     def _down(self, weights: list[Array]) -> Array:
         """Return sum of J' w over families, by x."""
         g = np.zeros((self.t.n_nodes, self.t.n_local))
         for f, w in zip(self.families, weights, strict=True):
             part = np.matmul(w[:, None, :], f.J)[:, 0]
-            if f.contiguous is not None:
-                g[:, f.contiguous] += part
-            else:
+            if f.everywhere:
                 g[:, f.columns] += part
+            else:
+                g[f.at, f.columns] += part
         return self.t.gradient(g)
 
     def _up(self, dx: Array) -> list[Array]:
         """Return J dx of every family."""
         dz = self.t.local_step(dx)
-        out = []
-        for f in self.families:
-            part = dz[:, f.contiguous] if f.contiguous is not None else dz[:, f.columns]
-            out.append(np.matmul(f.J, part[:, :, None])[:, :, 0])
-        return out
+        return [np.matmul(f.J, f.pick(dz)[:, f.columns, None])[:, :, 0] for f in self.families]
 
     def _objective(self, x: Array, values: list[Array]) -> float:
         smooth, _ = self.t.smoothness(x)
@@ -242,47 +249,57 @@ class InteriorPoint:
 
     # Newton's equations -----------------------------------------------------------------------
 
-    def _curvature(self, x: Array, convex: bool = False) -> Array:
-        """Return the Hessian of the Lagrangian by z, without limits (n_nodes, n_local, n_local)."""
-        z = self._split(self.t.local(x))
+    def _hessian(self, x: Array, weights: list[Array]) -> Array:
+        """Return the Hessian of the Lagrangian by z, and J' D J of every family added."""
+        z = self.t.local(x)
         H = np.zeros((self.t.n_nodes, self.t.n_local, self.t.n_local))
-        if convex:
-            return H
-        for f in self.families:
+        for f, w in zip(self.families, weights, strict=True):
             if not f.linear:
-                lam = np.where(f.eq | f.ineq, f.y, 0.0) + f.push(f.r)
-                H += f.d.hessian(lam, *z, f.rows.parameters)
+                lam = np.where(f.bound, f.y, 0.0) + f.push(f.r)
+                part = f.d.hessian(lam, *self._split(f.pick(z)), f.parameters)
+                if f.everywhere:
+                    H += part
+                else:
+                    H[f.at] += part
+            self._add_squares(H, f, w)
         return H
 
-    def _add_squares(self, H: Array, weights: list[Array]) -> None:
-        """Add J' D J of every family to H."""
-        for f, w in zip(self.families, weights, strict=True):
-            if f.single:
-                at = f.columns[f.diagonal_column]
-                k = np.arange(len(H))[:, None]
-                np.add.at(H, (k, at, at), w * f.diagonal_value**2)
-                continue
-            J = f.J
-            block = np.matmul((J * w[:, :, None]).transpose(0, 2, 1), J)
-            if f.contiguous is not None:
-                H[:, f.contiguous, f.contiguous] += block
-            else:
-                c = f.columns
-                H[:, c[:, None], c[None, :]] += block
+    def _add_squares(self, H: Array, f: _Family, w: Array) -> None:
+        """Add J' D J of one family to H."""
+        if f.single:
+            at = f.columns.start + f.diagonal_column
+            np.add.at(H, (f.at[:, None], at, at), w * f.diagonal_value**2)
+            return
+        used = np.flatnonzero(w.any(axis=0))
+        J = f.J if len(used) == w.shape[1] else np.ascontiguousarray(f.J[:, used])
+        block = np.matmul((J * w[:, used, None]).transpose(0, 2, 1), J)
+        if f.everywhere:
+            H[:, f.columns, f.columns] += block
+        else:
+            H[f.at, f.columns, f.columns] += block
 
     def _sigma(self) -> list[Array]:
         out = []
         for f in self.families:
             a, b = f.room(f.s)
-            out.append(
-                np.where(f.has_low, f.zl / a, 0.0) + np.where(f.has_high, f.zu / b, 0.0)
-            )
+            out.append(np.where(f.has_low, f.zl / a, 0.0) + np.where(f.has_high, f.zu / b, 0.0))
         return out
 
-    def _factor(self, base: Array, dw: float):
-        band = base.copy(order="F")
-        band[0] += dw
-        return cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+    def _factor(self, band: Array, before: float) -> tuple[Array | None, float]:
+        """Return the Cholesky factor, and how much had to be added to the diagonal for one."""
+        added = 0.0 if before == 0.0 else before / 3.0
+        for attempt in range(40):
+            trial = band.copy(order="F")
+            trial[0] += added + 1e-12
+            try:
+                factor = cholesky_banded(trial, overwrite_ab=True, lower=True, check_finite=False)
+                return factor, added
+            except LinAlgError:
+                if added == 0.0:
+                    added = max(1e-4, before / 3.0)
+                else:
+                    added *= 8.0 if before > 0 or attempt > 3 else 30.0
+        return None, added
 
     # Solve ------------------------------------------------------------------------------------
 
@@ -314,7 +331,11 @@ class InteriorPoint:
         for i, f in enumerate(self.families):
             f.s = _inside(f, f.r, 1e-2 if not warm else 1e-4)
             a, b = f.room(f.s)
-            if multipliers is not None and i < len(multipliers.y):
+            if (
+                multipliers is not None
+                and i < len(multipliers.y)
+                and multipliers.y[i].shape == f.y.shape
+            ):
                 f.y = multipliers.y[i].copy()
                 f.zl = np.where(f.has_low, np.maximum(multipliers.low[i], mu / 10), 0.0)
                 f.zu = np.where(f.has_high, np.maximum(multipliers.high[i], mu / 10), 0.0)
@@ -328,10 +349,11 @@ class InteriorPoint:
         status: Status = "too many iterations"
         best: tuple[float, Array] = (np.inf, x)
         stalls = 0
+        at_mu = 0
         for number in range(o.iterations + 1):
             values = [f.r for f in self.families]
             objective = self._objective(x, values)
-            pushes = [np.where(f.eq | f.ineq, f.y, 0.0) + f.push(f.r) for f in self.families]
+            pushes = [np.where(f.bound, f.y, 0.0) + f.push(f.r) for f in self.families]
             gradient = self._down(pushes) + t.smoothness(x)[1]
             violation, worst = self._worst(values)
             gaps = [f.gap(f.r, f.s) for f in self.families]
@@ -341,8 +363,15 @@ class InteriorPoint:
             complement0 = self._complement(0.0) / dual_scale
             history.append(
                 Iterate(
-                    number, objective, violation, worst, max(optimality, complement0), mu, dw,
-                    alpha, clock.perf_counter() - started,
+                    number,
+                    objective,
+                    violation,
+                    worst,
+                    max(optimality, complement0),
+                    mu,
+                    dw,
+                    alpha,
+                    clock.perf_counter() - started,
                 )
             )
             if violation < best[0] or (violation <= o.feasibility and optimality < 1e9):
@@ -359,38 +388,23 @@ class InteriorPoint:
                 status, x = "stopped", best[1]
                 break
             # barrier
+            at_mu += 1
             while (
                 max(optimality, gap, self._complement(mu) / dual_scale) <= 10 * mu
-                and mu > o.tolerance / 20
-            ):
+                or (violation < 1e-2 and at_mu > PATIENCE)
+            ) and mu > o.tolerance / 20:
                 mu = max(o.tolerance / 20, min(0.2 * mu, mu**1.5))
+                at_mu = 0
                 filter_ = []
                 slack_error = self._slack_error(mu)
             # Newton
             sigma = self._sigma()
-            H = self._curvature(x)
-            self._add_squares(
-                H,
-                [
-                    s + f.rows.weight + np.where(f.eq, 1.0 / o.equation, 0.0)
-                    for s, f in zip(sigma, self.families, strict=True)
-                ],
-            )
-            full = t.band()
-            t.assemble(H, full)
-            t.add_smoothness(full)
-            factor, dw = None, 0.0
-            trial = 0.0 if dw_last == 0.0 else dw_last / 3.0
-            for attempt in range(40):
-                try:
-                    factor = self._factor(full, trial + 1e-12)
-                    dw = trial
-                    break
-                except LinAlgError:
-                    if trial == 0.0:
-                        trial = max(1e-4, dw_last / 3.0)
-                    else:
-                        trial *= 8.0 if dw_last > 0 or attempt > 3 else 30.0
+            squares = [
+                each + f.weight + np.where(f.eq, 1.0 / o.equation, 0.0)
+                for each, f in zip(sigma, self.families, strict=True)
+            ]
+            band = t.assemble(self._hessian(x, squares))
+            factor, dw = self._factor(band, dw_last)
             if factor is None:
                 status = "stalled"
                 break
@@ -400,12 +414,12 @@ class InteriorPoint:
             # line search
             tau = max(0.99, 1.0 - mu)
             alpha_max, alpha_z = 1.0, 1.0
-            for f, d, l, h in zip(self.families, ds, dzl, dzu, strict=True):
+            for f, d, dl, dh in zip(self.families, ds, dzl, dzu, strict=True):
                 a, b = f.room(f.s)
                 alpha_max = min(alpha_max, _most(a, d, f.has_low, tau))
                 alpha_max = min(alpha_max, _most(b, -d, f.has_high, tau))
-                alpha_z = min(alpha_z, _most(np.where(f.has_low, f.zl, 1.0), l, f.has_low, tau))
-                alpha_z = min(alpha_z, _most(np.where(f.has_high, f.zu, 1.0), h, f.has_high, tau))
+                alpha_z = min(alpha_z, _most(np.where(f.has_low, f.zl, 1.0), dl, f.has_low, tau))
+                alpha_z = min(alpha_z, _most(np.where(f.has_high, f.zu, 1.0), dh, f.has_high, tau))
             theta = sum(float(np.abs(g).sum()) for g in gaps)
             phi = objective - mu * self._logs([f.s for f in self.families])
             slope = self._slope(x, dx, ds, mu)
@@ -423,7 +437,18 @@ class InteriorPoint:
                     break
                 if trial_number == 0 and theta_new >= 0.5 * theta:
                     found = self._correct(
-                        x, dx, ds, alpha, r_new, s_new, mu, tau, theta, phi, slope, filter_,
+                        x,
+                        dx,
+                        ds,
+                        alpha,
+                        r_new,
+                        s_new,
+                        mu,
+                        tau,
+                        theta,
+                        phi,
+                        slope,
+                        filter_,
                         floor_theta,
                     )
                     if found is not None:
@@ -445,12 +470,14 @@ class InteriorPoint:
                     if restored is not None:
                         x_new = restored
                         r_new = self._values(x_new)
-                        s_new = [_inside(f, r, 1e-4) for f, r in zip(self.families, r_new, strict=True)]
-            for f, s, d, l, h in zip(self.families, s_new, dy, dzl, dzu, strict=True):
+                        s_new = [
+                            _inside(f, r, 1e-4) for f, r in zip(self.families, r_new, strict=True)
+                        ]
+            for f, s, d, dl, dh in zip(self.families, s_new, dy, dzl, dzu, strict=True):
                 f.s = s
                 f.y = f.y + alpha * d
-                f.zl = f.zl + alpha_z * l
-                f.zu = f.zu + alpha_z * h
+                f.zl = f.zl + alpha_z * dl
+                f.zu = f.zu + alpha_z * dh
                 a, b = f.room(f.s)  # keep multipliers within reach of mu / slack
                 f.zl = np.where(f.has_low, np.clip(f.zl, mu / (1e10 * a), 1e10 * mu / a), 0.0)
                 f.zu = np.where(f.has_high, np.clip(f.zu, mu / (1e10 * b), 1e10 * mu / b), 0.0)
@@ -464,9 +491,13 @@ class InteriorPoint:
                 status = "acceptable"
         c, u = t.split(x)
         return Result(
-            c, u, status, tuple(history),
+            c,
+            u,
+            status,
+            tuple(history),
             Multipliers(
-                [f.y for f in self.families], [f.zl for f in self.families],
+                [f.y for f in self.families],
+                [f.zl for f in self.families],
                 [f.zu for f in self.families],
             ),
         )
@@ -484,17 +515,13 @@ class InteriorPoint:
             a, h = f.room(f.s)
             b.append(np.where(f.has_low, -mu / a, 0.0) + np.where(f.has_high, mu / h, 0.0))
         pushes = [
-            f.push(f.r)
-            + np.where(f.eq, f.y + g / dc, 0.0)
-            + np.where(f.ineq, s * g + bb, 0.0)
+            f.push(f.r) + np.where(f.eq, f.y + g / dc, 0.0) + np.where(f.ineq, s * g + bb, 0.0)
             for f, g, s, bb in zip(fam, gaps, sigma, b, strict=True)
         ]
         smooth = self.t.smoothness(x)[1]
         dx = -cho_solve_banded((factor, True), self._down(pushes) + smooth, check_finite=False)
         Jdx = self._up(dx)
-        dy_eq = [
-            np.where(f.eq, (g + j) / dc, 0.0) for f, g, j in zip(fam, gaps, Jdx, strict=True)
-        ]
+        dy_eq = [np.where(f.eq, (g + j) / dc, 0.0) for f, g, j in zip(fam, gaps, Jdx, strict=True)]
         for _ in range(3):  # towards the equations themselves
             missing = [np.where(f.eq, g + j, 0.0) for f, g, j in zip(fam, gaps, Jdx, strict=True)]
             size = max(float(np.abs(m).max()) for m in missing)
@@ -563,41 +590,37 @@ class InteriorPoint:
 
     def _restore(self, x: Array) -> Array | None:
         """Return a point that violates rows less, by damped Gauss-Newton steps; None if none."""
-        damping, before = 1e-2, np.inf
-        here, first = x, None
+        damping, here = 1e-2, x
+        values = self._values(x)
+        first = size = self._violated(values)
         for _ in range(15):
-            values = self._values(here)
-            off = [
-                f.rows.lower - r if False else np.where(r < f.rows.lower, r - f.rows.lower, 0.0)
-                + np.where(r > f.rows.upper, r - f.rows.upper, 0.0)
-                for f, r in zip(self.families, values, strict=True)
-            ]
-            size = sum(float(np.sum(d * d)) for d in off)
-            first = size if first is None else first
-            if size < 1e-4 * first:
-                return here
             self._jacobians(here)
+            off = [np.sign(f.r - f.lower) * f.violation(f.r) for f in self.families]
             H = np.zeros((self.t.n_nodes, self.t.n_local, self.t.n_local))
-            self._add_squares(H, [np.where(d != 0.0, 1.0, 0.0) for d in off])
-            band = self.t.band()
-            self.t.assemble(H, band)
-            g = self._down(off)
+            for f, d in zip(self.families, off, strict=True):
+                self._add_squares(H, f, np.where(d != 0.0, 1.0, 0.0))
+            band, g = self.t.assemble(H), self._down(off)
             for _ in range(8):
-                factor = self._factor(band, damping)
-                step = -cho_solve_banded((factor, True), g, check_finite=False)
-                trial = here + step
-                after = sum(
-                    float(np.sum(f.violation(r) ** 2))
-                    for f, r in zip(self.families, self._values(trial), strict=True)
-                )
+                factor, damping = self._factor(band, 3.0 * damping)
+                if factor is None:
+                    return None
+                trial = here - cho_solve_banded((factor, True), g, check_finite=False)
+                after = self._violated(self._values(trial))
                 if after < size:
-                    here, damping = trial, max(damping / 4, 1e-8)
+                    here, size, damping = trial, after, max(damping / 4, 1e-8)
                     break
                 damping *= 6
             else:
                 break
-            before = after
-        return here if first is not None and before < 0.5 * first else None
+            if size < 1e-4 * first:
+                break
+        return here if size < 0.5 * first else None
+
+    def _violated(self, values: list[Array]) -> float:
+        """Return the sum of squared violations."""
+        return sum(
+            float(np.sum(f.violation(r) ** 2)) for f, r in zip(self.families, values, strict=True)
+        )
 
     def _slope(self, x: Array, dx: Array, ds: list[Array], mu: float) -> float:
         """Return the derivative of the barrier function along a step."""
@@ -649,7 +672,7 @@ class InteriorPoint:
             k, i = np.unravel_index(int(np.argmax(off)), off.shape)
             if off[k, i] > worst:
                 worst = float(off[k, i])
-                name = f"{f.rows.names[i]} at {self.problem.nodes[k]:.2f} s"
+                name = f"{f.rows.names[i]} at {self.problem.nodes[f.at[k]]:.2f} s"
         return worst, name
 
 
@@ -682,7 +705,10 @@ def _limits_of_unknowns(problem: Problem) -> Rows | None:
     q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
     u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
     rows = Rows.free(
-        "force", ca.Function("unknowns", [q, v, a, u, p], [u]), problem.u_names, n,
+        "force",
+        ca.Function("unknowns", [q, v, a, u, p], [u]),
+        problem.u_names,
+        n,
         unit="body weights",
     )
     active = problem.u_active

@@ -44,12 +44,14 @@ class Differentiated:
 
     Attributes:
         value: (z, p) ↦ r.
+        gradient: (z, p, lam) ↦ gradient of lam'r.
         jacobian: (z, p) ↦ dr/dz.
         hessian: (z, p, lam) ↦ upper triangle of the Hessian of lam'r.
         linear: Whether r is linear in z.
     """
 
     value: "casadi.Function"
+    gradient: "casadi.Function"
     jacobian: "casadi.Function"
     hessian: "casadi.Function"
     linear: bool
@@ -71,9 +73,11 @@ def differentiated(function: "casadi.Function") -> Differentiated:
     r = ca.densify(function(*ca.vertsplit(z, np.cumsum([0, *sizes[:4]]).tolist()), p))
     lam = ca.SX.sym("lam", r.shape[0])
     J = ca.jacobian(r, z)
-    H = ca.triu(ca.jacobian(ca.gradient(ca.dot(lam, r), z), z))
+    gradient = ca.gradient(ca.dot(lam, r), z)
+    H = ca.triu(ca.jacobian(gradient, z))
     made = Differentiated(
         ca.Function("value", [z, p], [r]),
+        ca.Function("gradient", [z, p, lam], [gradient]),
         ca.Function("jacobian", [z, p], [J]),
         ca.Function("hessian", [z, p, lam], [H]),
         H.nnz() == 0,
@@ -108,6 +112,7 @@ class Program:
 
     Attributes:
         problem: The problem.
+        names: Names of the families that count.
         n_variables: Variables: coefficients, and unknowns that may move.
         n_fixed: Variables that an equation fixes by itself, as those of a first pose do; their
             bounds are equal.
@@ -136,6 +141,7 @@ class Program:
         if missing:
             raise ParameterError(f"no rows {missing[0]!r}; there are {', '.join(names)}")
         self.problem, self.objective = problem, objective
+        self.names = tuple(n for n in names if rows is None or n in rows)
         self._nz = 3 * len(problem.names) + problem.n_unknowns
         self._T, self._z0 = _linear_map(problem)
         self._T: Any
@@ -204,14 +210,12 @@ class Program:
         z = (self._T @ x + self._z0).reshape(-1, self._nz)
         return {r.name: _mapped(differentiated(r.function).value, z, r) for r in self.problem.rows}
 
-    def violation(
-        self, x: Float[Array, " n_variables"], rows: Collection[str] | None = None
-    ) -> tuple[float, str]:
-        """Return by how much the worst row is off its limits, and its words."""
+    def violation(self, x: Float[Array, " n_variables"]) -> tuple[float, str]:
+        """Return by how much the worst row that counts is off its limits, and its words."""
         worst, words = 0.0, ""
         values = self.values(x)
         for r in self.problem.rows:
-            if rows is not None and r.name not in rows:
+            if r.name not in self.names:
                 continue
             v = values[r.name]
             off = np.maximum(np.maximum(r.lower - v, v - r.upper), 0.0)
@@ -267,7 +271,8 @@ class Program:
                 off = value - target
                 f = f + ca.dot(gain, value) + 0.5 * ca.dot(weight * off, off)
                 slope = gain + weight * off
-                gradient = gradient + ca.mtimes(T_f.T, ca.mtimes(J.T, slope))
+                down = family.made.gradient.map(n)(z_f, p_f, ca.reshape(slope, m, n))
+                gradient = gradient + ca.mtimes(T_f.T, ca.vec(ca.densify(down)))
                 multiplier = multiplier + lam_f * slope
                 heavy = np.flatnonzero(weight)
                 if len(heavy):
@@ -281,6 +286,10 @@ class Program:
                 hessian = hessian + ca.triu(ca.mtimes(T_f.T, ca.mtimes(inner, T_f)))
         if self.objective:
             D, d = _steps(self.problem, self._T, self._z0, self._nz)
+            rough = self.problem.roughness()
+            rough.resize(rough.shape[0], D.shape[1])
+            D = sparse.csr_matrix(sparse.vstack([D, rough]))
+            d = np.concatenate([d, np.zeros(rough.shape[0])])
             if D.shape[0]:
                 S = _constant(ca, D)
                 off = ca.mtimes(S, x) + d

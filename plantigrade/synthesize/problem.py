@@ -22,6 +22,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import ParameterError
@@ -139,6 +140,8 @@ class Problem:
         u_smooth: Weight of the squared step of each unknown from a node to the next
             (n_nodes - 1, n_unknowns); (n_nodes, n_unknowns) with a closure.
         closure: How the motion goes on after its end; None for a motion that ends.
+        jerk: Weight of the squared third derivative of each coordinate, integrated over time: what
+            keeps a spline quiet between nodes (n_coordinates,); empty for none.
     """
 
     basis: Basis
@@ -150,6 +153,7 @@ class Problem:
     u_upper: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
     u_smooth: Float[Array, "n_steps n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
     closure: Closure | None = None
+    jerk: Float[Array, " n_coordinates"] = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self):
         """Refuse arrays that do not belong together."""
@@ -182,6 +186,32 @@ class Problem:
     def u_active(self) -> Bool[Array, "n_nodes n_unknowns"]:
         """Which unknowns may move."""
         return self.u_lower < self.u_upper
+
+    def roughness(self) -> sparse.csr_matrix:
+        r"""Return D with :math:`\tfrac12 \lVert D\, c \rVert^2` the cost of jerk.
+
+        Coefficients are in rows of ``c``, one row after the other. The third derivative is taken
+        in the middle of every piece; it is nearly constant there.
+        """
+        nv, n_c = len(self.names), self.basis.n_coefficients
+        if not self.jerk.size:
+            return sparse.csr_matrix((0, n_c * nv))
+        breaks = self.basis.breaks
+        band = self.basis.band((breaks[1:] + breaks[:-1]) / 2, 3)
+        index = band.first[:, None] + np.arange(band.values.shape[1])
+        lap, index = np.divmod(index, n_c) if self.closure is not None else (0 * index, index)
+        root = np.sqrt(np.diff(breaks)[:, None] * self.jerk)  # (n_pieces, nv)
+        every = np.arange(nv)
+        source, sign = every, np.ones(nv)
+        if self.closure is not None:
+            source, sign = self.closure.source, self.closure.sign
+        turned = lap[:, :, None] > 0
+        columns = index[:, :, None] * nv + np.where(turned, source, every)
+        values = band.values[:, :, None] * root[:, None, :] * np.where(turned, sign, 1.0)
+        rows = np.arange(len(root))[:, None, None] * nv + every
+        rows = np.broadcast_to(rows, columns.shape)
+        entries = values.ravel(), (rows.ravel(), columns.ravel())
+        return sparse.csr_matrix(entries, shape=(len(root) * nv, n_c * nv))
 
     def states(
         self, c: Float[Array, "n_coefficients n_coordinates"], times: Float[Array, " n_times"]

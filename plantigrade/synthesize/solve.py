@@ -57,7 +57,11 @@ def synthesize(
         result = InteriorPoint(p, options).solve(c, u, multipliers, told)
         stages.append(
             Stage(
-                name, "band", len(p.nodes), result.status, clock.perf_counter() - started,
+                name,
+                "band",
+                len(p.nodes),
+                result.status,
+                clock.perf_counter() - started,
                 result.history,
             )
         )
@@ -75,27 +79,30 @@ def synthesize(
             u = _forces(p2, middle.u, problem)
             result = run("refined", problem, c, u)
     return Synthesis(
-        body, task, problem, result.c, result.u, result.status, result.success, tuple(stages),
+        body,
+        task,
+        problem,
+        result.c,
+        result.u,
+        result.status,
+        result.success,
+        tuple(stages),
         result.multipliers,
     )
 
 
-def _from(
-    warm: Synthesis, problem: Problem
-) -> tuple[Array, Array, Multipliers | None]:
+def _from(warm: Synthesis, problem: Problem) -> tuple[Array, Array, Multipliers | None]:
     """Return a start from another motion, stretched to this one's duration."""
     old = warm.problem
     times = sample_times(problem)
     scale = old.basis.span / problem.basis.span
-    c = coefficients(problem, times, old.states(warm.c, np.clip(times * scale, 0, old.basis.stop))[0])
+    c = coefficients(
+        problem, times, old.states(warm.c, np.clip(times * scale, 0, old.basis.stop))[0]
+    )
     same = len(old.nodes) == len(problem.nodes) and [r.name for r in old.rows] == [
         r.name for r in problem.rows
     ]
-    return (
-        (c, warm.u, warm.multipliers)
-        if same
-        else (c, _forces(old, warm.u, problem), None)
-    )
+    return (c, warm.u, warm.multipliers) if same else (c, _forces(old, warm.u, problem), None)
 
 
 def _forces(old: Problem, u: Array, new: Problem) -> Array:

@@ -132,9 +132,11 @@ class Synthesis:
             after = self.u[:1][:, p.closure.u_source] * p.closure.u_sign
             values = np.vstack([self.u, after])
         u = np.stack([np.interp(inside, knots, x) for x in values.T], axis=1)
-        standing = np.stack(
-            [self.task.plan.standing(s, inside) for s in self.body.sites], axis=1
-        ) if n_sites else np.zeros((len(times), 0), bool)
+        standing = (
+            np.stack([self.task.plan.standing(s, inside) for s in self.body.sites], axis=1)
+            if n_sites
+            else np.zeros((len(times), 0), bool)
+        )
         if p.closure is not None:
             k = p.closure
             for turn in range(1, int(lap.max(initial=0)) + 1):

@@ -8,6 +8,7 @@ from plantigrade.synthesize.formulation import Body
 from plantigrade.synthesize.side_step import side_step
 from plantigrade.synthesize.standing_tasks import reach, sit_to_stand, squat
 from plantigrade.synthesize.task import Task
+from plantigrade.synthesize.walking import walk
 
 
 def stand_to_sit(human: Human, **parameters: float) -> Task:
@@ -16,6 +17,7 @@ def stand_to_sit(human: Human, **parameters: float) -> Task:
 
 
 TASKS: Mapping[str, Callable[..., Task]] = {
+    "walk": walk,
     "sit-to-stand": sit_to_stand,
     "stand-to-sit": stand_to_sit,
     "squat": squat,

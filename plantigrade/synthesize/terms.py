@@ -7,7 +7,7 @@ own is a class with ``put``.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from plantigrade.synthesize.assembly import Assembly
 from plantigrade.synthesize.formulation import TORQUE, friction_rows, hold_contacts
 
 
+@runtime_checkable
 class Term(Protocol):
     """A condition or a cost."""
 
@@ -181,6 +182,23 @@ class Acceleration:
 
 
 @dataclass(frozen=True)
+class Jerk:
+    r"""Cost :math:`\int \sum w_j \dddot q_j^2 dt`: quiet between nodes, and free to be quick.
+
+    Attributes:
+        weight: Weight [s⁵/rad²].
+        joints: Factor of single coordinates, by name without or with side.
+    """
+
+    weight: float = 1e-8
+    joints: Mapping[str, float] = field(default_factory=dict)
+
+    def put(self, a: Assembly) -> None:
+        """Weigh jerk."""
+        a.jerk += 2.0 * self.weight * _factors(a.names, self.joints)
+
+
+@dataclass(frozen=True)
 class Posture:
     r"""Cost :math:`\int \sum w_j (q_j - \bar q_j)^2 dt` of being away from a posture.
 
@@ -199,6 +217,31 @@ class Posture:
         w[:] = 2.0 * _factors(a.names, self.weights, 0.0)
         t[:] = _factors(a.names, self.targets, 0.0)
         a.pull(rows, w, t)
+
+
+@dataclass(frozen=True)
+class PostureAt:
+    r"""Cost :math:`w \sum (q_j - \bar q_j)^2` at one instant: a posture to start from or end in.
+
+    A cost and no equation, so that feet that stand and a posture that nearly fits them agree.
+
+    Attributes:
+        time: When [s]; a node.
+        q: The posture, in the order of the person's coordinates [rad, m].
+        weight: Weight.
+    """
+
+    time: float
+    q: tuple[float, ...]
+    weight: float = 0.5
+
+    def put(self, a: Assembly) -> None:
+        """Weigh coordinates at a node."""
+        k = int(np.argmin(np.abs(a.nodes - self.time)))
+        rows = a.rows("coordinates")
+        w, target = np.zeros(rows.weight.shape), np.zeros(rows.weight.shape)
+        w[k], target[k] = 2.0 * self.weight / a.weights[k], self.q  # an instant's, no integral's
+        a.pull(rows, w, target)
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,8 @@ that what meets at a node lies together, and :math:`H_x` is a band; a motion tha
 folded, so that its two ends lie side by side.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
+from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.synthesize.problem import Problem
@@ -38,6 +36,7 @@ class Transcription:
         self._drift = np.stack([problem.drift(problem.nodes, d) for d in range(3)], axis=1)
         self._order()
         self._smoothness()
+        self._band_places()
 
     @property
     def n_local(self) -> int:
@@ -98,80 +97,71 @@ class Transcription:
 
     # Matrices ---------------------------------------------------------------------------------
 
-    def band(self) -> Float[Array, "half_band_1 size"]:
-        """Return a band of zeros, lower form: entry (i, j) is at ``[i - j, j]``."""
-        return np.zeros((self.half_band + 1, self.size), order="F")
-
     def assemble(
-        self, H: Float[Array, "n_nodes n_local n_local"], band: Float[Array, "half_band_1 size"]
-    ) -> None:
-        """Add the Hessian by x of what has Hessian ``H`` by z, both triangles given, to a band."""
-        n, nv, w = self.n_nodes, self.nv, self.window.shape[1]
+        self, H: Float[Array, "n_nodes n_local n_local"]
+    ) -> Float[Array, "half_band_1 size"]:
+        """Return the Hessian by x of what has Hessian ``H`` by z, steps and jerk added, as a band.
+
+        Args:
+            H: Symmetric, both triangles given.
+
+        Returns:
+            Lower form: entry (i, j) is at ``[i - j, j]``.
+        """
+        n, nv, w, nu = self.n_nodes, self.nv, self.window.shape[1], self.nu
         s, L = 3 * nv, w * nv
         Bt = np.ascontiguousarray(self.basis.transpose(0, 2, 1))
-        half = np.matmul(Bt, H[:, :s, :s].reshape(n, 3, nv * s)).reshape(n, L, 3, nv)
-        half = np.ascontiguousarray(half.transpose(0, 2, 1, 3)).reshape(n, 3, L * nv)
-        # (window, row, column): block i of the columns
-        cc = np.matmul(Bt, half).reshape(n, w, L, nv)
-        cu = None
-        if self.nu:
-            cu = np.matmul(Bt, H[:, :s, s:].reshape(n, 3, nv * self.nu)).reshape(n, L, self.nu)
-        view = _dense_view(band)
-        for k in range(n):
-            starts = self._c_start[self._base[k]]
-            act = self._u_active[k]
-            for i in range(w):
-                for j in range(w):
-                    if starts[i] < starts[j]:
-                        continue
-                    block = cc[k, j, i * nv : (i + 1) * nv]
-                    if self._turned[k, i]:
-                        block = block[self._back] * self._back_sign[:, None]
-                    if self._turned[k, j]:
-                        block = block[:, self._back] * self._back_sign
-                    a, b = starts[i], starts[j]
-                    view[a : a + nv, b : b + nv] += np.tril(block) if i == j else block
-            if len(act):
-                at = self._u_start[k]
-                m = len(act)
-                uu = H[k, s:, s:][np.ix_(act, act)]
-                view[at : at + m, at : at + m] += np.tril(uu)
-                assert cu is not None
-                for i in range(w):
-                    block = cu[k, i * nv : (i + 1) * nv][:, act]
-                    if self._turned[k, i]:
-                        block = block[self._back] * self._back_sign[:, None]
-                    a = starts[i]
-                    if a > at:
-                        view[a : a + nv, at : at + m] += block
-                    else:
-                        view[at : at + m, a : a + nv] += block.T
+        half = np.matmul(Bt, H[:, :s].reshape(n, 3, nv * (s + nu))).reshape(n, L, s + nu)
+        states = np.ascontiguousarray(
+            half[:, :, :s].reshape(n, L, 3, nv).transpose(0, 2, 1, 3)
+        ).reshape(n, 3, L * nv)
+        parts = [np.matmul(Bt, states).ravel(), half[:, :, s:].ravel(), H[:, s:, s:].ravel()]
+        values = np.concatenate(parts)
+        if self._sign is not None:
+            values *= self._sign
+        flat = np.bincount(self._places, weights=values, minlength=self._n_band + 1)[:-1]
+        flat[self._smooth_at] += self._smooth_values
+        return flat.reshape(self.size, self.half_band + 1).T
 
-    def add_smoothness(self, band: Float[Array, "half_band_1 size"]) -> None:
-        """Add the Hessian of the steps of node unknowns to a band."""
-        i, j, values = self._steps
-        np.add.at(band, (i - j, j), values)
+    def _band_places(self) -> None:
+        """Find where in a band every entry of the blocks of all nodes goes."""
+        n, nv, w, nu = self.n_nodes, self.nv, self.window.shape[1], self.nu
+        at = self._c_at[self._base]  # (n, w, nv)
+        sign = np.ones(at.shape)
+        if self.problem.closure is not None:
+            k = self.problem.closure
+            at = np.where(self._turned[:, :, None], at[:, :, k.source], at)
+            sign = np.where(self._turned[:, :, None], k.sign, sign)
+        rows = at.reshape(n, 1, w * nv, 1)
+        columns = at.reshape(n, w, 1, nv)
+        states = self._offsets(rows, columns)
+        mixed = np.zeros((n, w * nv, nu), int)
+        unknown = np.zeros((n, nu, nu), int)
+        if nu:
+            u = self._u_at
+            i, j = at.reshape(n, -1, 1), u.reshape(n, 1, nu)
+            mixed = self._offsets(np.maximum(i, j), np.where(j < 0, -1, np.minimum(i, j)))
+            unknown = self._offsets(
+                np.where(u[:, :, None] < 0, -1, u[:, :, None]), u[:, None, :] + 0 * u[:, :, None]
+            )
+        self._places = np.concatenate([states.ravel(), mixed.ravel(), unknown.ravel()])
+        self._sign = None
+        if (sign < 0).any():
+            both = sign.reshape(n, 1, -1, 1) * sign.reshape(n, w, 1, nv)
+            one = np.broadcast_to(sign.reshape(n, -1, 1), mixed.shape)
+            self._sign = np.concatenate([both.ravel(), one.ravel(), np.ones(unknown.size)])
+
+    def _offsets(self, i: Int[Array, "..."], j: Int[Array, "..."]) -> Int[Array, "..."]:
+        """Return the place of (i, j) in a band laid out column by column, the last for none."""
+        high = self.half_band + 1
+        self._n_band = high * self.size
+        fine = (i >= j) & (j >= 0) & (i - j < high)
+        return np.where(fine, (i - j) + j * high, self._n_band)
 
     def smoothness(self, x: Float[Array, " size"]) -> tuple[float, Float[Array, " size"]]:
-        """Return what the steps of node unknowns cost, and the gradient."""
-        if not self.problem.u_smooth.size:
-            return 0.0, np.zeros(self.size)
-        p = self.problem
-        _, u = self.split(x)
-        after = u[1:]
-        if p.closure is not None:
-            after = np.vstack([u[1:], u[:1][:, p.closure.u_source] * p.closure.u_sign])
-        step = after - u[: len(after)]
-        pull = p.u_smooth * step
-        g = np.zeros_like(u)
-        g[: len(pull)] -= pull
-        g[1:] += pull[: self.n_nodes - 1]
-        if p.closure is not None:
-            np.add.at(g[0], p.closure.u_source, pull[-1] * p.closure.u_sign)
-        out = np.zeros(self.size)
-        active = self._u_at >= 0
-        out[self._u_at[active]] = g[active]
-        return 0.5 * float(np.sum(pull * step)), out
+        """Return what steps of node unknowns and jerk cost, and the gradient."""
+        pull = self._quadratic @ x
+        return float(x @ (0.5 * pull + self._linear)) + self._constant, pull + self._linear
 
     # Order ------------------------------------------------------------------------------------
 
@@ -220,25 +210,39 @@ class Transcription:
         self.half_band = int(reach)
 
     def _smoothness(self) -> None:
-        """Find the entries of the Hessian that the steps of node unknowns have."""
-        p = self.problem
-        rows, columns, values = [], [], []
+        """Find the quadratic form that steps of node unknowns and jerk cost."""
+        p, n, n_c = self.problem, self.n_nodes, self.problem.basis.n_coefficients
+        rough = p.roughness()
         weights = p.u_smooth if p.u_smooth.size else np.zeros((0, self.nu))
-        for k in range(len(weights)):
-            here, after = self._u_at[k], self._u_at[(k + 1) % self.n_nodes]
-            sign = np.ones(self.nu)
-            if k + 1 == self.n_nodes:
-                assert p.closure is not None
-                after, sign = after[p.closure.u_source], p.closure.u_sign
-            for a, b, s, weight in zip(here, after, sign, weights[k], strict=True):
-                for i in (a, b):
-                    if i >= 0:
-                        rows.append(i), columns.append(i), values.append(weight)
-                if a >= 0 and b >= 0 and a != b:
-                    rows.append(max(a, b)), columns.append(min(a, b)), values.append(-s * weight)
-        self._steps = (np.array(rows, int), np.array(columns, int), np.array(values))
-        if len(rows):
-            self.half_band = max(self.half_band, int(np.max(self._steps[0] - self._steps[1])))
+        here = np.arange(n * self.nu).reshape(n, self.nu)
+        after, sign = here[1:], np.ones((n - 1, self.nu))
+        if p.closure is not None:
+            after = np.vstack([after, here[:1, p.closure.u_source]])
+            sign = np.vstack([sign, p.closure.u_sign])
+        after, sign = after[: len(weights)].ravel(), sign[: len(weights)].ravel()
+        root = np.sqrt(weights.ravel())
+        rows = np.arange(len(root))
+        steps = sparse.csr_matrix(
+            (
+                np.concatenate([-root, root * sign]),
+                (np.tile(rows, 2), np.concatenate([here[: len(weights)].ravel(), after])),
+            ),
+            shape=(len(root), n * self.nu),
+        )
+        D = sparse.block_diag([rough, steps], format="csr")
+        at = np.concatenate([self._c_at.ravel(), self._u_at.ravel()])
+        free = np.flatnonzero(at >= 0)
+        put = sparse.csr_matrix((np.ones(len(free)), (free, at[free])), shape=(len(at), self.size))
+        fixed = np.concatenate([np.zeros(n_c * self.nv), p.u_lower.ravel()])
+        fixed[free] = 0.0
+        moved, still = sparse.csr_matrix(D @ put), D @ fixed
+        self._quadratic = sparse.csr_matrix(moved.T @ moved)
+        self._linear, self._constant = moved.T @ still, 0.5 * float(still @ still)
+        lower = sparse.coo_matrix(sparse.tril(self._quadratic))
+        if lower.nnz:
+            self.half_band = max(self.half_band, int(np.max(lower.row - lower.col)))
+        self._smooth_at = self._offsets(lower.row, lower.col)
+        self._smooth_values = lower.data
 
 
 def _windows(problem: Problem) -> tuple[Int[Array, "n_nodes w"], Float[Array, "n_nodes 3 w"]]:
@@ -252,18 +256,3 @@ def _windows(problem: Problem) -> tuple[Int[Array, "n_nodes w"], Float[Array, "n
     skipped = np.minimum(skipped, values.shape[2] - width)
     columns = skipped[:, None] + np.arange(width)
     return first[:, None] + columns, np.take_along_axis(values, columns[:, None, :], axis=2)
-
-
-def _dense_view(band: Float[Array, "half_band_1 size"]) -> Float[Array, "size size"]:
-    """Return a band in lower form as a matrix; only entries within its lower half are its own."""
-    high, n = band.shape
-    step = band.itemsize
-    return as_strided(band, shape=(n, n), strides=(step, step * (high - 1)))
-
-
-def column_ranges(columns: Sequence[int], n_local: int) -> slice | Int[Array, " n"]:
-    """Return columns as a slice where they are one stretch."""
-    columns = np.unique(np.asarray(columns, int))
-    if len(columns) and columns[-1] - columns[0] + 1 == len(columns):
-        return slice(int(columns[0]), int(columns[-1]) + 1)
-    return columns

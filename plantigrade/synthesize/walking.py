@@ -1,0 +1,119 @@
+r"""Walking as a task: periodic, or from standing to standing; straight, turning, up and down.
+
+What a walk costs is the same at every speed, for every person and every foot:
+
+- torques of muscles squared (Eq. 15 of [Zhakatayev2023]_), the ankle's at a fifth: what a muscle
+  costs goes with the volume of it that is active, and short fibres on a long tendon make the
+  ankle's torque cheaper than the knee's or the hip's [Griffin2003]_;
+- work of muscles, positive and negative alike;
+- jerk, which keeps the spline quiet between nodes;
+- rates of contact forces;
+- tilt, list and rotation of the pelvis away from upright.
+
+The relations between these weights were settled while looking at norms of walking at free speed
+([Schwartz2008]_); no recording and no norm is in the problem.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plantigrade.arrays import Array
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.synthesize.contact_plan import ContactPlan
+from plantigrade.synthesize.formulation import Body
+from plantigrade.synthesize.gait_parameters import gait_parameters
+from plantigrade.synthesize.guess import walking_guess
+from plantigrade.synthesize.more_terms import Quiet, Rest
+from plantigrade.synthesize.task import Task
+from plantigrade.synthesize.terms import (
+    Contact,
+    Dynamics,
+    Forces,
+    Jerk,
+    Limits,
+    Posture,
+    PostureAt,
+    Term,
+    Torque,
+    Work,
+)
+from plantigrade.synthesize.walking_plan import advance, periodic_walk_plan, walk_plan
+
+ANKLE = 0.2  # what torque of the ankle costs beside that of other joints
+UPRIGHT = {"pelvis_tilt": 3.0, "pelvis_list": 3.0, "pelvis_rotation": 3.0}
+DENSITY = {True: 40.0, False: 20.0}  # nodes a second: periodic, from standing
+
+
+def walking_terms() -> tuple[Term, ...]:
+    """Return conditions and costs of every walk."""
+    return (
+        Dynamics(),
+        Contact(),
+        Limits(),
+        Torque(1.0, {"ankle_angle": ANKLE}),
+        Work(0.4),
+        Jerk(3e-9),
+        Forces(rate=5e-3),
+        Posture(UPRIGHT),
+    )
+
+
+def walk(
+    human: Human,
+    *,
+    speed: float = 1.3,
+    periodic: bool = False,
+    steps: int = 4,
+    step_length: float | None = None,
+    cadence: float | None = None,
+    turn: float = 0.0,
+    step_height: float = 0.0,
+    heights: Sequence[float] | None = None,
+) -> Task:
+    """Return the task of walking.
+
+    Args:
+        human: The person.
+        speed: Walking speed [m/s], 0.3 to 2.2.
+        periodic: Whether the walk goes on for ever; otherwise it starts and ends in standing.
+        steps: Number of steps of a walk from standing to standing.
+        step_length: From foot to foot [m]; what people prefer at the speed if absent.
+        cadence: Steps per minute instead.
+        turn: How far the way turns to the left [rad].
+        step_height: Height of a step up (or down, negative) in the middle of the way [m].
+        heights: Height of the ground under each step [m] instead.
+
+    Raises:
+        ParameterError: If a value is out of range, or a periodic walk shall turn or climb.
+    """
+    p = gait_parameters(human, speed, step_length=step_length, cadence=cadence)
+    if periodic:
+        if turn or step_height or heights is not None:
+            raise ParameterError(
+                "a periodic walk goes straight on level ground: leave out turn and heights, or "
+                "leave out periodic"
+            )
+        plan = periodic_walk_plan(human, p)
+
+        def guess(body: Body, plan: ContactPlan, times: Array) -> Array:
+            return walking_guess(body.human, plan, p, times)
+
+        return Task(
+            "walk", plan, walking_terms(), guess, density=DENSITY[True], step=advance(plan)[0]
+        )
+    if step_height and heights is not None:
+        raise ParameterError("give step_height or heights, not both")
+    if step_height:
+        heights = [step_height * (k >= steps // 2) for k in range(steps)]
+    plan = walk_plan(human, p, steps=steps, turn=turn, heights=heights)
+
+    def guess_from_standing(body: Body, plan: ContactPlan, times: Array) -> Array:
+        return walking_guess(body.human, plan, p, times)
+
+    ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
+    terms: list[Term] = [*walking_terms()]
+    for time, q in zip((0.0, plan.duration), ends, strict=True):
+        terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
+    return Task("walk", plan, tuple(terms), guess_from_standing, density=DENSITY[False])
