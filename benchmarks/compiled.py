@@ -1,4 +1,4 @@
-"""Derivatives of a body's dynamics at all nodes of a motion: machine code beside the interpreter.
+"""Derivatives of a body's dynamics at all nodes of a motion: vectors beside the interpreter.
 
 What an iteration of a trajectory optimisation evaluates: the rows of the dynamics of a body with
 contact forces at both feet, their Jacobian, and the Hessian of their product with multipliers.
@@ -22,27 +22,27 @@ from plantigrade.synthesize.formulation import Body, dynamics_rows
 
 NODES = 61
 REPEATS = 15  # evaluations of which the fastest counts
-TRANSLATION, LOADING, FASTER = 15.0, 0.5, 5.0  # goals: s, s, times
+MAKING, LOADING, FASTER = 8.0, 0.5, 10.0  # goals: s, s, times
 WHAT = ("values", "jacobian", "hessian")
 
 
 def rows() -> Iterator[Row]:
-    """Yield seconds to translate and to load, and microseconds a node both ways."""
+    """Yield seconds to make and to find them, and microseconds a node both ways."""
     subject = f"dynamics, 43 coordinates, {NODES} nodes"
     if unavailable():
-        yield Row(subject, "machine code", None, note=unavailable())
+        yield Row(subject, "vectors", None, note=unavailable())
         return
     with empty_cache():
         person = function(Human.create(1.74, 70.0, joints="43", feet="two-segment"))
-        seconds, ours = made(person, "machine code")
-        yield at_most(subject, "translation, once for all people", seconds, TRANSLATION, "s")
+        seconds, ours = made(person, "vectors")
+        yield at_most(subject, "made, once for all people", seconds, MAKING, "s")
         del ours  # so that the next one comes from disk
         seconds, ours = made(
             function(Human.create(1.61, 55.0, joints="43", feet="two-segment")), None
         )
-        yield at_most(subject, "loading for another person", seconds, LOADING, "s")
+        yield at_most(subject, "found for another person", seconds, LOADING, "s")
         seconds, theirs = made(ours.function, "interpreter")
-        yield Row(subject, "differentiation for the interpreter", seconds, "s")
+        yield Row(subject, "made for the interpreter", seconds, "s")
         yield from side_by_side(subject, ours, theirs)
 
 
@@ -80,7 +80,7 @@ def side_by_side(subject: str, ours: Derivatives, theirs: Derivatives) -> Iterat
     for what in WHAT:
         one, two = calls[what], others[what]
         speed, slow = (best(each, k) for each, k in ((one, REPEATS), (two, 3)))
-        yield Row(subject, f"{what}, machine code", 1e6 * speed / NODES, "us a node")
+        yield Row(subject, f"{what}, vectors", 1e6 * speed / NODES, "us a node")
         yield Row(subject, f"{what}, interpreter", 1e6 * slow / NODES, "us a node")
         yield at_least(subject, f"{what}, times faster", slow / speed, FASTER)
         a, b = np.asarray(one()), np.asarray(two())
@@ -101,7 +101,7 @@ def best(call: Callable[[], object], repeats: int) -> float:
 
 @contextmanager
 def empty_cache() -> Iterator[None]:
-    """Keep machine code in a folder that is empty at first and gone afterwards."""
+    """Keep files in a folder that is empty at first and gone afterwards."""
     name = "PLANTIGRADE_CACHE"
     before = os.environ.get(name)
     with tempfile.TemporaryDirectory() as folder:

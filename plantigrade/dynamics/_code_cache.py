@@ -13,14 +13,14 @@ from pathlib import Path
 
 VARIABLE = "PLANTIGRADE_CACHE"
 LIMIT = 256 * 2**20  # bytes; the files not used for longest go first
-_MARK = b"plantigrade machine code\n"
+_MARK = b"plantigrade cache\n"
 
 
 def folder() -> Path | None:
     """Return the folder; None if nothing is to be kept."""
     named = os.environ.get(VARIABLE)
     if named is not None:
-        return Path(named).expanduser() / "code" if named else None
+        return Path(named).expanduser() / "functions" if named else None
     try:
         home = Path.home()
     except RuntimeError:  # a user without a home
@@ -31,7 +31,7 @@ def folder() -> Path | None:
         base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
     else:
         base = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    return base / "plantigrade" / "code"
+    return base / "plantigrade" / "functions"
 
 
 def read(name: str) -> bytes | None:

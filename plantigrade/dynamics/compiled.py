@@ -1,14 +1,13 @@
-"""CasADi functions evaluated at many nodes at once, as machine code where that can be made.
+"""CasADi functions evaluated at many nodes at once.
 
 A trajectory optimisation evaluates the same function at every node of a motion. CasADi's
-interpreter does one operation of one node after the other; :class:`Batched` has the operations
-translated by LLVM (a wheel, no compiler is needed), four or eight nodes to an instruction, and
-keeps the code on disk.
+interpreter does one operation of one node after the other; :class:`Batched` does each operation for
+up to 64 nodes before the next one, with vector instructions that LLVM makes (it comes as a wheel,
+no compiler is needed).
 
-Machine code holds no body's numbers: constants are read from a table. :func:`lifted` goes one step
-further and makes the numbers of a function an input, so that its derivatives, too, are the same
-functions for every person with the same joints, and code found on disk serves them all without
-differentiating anything.
+:func:`lifted` makes the numbers of a function an input, so that its derivatives are the same
+functions for every person with the same joints: they are kept on disk, and nothing is
+differentiated a second time.
 """
 
 import hashlib
@@ -22,14 +21,15 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.dynamics import _code_cache, _llvm
+from plantigrade.dynamics import _code_cache, _tables
+from plantigrade.dynamics._llvm import Untranslatable, unavailable
+from plantigrade.dynamics._vector_machine import Machine
 from plantigrade.errors import ParameterError
 
 if TYPE_CHECKING:
     import casadi
 
-unavailable = _llvm.unavailable
-BACKENDS = ("machine code", "interpreter")
+BACKENDS = ("vectors", "interpreter")
 
 
 class Batched:
@@ -38,24 +38,24 @@ class Batched:
     Inputs are arrays with one node a row; an output is an array of the nonzeros of CasADi's
     output, in CasADi's order (column by column), one node a row.
 
-    Machine code rounds differently from the interpreter (products and sums are fused), by some
+    Vectors round differently from the interpreter (a product and a sum are one operation), by some
     units in the last place of the largest numbers that meet in a sum.
 
     Args:
         function: The function; inputs must be dense columns. Or what makes it, called only if it
             is needed.
-        key: Where the function is one that is made: what names it, and all it is made from, among
-            all others.
+        key: Names the function, and all it is made from, among all others: what is worked out
+            of it is then kept on disk, and used without making it.
         parameters: What the last input is, the same at every node; it is then not given in calls.
-        backend: One of :data:`BACKENDS`; machine code where there is any if not said.
+        backend: One of :data:`BACKENDS`; if not said, vectors where they can be had.
 
     Attributes:
         backend: What evaluates the function.
         reason: Why that is the interpreter; empty where it is not.
 
     Raises:
-        ParameterError: If an input of the function is no dense column, or if machine code is asked
-            for and cannot be made.
+        ParameterError: If an input of the function is no dense column, or if vectors are asked for
+            and cannot be had.
 
     Example:
         >>> import casadi as ca
@@ -82,19 +82,19 @@ class Batched:
         self._parameters = parameters
         self._mapped: dict[int, tuple[Any, Any, Any]] = {}
         self._lock = threading.Lock()
-        self._compiled: _Compiled | None = None
+        self._machine: Machine | None = None
         self.reason = "" if backend != "interpreter" else "the interpreter was asked for"
         if not self.reason:
-            self.reason = _llvm.unavailable()
+            self.reason = unavailable()
         if not self.reason:
             try:
                 self._prepare(key)
-            except _llvm.Untranslatable as error:
+            except Untranslatable as error:
                 self.reason = str(error)
-        if self.reason and backend == "machine code":
-            raise ParameterError(f"there is no machine code: {self.reason}")
-        self.backend = "interpreter" if self.reason else "machine code"
-        if self._compiled is None:
+        if self.reason and backend == "vectors":
+            raise ParameterError(f"vectors cannot be had: {self.reason}")
+        self.backend = "interpreter" if self.reason else "vectors"
+        if self._machine is None:
             self._signature = _Signature.of(self.function, parameters is not None)
 
     @property
@@ -140,8 +140,8 @@ class Batched:
         if n == 0:
             return
         with self._lock:
-            if self._compiled is not None:
-                self._code(columns, self._constants, targets, self._workspace, add)
+            if self._machine is not None:
+                self._machine(columns, targets, add)
                 return
             for (array, source, place), values in zip(
                 targets, self._interpret(columns, n), strict=True
@@ -165,7 +165,7 @@ class Batched:
     def _checked_outputs(
         self, n: int, outputs: Sequence[Array], places: Sequence[tuple[Array, Array]]
     ) -> list[tuple[Array, Array, Array]]:
-        """Return flat outputs, sources and places that machine code can write to blindly."""
+        """Return flat outputs, sources and places that can be written to blindly."""
         patterns = self._signature.patterns
         if not len(outputs) == len(places) == len(patterns):
             raise ParameterError(f"{self._signature.name!r} has {len(patterns)} outputs")
@@ -185,33 +185,28 @@ class Batched:
             targets.append((y.reshape(n, width), source, place))
         return targets
 
-    # Machine code -----------------------------------------------------------------------------
+    # Machine ----------------------------------------------------------------------------------
 
     def _prepare(self, key: str) -> None:
-        """Get machine code from memory, from disk, or from LLVM."""
-        shared, program = self._parameters is not None, None
-        if not key:
-            program = _llvm.Program.of(self.function, shared)
-            parts = (program.operations, program.operands, program.outputs)
-            key = _hash((*parts, program.sizes, program.nonzeros))
-        name = f"{key} for {_llvm.target()}"
-        compiled = _loaded.get(name)
-        if compiled is None:
-            compiled = _Compiled.from_bytes(_code_cache.read(name))
-        if compiled is None:
-            program = program or _llvm.Program.of(self.function, shared)
+        """Get a table from memory, from disk, or from the function; put it into a machine."""
+        shared = self._parameters is not None
+        tabled: _Tabled | None = None
+        if key:
+            name = f"{key} as table {_tables.VERSION}"
+            tabled = _loaded.get(name) or _Tabled.from_bytes(_code_cache.read(name))
+        if tabled is None:
             signature = _Signature.of(self.function, shared)
-            compiled = _Compiled(signature, program.constants, *_llvm.compiled(program))
-            _code_cache.write(name, compiled.to_bytes())
-        self._compiled = _loaded[name] = compiled
-        self._signature = compiled.signature
-        own = compiled.constants
-        if program is not None:  # the same code may serve other constants and another name
-            own, self._signature = program.constants, _Signature.of(self.function, shared)
+            program = _tables.Program.of(self.function, shared)
+            n_given = len(self._parameters) if self._parameters is not None else 0
+            table = _tables.tabulated(program, len(program.constants) + n_given)
+            tabled = _Tabled(signature, np.array(program.constants, dtype=float), table)
+            if key:
+                _code_cache.write(name, tabled.to_bytes())
+        if key:
+            _loaded[name] = tabled
         given = np.zeros(0) if self._parameters is None else self._parameters
-        self._constants = np.concatenate([np.array(own, dtype=float), given, np.zeros(1)])
-        self._code = compiled.code()
-        self._workspace = self._code.workspace()
+        self._machine = Machine(tabled.table, np.concatenate([tabled.constants, given]))
+        self._tabled, self._signature = tabled, tabled.signature
 
     # Interpreter ------------------------------------------------------------------------------
 
@@ -350,54 +345,44 @@ class _Signature:
         )
 
 
-@dataclass(eq=False)
-class _Compiled:
-    """Machine code with all that a call needs to know of the function."""
+@dataclass(frozen=True, eq=False)
+class _Tabled:
+    """A table with all that a call needs to know of the function."""
 
     signature: _Signature
-    constants: list[float]
-    objects: list[bytes]
-    slots: int
-    _code: _llvm.Code | None = None
-
-    def code(self) -> _llvm.Code:
-        """Return the code, ready to run."""
-        if self._code is None:
-            nonzeros = [len(rows) for rows, _ in self.signature.patterns]
-            self._code = _llvm.Code(self.objects, self.signature.sizes, nonzeros, self.slots)
-            self.objects = []  # the engine has its own copy
-        return self._code
+    constants: Array
+    table: _tables.Table
 
     def to_bytes(self) -> bytes:
         s, file = self.signature, io.BytesIO()
-        arrays: dict[str, Any] = {
-            f"object{i}": np.frombuffer(x, np.uint8) for i, x in enumerate(self.objects)
-        }
+        arrays: dict[str, Any] = {}
         for i, (rows, columns) in enumerate(s.patterns):
-            arrays |= {f"rows{i}": rows, f"columns{i}": columns}
+            arrays |= {f"rows{i}": rows, f"columns{i}": columns, f"places{i}": self.table.places[i]}
         np.savez(
             file,
             name=np.array(s.name),
             names=np.array(s.names, dtype=str),
             sizes=np.array(s.sizes, dtype=np.int64),
-            constants=np.array(self.constants, dtype=float),
-            slots=np.array(self.slots),
-            counts=np.array([len(s.patterns), len(self.objects)]),
+            constants=self.constants,
+            lines=self.table.lines,
+            counts=np.array([len(s.patterns), self.table.n_places]),
             **arrays,
         )
         return file.getvalue()
 
     @classmethod
-    def from_bytes(cls, content: bytes | None) -> "_Compiled | None":
+    def from_bytes(cls, content: bytes | None) -> "_Tabled | None":
         if content is None:
             return None
         with np.load(io.BytesIO(content), allow_pickle=False) as x:
-            n_outputs, n_objects = x["counts"].tolist()
+            n_outputs, n_places = x["counts"].tolist()
             patterns = tuple((x[f"rows{i}"], x[f"columns{i}"]) for i in range(n_outputs))
+            places = tuple(x[f"places{i}"] for i in range(n_outputs))
             names, sizes = (tuple(x[each].tolist()) for each in ("names", "sizes"))
             signature = _Signature(str(x["name"]), names, sizes, patterns)
-            objects = [x[f"object{i}"].tobytes() for i in range(n_objects)]
-            return cls(signature, x["constants"].tolist(), objects, int(x["slots"]))
+            return cls(
+                signature, x["constants"], _tables.Table(x["lines"], n_places, sizes, places)
+            )
 
 
-_loaded: WeakValueDictionary[str, _Compiled] = WeakValueDictionary()
+_loaded: WeakValueDictionary[str, _Tabled] = WeakValueDictionary()

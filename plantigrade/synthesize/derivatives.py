@@ -27,14 +27,13 @@ class Derivatives:
     """A function of a node with its derivatives, evaluated at all nodes at once.
 
     Derivatives are made when first asked for: for a function of some thousand operations that
-    takes seconds, and a hundredth of one where machine code is found on disk
-    (:mod:`plantigrade.dynamics.compiled`). A function that differs in its numbers only, like that
-    of a person of another height, finds it.
+    takes a few seconds, and a tenth of one where they are found on disk. A function that differs
+    in its numbers only, like that of a person of another height, finds them.
 
     Args:
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
-        backend: ``"machine code"`` or ``"interpreter"``; if not said, machine code where there is
-            any, and the interpreter for small functions.
+        backend: ``"vectors"`` or ``"interpreter"``; if not said, vectors where they can be had
+            (:mod:`plantigrade.dynamics.compiled`), and the interpreter for small functions.
 
     Attributes:
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
@@ -59,7 +58,7 @@ class Derivatives:
 
     @property
     def backend(self) -> str:
-        """What evaluates them: machine code, or CasADi's interpreter."""
+        """What evaluates them: vectors, or CasADi's interpreter."""
         return self._values.backend
 
     @cached_property

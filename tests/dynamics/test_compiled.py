@@ -1,4 +1,4 @@
-"""Functions at many nodes: machine code against CasADi's interpreter, and what is kept on disk."""
+"""Functions at many nodes: vectors against CasADi's interpreter, and what is kept on disk."""
 
 import sys
 
@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from plantigrade.dynamics import _code_cache, _llvm, compiled
+from plantigrade.dynamics import _code_cache, _llvm, _tables, _vector_machine, compiled
 from plantigrade.dynamics.compiled import Batched, lifted
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
@@ -78,23 +78,27 @@ EVERYTHING = ca.Function(
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """Keep code in a folder of the test, and none in memory."""
+    """Keep files in a folder of the test, and nothing in memory but the machine."""
+    if not _llvm.unavailable():
+        for lanes in _vector_machine.LANES:
+            _vector_machine._machine(lanes)
     monkeypatch.setenv(_code_cache.VARIABLE, str(tmp_path))
     compiled._loaded.clear()
-    return tmp_path / "code"
+    return tmp_path / "functions"
 
 
 @pytest.fixture
 def plain_processor(monkeypatch):
-    """Make code for a processor with vectors of two numbers only."""
+    """Make the machine for a processor with vectors of two numbers only."""
     if "x86_64" not in _llvm.target():
         pytest.skip("another processor")
-    _llvm.target.cache_clear()
-    _llvm.vector_width.cache_clear()
+    kept = (_llvm.target, _llvm.vector_width, _vector_machine._machine)
+    for each in kept:
+        each.cache_clear()
     monkeypatch.setattr(_llvm, "_host", lambda: ("x86-64", ""))
     yield
-    _llvm.target.cache_clear()
-    _llvm.vector_width.cache_clear()
+    for each in kept:
+        each.cache_clear()
 
 
 def states(function, n, seed=0):
@@ -103,9 +107,9 @@ def states(function, n, seed=0):
 
 
 def both(function, inputs, **settings):
-    """Return outputs of machine code and of the interpreter."""
+    """Return outputs by vectors and by the interpreter."""
     return tuple(
-        Batched(function, backend=b, **settings)(*inputs) for b in ("machine code", "interpreter")
+        Batched(function, backend=b, **settings)(*inputs) for b in ("vectors", "interpreter")
     )
 
 
@@ -136,7 +140,7 @@ def test_every_operation_on_a_plain_processor(plain_processor):
 
 
 @needs_llvm
-@pytest.mark.parametrize("n", [1, 7, 8, 9, 31, 32, 33, 100])
+@pytest.mark.parametrize("n", [1, 7, 8, 9, 16, 17, 32, 33, 64, 65, 200])
 def test_any_number_of_nodes(n):
     v = ca.SX.sym("v", 3)
     f = ca.Function("f", [v, x], [ca.cross(v, v * x + 1), ca.diag(v), ca.SX(2, 2)])
@@ -146,13 +150,18 @@ def test_any_number_of_nodes(n):
 
 
 @needs_llvm
-def test_values_outlive_the_piece_they_are_made_in():
+def test_values_are_there_until_they_are_needed_last():
     v, chain = ca.SX.sym("v", 20), []
     for k in range(3000):  # uses values from far back, and from the last one
         a = chain[(7 * k) % len(chain)] if chain else v[0]
-        chain.append(ca.sin(a) + v[k % 20] * (chain[-1] if chain else 1))
+        b = chain[-1] if chain else 1
+        chain.append([ca.sin(a) + v[k % 20] * b, ca.cos(a) * b - a, a - 0.1 * v[3] * b][k % 3])
     f = ca.Function("f", [v], [chain[-1], ca.vertcat(*chain[::100])])
-    assert f.n_instructions() > 20 * _llvm.PIECE
+    assert f.n_instructions() > 5000
+    program = _tables.Program.of(f)
+    table = _tables.tabulated(program, len(program.constants))
+    assert table.lines[0] < len(program.operations) - 1500  # sums with products are one line
+    assert table.n_places < len(program.operations) / 2
     assert_same(f, states(f, 21))
 
 
@@ -161,13 +170,15 @@ def test_no_nodes_give_no_rows():
 
 
 @needs_llvm
-def test_other_constants_use_the_same_code(folder):
+def test_other_parameters_use_the_same_table(folder):
     def f(c):
-        return ca.Function("f", [x], [c * ca.sin(x) + 2 * c])
+        return lifted(ca.Function("f", [x], [c * ca.sin(x) + 2 * c]))
 
-    one = Batched(f(0.3))
-    two = Batched(f(0.7))
-    assert two._code is one._code
+    (g, three, key), (_, seven, other) = f(0.3), f(0.7)
+    assert key == other
+    one = Batched(g, key=key, parameters=three)
+    two = Batched(forbid, key=key, parameters=seven)
+    assert two._tabled is one._tabled
     assert len(list(folder.iterdir())) == 1
     at = np.linspace(-1, 1, 11)[:, None]
     np.testing.assert_allclose(one(at)[0], 0.3 * np.sin(at) + 0.6)
@@ -175,7 +186,7 @@ def test_other_constants_use_the_same_code(folder):
 
 
 @needs_llvm
-def test_a_body_is_the_same_by_machine_code():
+def test_a_body_is_the_same_by_vectors():
     body = SymbolicHuman(person("66", "multi-segment"))
     q, v, a = (ca.SX.sym(n, body.nv) for n in "qva")
     points = [s.point for s in foot_sites(body.human)]
@@ -215,12 +226,12 @@ def forbid(*_):
 
 
 @needs_llvm
-def test_code_is_found_on_disk_and_nothing_is_made_again(folder, monkeypatch):
+def test_a_table_is_found_on_disk_and_nothing_is_made_again(folder, monkeypatch):
     z = states(EVERYTHING, 5)
     before = Batched(lambda: EVERYTHING, key="everything")(*z)
     assert len(list(folder.iterdir())) == 1
     compiled._loaded.clear()
-    monkeypatch.setattr(_llvm, "compiled", forbid)
+    monkeypatch.setattr(_tables, "tabulated", forbid)
     again = Batched(forbid, key="everything")  # type: ignore[arg-type]
     np.testing.assert_array_equal(again(*z)[0], before[0])
     assert again.pattern(0)[0].tolist() == list(range(50))
@@ -230,7 +241,7 @@ def test_code_is_found_on_disk_and_nothing_is_made_again(folder, monkeypatch):
 @pytest.mark.parametrize("harm", ["cut", "changed", "foreign", "empty", "folder"])
 def test_a_harmed_file_is_made_again(folder, harm):
     z = states(EVERYTHING, 5)
-    before = Batched(EVERYTHING)(*z)
+    before = Batched(EVERYTHING, key="everything")(*z)
     (file,) = folder.iterdir()
     good = file.read_bytes()
     compiled._loaded.clear()
@@ -247,7 +258,8 @@ def test_a_harmed_file_is_made_again(folder, harm):
                 "empty": b"",
             }[harm]
         )
-    np.testing.assert_array_equal(Batched(EVERYTHING)(*z)[0], before[0])
+    again = Batched(EVERYTHING, key="everything")(*z)
+    np.testing.assert_array_equal(again[0], before[0])
     if harm != "folder":
         assert file.read_bytes() == good
     assert [p.name for p in folder.iterdir()] == [file.name]
@@ -272,14 +284,14 @@ def test_files_unused_for_longest_go_first(folder, monkeypatch):
 
 def test_without_a_folder_nothing_is_kept(folder, monkeypatch):
     monkeypatch.setenv(_code_cache.VARIABLE, "")
-    Batched(EVERYTHING)(*states(EVERYTHING, 2))
+    Batched(EVERYTHING, key="everything")(*states(EVERYTHING, 2))
     assert not folder.exists()
     monkeypatch.setenv(_code_cache.VARIABLE, str(folder.parent / "file" / "below"))
     (folder.parent / "file").write_text("not a folder")
-    Batched(EVERYTHING)(*states(EVERYTHING, 2))
+    Batched(EVERYTHING, key="everything")(*states(EVERYTHING, 2))
 
 
-def test_what_has_no_machine_code_is_interpreted():
+def test_what_the_machine_does_not_know_is_interpreted():
     z = ca.MX.sym("z", 2)
     for f, why in (
         (ca.Function("f", [x], [ca.erfinv(x)]), "erfinv"),
@@ -291,8 +303,8 @@ def test_what_has_no_machine_code_is_interpreted():
         np.testing.assert_allclose(b(*[at])[0][0], np.array(f(at[0])).ravel())
         if not _llvm.unavailable():
             assert why in b.reason
-            with pytest.raises(ParameterError, match=f"no machine code: .*{why}"):
-                Batched(f, backend="machine code")
+            with pytest.raises(ParameterError, match=f"vectors cannot be had: .*{why}"):
+                Batched(f, backend="vectors")
 
 
 def test_without_llvmlite_functions_are_interpreted(monkeypatch):
@@ -303,7 +315,7 @@ def test_without_llvmlite_functions_are_interpreted(monkeypatch):
     assert b(*states(EVERYTHING, 3))[0].shape == (3, 50)
 
 
-@pytest.mark.parametrize("backend", [pytest.param("machine code", marks=needs_llvm), "interpreter"])
+@pytest.mark.parametrize("backend", [pytest.param("vectors", marks=needs_llvm), "interpreter"])
 def test_outputs_are_scattered_and_wrong_arrays_are_refused(backend):
     v = ca.SX.sym("v", 2)
     f = Batched(ca.Function("f", [v], [ca.vertcat(v, v[0] * v[1])]), backend=backend)

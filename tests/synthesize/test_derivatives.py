@@ -30,9 +30,9 @@ def some_state(function, n, seed=0):
     return state
 
 
-@pytest.fixture(scope="module", params=["machine code", "interpreter"])
+@pytest.fixture(scope="module", params=["vectors", "interpreter"])
 def leg(request):
-    if request.param == "machine code" and unavailable():
+    if request.param == "vectors" and unavailable():
         pytest.skip(unavailable())
     return Derivatives(leg_rows(person("42", "two-segment")), backend=request.param)
 
@@ -97,7 +97,7 @@ def test_a_small_function_is_interpreted_without_waiting(leg):
     assert Derivatives(f).backend == "interpreter"
     assert leg.function.n_instructions() > 300
     if not unavailable():
-        assert Derivatives(leg.function).backend == "machine code"
+        assert Derivatives(leg.function).backend == "vectors"
 
 
 def test_a_function_without_unknowns_and_parameters_is_taken():
