@@ -19,6 +19,7 @@ from plantigrade.dynamics._tables import (
     SQUARES,
 )
 
+GROUP = 256  # elements
 LINE = 5  # numbers of a line: operation, place of the result, places of operands
 
 
@@ -175,7 +176,7 @@ class _Loops:
 def _run(V: str, width: int, blocks: int) -> str:
     """Return ``run``, which takes nodes into vectors, runs the program and writes results back.
 
-    Lanes that are left over repeat the last node, so that they read and write what is right.
+    Lanes that are left over repeat the last node, and write nothing.
     """
     f = _Loops(
         "declare i64 @llvm.umin.i64(i64, i64)\n"
@@ -191,14 +192,6 @@ def _run(V: str, width: int, blocks: int) -> str:
             f.line(f"%{i}.p{k} = getelementptr i64, ptr %{table}, i64 %{i}.a{k}")
             f.line(f"%{name} = load {kind}, ptr %{i}.p{k}")
 
-    def lanes(base: str, name: str, first: str, stride: str) -> None:
-        """Point every lane to its node."""
-        for lane in range(width):
-            f.line(f"%{name}n{lane} = add i64 %{first}, {lane}")
-            f.line(f"%{name}m{lane} = call i64 @llvm.umin.i64(i64 %{name}n{lane}, i64 %last)")
-            f.line(f"%{name}o{lane} = mul i64 %{name}m{lane}, %{stride}")
-            f.line(f"%{name}{lane} = getelementptr double, ptr %{base}, i64 %{name}o{lane}")
-
     f.line("%last = sub i64 %n, 1")
     f.line(f"%up = add i64 %n, {width - 1}\n%blocks = udiv i64 %up, {width}")
     f.line(f"%up.t = add i64 %blocks, {blocks - 1}\n%tiles = udiv i64 %up.t, {blocks}")
@@ -209,7 +202,11 @@ def _run(V: str, width: int, blocks: int) -> str:
             f.line(f"%b.in = add i64 %t.first, %b\n%b.first = mul i64 %b.in, {width}")
             with f.loop("i", "%n_in"):
                 row("i", "inputs", "i_at", "i_size", "i_start")
-                lanes("i_at", "x", "b.first", "i_size")
+                for lane in range(width):
+                    f.line(f"%n{lane} = add i64 %b.first, {lane}")
+                    f.line(f"%m{lane} = call i64 @llvm.umin.i64(i64 %n{lane}, i64 %last)")
+                    f.line(f"%o{lane} = mul i64 %m{lane}, %i_size")
+                    f.line(f"%x{lane} = getelementptr double, ptr %i_at, i64 %o{lane}")
                 with f.loop("e", "%i_size"):
                     so_far = "poison"
                     for lane in range(width):
@@ -222,31 +219,49 @@ def _run(V: str, width: int, blocks: int) -> str:
                     f.line(f"%e.to = getelementptr [{blocks} x {V}], ptr %work, i64 %e.in, i64 %b")
                     f.line(f"store {V} {so_far}, ptr %e.to, align {8 * width}")
         f.line("call void @tile(ptr %work, ptr %table, ptr %f)")
-        with f.loop("d", "%count"):
-            f.line(f"%d.in = add i64 %t.first, %d\n%d.first = mul i64 %d.in, {width}")
-            with f.loop("o", "%n_out"):
-                names = ("o_at", "o_stride", "source_at", "place_at", "o_set", "o_add")
-                row("o", "outputs", *names)
-                lanes("o_at", "z", "d.first", "o_stride")
-                for m, count in (("m", "%o_set"), ("k", "%o_add")):
-                    with f.loop(m, count):
-                        f.line(f"%{m}.s = getelementptr i64, ptr %source_at, i64 %{m}")
-                        f.line(f"%{m}.source = load i64, ptr %{m}.s")
-                        f.line(f"%{m}.p = getelementptr i64, ptr %place_at, i64 %{m}")
-                        f.line(f"%{m}.place = load i64, ptr %{m}.p")
-                        at = f"i64 %{m}.source, i64 %d"
-                        f.line(f"%{m}.from = getelementptr [{blocks} x {V}], ptr %work, {at}")
-                        f.line(f"%{m}.v = load {V}, ptr %{m}.from, align {8 * width}")
-                        for lane in range(width):
-                            x, to = f"%{m}.x{lane}", f"%{m}.to{lane}"
-                            f.line(f"{x} = extractelement {V} %{m}.v, i32 {lane}")
-                            f.line(f"{to} = getelementptr double, ptr %z{lane}, i64 %{m}.place")
-                            if m == "k":  # what is left over adds nothing
-                                f.line(f"{x}.in = icmp ule i64 %zn{lane}, %last")
-                                f.line(f"{x}.or = select i1 {x}.in, double {x}, double 0.0")
-                                f.line(f"{x}.old = load double, ptr {to}")
-                                f.line(f"{x}.sum = fadd double {x}.old, {x}.or")
-                                x += ".sum"
-                            f.line(f"store double {x}, ptr {to}")
+        with f.loop("o", "%n_out"):
+            row("o", "outputs", "o_at", "o_stride", "source_at", "place_at", "o_set", "o_add")
+            for kind in ("set", "add"):
+                _write(f, width, blocks, kind)
     f.line("ret void\n}")
     return "\n".join(f.text)
+
+
+def _write(f: _Loops, width: int, blocks: int, kind: str) -> None:
+    """Set elements of an output at all nodes of a tile, or add to them.
+
+    That goes by groups of elements, which stay in the innermost cache while they are written to one
+    node after the other: neighbours among the places of a node are then written together.
+    """
+    g, d, lane, m = (f"{kind}.{x}" for x in ("g", "d", "l", "m"))
+    f.line(f"%{g}.up = add i64 %o_{kind}, {GROUP - 1}\n%{g}.n = udiv i64 %{g}.up, {GROUP}")
+    with f.loop(g, f"%{g}.n"):
+        f.line(f"%{g}.first = mul i64 %{g}, {GROUP}\n%{g}.left = sub i64 %o_{kind}, %{g}.first")
+        f.line(f"%{g}.few = call i64 @llvm.umin.i64(i64 %{g}.left, i64 {GROUP})")
+        for name in ("source", "place"):
+            f.line(f"%{g}.{name} = getelementptr i64, ptr %{name}_at, i64 %{g}.first")
+        with f.loop(d, "%count"):
+            f.line(f"%{d}.in = add i64 %t.first, %{d}\n%{d}.first = mul i64 %{d}.in, {width}")
+            f.line(f"%{d}.left = sub i64 %n, %{d}.first")
+            f.line(f"%{d}.lanes = call i64 @llvm.umin.i64(i64 %{d}.left, i64 {width})")
+            with f.loop(lane, f"%{d}.lanes"):
+                f.line(f"%{lane}.node = add i64 %{d}.first, %{lane}")
+                f.line(f"%{lane}.at = mul i64 %{lane}.node, %o_stride")
+                f.line(f"%{lane}.to = getelementptr double, ptr %o_at, i64 %{lane}.at")
+                index = f"i64 0, i64 %{d}, i64 %{lane}"
+                place = f"[{blocks} x [{width} x double]]"
+                f.line(f"%{lane}.from = getelementptr {place}, ptr %work, {index}")
+                with f.loop(m, f"%{g}.few"):
+                    for name in ("source", "place"):
+                        at = f"%{m}.{name}.at"
+                        f.line(f"{at} = getelementptr i64, ptr %{g}.{name}, i64 %{m}")
+                        f.line(f"%{m}.{name} = load i64, ptr {at}")
+                    f.line(f"%{m}.from = getelementptr {place}, ptr %{lane}.from, i64 %{m}.source")
+                    f.line(f"%{m}.x = load double, ptr %{m}.from")
+                    f.line(f"%{m}.to = getelementptr double, ptr %{lane}.to, i64 %{m}.place")
+                    value = f"%{m}.x"
+                    if kind == "add":
+                        value = f"%{m}.sum"
+                        f.line(f"%{m}.old = load double, ptr %{m}.to")
+                        f.line(f"{value} = fadd double %{m}.old, %{m}.x")
+                    f.line(f"store double {value}, ptr %{m}.to")

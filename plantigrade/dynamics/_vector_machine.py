@@ -18,7 +18,7 @@ from plantigrade.dynamics._kernel import kernel
 from plantigrade.dynamics._tables import LIBRARY_NAMES, Table
 
 LANES = (16, 32, 64)  # nodes done at once: the fewest that are enough, else the most
-VERSION = 1  # of the machine: one of another version is not used
+VERSION = 2  # of the machine: one of another version is not used
 
 
 class Machine:

@@ -179,11 +179,17 @@ class Derivatives:
     @cached_property
     def _jacobian_places(self) -> tuple[Array, Array]:
         rows, columns = self.jacobian_pattern
-        return np.arange(len(rows)), rows * self.n_arguments + columns
+        return _in_order(np.arange(len(rows)), rows * self.n_arguments + columns)
 
     @cached_property
     def _hessian_places(self) -> tuple[Array, Array]:
         i, j = self._hessian.pattern(0)
         source = np.concatenate([np.arange(len(i)), np.flatnonzero(i != j)])
         rows, columns = self.hessian_pattern
-        return source, rows * self.n_arguments + columns
+        return _in_order(source, rows * self.n_arguments + columns)
+
+
+def _in_order(source: Int[Array, " n"], place: Int[Array, " n"]) -> tuple[Array, Array]:
+    """Return them in the order of places: neighbours in memory are written together."""
+    order = np.argsort(place)
+    return source[order], place[order]
