@@ -118,6 +118,16 @@ def _machine() -> Any:
 
 @cache
 def addresses(names: tuple[str, ...]) -> tuple[int, ...]:
-    """Return where functions of the C library are."""
-    library = ctypes.CDLL(ctypes.util.find_library("m") or ctypes.util.find_library("System"))
-    return tuple(int(ctypes.cast(getattr(library, n), ctypes.c_void_p).value or 0) for n in names)
+    """Return where functions of the C library are.
+
+    Raises:
+        Untranslatable: If one is not to be found.
+    """
+    for library in (None, "m", "System"):  # what is loaded already, Linux, macOS
+        try:
+            found = ctypes.CDLL(library and ctypes.util.find_library(library))
+            pointers = [ctypes.cast(getattr(found, name), ctypes.c_void_p) for name in names]
+        except (AttributeError, OSError):
+            continue
+        return tuple(int(pointer.value or 0) for pointer in pointers)
+    raise Untranslatable(f"the C library has not all of {', '.join(names)}")

@@ -20,6 +20,7 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import FileError
 
 HEAVY = ("numpy", "scipy", "mujoco", "matplotlib", "viser", "ezc3d", "casadi", "jinja2", "joblib")
+HEAVY += ("llvmlite",)
 
 
 def python(*words: str, **options) -> subprocess.CompletedProcess:

@@ -307,6 +307,13 @@ def test_what_the_machine_does_not_know_is_interpreted():
                 Batched(f, backend="vectors")
 
 
+@needs_llvm
+def test_without_functions_of_the_c_library_functions_are_interpreted(monkeypatch):
+    monkeypatch.setattr(_vector_machine, "LIBRARY_NAMES", ("sin", "no_such_function"))
+    b = Batched(EVERYTHING)
+    assert b.backend == "interpreter" and "no_such_function" in b.reason
+
+
 def test_without_llvmlite_functions_are_interpreted(monkeypatch):
     monkeypatch.setitem(sys.modules, "llvmlite", None)
     monkeypatch.delitem(sys.modules, "llvmlite.binding", raising=False)
