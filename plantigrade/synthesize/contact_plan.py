@@ -68,6 +68,8 @@ class Stance:
         heel_off: When the heel leaves [s].
         ball_off: When all but the toes leave [s].
         off: When the toes leave [s]; at or after the end of the motion, the foot stands to the end.
+        toes_first: Whether ball and toes touch at ``strike`` and the heel follows when the foot is
+            flat, as after a jump.
     """
 
     footprint: Footprint
@@ -76,6 +78,7 @@ class Stance:
     heel_off: float
     ball_off: float
     off: float
+    toes_first: bool = False
 
     def __post_init__(self):
         """Refuse times out of order."""
@@ -88,11 +91,12 @@ class Stance:
 
     def interval(self, part: str) -> tuple[float, float]:
         """Return from when to when a part of the foot stands [s]."""
+        heel, toes = (self.flat, self.strike) if self.toes_first else (self.strike, self.flat)
         return {
-            "heel": (self.strike, self.heel_off),
+            "heel": (heel, self.heel_off),
             "sole": (self.flat, self.heel_off),
-            "ball": (self.flat, self.ball_off),
-            "toe": (self.flat, self.off),
+            "ball": (toes, self.ball_off),
+            "toe": (toes, self.off),
         }[part]
 
 

@@ -7,6 +7,8 @@ import numpy as np
 from plantigrade.dynamics.symbolic import Point
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.synthesize.assembly import Assembly
+from plantigrade.synthesize.contact_plan import SAME
+from plantigrade.synthesize.formulation import TORQUE
 from plantigrade.synthesize.problem import Rows
 
 
@@ -61,6 +63,59 @@ class Rest:
 
 
 @dataclass(frozen=True)
+class Within:
+    """A coordinate stays between limits for a while.
+
+    Attributes:
+        coordinate: Its name.
+        low: Lower limit [rad, m].
+        high: Upper limit.
+        start: From when [s].
+        stop: To when [s]; to the end if infinite.
+    """
+
+    coordinate: str
+    low: float = -np.inf
+    high: float = np.inf
+    start: float = 0.0
+    stop: float = np.inf
+
+    def put(self, a: Assembly) -> None:
+        """Narrow the limits."""
+        during = (a.nodes >= self.start - SAME) & (a.nodes <= self.stop + SAME)
+        a.limit(
+            a.rows("coordinates"),
+            self.low,
+            self.high,
+            columns=[a.column(self.coordinate)],
+            nodes=np.flatnonzero(during).tolist(),
+        )
+
+
+@dataclass(frozen=True)
+class PowerLimit:
+    """No joint works faster than muscles can, generating or absorbing.
+
+    Isometric strength alone lets a joint be as strong when it moves fast. In good jumps the whole
+    body reaches 50 to 60 W/kg, which six joints share (estimate).
+
+    Attributes:
+        limit: Of each joint, per body mass [W/kg].
+    """
+
+    limit: float = 10.0
+
+    def put(self, a: Assembly) -> None:
+        """Limit work rates."""
+        rows, n = a.rows("dynamics"), len(a.names) - 6
+        columns = [i for i, name in enumerate(rows.names) if name.startswith("work rate")]
+        if len(columns) != n:
+            raise ParameterError("this formulation has no work rates to limit")
+        most = self.limit * a.body.symbolic.mass / TORQUE
+        a.limit(rows, upper=most, columns=columns)
+
+
+@dataclass(frozen=True)
 class Quiet:
     r"""Cost :math:`\sum w \ddot q_j^2` at one instant: what is at rest there sets in softly.
 
@@ -104,13 +159,13 @@ class Above:
         free = ~a.plan.standing(a.body.sites[k], a.nodes)
         free[[0, -1]] = False  # where a posture says more
         a.limit(
-            a.rows("contact"), self.height, columns=[3 * k + 2], nodes=list(np.flatnonzero(free))
+            a.rows("contact"), self.height, columns=[3 * k + 2], nodes=np.flatnonzero(free).tolist()
         )
 
 
 @dataclass(frozen=True)
 class Clearance:
-    r"""A foot in the air is at least so high: :math:`h \sin^2(\pi s)` at part :math:`s` of the swing.
+    r"""A foot in the air is at least :math:`h \sin^2(\pi s)` high at part :math:`s` of its swing.
 
     Attributes:
         height: In the middle of the swing [m].
@@ -129,7 +184,7 @@ class Clearance:
                 level = max(one.footprint.position[2], two.footprint.position[2])
                 low = level * (part > 0.5) + self.height * np.sin(np.pi * part) ** 2
                 columns = [3 * k + 2 for k, s in enumerate(a.body.sites) if s.side == side]
-                a.limit(rows, low[:, None], columns=columns, nodes=list(np.flatnonzero(swing)))
+                a.limit(rows, low[:, None], columns=columns, nodes=np.flatnonzero(swing).tolist())
 
 
 @dataclass(frozen=True)
@@ -225,3 +280,42 @@ class HeadStability:
         w = np.zeros(rows.weight.shape)
         w[:, :3], w[:, 3:] = 2.0 * self.turning, 2.0 * self.leaning
         a.pull(rows, w)
+
+
+@dataclass(frozen=True)
+class Symmetry:
+    r"""Cost :math:`\int w \sum (q_r - q_l)^2 dt` of joints that differ between the sides.
+
+    Bending and turning of trunk and head count as well, and the pelvis' list and rotation.
+
+    Attributes:
+        weight: Weight [1/(s rad²)].
+    """
+
+    weight: float = 1.0
+
+    def put(self, a: Assembly) -> None:
+        """Weigh the differences."""
+        import casadi as ca
+
+        names = a.names
+        pairs = [(i, names.index(n[:-2] + "_l")) for i, n in enumerate(names) if n.endswith("_r")]
+        middle = [
+            i
+            for i, n in enumerate(names)
+            if n in ("pelvis_list", "pelvis_rotation")
+            or n.endswith(("_bending", "neck_rotation"))
+            or n.endswith("_rotation")
+            and n[:-9] in ("lumbar", "thorax", "lower_thorax")
+        ]
+
+        def expression(q, v, acc, u):
+            return ca.vertcat(*(q[i] - q[j] for i, j in pairs), *(q[i] for i in middle))
+
+        rows = rows_of(
+            a,
+            "symmetry",
+            (*(f"difference of {names[i][:-2]}" for i, _ in pairs), *(names[i] for i in middle)),
+            expression,
+        )
+        a.pull(rows, np.full(rows.weight.shape, 2.0 * self.weight))

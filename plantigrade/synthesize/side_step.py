@@ -10,10 +10,20 @@ from plantigrade.synthesize.more_terms import Clearance
 from plantigrade.synthesize.postures import KeyPostures, standing_feet, standing_posture
 from plantigrade.synthesize.standing_tasks import at_rest, basics
 from plantigrade.synthesize.task import Task
+from plantigrade.synthesize.terms import Posture, Work
 
 PARTS = (0.28, 0.17, 0.10, 0.17, 0.28)
 """Of the duration: weight over to the foot that stays, first swing, both feet, second swing, and
-coming to rest. In two seconds the swings take a third of a second, as in walking."""
+coming to rest. In 2.4 s the swings take 0.4 s each, as in walking."""
+UPRIGHT = {
+    "pelvis_list": 5.0,
+    "pelvis_tilt": 5.0,
+    "lumbar_bending": 5.0,
+    "thorax_bending": 5.0,
+    "lower_thorax_bending": 5.0,
+}
+"""Weights of an upright trunk [1/(s rad²)]."""
+LEVEL = 300.0  # weight of a pelvis that stays as high as in standing [1/(s m²)]
 LONGEST = 0.45  # of leg length
 
 
@@ -22,7 +32,7 @@ def side_step(
     *,
     distance: float = 0.3,
     side: str = "r",
-    duration: float = 2.0,
+    duration: float = 2.4,
     clearance: float = 0.02,
 ) -> Task:
     """Return the task of a step to the side, from standing to standing.
@@ -84,5 +94,7 @@ def side_step(
         *at_rest(human, 0.0, before),
         *at_rest(human, duration, after),
         Clearance(clearance),
+        Work(0.5),
+        Posture({**UPRIGHT, "pelvis_ty": LEVEL}, {"pelvis_ty": float(before[4]) - 0.01}),
     )
     return Task("side-step", plan, terms, guess)

@@ -40,12 +40,12 @@ from plantigrade.synthesize.terms import (
     Torque,
 )
 
-SEAT_OFF = 0.35  # of the movement: 34 % in [Kralj1990]_, 27 to 36 % in [Schenkman1990]_
-KNEE_PART = 0.9  # chair height, of the knee's: 80 to 115 % are used in studies [Janssen2002]_
+SEAT_OFF = 0.35  # of the movement, about a third [Kralj1990]_ [Schenkman1990]_
+KNEE_PART = 0.9  # chair height, of the knee's; about what a chair of 45 cm is to an adult
 SHANK_LEAN = float(np.deg2rad(15.0))  # knees ahead of the ankles, seated
 SEATED_TILT = float(np.deg2rad(15.0))  # pelvis tilted back, seated upright
-H_POINT = 0.055  # hip joint above the seat, of stature: 9.7 cm [SAEJ826]_
-ISCHIA = 0.068  # between the ischial points, of stature: 12 cm
+H_POINT = 0.055  # hip joint above the seat, of stature: 10 cm (estimate)
+ISCHIA = 0.068  # between the ischial points, of stature: 12 cm (estimate)
 BUTTOCK = 0.025  # radius of an ischial point, of stature
 
 
@@ -133,7 +133,7 @@ def sit_to_stand(
     Args:
         human: The person.
         chair_height: Of the seat [m]; nine tenths of the knee's height if not given.
-        duration: From sitting still to standing still [s]; 1.6 to 3.3 s in studies.
+        duration: From sitting still to standing still [s]; 1.5 to 3.5 s in studies [Kralj1990]_.
         seat_off: When the seat is left, as a part of the duration.
         reverse: Whether to sit down instead; the seat is then met at ``1 - seat_off``.
 
@@ -168,6 +168,19 @@ def sit_to_stand(
     )
     name = "stand-to-sit" if reverse else "sit-to-stand"
     return Task(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
+
+
+def stand_to_sit(
+    human: Human,
+    *,
+    chair_height: float | None = None,
+    duration: float = 2.0,
+    seat_off: float = SEAT_OFF,
+) -> Task:
+    """Return the task of sitting down: :func:`sit_to_stand` in reverse, with the same arguments."""
+    return sit_to_stand(
+        human, chair_height=chair_height, duration=duration, seat_off=seat_off, reverse=True
+    )
 
 
 def _leaning(human: Human, seated: Float[Array, " nv"]) -> Float[Array, " nv"]:
@@ -287,7 +300,7 @@ def reach(
     terms: tuple[Term, ...] = (
         *basics(),
         *at_rest(human, 0.0, standing),
-        Reach(point, tuple(map(float, place)), duration),
+        Reach(point, (float(place[0]), float(place[1]), float(place[2])), duration),
         Rest(duration),
         Quiet(duration),
     )
