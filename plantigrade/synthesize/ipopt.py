@@ -237,7 +237,7 @@ def run(
     success = bool(stats.get("success", False))
     if not success and watch.best is not None:
         x = _better(program, watch, x, feasibility)
-    violation, worst = program.violation(x, rows)
+    violation, worst = program.violation(x)
     c, u = program.unpack(x)
     return IpoptResult(
         c=c,

@@ -285,8 +285,9 @@ class Program:
             if inner.nnz():
                 hessian = hessian + ca.triu(ca.mtimes(T_f.T, ca.mtimes(inner, T_f)))
         if self.objective:
+            D: Any
             D, d = _steps(self.problem, self._T, self._z0, self._nz)
-            rough = self.problem.roughness()
+            rough: Any = self.problem.roughness()
             rough.resize(rough.shape[0], D.shape[1])
             D = sparse.csr_matrix(sparse.vstack([D, rough]))
             d = np.concatenate([d, np.zeros(rough.shape[0])])
