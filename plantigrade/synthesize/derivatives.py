@@ -193,3 +193,20 @@ def _in_order(source: Int[Array, " n"], place: Int[Array, " n"]) -> tuple[Array,
     """Return them in the order of places: neighbours in memory are written together."""
     order = np.argsort(place)
     return source[order], place[order]
+
+
+_KEPT: dict[int, Derivatives] = {}
+_MOST = 32  # functions whose derivatives are kept
+
+
+def derivatives_of(function: "casadi.Function") -> Derivatives:
+    """Return the derivatives of a function, made at the first call and kept.
+
+    The arrays they fill are shared by everybody who asks for the same function.
+    """
+    key = function.__hash__()
+    if key not in _KEPT:
+        if len(_KEPT) >= _MOST:
+            del _KEPT[next(iter(_KEPT))]
+        _KEPT[key] = Derivatives(function)  # holds the function, so that its key stays its own
+    return _KEPT[key]

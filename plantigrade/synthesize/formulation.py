@@ -5,9 +5,9 @@ joint torque is the one the joint really does. A place of the foot that stands i
 footprint has it; its sphere rolls, so that material on the ground is at rest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from plantigrade.models import Human
 from plantigrade.synthesize.contact_plan import SAME, ContactPlan, Footprint, Site
 from plantigrade.synthesize.derivatives import Derivatives
 from plantigrade.synthesize.problem import Rows
+
+if TYPE_CHECKING:
+    import casadi
 
 TORQUE = 100.0  # a torque of 1 in rows [N m], and a work rate of 1 [W]
 EDGE = 0.5  # where work rates are rounded off [TORQUE W]
@@ -39,12 +42,31 @@ class Body:
     sites: tuple[Site, ...]
     symbolic: SymbolicHuman
     passive: bool = True
-    kept: dict[str, Any] = field(default_factory=dict)
+    kept: dict[Any, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, human: Human, sites: Sequence[Site], *, passive: bool = True) -> "Body":
         """Return the body of a person."""
         return cls(human, tuple(sites), SymbolicHuman(human), passive)
+
+    def function(
+        self, key: Any, expression: Callable[..., Any], n_parameters: int = 0
+    ) -> "casadi.Function":
+        """Return a function of a node, made where it has not been before.
+
+        Args:
+            key: What it is called; with numbers where it depends on them.
+            expression: (ca, q, qd, qdd, u, p) ↦ column of rows.
+            n_parameters: Length of p.
+        """
+        import casadi as ca
+
+        if ("function", key) not in self.kept:
+            q, v, a = (ca.SX.sym(x, self.symbolic.nv) for x in ("q", "qd", "qdd"))
+            u, p = ca.SX.sym("u", 3 * len(self.sites)), ca.SX.sym("p", n_parameters)
+            r = expression(ca, q, v, a, u, p)
+            self.kept["function", key] = ca.Function("rows", [q, v, a, u, p], [r])
+        return self.kept["function", key]
 
     @property
     def weight(self) -> float:
@@ -65,24 +87,24 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
     bears [100 N m], and their work rates, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2}` [100 W], both
     left free.
     """
-    import casadi as ca
+    sym = body.symbolic
 
-    sym, nu = body.symbolic, 3 * len(body.sites)
-    q, v, a = (ca.SX.sym(x, sym.nv) for x in ("q", "qd", "qdd"))
-    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
-    forces = ca.reshape(u, 3, len(body.sites)) * body.weight
-    tau = sym.inverse_dynamics([s.point for s in body.sites])(q, v, a, forces)
-    muscle = tau[6:]
-    if body.passive:
-        factor = scale(body.human.mass, body.human.height)
-        muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
-    muscle = muscle / TORQUE
-    power = muscle * v[6:]
-    r = ca.vertcat(tau[:6] / body.weight, muscle, ca.sqrt(power * power + EDGE**2) - EDGE)
+    def expression(ca, q, v, a, u, p):
+        forces = ca.reshape(u, 3, len(body.sites)) * body.weight
+        tau = sym.inverse_dynamics([s.point for s in body.sites])(q, v, a, forces)
+        muscle = tau[6:]
+        if body.passive:
+            factor = scale(body.human.mass, body.human.height)
+            muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
+        muscle = muscle / TORQUE
+        power = muscle * v[6:]
+        work = ca.sqrt(power * power + EDGE**2) - EDGE
+        return ca.vertcat(tau[:6] / body.weight, muscle, work)
+
     names = tuple(f"root {w} {x}" for w in ("force", "moment") for x in "xyz")
     names += tuple(f"torque of {n}" for n in sym.names[6:])
     names += tuple(f"work rate of {n}" for n in sym.names[6:])
-    rows = Rows.free("dynamics", ca.Function("dynamics", [q, v, a, u, p], [r]), names, n_nodes)
+    rows = Rows.free("dynamics", body.function("dynamics", expression), names, n_nodes)
     rows.lower[:, :6] = rows.upper[:, :6] = 0.0
     return rows
 
@@ -98,62 +120,53 @@ def place_rows(body: Body, headings: Float[Array, "n_nodes n_sites"], *, rates: 
     does not change, :math:`c` being its centre and :math:`\theta > 0` toes up: the centre then
     moves as the sphere rolls. The third row is the height of the lowest point.
     """
-    import casadi as ca
+    sym = body.symbolic
 
-    sym, nu = body.symbolic, 3 * len(body.sites)
-    q, v, a = (ca.SX.sym(x, sym.nv) for x in ("q", "qd", "qdd"))
-    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 2 * len(body.sites))
-    low = sym.positions([s.point for s in body.sites])(q)
-    rotation = sym.frames()(q)[1]
-    rows = []
-    for k, site in enumerate(body.sites):
-        i = body.human.body(site.point.body) - 1
-        R, rho = rotation[:, 3 * i : 3 * i + 3], site.point.radius
-        c, s = p[2 * k], p[2 * k + 1]
-        pitch, roll = ca.asin(R[2, 0]), ca.atan2(R[2, 1], R[2, 2])
-        x = low[0, k] + rho * pitch * c - rho * roll * s
-        y = low[1, k] + rho * pitch * s + rho * roll * c
-        rows += [x, y, low[2, k]]
-    r = ca.vertcat(*rows)
-    name, unit = ("contact", "mm")
-    if rates:
-        r = ca.mtimes(ca.jacobian(r, q), v)
-        name, unit = ("contact speed", "mm/s")
-    r = ca.cse(r)
+    def expression(ca, q, v, a, u, p):
+        low = sym.positions([s.point for s in body.sites])(q)
+        rotation = sym.frames()(q)[1]
+        rows = []
+        for k, site in enumerate(body.sites):
+            i = body.human.body(site.point.body) - 1
+            R, rho = rotation[:, 3 * i : 3 * i + 3], site.point.radius
+            c, s = p[2 * k], p[2 * k + 1]
+            pitch, roll = ca.asin(R[2, 0]), ca.atan2(R[2, 1], R[2, 2])
+            x = low[0, k] + rho * pitch * c - rho * roll * s
+            y = low[1, k] + rho * pitch * s + rho * roll * c
+            rows += [x, y, low[2, k]]
+        r = ca.vertcat(*rows)
+        return ca.cse(ca.mtimes(ca.jacobian(r, q), v) if rates else r)
+
+    name, unit = ("contact speed", "mm/s") if rates else ("contact", "mm")
     names = tuple(f"{axis} of {s.name}" for s in body.sites for axis in "xyz")
     if rates:
         names = tuple(f"speed {n}" for n in names)
     parameters = np.stack([np.cos(headings), np.sin(headings)], axis=2).reshape(len(headings), -1)
-    function = ca.Function(name.replace(" ", "_"), [q, v, a, u, p], [r])
+    function = body.function(name, expression, 2 * len(body.sites))
     return Rows.free(name, function, names, len(headings), parameters, unit, 1000.0)
 
 
 def friction_rows(body: Body, n_nodes: int, friction: float) -> Rows:
     r"""Return a pyramid inside the friction cone: :math:`|f_x|, |f_y| \le \mu f_z / \sqrt 2`."""
-    import casadi as ca
+    side = friction / np.sqrt(2.0)
 
-    nv, nu = body.symbolic.nv, 3 * len(body.sites)
-    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
-    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
-    rows, names, side = [], [], friction / np.sqrt(2.0)
-    for k, site in enumerate(body.sites):
-        f = u[3 * k : 3 * k + 3]
-        for i, axis in enumerate("xy"):
-            rows += [side * f[2] - f[i], side * f[2] + f[i]]
-            names += [f"friction +{axis} at {site.name}", f"friction -{axis} at {site.name}"]
-    function = ca.Function("friction", [q, v, a, u, p], [ca.vertcat(*rows)])
-    rows_ = Rows.free("friction", function, tuple(names), n_nodes, unit="body weights")
-    return rows_
+    def expression(ca, q, v, a, u, p):
+        rows = []
+        for k in range(len(body.sites)):
+            x, y, z = (u[3 * k + i] for i in range(3))
+            rows += [side * z - x, side * z + x, side * z - y, side * z + y]
+        return ca.vertcat(*rows)
+
+    names = tuple(
+        f"friction {axis} at {s.name}" for s in body.sites for axis in ("+x", "-x", "+y", "-y")
+    )
+    function = body.function(("friction", side), expression)
+    return Rows.free("friction", function, names, n_nodes, unit="body weights")
 
 
 def force_rows(body: Body, n_nodes: int) -> Rows:
     """Return contact forces themselves, to weigh them [body weights]."""
-    import casadi as ca
-
-    nv, nu = body.symbolic.nv, 3 * len(body.sites)
-    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
-    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
-    function = ca.Function("forces", [q, v, a, u, p], [u])
+    function = body.function("forces", lambda ca, q, v, a, u, p: u)
     return Rows.free("forces", function, body.force_names, n_nodes, unit="body weights")
 
 
@@ -165,15 +178,10 @@ def motion_rows(body: Body, n_nodes: int, what: str) -> Rows:
         n_nodes: Number of nodes.
         what: ``"coordinates"``, ``"speeds"`` or ``"accelerations"``.
     """
-    import casadi as ca
-
-    sym, nu = body.symbolic, 3 * len(body.sites)
-    symbols = [ca.SX.sym(x, sym.nv) for x in ("q", "qd", "qdd")]
-    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
     i = ("coordinates", "speeds", "accelerations").index(what)
-    function = ca.Function(what, [*symbols, u, p], [symbols[i]])
+    function = body.function(what, lambda ca, *states: states[i])
     prefix = ("", "speed of ", "acceleration of ")[i]
-    return Rows.free(what, function, tuple(prefix + n for n in sym.names), n_nodes)
+    return Rows.free(what, function, tuple(prefix + n for n in body.symbolic.names), n_nodes)
 
 
 def site_targets(body: Body, footprint: Footprint) -> dict[str, Float[Array, " 3"]]:
@@ -218,11 +226,30 @@ def hold_contacts(
     for stance in plan.stances:
         targets = site_targets(body, stance.footprint)
         spans = {index[n]: stance.interval(body.sites[index[n]].part) for n in targets}
-        _hold(body, nodes, spans, {index[n]: x for n, x in targets.items()}, place, speed)
+        _hold(
+            body,
+            nodes,
+            _lasting(plan, spans),
+            {index[n]: x for n, x in targets.items()},
+            place,
+            speed,
+        )
     if plan.supports:
         spans = {index[s.site.name]: (s.start, s.stop) for s in plan.supports}
         at = {index[s.site.name]: np.array(s.position) for s in plan.supports}
-        _hold(body, nodes, spans, at, place, speed)
+        _hold(body, nodes, _lasting(plan, spans), at, place, speed)
+
+
+def _lasting(
+    plan: ContactPlan, spans: dict[int, tuple[float, float]]
+) -> dict[int, tuple[float, float]]:
+    """Return spans, those that last from the start or to the end of a motion for ever."""
+    if plan.periodic:
+        return spans
+    return {
+        k: (-np.inf if a <= SAME else a, np.inf if b >= plan.duration - SAME else b)
+        for k, (a, b) in spans.items()
+    }
 
 
 def _hold(
@@ -239,8 +266,11 @@ def _hold(
     for i, t in enumerate(nodes):
         down = [k for k, (start, stop) in spans.items() if start - SAME <= t <= stop + SAME]
         through = [k for k in down if spans[k][0] < t - SAME and t + SAME < spans[k][1]]
-        first = _independent(jacobian, through, [])
-        every = _independent(jacobian, down, first)
+        key = ("rows", tuple(through), tuple(down))
+        if key not in body.kept:
+            first = _independent(jacobian, through, [])
+            body.kept[key] = first, _independent(jacobian, down, first)
+        first, every = body.kept[key]
         for row in every:
             place.lower[i, row] = place.upper[i, row] = targets[row // 3][row % 3]
         for k in down:  # those that follow need no limit

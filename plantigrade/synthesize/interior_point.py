@@ -19,17 +19,24 @@ towards feasibility restore progress.
 """
 
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from functools import cache
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from plantigrade.arrays import Array, Float
-from plantigrade.synthesize.derivatives import Derivatives
+from plantigrade.synthesize.derivatives import derivatives_of
 from plantigrade.synthesize.problem import Problem, Rows
 from plantigrade.synthesize.transcription import Transcription
+
+if TYPE_CHECKING:
+    import casadi
+
+WARM = 1e-4
+"""First barrier parameter where multipliers are known."""
 
 PATIENCE = 5
 """Iterations after which a nearly feasible point waits no longer for a smaller barrier."""
@@ -55,7 +62,7 @@ class Options:
     feasibility: float = 1e-6
     acceptable: float = 1e-1
     iterations: int = 200
-    barrier: float = 1e-2
+    barrier: float = 1e-3
     equation: float = 1e-8
     seconds: float = np.inf
 
@@ -87,19 +94,42 @@ class Iterate:
     seconds: float
 
 
-@dataclass
+@dataclass(frozen=True)
 class Multipliers:
-    """What rows push with, family by family; a start for a problem much like this one.
+    """What rows push with; a start for a problem much like this one.
 
     Attributes:
-        y: Of equations and of slacks (n_nodes, n_rows), one array a family.
-        low: Of lower limits.
-        high: Of upper limits.
+        rows: Name of a family → multipliers of its rows, of lower and of upper limits
+            (3, n_nodes, n_rows).
     """
 
-    y: list[Float[Array, "_ _"]]
-    low: list[Float[Array, "_ _"]]
-    high: list[Float[Array, "_ _"]]
+    rows: Mapping[str, Float[Array, "3 n_nodes n_rows"]]
+
+    def moved(
+        self, before: Float[Array, " n_nodes"], after: Float[Array, " m_nodes"]
+    ) -> "Multipliers":
+        """Return multipliers on other nodes: per time they stay the same.
+
+        Args:
+            before: Nodes these belong to, as parts of the duration.
+            after: Nodes of the new problem, as parts of the duration.
+        """
+        if len(before) == len(after) and np.allclose(before, after, atol=1e-9):
+            return self
+        density = (
+            np.gradient(after)[:, None] / np.interp(after, before, np.gradient(before))[:, None]
+        )
+        return Multipliers(
+            {
+                name: np.stack(
+                    [
+                        np.stack([np.interp(after, before, x) for x in each.T], axis=1) * density
+                        for each in values
+                    ]
+                )
+                for name, values in self.rows.items()
+            }
+        )
 
 
 @dataclass(frozen=True)
@@ -131,7 +161,7 @@ class _Family:
 
     def __init__(self, rows: Rows, n_local: int):
         self.rows = rows
-        self.d = Derivatives(rows.function)
+        self.d = derivatives_of(rows.function)
         eq, ineq = rows.equations, rows.inequalities
         matter = eq | ineq | (rows.weight != 0) | (rows.gain != 0)
         self.at = np.flatnonzero(matter.any(axis=1))
@@ -221,7 +251,7 @@ class InteriorPoint:
                 f.r = f.d.values(*here, f.parameters)
                 continue
             f.r, J = f.d.jacobian(*here, f.parameters)
-            f.J = np.ascontiguousarray(J[:, :, f.columns])
+            f.J = np.array(J[:, :, f.columns])  # J's own array is filled anew
             if f.single:
                 f.diagonal_column = np.abs(f.J).argmax(axis=2)
                 values = np.take_along_axis(f.J, f.diagonal_column[..., None], 2)
@@ -324,25 +354,21 @@ class InteriorPoint:
         o, t = self.options, self.t
         started = clock.perf_counter()
         warm = multipliers is not None
-        mu = o.barrier if not warm else min(o.barrier, 1e-4)
+        mu = o.barrier if not warm else min(o.barrier, WARM)
         u0 = np.zeros((t.n_nodes, t.nu)) if u0 is None else u0
         x = t.join(c0, u0)
         self._jacobians(x)
-        for i, f in enumerate(self.families):
+        for f in self.families:
             f.s = _inside(f, f.r, 1e-2 if not warm else 1e-4)
             a, b = f.room(f.s)
-            if (
-                multipliers is not None
-                and i < len(multipliers.y)
-                and multipliers.y[i].shape == f.y.shape
-            ):
-                f.y = multipliers.y[i].copy()
-                f.zl = np.where(f.has_low, np.maximum(multipliers.low[i], mu / 10), 0.0)
-                f.zu = np.where(f.has_high, np.maximum(multipliers.high[i], mu / 10), 0.0)
+            given = None if multipliers is None else multipliers.rows.get(f.rows.name)
+            if given is not None and given.shape[1:] == f.rows.lower.shape:
+                f.y, low, high = (x[f.at] for x in given)
+                f.y = np.where(f.bound, f.y, 0.0)
             else:
-                f.y = np.zeros_like(f.r)
-                f.zl = np.where(f.has_low, np.minimum(mu / a, 1.0), 0.0)
-                f.zu = np.where(f.has_high, np.minimum(mu / b, 1.0), 0.0)
+                f.y, low, high = np.zeros_like(f.r), np.zeros_like(f.r), np.zeros_like(f.r)
+            f.zl = np.where(f.has_low, np.maximum(low, np.minimum(mu / a, 1.0)), 0.0)
+            f.zu = np.where(f.has_high, np.maximum(high, np.minimum(mu / b, 1.0)), 0.0)
         history: list[Iterate] = []
         filter_: list[tuple[float, float]] = []
         dw_last, alpha, dw = 0.0, 0.0, 0.0
@@ -495,12 +521,14 @@ class InteriorPoint:
             u,
             status,
             tuple(history),
-            Multipliers(
-                [f.y for f in self.families],
-                [f.zl for f in self.families],
-                [f.zu for f in self.families],
-            ),
+            Multipliers({f.rows.name: self._everywhere(f) for f in self.families}),
         )
+
+    def _everywhere(self, f: _Family) -> Array:
+        """Return multipliers of a family at all nodes, zero where it does not matter."""
+        out = np.zeros((3, *f.rows.lower.shape))
+        out[0, f.at], out[1, f.at], out[2, f.at] = f.y, f.zl, f.zu
+        return out
 
     # Pieces of an iteration -------------------------------------------------------------------
 
@@ -699,19 +727,20 @@ def _limits_of_unknowns(problem: Problem) -> Rows | None:
     """Return the limits of node unknowns as rows."""
     if not problem.n_unknowns:
         return None
-    import casadi as ca
-
-    nv, nu, n = len(problem.names), problem.n_unknowns, len(problem.nodes)
-    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
-    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
-    rows = Rows.free(
-        "force",
-        ca.Function("unknowns", [q, v, a, u, p], [u]),
-        problem.u_names,
-        n,
-        unit="body weights",
-    )
+    nv, n = len(problem.names), len(problem.nodes)
+    function = _unknowns(nv, problem.n_unknowns)
+    rows = Rows.free("force", function, problem.u_names, n, unit="body weights")
     active = problem.u_active
     rows.lower[active] = problem.u_lower[active]
     rows.upper[active] = problem.u_upper[active]
     return rows
+
+
+@cache
+def _unknowns(nv: int, nu: int) -> "casadi.Function":
+    """Return the function of a node that is its unknowns."""
+    import casadi as ca
+
+    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
+    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
+    return ca.Function("unknowns", [q, v, a, u, p], [u])

@@ -31,3 +31,36 @@ def nodes_of(plan: ContactPlan, density: float = 20.0, *, least: int = 2) -> Flo
         for a, b in zip(switches[:-1], switches[1:], strict=True)
     ]
     return np.concatenate([*pieces, switches[-1:]])
+
+
+def nodes_like(
+    plan: ContactPlan, other: ContactPlan, nodes: Float[Array, " n"]
+) -> Float[Array, " n"] | None:
+    """Return the nodes of a plan that go with those of another, change by change.
+
+    Args:
+        plan: The plan.
+        other: A plan with as many changes of contact.
+        nodes: Its nodes, start and end among them [s].
+
+    Returns:
+        As many nodes, or None where the plans have different numbers of changes.
+    """
+    if len(plan.switches) != len(other.switches):
+        return None
+    return np.interp(nodes, other.switches, plan.switches)
+
+
+def split(
+    nodes: Float[Array, " n"], times: Float[Array, " n_times"], *, shortest: float = 0.005
+) -> Float[Array, " m"]:
+    """Return nodes with more of them wherever one of the times falls in between.
+
+    Args:
+        nodes: The nodes, start and end among them [s].
+        times: Times that ask for finer nodes [s].
+        shortest: Intervals are not made shorter than this [s].
+    """
+    within = np.unique(np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2))
+    within = within[nodes[within + 1] - nodes[within] >= 2 * shortest]
+    return np.sort(np.concatenate([nodes, (nodes[within] + nodes[within + 1]) / 2]))

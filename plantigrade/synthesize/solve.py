@@ -1,21 +1,50 @@
-"""From a task and a person to a motion: mesh, solver, and what is done where one fails."""
+"""From a task and a person to a motion: mesh, solver, and what is done where one fails.
+
+A task is solved on its own mesh from its own guess. Where that fails, it is made easier: on half
+the nodes; with a cost that is all smoothness, from which the true cost is taken up; by IPOPT. Once
+it is solved, nodes are added wherever the motion asks between nodes for what no contact can give.
+Every step is a :class:`~plantigrade.synthesize.synthesis.Stage` that the user sees.
+"""
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
 from plantigrade.synthesize.formulation import Body
 from plantigrade.synthesize.interior_point import InteriorPoint, Iterate, Multipliers, Options
+from plantigrade.synthesize.mesh import nodes_like, split
 from plantigrade.synthesize.problem import Problem
 from plantigrade.synthesize.synthesis import Stage, Synthesis
 from plantigrade.synthesize.task import Task, coefficients, sample_times
+from plantigrade.synthesize.terms import Acceleration, Work
 
 Solver = Literal["band", "ipopt"]
 Progress = Callable[[str, Iterate], bool | None]
+
+UNEXPLAINED = 1.5e-3  # wrench between nodes that asks for more nodes [body weights]
+ROUNDS = 3  # of adding nodes
+IPOPT_SECONDS = 120.0  # most time of IPOPT as the last resort
+
+
+@dataclass
+class _Point:
+    """Where a stage ended."""
+
+    problem: Problem
+    c: Array
+    u: Array
+    status: str
+    success: bool
+    multipliers: Multipliers | None = None
+
+    @property
+    def stopped(self) -> bool:
+        return self.status == "stopped"
 
 
 def synthesize(
@@ -27,6 +56,8 @@ def synthesize(
     options: Options | None = None,
     progress: Progress | None = None,
     c0: Float[Array, "n_coefficients nv"] | None = None,
+    rounds: int = ROUNDS,
+    rescue: bool = True,
 ) -> Synthesis:
     """Return the motion of a person who does a task.
 
@@ -38,75 +69,143 @@ def synthesize(
         options: Of the banded solver.
         progress: Told every iteration; returning True stops with the best so far.
         c0: Coefficients to start from instead of the task's guess.
+        rounds: How often nodes are added where the motion asks between nodes for what no contact
+            can give.
+        rescue: Whether an easier problem is tried where the solver fails.
 
     Returns:
         The motion, also where no solver succeeded: ``success`` and ``stages`` say.
+
+    Raises:
+        ParameterError: If the solver is unknown.
     """
-    stages: list[Stage] = []
-    problem = task.problem(body)
+    if solver not in ("band", "ipopt"):
+        raise ParameterError(f"solver is {solver!r}; allowed are 'band' and 'ipopt'")
+    run = _Runner(body, options, progress)
+    nodes = None
+    if warm is not None:
+        nodes = nodes_like(task.plan, warm.task.plan, warm.nodes)
+    problem = task.problem(body, nodes)
     c, u = task.start(body, problem)
-    multipliers: Multipliers | None = None
+    multipliers = None
     if c0 is not None:
         c = c0
     if warm is not None:
-        c, u, multipliers = _from(warm, problem)
-
-    def run(name: str, p: Problem, c, u, multipliers=None):
-        started = clock.perf_counter()
-        told = (lambda it: progress(name, it)) if progress is not None else None
-        result = InteriorPoint(p, options).solve(c, u, multipliers, told)
-        stages.append(
-            Stage(
-                name,
-                "band",
-                len(p.nodes),
-                result.status,
-                clock.perf_counter() - started,
-                result.history,
-            )
+        c, u, multipliers = _carried(warm.problem, warm.c, warm.u, warm.multipliers, problem)
+    first = "warm start" if warm is not None else "first try"
+    if solver == "ipopt":
+        at = run.ipopt("IPOPT", problem, c, u)
+    else:
+        at = run.band(first, problem, c, u, multipliers)
+        if not at.success and not at.stopped and rescue:
+            at = _rescued(run, body, task, problem, at)
+    for _ in range(rounds if at.success else 0):
+        made = _made(body, task, at, run)
+        times, missing = made.unexplained()
+        finer = split(made.nodes, times[missing > UNEXPLAINED])
+        if len(finer) == len(made.nodes):
+            break
+        problem = task.problem(body, finer)
+        again = _carried(at.problem, at.c, at.u, at.multipliers, problem)
+        name = "more nodes"
+        after = (
+            run.ipopt(name, problem, *again[:2])
+            if solver == "ipopt"
+            else run.band(name, problem, *again)
         )
-        return result
+        if not after.success:
+            break
+        at = after
+    return _made(body, task, at, run)
 
-    result = run("warm start" if warm is not None else "first try", problem, c, u, multipliers)
-    if not result.success and result.status != "stopped":
-        coarse = replace(task, density=task.density / 2)
-        p2 = coarse.problem(body)
-        c2, u2 = coarse.start(body, p2)
-        middle = run("coarse mesh", p2, c2, u2)
-        if middle.success:
-            times = sample_times(problem)
-            c = coefficients(problem, times, p2.states(middle.c, times)[0])
-            u = _forces(p2, middle.u, problem)
-            result = run("refined", problem, c, u)
-    return Synthesis(
-        body,
+
+def _rescued(run: "_Runner", body: Body, task: Task, problem: Problem, at: _Point) -> _Point:
+    """Return what easier problems lead to, the first that succeeds."""
+    coarse = replace(task, density=task.density / 2)
+    easy = replace(
         task,
-        problem,
-        result.c,
-        result.u,
-        result.status,
-        result.success,
-        tuple(stages),
-        result.multipliers,
+        terms=(*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4)),
+    )
+    for name, easier in (("coarse mesh", coarse), ("smooth first", easy)):
+        p = easier.problem(body)
+        middle = run.band(name, p, *easier.start(body, p))
+        if middle.stopped:
+            return at
+        if middle.success:
+            c, u, _ = _carried(p, middle.c, middle.u, None, problem)
+            after = run.band("the task itself", problem, c, u)
+            if after.success or after.stopped:
+                return after
+    c, u = task.start(body, problem)
+    after = run.ipopt("IPOPT", problem, c, u)
+    return after if after.success else at
+
+
+class _Runner:
+    """Runs solvers and keeps account of it."""
+
+    def __init__(self, body: Body, options: Options | None, progress: Progress | None):
+        self.body, self.options, self.progress = body, options, progress
+        self.stages: list[Stage] = []
+
+    def band(
+        self, name: str, problem: Problem, c: Array, u: Array, m: Multipliers | None = None
+    ) -> _Point:
+        """Run the banded interior point."""
+        started = clock.perf_counter()
+        progress = self.progress
+        told = None if progress is None else lambda it: progress(name, it)
+        r = InteriorPoint(problem, self.options).solve(c, u, m, told)
+        self._note(name, "band", problem, r.status, started, r.history)
+        return _Point(problem, r.c, r.u, r.status, r.success, r.multipliers)
+
+    def ipopt(self, name: str, problem: Problem, c: Array, u: Array) -> _Point:
+        """Run IPOPT."""
+        from plantigrade.synthesize import ipopt
+
+        started = clock.perf_counter()
+        history: list[Iterate] = []
+
+        def told(p: ipopt.Progress) -> bool | None:
+            seconds = clock.perf_counter() - started
+            history.append(
+                Iterate(
+                    p.number,
+                    p.objective,
+                    p.violation,
+                    "",
+                    np.nan,
+                    np.nan,
+                    0.0,
+                    1.0,
+                    seconds,
+                )
+            )
+            return self.progress(name, history[-1]) if self.progress is not None else None
+
+        r = ipopt.solve(problem, c, u, callback=told, max_seconds=IPOPT_SECONDS)
+        self._note(name, "ipopt", problem, r.status, started, tuple(history))
+        return _Point(problem, r.c, r.u, r.status, r.success)
+
+    def _note(self, name, solver, problem, status, started, history) -> None:
+        seconds = clock.perf_counter() - started
+        self.stages.append(Stage(name, solver, len(problem.nodes), status, seconds, tuple(history)))
+
+
+def _made(body: Body, task: Task, at: _Point, run: _Runner) -> Synthesis:
+    return Synthesis(
+        body, task, at.problem, at.c, at.u, at.status, at.success, tuple(run.stages), at.multipliers
     )
 
 
-def _from(warm: Synthesis, problem: Problem) -> tuple[Array, Array, Multipliers | None]:
-    """Return a start from another motion, stretched to this one's duration."""
-    old = warm.problem
-    times = sample_times(problem)
-    scale = old.basis.span / problem.basis.span
-    c = coefficients(
-        problem, times, old.states(warm.c, np.clip(times * scale, 0, old.basis.stop))[0]
-    )
-    same = len(old.nodes) == len(problem.nodes) and [r.name for r in old.rows] == [
-        r.name for r in problem.rows
-    ]
-    return (c, warm.u, warm.multipliers) if same else (c, _forces(old, warm.u, problem), None)
-
-
-def _forces(old: Problem, u: Array, new: Problem) -> Array:
-    """Return node unknowns of another mesh, by linear interpolation over relative time."""
+def _carried(
+    old: Problem, c: Array, u: Array, multipliers: Multipliers | None, new: Problem
+) -> tuple[Array, Array, Multipliers | None]:
+    """Return a point of one problem as a start of another, over the same parts of the duration."""
+    times = sample_times(new)
     before, after = old.nodes / old.basis.span, new.nodes / new.basis.span
-    out = np.stack([np.interp(after, before, x) for x in u.T], axis=1)
-    return np.clip(out, new.u_lower, new.u_upper)
+    at = np.clip(times * old.basis.span / new.basis.span, 0.0, old.basis.stop)
+    q = old.states(c, at)[0] - old.drift(at) + new.drift(times)
+    forces = np.stack([np.interp(after, before, x) for x in u.T], axis=1) if u.size else u
+    moved = multipliers.moved(before, after) if multipliers is not None else None
+    return coefficients(new, times, q), np.clip(forces, new.u_lower, new.u_upper), moved

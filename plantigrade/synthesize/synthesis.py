@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.synthesize.forces_between import explaining, remainder
 from plantigrade.synthesize.formulation import Body
 from plantigrade.synthesize.interior_point import Iterate, Multipliers
 from plantigrade.synthesize.problem import Problem
@@ -105,18 +106,37 @@ class Synthesis:
             fineness: Intervals for each one between nodes.
             laps: Laps of a periodic motion; two are a stride.
         """
-        ends = self.problem.nodes
-        if self.problem.closure is not None:
-            ends = np.append(ends, self.task.plan.duration)
+        ends = self.nodes
         part = np.arange(fineness) / fineness
         inner = (ends[:-1, None] + np.diff(ends)[:, None] * part).ravel()
         all_ = [inner + lap * self.task.plan.duration for lap in range(laps)]
         return np.concatenate([*all_, [laps * self.task.plan.duration]])
 
+    @property
+    def nodes(self) -> Float[Array, " n_nodes"]:
+        """Times of the nodes, start and end among them [s]."""
+        if self.problem.closure is None:
+            return self.problem.nodes
+        return np.append(self.problem.nodes, self.task.plan.duration)
+
+    def unexplained(self, fineness: int = 6) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Return times between the nodes [s], and the wrench there that no contact can give.
+
+        Returns:
+            Times, and the larger of force [body weights] and moment [body weight · m].
+        """
+        times = self.times(fineness)[:-1]
+        p = self.problem
+        q, v, a = p.states(self.c, times)
+        sampled = self.sample(times)
+        missing = remainder(self.body, q, v, a, sampled.force)
+        return times, missing
+
     def sample(self, times: Float[Array, " n_times"]) -> Sampled:
         """Return the motion at times [s]; a periodic one goes on for ever.
 
-        Contact forces are linear between nodes, as the problem takes them.
+        Contact forces are near the straight line from node to node, and explain the motion
+        (:mod:`~plantigrade.synthesize.forces_between`).
         """
         p, span = self.problem, self.task.plan.duration
         n_sites = len(self.body.sites)
@@ -147,4 +167,5 @@ class Synthesis:
                 standing[at] = standing[at][:, k.u_source[::3] // 3]
         qpos, qvel, qacc = self.body.symbolic.to_mujoco(q, v, a)
         force = u.reshape(len(times), n_sites, 3) * self.body.weight
+        force = explaining(self.body, q, v, a, force, standing)
         return Sampled(np.asarray(times, float), qpos, qvel, qacc, q, force, standing)

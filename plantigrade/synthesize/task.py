@@ -48,9 +48,15 @@ class Task:
         """Return the task with more terms."""
         return replace(self, terms=(*self.terms, *terms))
 
-    def problem(self, body: Body) -> Problem:
-        """Return the problem of a person who does it."""
-        nodes = nodes_of(self.plan, self.density)
+    def problem(self, body: Body, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:
+        """Return the problem of a person who does it.
+
+        Args:
+            body: The person.
+            nodes: Times of nodes, start, end and all changes of contact among them [s]; spaced by
+                ``density`` if absent.
+        """
+        nodes = nodes_of(self.plan, self.density) if nodes is None else nodes
         basis: Basis
         closure = None
         if self.plan.periodic:
