@@ -70,8 +70,8 @@ def refuse_uneven(trial: "Trial") -> None:
     Raises:
         ReproduceError: With the difference of the heights.
     """
+    from plantigrade.kinematics.contacts import stances
     from plantigrade.kinematics.ground import contact_points
-    from plantigrade.reproduce.reference import stances
 
     motion = trial.record.motion
     soles = contact_points(trial.fit.human, motion.qpos)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.kinematics.ground import contact_points, find_rests
-from plantigrade.reproduce.soles import THICKEST, on_own_soles
+from plantigrade.kinematics.soles import THICKEST, on_own_soles
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 
