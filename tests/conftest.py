@@ -34,6 +34,27 @@ def data() -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def synthesized(tmp_path_factory):
+    """A periodic walk made from the task alone: what was made, its run folder, what was told."""
+    from plantigrade.workflows.synthesis_folder import write
+    from plantigrade.workflows.synthesizing import SynthesizeSettings, synthesize_task
+
+    told = []
+    settings = SynthesizeSettings(
+        parameters={"speed": 1.0, "periodic": True}, height=1.7, mass=65.0, joints="42",
+        basis="polynomial", density=28.0, file=QUICK_WALK,
+    )  # fmt: skip
+    made = synthesize_task(settings, lambda stage, it: told.append((stage, it)))
+    folder = tmp_path_factory.mktemp("synthesized") / "walk"
+    write(made, folder, title="A walk", command=["plantigrade", "synthesize", "walk"])
+    return made, folder, told
+
+
+QUICK_WALK = '[task]\nname = "walk"\nbase = "walk"\nwithout = ["work"]\n'
+"""A walk that takes half the iterations: its work costs nothing."""
+
+
 def pytest_report_header(config: pytest.Config) -> str:
     """Say at the top of the run which recordings it uses."""
     return f"recordings: {find_data() or f'none ({DATA_VARIABLE} is not set)'}"

@@ -26,12 +26,14 @@ class Command(PrintOptions):
         from plantigrade.io.npz import read_npz
         from plantigrade.report.reproduction import read_reproduction
         from plantigrade.report.run_report import run_pages
-        from plantigrade.workflows import reproducing
+        from plantigrade.report.synthesis import read_drawing
+        from plantigrade.workflows import reproducing, synthesis_folder
         from plantigrade.workflows.foot_segments import read_foot_segments
 
         model, record, metrics = open_run(self.run_folder)
         feet = read_foot_segments(self.run_folder)
         gait = read_reproduction(self.run_folder)
+        made = read_drawing(self.run_folder)
         title = metrics.get("title") or self.run_folder.resolve().name
         words = {"title": title, "sentence": metrics.get("sentence") or ""}
         record = replace(record, metrics=metrics | words)
@@ -40,6 +42,8 @@ class Command(PrintOptions):
             pages = reproducing.pages(
                 model, record, gait, read_npz(forces) if forces.is_file() else None
             )
+        elif made is not None:
+            pages = synthesis_folder.pages(model, record, made)
         else:
             pages = run_pages(
                 model,

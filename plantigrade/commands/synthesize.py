@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from plantigrade.commands.options import (
+    Flag,
     Metres,
     OptionalPath,
     PersonOptions,
@@ -20,7 +21,7 @@ from plantigrade.commands.options import (
 )
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
-from plantigrade.errors import ParameterError
+from plantigrade.errors import FileError, ParameterError
 
 EVERY = 0.5  # between two lines of progress [s]
 
@@ -34,24 +35,29 @@ Solver = Annotated[Literal["band", "ipopt"] | None, optional("{band,ipopt}")]
 Basis = Annotated[
     Literal["trigonometric", "polynomial"] | None, optional("{trigonometric,polynomial}")
 ]
-OptionalFlag = Annotated[bool | None, optional("{True,False}")]
 
-OPTIONS = (
-    "speed",
-    "step_length",
-    "steps",
-    "periodic",
-    "turn",
-    "slope",
-    "step_height",
-    "duration",
-    "chair_height",
-    "distance",
-    "jump_height",
-    "depth",
-)
-"""Options that are parameters of tasks; which task knows which, the task says."""
-ANGLES = ("turn", "slope")  # given in degrees
+Told = Annotated[
+    tuple[str, ...],
+    tyro.conf.arg(metavar="NAME=VALUE", help_behavior_hint=""),
+    tyro.conf.UseAppendAction,
+]
+
+OPTIONS = {
+    "speed": "speed",
+    "step_length": "step_length",
+    "cadence": "cadence",
+    "steps": "steps",
+    "periodic": "periodic",
+    "turn": "turn",
+    "step_height": "step_height",
+    "duration": "duration",
+    "chair_height": "chair_height",
+    "distance": "distance",
+    "jump_height": "height",
+    "depth": "depth",
+}
+"""Options that are parameters of tasks, and what tasks call them."""
+ANGLES = ("turn",)  # given in degrees
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,14 +77,14 @@ class Command(PersonOptions, RunOptions):
     """From foot to foot [m]; what people prefer at the speed if absent."""
     steps: Count = None
     """Number of steps of a walk from standing to standing."""
-    periodic: OptionalFlag = None
+    cadence: Number = None
+    """Steps per minute instead of the step length [1/min]."""
+    periodic: Flag = False
     """A walk that goes on for ever instead of one that starts and stops."""
     turn: Degrees = None
     """How far the way turns to the left [deg]."""
-    slope: Degrees = None
-    """Slope of the ground, upwards positive [deg]."""
     step_height: Metres = None
-    """Height of a step that is walked onto [m]."""
+    """Height of a step up in the middle of the way, down if negative [m]."""
     duration: Seconds = None
     """How long the motion lasts [s]."""
     chair_height: Metres = None
@@ -89,6 +95,9 @@ class Command(PersonOptions, RunOptions):
     """How far the centre of mass rises in flight [m]."""
     depth: Metres = None
     """How far a squat goes down [m]."""
+
+    tell: Told = ()
+    """Anything else a task may be told, as side=l; may be given several times."""
 
     formulation: Formulation = None
     """True contact forces (default), or the problem of the paper."""
@@ -147,33 +156,35 @@ class Command(PersonOptions, RunOptions):
         """
         import math
 
+        from plantigrade.synthesize.task_file import STANDING, parse_task_file
+        from plantigrade.synthesize.tasks import parameters_of
         from plantigrade.workflows.synthesizing import SynthesizeSettings
-        from plantigrade.workflows.task_catalogue import known_parameters, read_task_file
 
-        name, given = self.task, {}
+        base, name, text = self.task, self.task, ""
+        known: Any = ("duration",)
         if _is_file(self.task):
             path = Path(self.task)
-            given, name = read_task_file(path), path.stem
-        task = given.pop("task", name)
-        parameters = dict(given.pop("parameters", {}))
-        told = {o: getattr(self, o) for o in OPTIONS if getattr(self, o) is not None}
-        known = known_parameters(task)
-        wrong = [o for o in told if o not in known]
+            text = _text_of(path)
+            base, name = parse_task_file(text, path).base, path.stem
+        if base != STANDING:
+            known = parameters_of(base)
+        told = {o: v for o in OPTIONS if (v := getattr(self, o)) not in (None, False)}
+        wrong = [o for o in told if OPTIONS[o] not in known]
         if wrong:
-            options = [f"--{o.replace('_', '-')}" for o in OPTIONS if o in known]
+            options = [_flag(o) for o, parameter in OPTIONS.items() if parameter in known]
             raise ParameterError(
-                f"--{wrong[0].replace('_', '-')} means nothing to {task}; it knows "
-                f"{', '.join(options) or 'no such option'}"
+                f"{_flag(wrong[0])} means nothing to {base}; it knows {', '.join(options)}"
             )
-        for option in told.keys() & set(ANGLES):
-            told[option] = math.radians(told[option])
+        parameters = {
+            OPTIONS[o]: math.radians(v) if o in ANGLES else v for o, v in told.items()
+        } | told_words(self.tell)
         chosen = ("height", "mass", "sex", "joints", "feet", "formulation", "solver", "basis")
         mine = {n: getattr(self, n) for n in (*chosen, "density", "warm")}
-        given |= {n: v for n, v in mine.items() if v is not None}
         settings = SynthesizeSettings(
-            **given,
-            task=task,
-            parameters=parameters | told,
+            **{n: v for n, v in mine.items() if v is not None},
+            task=base,
+            file=text,
+            parameters=parameters,
             seed=self.seed,
             tries=self.tries,
             strides=self.strides,
@@ -245,6 +256,45 @@ class Watch:
             yield
         finally:
             signal.signal(signal.SIGINT, before)
+
+
+def told_words(words: tuple[str, ...]) -> dict[str, Any]:
+    """Return values by name from words like ``side=l`` or ``target=[0.6,-0.2,1.1]``.
+
+    Example:
+        >>> told_words(("side=l", "seat-off=0.3", "back=true"))
+        {'side': 'l', 'seat_off': 0.3, 'back': True}
+
+    Raises:
+        ParameterError: If a word is not of that form.
+    """
+    import tomllib
+
+    found: dict[str, Any] = {}
+    for word in words:
+        name, sign, value = word.partition("=")
+        if not (sign and name.strip()):
+            raise ParameterError(f"--tell {word}: write NAME=VALUE, as side=l")
+        try:
+            found[name.strip().replace("-", "_")] = tomllib.loads(f"x = {value}")["x"]
+        except tomllib.TOMLDecodeError:
+            found[name.strip().replace("-", "_")] = value.strip()
+    return found
+
+
+def _flag(option: str) -> str:
+    return f"--{option.replace('_', '-')}"
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return path.read_text("utf-8")
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise FileError(
+            path, f"is not text ({error})", remedy="name a task file (.toml)"
+        ) from error
 
 
 def _is_file(task: str) -> bool:

@@ -151,6 +151,7 @@ def line_plot(
     ys = [s.y for s in series] + [b.low for b in bands] + [b.high for b in bands]
     x0, x1 = _range(xs, pad=0.0)
     y0, y1 = _range([*ys, np.zeros(1)] if zero else ys, pad=0.06, least=least)
+    series = _told_apart(series, y1 - y0)
     left, right, bottom = 52, width - 10, height - 38
     second = _words(series) > right - left - TITLE * len(title)
     top = 40 if second else 26
@@ -182,6 +183,27 @@ def line_plot(
         )
     parts += _legend(series, right, 30 if second else 15)
     return "".join(parts) + "</svg>"
+
+
+def _told_apart(series: Sequence[Series], height: float) -> list[Series]:
+    """Return curves with those dashed that would hide another one under them.
+
+    Args:
+        series: The curves.
+        height: What the vertical axis spans.
+    """
+    out: list[Series] = []
+    for s in series:
+        hides = not s.dash and any(
+            not o.dash
+            and o.colour != s.colour
+            and len(o.y) == len(s.y)
+            and np.array_equal(np.isfinite(o.y), np.isfinite(s.y))
+            and np.nanmax(np.abs(o.y - s.y), initial=0.0) < 0.004 * height
+            for o in out
+        )
+        out.append(replace(s, dash="7 7") if hides else s)
+    return out
 
 
 def bar_plot(

@@ -457,7 +457,9 @@ def path_section(model: mujoco.MjModel, record: Record) -> Section:
     figures = [
         Figure(
             path_plot(above, title="From above", x_label="forward [m]", y_label="left [m]"),
-            "In walking, the centre of mass sways towards the standing foot.",
+            "In walking, the centre of mass sways towards the standing foot."
+            if record.motion.events
+            else "",
             wide=True,
         ),
         Figure(

@@ -217,7 +217,8 @@ def check_section(drawn: SynthesisDrawing) -> Section:
         "The checker shares nothing with the optimiser: it looks at the finished motion in "
         f"{n} frames over {last:.2f} s, several between any two nodes, with MuJoCo's inverse "
         "dynamics, and alone decides whether the run is ok. What no contact explains must be "
-        "(nearly) nothing; what stands must not slip."
+        "(nearly) nothing; what stands must not slip. Negative figures are that far on the safe "
+        "side."
     )
     return Section(
         "Check",
@@ -258,7 +259,7 @@ def convergence_section(drawn: SynthesisDrawing) -> Section:
     h = drawn.history
     if not len(h):
         return Section(title, missing="the solver told nothing of its iterations.")
-    count = np.arange(len(h))
+    count = np.arange(float(len(h)))
     starts = [float(np.argmax(h[:, 0] == k)) for k in np.unique(h[:, 0])[1:]]
     marks = [(s - 0.5, MIDDLE) for s in starts]
     figures = [
@@ -452,8 +453,9 @@ def power_section(model: mujoco.MjModel, record: Record) -> Section:
     figures = []
     for base in POWERED:
         series = []
-        for i, name in enumerate(names):
-            if name in (base, f"{base}_r", f"{base}_l"):
+        for name in (base, f"{base}_r", f"{base}_l"):
+            if name in names:
+                i = names.index(name)
                 power = record.qfrc_actuator[:, 6 + i] * record.motion.qvel[:, 6 + i] / mass
                 side = side_of(name)
                 series.append(Series(time, power, SIDE_NAMES.get(side or "", ""), SIDES[side], 1.8))

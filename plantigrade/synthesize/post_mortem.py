@@ -21,6 +21,7 @@ ADVICE = {
     "feet nearer, or allow more force",
     "torque": "give the motion more time, or take a stronger person (a term Limits with a larger "
     "strength)",
+    "work rate": "give the motion more time, or allow more power",
     "contact": "the foot cannot be where the plan has it: take shorter steps, or put the feet "
     f"nearer, or {_REFINE}",
     "contact speed": f"the foot cannot rest as it touches or leaves: {_REFINE}, or give its roll "
@@ -136,8 +137,8 @@ def _worst(
     kinds = {"": range(len(names))}
     if family == "dynamics":
         kinds = {
-            "root": [i for i, n in enumerate(names) if n.startswith("root")],
-            "torque": [i for i, n in enumerate(names) if not n.startswith("root")],
+            kind: [i for i, n in enumerate(names) if n.startswith(kind)]
+            for kind in ("root", "torque", "work rate")
         }
     found = []
     for kind, columns in kinds.items():
@@ -173,7 +174,7 @@ def _shown(family: str, name: str, unit: str, scale: float) -> tuple[float, str]
             return 100.0, "% of body weight"
         if name.startswith("root moment"):
             return 100.0, "% of body weight times metre"
-        return 100.0, "N m"
+        return 100.0, "W" if name.startswith("work rate") else "N m"
     if family in ("coordinates", "speeds", "accelerations") and not unit:
         rate = {"coordinates": "", "speeds": "/s", "accelerations": "/s²"}[family]
         if name.rpartition(" ")[2] in ("pelvis_tx", "pelvis_ty", "pelvis_tz"):

@@ -69,7 +69,11 @@ def _check_kind(name: str, key: str, value: Any, kind: str) -> None:
     """Refuse a value of another kind than a parameter's."""
 
     def number(x: Any) -> bool:
-        return isinstance(x, int | float | np.number) and not isinstance(x, bool) and np.isfinite(x)
+        return (
+            isinstance(x, int | float | np.number)
+            and not isinstance(x, bool)
+            and bool(np.isfinite(x))
+        )
 
     if value is None and "None" in kind:
         return

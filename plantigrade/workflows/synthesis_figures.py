@@ -85,8 +85,10 @@ def walk_figures(made: "Synthesized") -> dict[str, Any]:
     time = np.linspace(0.0, end, int(np.ceil(end * 200.0)) + 1)  # an even clock
     feet = foot_path(human, made.synthesis.sample(time).qpos)
     found: dict[str, Any] = gait_measures(time, feet.heel, feet.toe, made.events).metrics()
-    found.pop("treadmill", None)
-    found.pop("belt_speed_m_s", None)
+    for key in ("treadmill", "belt_speed_m_s"):
+        found.pop(key, None)
+    if made.synthesis.task.plan.periodic:  # every stride is the same
+        found = {k: v for k, v in found.items() if "_sd_" not in k}
     d = human.dimensions
     for name in ("thigh", "shank", "ankle_height"):
         found[f"length_{name}_m"] = float(getattr(d, name))

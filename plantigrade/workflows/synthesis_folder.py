@@ -14,7 +14,6 @@ from plantigrade.errors import FileError
 from plantigrade.workflows.synthesizing import (
     Synthesized,
     SynthesizeSettings,
-    body_of,
     task_of,
     under_test,
 )
@@ -22,8 +21,11 @@ from plantigrade.workflows.synthesizing import (
 if TYPE_CHECKING:
     from plantigrade.motion import Record
     from plantigrade.report.synthesis import SynthesisDrawing
+    from plantigrade.synthesize.contact_plan import ContactPlan
     from plantigrade.synthesize.synthesis import Synthesis
 
+SAME = 1e-6  # times closer than this are one [s]
+MULTIPLIERS = "multipliers "  # of what begins so in synthesis.npz, the name of the rows follows
 MOT_RATE = 100.0  # frames a second of motion.mot [Hz]
 
 
@@ -37,6 +39,8 @@ def write(
     overwrite: bool = False,
 ) -> tuple[Path, dict[str, Any]]:
     """Write the run folder of a motion; return it and its metrics."""
+    import mujoco
+
     from plantigrade import __version__
     from plantigrade.io.run_folder import source_files, write_run
     from plantigrade.motion import Table
@@ -60,11 +64,13 @@ def write(
     time = np.linspace(0.0, end, int(np.ceil(end * MOT_RATE - 1e-9)) + 1)
     names, values = human.to_coordinates(made.synthesis.sample(time).qpos)
     drawn = drawing(made)
-    files: dict[str, str | bytes] = dict(pages(human.model, record, drawn))
+    xml = with_seats(human.xml, made.synthesis.task.plan)
+    model = mujoco.MjModel.from_xml_string(xml)
+    files: dict[str, str | bytes] = dict(pages(model, record, drawn))
     files[FILE] = to_npz(made.synthesis, drawn)
     folder = write_run(
         out,
-        model_xml=human.xml,
+        model_xml=xml,
         record=record,
         metrics=metrics,
         coordinates=Table(names, time, values),
@@ -72,6 +78,47 @@ def write(
         overwrite=overwrite,
     )
     return folder, metrics
+
+
+def with_seats(xml: str, plan: "ContactPlan") -> str:
+    """Return a model with what carries the body besides the ground, to be seen: it touches nothing.
+
+    The places of the body that rest there become contact spheres like those of the feet, so that
+    whoever checks the run finds them.
+
+    Args:
+        xml: MJCF of the person.
+        plan: Says what rests where.
+    """
+    if not plan.supports:
+        return xml
+    from xml.etree import ElementTree
+
+    root = ElementTree.fromstring(xml)
+    world = root.find("worldbody")
+    assert world is not None
+    nothing = {"contype": "0", "conaffinity": "0"}
+    places: dict[float, list[tuple[float, float, float]]] = {}
+    for site, support in {s.site.name: (s.site, s) for s in plan.supports}.values():
+        places.setdefault(round(float(support.position[2]), 3), []).append(support.position)
+        body = next(b for b in world.iter("body") if b.get("name") == site.point.body)
+        shape = {"type": "sphere", "pos": _words(*site.point.position)}
+        shape |= {"name": f"contact_{site.name}", "size": _words(site.point.radius)}
+        ElementTree.SubElement(body, "geom", shape | nothing | {"group": "3", "mass": "0"})
+    for k, (height, points) in enumerate(places.items(), 1):
+        x, y = np.mean([p[:2] for p in points], axis=0)
+        across = 0.12 + float(np.ptp([p[1] for p in points])) / 2
+        colour = nothing | {"rgba": "0.65 0.55 0.45 1"}
+        seat = {"name": f"seat_{k}", "type": "box", "pos": _words(x, y, height - 0.02)}
+        post = {"name": f"post_{k}", "type": "cylinder", "pos": _words(x, y, (height - 0.04) / 2)}
+        ElementTree.SubElement(world, "geom", seat | {"size": _words(0.18, across, 0.02)} | colour)
+        size = _words(0.03, (height - 0.04) / 2)
+        ElementTree.SubElement(world, "geom", post | {"size": size} | colour)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _words(*numbers: float) -> str:
+    return " ".join(f"{float(x):.6g}" for x in numbers)
 
 
 def _ground_settings(made: Synthesized) -> dict[str, Any]:
@@ -164,7 +211,7 @@ def drawing(made: Synthesized) -> "SynthesisDrawing":
         pressure=check.centre_of_pressure,
         com=check.com,
         weight=synthesis.body.weight,
-        nodes=synthesis.problem.nodes,
+        nodes=synthesis.nodes,
     )
 
 
@@ -174,18 +221,15 @@ def to_npz(synthesis: "Synthesis", drawn: "SynthesisDrawing | None" = None) -> b
     kept: dict[str, Any] = {
         "c": synthesis.c,
         "u": synthesis.u,
-        "nodes": p.nodes,
-        "span": np.array(p.basis.span),
+        "nodes": synthesis.nodes,
         "coordinates": np.array(p.names),
         "unknowns": np.array(p.u_names),
-        "families": np.array([r.name for r in p.rows]),
         "status": np.array(synthesis.status),
         "success": np.array(synthesis.success),
     }
     if synthesis.multipliers is not None:
-        for what in ("y", "low", "high"):
-            for i, values in enumerate(getattr(synthesis.multipliers, what)):
-                kept[f"multipliers_{what}_{i}"] = values
+        for name, values in synthesis.multipliers.rows.items():
+            kept[f"{MULTIPLIERS}{name}"] = values
     stream = io.BytesIO()
     np.savez_compressed(stream, **kept, **(drawn.arrays() if drawn is not None else {}))
     return stream.getvalue()
@@ -204,6 +248,7 @@ def read_synthesis(folder: Path) -> "Synthesis":
     from plantigrade.report.synthesis import FILE
     from plantigrade.synthesize.interior_point import Multipliers
     from plantigrade.synthesize.synthesis import Synthesis
+    from plantigrade.synthesize.tasks import body_for
 
     folder = Path(folder).expanduser()
     remedy = "name a folder that plantigrade synthesize wrote"
@@ -217,12 +262,7 @@ def read_synthesis(folder: Path) -> "Synthesis":
         settings = settings_from(metrics["settings"])
         with np.load(folder / FILE, allow_pickle=False) as held:
             kept = {k: held[k] for k in held.files if not k.startswith("drawn_")}
-        c, u = kept["c"], kept["u"]
-        lists = [
-            [kept[f"multipliers_{what}_{i}"] for i in range(len(kept["families"]) + 1)
-             if f"multipliers_{what}_{i}" in kept]
-            for what in ("y", "low", "high")
-        ]  # fmt: skip
+        c, u, nodes = kept["c"], kept["u"], kept["nodes"]
         status, success = str(kept["status"]), bool(kept["success"])
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise FileError(
@@ -230,19 +270,23 @@ def read_synthesis(folder: Path) -> "Synthesis":
         ) from error
     human = settings.human()
     task = task_of(human, settings)
-    body = body_of(human, task)
-    problem = task.problem(body)
-    same = c.shape == (problem.basis.n_coefficients, len(problem.names)) and u.shape == (
-        len(problem.nodes), problem.n_unknowns,
-    )  # fmt: skip
-    if not same or not np.allclose(kept["nodes"], problem.nodes, atol=1e-9):
+    body = body_for(human, task.plan)
+    switches = task.plan.switches
+    same = len(nodes) > 1 and abs(nodes[-1] - task.plan.duration) < SAME
+    if same and np.abs(switches[:, None] - nodes).min(axis=1).max() < SAME:
+        problem = task.problem(body, nodes)
+        n_c, n_u = (problem.basis.n_coefficients, len(problem.nodes))
+        same = c.shape == (n_c, len(problem.names)) and u.shape == (n_u, problem.n_unknowns)
+    else:
+        same, problem = False, None
+    if not same or problem is None:
         raise FileError(
             folder / FILE,
             "was made for another problem than its settings describe here (another version)",
             remedy="make the run anew",
         )
-    families = [r.name for r in problem.rows] == [str(n) for n in kept["families"]]
-    multipliers = Multipliers(*lists) if families and lists[0] else None
+    pushing = {k.removeprefix(MULTIPLIERS): v for k, v in kept.items() if k.startswith(MULTIPLIERS)}
+    multipliers = Multipliers(pushing) if pushing else None
     return Synthesis(body, task, problem, c, u, status, success, (), multipliers)
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from plantigrade.analyze.motion_check import MotionCheck
     from plantigrade.models import Human
     from plantigrade.motion import GaitEvent, Record
-    from plantigrade.synthesize.formulation import Body
+    from plantigrade.synthesize.contact_plan import ContactPlan
     from plantigrade.synthesize.interior_point import Iterate
     from plantigrade.synthesize.post_mortem import Broken
     from plantigrade.synthesize.synthesis import Sampled, Synthesis
@@ -26,6 +26,7 @@ Progress = Callable[[str, "Iterate"], bool | None]
 
 FINENESS = 10  # frames between two nodes
 NOISE = 0.05  # of the guesses of further tries, root mean square [rad]
+MIDDLE = 0.06  # of a foot, ahead of its ankle [m]
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
 
 
@@ -36,7 +37,7 @@ class SynthesizeSettings:
     Attributes:
         task: Name of the task.
         parameters: What the task is told (``speed``, ``steps``, …).
-        terms: Changes of the task's terms, as a task file has them: kind → fields.
+        file: Text of a task file that says more than a name; empty for none.
         height: Body height [m]; average if absent.
         mass: Body mass [kg]; average if absent.
         sex: Sex; male if absent.
@@ -44,7 +45,7 @@ class SynthesizeSettings:
         feet: Foot model; the joint set's own if absent.
         formulation: ``"default"`` or ``"paper"``.
         solver: ``"band"`` or ``"ipopt"``.
-        basis: ``"trigonometric"`` or ``"polynomial"``.
+        basis: ``"trigonometric"`` or ``"polynomial"``; the task's own if absent.
         density: Nodes a second; the task's own if absent.
         seed: Of the noise on the guesses of further tries.
         tries: First guesses; the cheapest motion that succeeds is taken.
@@ -54,7 +55,7 @@ class SynthesizeSettings:
 
     task: str = "walk"
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    terms: Mapping[str, Any] = field(default_factory=dict)
+    file: str = ""
     height: float | None = None
     mass: float | None = None
     sex: str | None = None
@@ -62,7 +63,7 @@ class SynthesizeSettings:
     feet: str | None = None
     formulation: str = "default"
     solver: str = "band"
-    basis: str = "trigonometric"
+    basis: str | None = None
     density: float | None = None
     seed: int = 0
     tries: int = 1
@@ -78,10 +79,11 @@ class SynthesizeSettings:
         for name, allowed in (
             ("formulation", ("default", "paper")),
             ("solver", ("band", "ipopt")),
-            ("basis", ("trigonometric", "polynomial")),
+            ("basis", (None, "trigonometric", "polynomial")),
         ):
             value = getattr(self, name)
             if value not in allowed:
+                allowed = [a for a in allowed if a is not None]
                 raise ParameterError(f"{name} is {value!r}; allowed are {', '.join(allowed)}")
         for name, most in (("tries", 1000), ("strides", 100)):
             value = getattr(self, name)
@@ -210,6 +212,7 @@ def synthesize_task(
     """
     from plantigrade.synthesize.guess import perturbed
     from plantigrade.synthesize.solve import synthesize
+    from plantigrade.synthesize.tasks import body_for
 
     started = clock.perf_counter()
     if settings.formulation == "paper":
@@ -220,7 +223,7 @@ def synthesize_task(
         warm = read_synthesis(settings.warm)
     human = settings.human()
     task = task_of(human, settings)
-    body = body_of(human, task)
+    body = body_for(human, task.plan)
     prepared = clock.perf_counter() - started
     best, tried, halted = None, [], False
 
@@ -303,10 +306,10 @@ def under_test(synthesis: "Synthesis", sampled: "Sampled"):
         )
         for site in body.sites
     )
-    ground, limits = Ground(), Limits()
+    ground, limits = Ground(height=terrain(task.plan)), Limits()
     for term in task.terms:
         if isinstance(term, terms.Contact):
-            ground = Ground(friction=term.friction)
+            ground = replace(ground, friction=term.friction)
             limits = replace(limits, force=term.force * body.weight)
         elif isinstance(term, terms.Limits):
             torque = body.human.model.jnt_actfrcrange[1:].T * term.strength
@@ -325,6 +328,32 @@ def under_test(synthesis: "Synthesis", sampled: "Sampled"):
     )
 
 
+def terrain(plan: "ContactPlan") -> float | Callable[[np.ndarray], np.ndarray]:
+    """Return the height of the ground of a plan [m], or a function of points that returns it.
+
+    The ground is as high as the footprint nearest to a point, so that steps lie midway between
+    footprints of different height.
+    """
+    from plantigrade.synthesize.walking_plan import unrolled
+
+    prints = [s.footprint for s in (unrolled(plan) if plan.periodic else plan.stances)]
+    heights = np.array([p.position[2] for p in prints])
+    if not len(prints) or np.ptp(heights) < 1e-6:
+        return float(heights.mean()) if len(prints) else 0.0
+    middles = np.array(
+        [
+            [p.position[0] + MIDDLE * np.cos(p.heading), p.position[1] + MIDDLE * np.sin(p.heading)]
+            for p in prints
+        ]
+    )
+
+    def height(points: np.ndarray) -> np.ndarray:
+        away = np.linalg.norm(points[..., None, :2] - middles, axis=-1)
+        return heights[np.argmin(away, axis=-1)]
+
+    return height
+
+
 # Tasks --------------------------------------------------------------------------------------------
 
 
@@ -334,19 +363,17 @@ def task_of(human: "Human", settings: SynthesizeSettings) -> "Task":
     Raises:
         ParameterError: If there is none, or it does not know a parameter.
     """
-    from plantigrade.workflows.task_catalogue import make_task
+    from plantigrade.synthesize.task_file import parse_task_file
+    from plantigrade.synthesize.tasks import make_task
 
-    task = make_task(settings.task, human, settings.parameters, settings.terms)
-    changes: dict[str, Any] = {"basis": settings.basis}
+    if settings.file:
+        told = parse_task_file(settings.file)
+        told = replace(told, parameters={**told.parameters, **settings.parameters})
+        task = told.task(human)
+    else:
+        task = make_task(settings.task, human, settings.parameters)
+    if settings.basis is not None:
+        task = replace(task, basis=settings.basis)
     if settings.density is not None:
-        changes["density"] = float(settings.density)
-    return replace(task, **changes)
-
-
-def body_of(human: "Human", task: "Task") -> "Body":
-    """Return a person with the places that may carry force in a task."""
-    from plantigrade.synthesize.contact_plan import foot_sites
-    from plantigrade.synthesize.formulation import Body
-
-    more = {s.site.name: s.site for s in task.plan.supports}
-    return Body.of(human, [*foot_sites(human), *more.values()])
+        task = replace(task, density=float(settings.density))
+    return task

@@ -1,0 +1,224 @@
+"""From a task to a motion that is judged: settings, verdict, figures, run folder, warm start."""
+
+import json
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from plantigrade.analyze.motion_check import examine, motion_of_run
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.io.run_folder import read_run
+from plantigrade.synthesize.post_mortem import Broken, broken_rows
+from plantigrade.synthesize.tasks import make_task
+from plantigrade.workflows.synthesis_folder import read_synthesis, with_seats
+from plantigrade.workflows.synthesizing import (
+    SynthesizeSettings,
+    judged,
+    synthesize_task,
+    task_of,
+    terrain,
+)
+
+
+def test_the_walk_passes_the_check_and_says_so(synthesized):
+    made, folder, _ = synthesized
+    assert made.status == "ok" and made.check.ok
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["status"] == "ok" and metrics["warnings"] == []
+    assert metrics["check_root_force_max_bw_percent"] < 1.0
+
+
+def test_the_folder_is_judged_alike_without_anything_of_the_optimiser(synthesized):
+    """From model.xml and motion.npz alone, as anyone may."""
+    verdict = examine(motion_of_run(synthesized[1]))
+    assert verdict.ok, verdict.words()
+
+
+def test_torques_of_the_record_are_those_of_mujoco(synthesized):
+    made, folder, _ = synthesized
+    xml, record, _ = read_run(folder)
+    model = mujoco.MjModel.from_xml_string(xml)
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)  # forces are given
+    data = mujoco.MjData(model)
+    motion, k = record.motion, 37
+    assert motion.qacc is not None and record.qfrc_actuator is not None
+    assert record.contact_force is not None and record.contact_point is not None
+    data.qpos, data.qvel, data.qacc = motion.qpos[k], motion.qvel[k], motion.qacc[k]
+    mujoco.mj_inverse(model, data)
+    needed = data.qfrc_inverse.copy()
+    for force, point, side, segment in zip(
+        record.contact_force[k], record.contact_point[k], record.contact_side,
+        record.contact_segment, strict=True,
+    ):  # fmt: skip
+        if not np.any(force):
+            continue
+        J = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, J, None, point, model.body(f"{segment}_{side}").id)
+        needed -= J.T @ force
+    np.testing.assert_allclose(record.qfrc_actuator[k, 6:], needed[6:], atol=1e-6)
+    np.testing.assert_allclose(needed[:3], 0.0, atol=0.01 * made.synthesis.body.weight)
+
+
+def test_whole_strides_are_written_and_measured(synthesized):
+    made, folder, _ = synthesized
+    plan, metrics = made.synthesis.task.plan, made.metrics
+    assert metrics["duration_s"] == pytest.approx(4 * plan.duration)  # two strides, four steps
+    assert metrics["walking_speed_m_s"] == pytest.approx(1.0, rel=0.005)
+    assert metrics["cadence_steps_min"] == pytest.approx(60 / plan.duration)
+    assert metrics["displacement_m"] == pytest.approx(4 * made.synthesis.task.step, rel=1e-6)
+    assert metrics["strides_r_count"] == 2
+    strikes = [e for e in made.events if e.kind == "heel_strike"]
+    np.testing.assert_allclose([e.time for e in strikes], plan.duration * np.arange(5), atol=1e-9)
+    assert [e.side for e in strikes] == ["r", "l", "r", "l", "r"]
+    text = (folder / "motion.mot").read_text().split("endheader")[1].split()
+    assert "knee_angle_r" in text
+
+
+def test_the_ground_carries_the_body(synthesized):
+    """Over whole strides the mean vertical force is the weight, the mean forward force zero."""
+    made, _, _ = synthesized
+    total = made.sampled.force.sum(axis=1) / made.synthesis.body.weight
+    span = made.sampled.time[-1]
+    mean = np.trapezoid(total, made.sampled.time, axis=0) / span
+    np.testing.assert_allclose(mean, [0.0, 0.0, 1.0], atol=0.01)
+
+
+def test_work_of_the_joints_is_the_work_that_is_given_and_taken(synthesized):
+    """A periodic walk on level ground gains nothing, and feet that roll lose nothing."""
+    m = synthesized[0].metrics
+    given, all_ = m["joint_work_positive_j"], m["joint_work_absolute_j"]
+    assert given == pytest.approx(all_ - given, rel=0.03)
+
+
+def test_every_iteration_is_told(synthesized):
+    made, _, told = synthesized
+    assert {stage for stage, _ in told} == {s.name for s in made.synthesis.stages}
+    kept = [it.number for s in made.synthesis.stages for it in s.history]
+    assert {it.number for _, it in told} <= set(kept) and len(told) >= len(kept) - 1
+    assert told[-1][1].violation < 1e-4
+
+
+def test_a_run_is_read_back_and_solved_again_at_once(synthesized):
+    made, folder, _ = synthesized
+    again = read_synthesis(folder)
+    np.testing.assert_array_equal(again.c, made.synthesis.c)
+    np.testing.assert_array_equal(again.u, made.synthesis.u)
+    assert again.task.plan == made.synthesis.task.plan
+    warm = synthesize_task(made.settings, warm=again)
+    assert warm.synthesis.iterations <= made.synthesis.iterations / 2
+    np.testing.assert_allclose(warm.sampled.q, made.sampled.q, atol=1e-3)
+
+
+def test_a_folder_that_is_no_such_run_is_refused(synthesized, tmp_path):
+    with pytest.raises(FileError, match="no synthesis.npz"):
+        read_synthesis(tmp_path)
+    (tmp_path / "synthesis.npz").write_bytes(b"PK")
+    (tmp_path / "metrics.json").write_bytes((synthesized[1] / "metrics.json").read_bytes())
+    with pytest.raises(FileError, match="no motion to start from"):
+        read_synthesis(tmp_path)
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    metrics["settings"]["parameters"]["speed"] = 1.4
+    (tmp_path / "metrics.json").write_text(json.dumps(metrics))
+    (tmp_path / "synthesis.npz").write_bytes((synthesized[1] / "synthesis.npz").read_bytes())
+    with pytest.raises(FileError, match="another problem"):
+        read_synthesis(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def spoiled(synthesized):
+    """The walk with its right knee bent 10° more halfway."""
+    made = synthesized[0]
+    c = made.synthesis.c.copy()
+    knee = made.synthesis.problem.names.index("knee_angle_r")
+    c[len(c) // 2 - 1 : len(c) // 2 + 2, knee] += np.deg2rad(10.0)
+    return judged(made.settings, replace(made.synthesis, c=c, success=False, status="stalled"))
+
+
+def test_a_spoiled_motion_is_not_ok_and_says_why(spoiled):
+    assert spoiled.status != "ok" and "refine the mesh" in spoiled.status
+    assert spoiled.metrics["check_ok"] is False
+    assert "“stalled”" in spoiled.notes[0]
+
+
+def test_the_post_mortem_names_row_side_time_amount_and_remedy(spoiled, synthesized):
+    families = {b.family for b in spoiled.broken}
+    assert {"dynamics", "contact"} <= families
+    contact = next(b for b in spoiled.broken if b.family == "contact")
+    assert contact.unit == "mm" and contact.side in ("right", "left")
+    nodes = spoiled.synthesis.problem.nodes
+    assert np.min(np.abs(nodes - contact.time)) < 1e-12
+    text = contact.sentence()
+    assert contact.side in text and " mm at " in text and "shorter steps" in text
+    made = synthesized[0].synthesis
+    assert broken_rows(made.problem, made.c, made.u) == ()
+
+
+def test_amounts_are_those_of_the_motion(synthesized):
+    """A pelvis raised by 7 mm lifts all that stands by 7 mm."""
+    made = synthesized[0].synthesis
+    c = made.c.copy()
+    c[:, made.problem.names.index("pelvis_ty")] += 0.007  # splines of this basis sum to one
+    contact = next(b for b in broken_rows(made.problem, c, made.u) if b.family == "contact")
+    assert contact.amount == pytest.approx(7.0, abs=1e-6) and contact.name.startswith("z of")
+
+
+def test_a_motion_that_is_physical_but_not_what_was_asked_is_not_ok(synthesized):
+    made = synthesized[0]
+    off = Broken("coordinates", "hip_flexion_r", 0.1, 5.0, "deg", 0.09)
+    other = replace(made, broken=(off,))
+    assert other.check.ok and "not what was asked for: right hip flexion is off by 5 deg" in (
+        other.status
+    )
+
+
+def test_ground_with_a_step_is_as_high_as_the_next_footprint(synthesized):
+    human = synthesized[0].human
+    height = terrain(make_task("walk", human, {"steps": 4, "step_height": 0.1}).plan)
+    assert callable(height)
+    way = height(np.array([[x, 0.0, 0.0] for x in np.linspace(-0.3, 3.0, 100)]))
+    assert way[0] == 0.0 and way[-1] == pytest.approx(0.1) and (np.diff(way) >= 0).all()
+    assert terrain(synthesized[0].synthesis.task.plan) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "match"),
+    [
+        ({"formulation": "ours"}, "default, paper"),
+        ({"solver": "snopt"}, "band, ipopt"),
+        ({"basis": "wavelets"}, "trigonometric, polynomial"),
+        ({"tries": 0}, "from 1 to"),
+        ({"strides": 0}, "from 1 to"),
+        ({"density": 0.0}, "2 to 500"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(given, match):
+    with pytest.raises(ParameterError, match=match):
+        SynthesizeSettings(**given)
+
+
+def test_a_task_is_made_from_its_name_or_from_a_file_and_options_go_over_it(synthesized):
+    made = synthesized[0]
+    plain = SynthesizeSettings(parameters={"periodic": True}, basis="polynomial", density=11.0)
+    task = task_of(made.human, plain)
+    assert (task.basis, task.density) == ("polynomial", 11.0)
+    assert len(task.terms) == len(made.synthesis.task.terms) + 1  # the file left one out
+    slower = replace(made.settings, parameters={"speed": 0.8, "periodic": True})
+    assert task_of(made.human, slower).plan.duration > made.synthesis.task.plan.duration
+    with pytest.raises(ParameterError, match="no task 'hop'"):
+        task_of(made.human, SynthesizeSettings(task="hop"))
+
+
+def test_a_seat_is_to_be_seen_and_touches_nothing(synthesized):
+    human = synthesized[0].human
+    task = make_task("sit-to-stand", human, {})
+    model = mujoco.MjModel.from_xml_string(with_seats(human.xml, task.plan))
+    assert model.nq == human.model.nq
+    np.testing.assert_allclose(model.body_mass, human.model.body_mass)
+    top = {s.position[2] for s in task.plan.supports}
+    seat = model.geom("seat_1")
+    assert seat.pos[2] + seat.size[2] == pytest.approx(next(iter(top)), abs=1e-3)
+    assert model.geom_contype[seat.id] == 0 and model.geom_conaffinity[seat.id] == 0
+    assert {model.geom(g).name for g in range(model.ngeom)} >= {"contact_seat_r", "contact_seat_l"}
+    assert with_seats(human.xml, synthesized[0].synthesis.task.plan) == human.xml
