@@ -179,6 +179,8 @@ def facts_of(metrics: dict[str, Any], drawn: SynthesisDrawing) -> dict[str, str]
         ("cadence", " steps/min", "cadence_steps_min", 0),
         ("distance", " m", "displacement_m", 2),
         ("duration", " s", "duration_s", 2),
+        ("rise in flight", " m", "flight_rise_m", 2),
+        ("take-off speed", " m/s", "take_off_speed_m_s", 2),
         ("knee range", "°", "knee_angle_range_r_deg", 0),
         ("vertical force, most", " BW", "ground_force_max_bw", 2),
         ("cost of transport", "", "cost_of_transport", 2),

@@ -98,6 +98,7 @@ def broken_rows(
         tolerance: Rows less far off are kept, in their own unit.
     """
     q, v, a = problem.states(c, problem.nodes)
+    u = u[:, : problem.n_unknowns]
     found = []
     for rows in problem.rows:
         r = values(rows, q, v, a, u)

@@ -93,4 +93,4 @@ def _check_kind(name: str, key: str, value: Any, kind: str) -> None:
 def body_for(human: Human, plan: ContactPlan) -> Body:
     """Return a person with all places that carry force in a plan: both feet, and its supports."""
     places = {s.site.name: s.site for s in plan.supports}
-    return Body.of(human, (*foot_sites(human), *places.values()))
+    return Body.of(human, (*foot_sites(human), *places.values()), plan=plan)

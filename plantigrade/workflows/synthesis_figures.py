@@ -68,10 +68,32 @@ def movement_figures(made: "Synthesized") -> dict[str, Any]:
             found[f"{name}_range_{side}_deg"] = float(np.ptp(values))
             torque = np.abs(check.tau[:, 6 + i]).max() / human.mass
             found[f"{name}_moment_max_{side}_nm_kg"] = float(torque)
+    found |= flight_figures(made)
     if way > 0.3:
         found["cost_of_transport"] = work / (weight * way)
         found["cost_of_transport_positive"] = positive / (weight * way)
     return found
+
+
+def flight_figures(made: "Synthesized") -> dict[str, Any]:
+    """Return how long and how high the body flies; nothing where it always stands on something."""
+    import mujoco
+
+    s, human = made.sampled, made.human
+    flies = np.flatnonzero(~s.standing.any(axis=1))
+    if len(flies) < 2:
+        return {}
+    last = max(int(flies[0]) - 1, 0)
+    data = mujoco.MjData(human.model)
+    data.qpos[:], data.qvel[:] = s.qpos[last], s.qvel[last]
+    mujoco.mj_forward(human.model, data)
+    mujoco.mj_subtreeVel(human.model, data)
+    height = made.check.com[:, 2]
+    return {
+        "flight_time_s": float(s.time[flies[-1]] - s.time[last]),
+        "take_off_speed_m_s": float(data.subtree_linvel[1, 2]),
+        "flight_rise_m": float(height[flies].max() - height[last]),
+    }
 
 
 def walk_figures(made: "Synthesized") -> dict[str, Any]:

@@ -24,6 +24,12 @@ if TYPE_CHECKING:
     from plantigrade.synthesize.contact_plan import ContactPlan
     from plantigrade.synthesize.synthesis import Synthesis
 
+UNITS = {
+    "speed": "m/s", "step_length": "m", "cadence": "steps/min", "step_height": "m",
+    "duration": "s", "chair_height": "m", "distance": "m", "height": "m", "depth": "m",
+    "push": "s", "landing": "s",
+}  # fmt: skip
+"""Of parameters of tasks, by name."""
 SAME = 1e-6  # times closer than this are one [s]
 MULTIPLIERS = "multipliers "  # of what begins so in synthesis.npz, the name of the rows follows
 MOT_RATE = 100.0  # frames a second of motion.mot [Hz]
@@ -151,15 +157,13 @@ def pages(model, record: "Record", drawn: "SynthesisDrawing") -> dict[str, str]:
 def sentence(made: Synthesized) -> str:
     """Return what was done, in one sentence."""
     human, synthesis, m = made.human, made.synthesis, made.metrics
-    told = ", ".join(
-        f"{k.replace('_', ' ')} {v:g}" if isinstance(v, int | float) and not isinstance(v, bool)
-        else f"{k.replace('_', ' ')}: {v}"
-        for k, v in made.settings.parameters.items()
-    )  # fmt: skip
+    told = ", ".join(w for k, v in made.settings.parameters.items() if (w := told_as(k, v)))
     what = f"{synthesis.task.name} ({told})" if told else synthesis.task.name
     what = f"{what[0].upper()}{what[1:]}, {m['duration_s']:.2f} s, of"
     verdict = "it passed the check" if made.status == "ok" else "it did not pass the check"
     solver = {"band": "the banded interior point", "ipopt": "IPOPT"}[made.settings.solver]
+    if made.settings.formulation == "paper":
+        solver = "the paper's stages"
     return (
         f"{what} a person of {human.height:.2f} m and {human.mass:.1f} kg "
         f"with {human.model.nv} degrees of freedom and {human.feet} feet, "
@@ -167,6 +171,26 @@ def sentence(made: Synthesized) -> str:
         f"({synthesis.iterations} iterations, {m['nodes']} nodes); {verdict} in "
         f"{len(made.check.time)} frames."
     )
+
+
+def told_as(name: str, value: Any) -> str:
+    """Return a parameter of a task in words.
+
+    Example:
+        >>> told_as("step_length", 0.6), told_as("turn", np.pi / 2), told_as("periodic", True)
+        ('step length 0.6 m', 'turn 90°', 'periodic')
+    """
+    words = name.replace("_", " ")
+    if value is None or value is False:
+        return ""
+    if value is True:
+        return words
+    if isinstance(value, int | float):
+        if name == "turn":
+            return f"{words} {np.rad2deg(value):.4g}°"
+        unit = UNITS.get(name, "")
+        return f"{words} {value:g}{' ' if unit else ''}{unit}"
+    return f"{words} {value}"
 
 
 def drawing(made: Synthesized) -> "SynthesisDrawing":
@@ -268,6 +292,8 @@ def read_synthesis(folder: Path) -> "Synthesis":
         raise FileError(
             folder / FILE, f"holds no motion to start from ({error})", remedy=remedy
         ) from error
+    if settings.formulation == "paper":
+        raise FileError(folder, "is a motion of the paper, no start for others", remedy=remedy)
     human = settings.human()
     task = task_of(human, settings)
     body = body_for(human, task.plan)

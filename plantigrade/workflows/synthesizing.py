@@ -216,7 +216,7 @@ def synthesize_task(
 
     started = clock.perf_counter()
     if settings.formulation == "paper":
-        raise ParameterError("the paper's formulation is not wired to this command yet")
+        return _as_the_paper(settings, progress)
     if warm is None and settings.warm is not None:
         from plantigrade.workflows.synthesis_folder import read_synthesis
 
@@ -256,6 +256,30 @@ def synthesize_task(
             break
     assert best is not None
     return judged(settings, best, prepared=prepared, tried=tuple(tried))
+
+
+def _as_the_paper(settings: SynthesizeSettings, progress: Progress | None) -> Synthesized:
+    """Return a motion of the paper, judged.
+
+    Raises:
+        ParameterError: If something is asked of it that the paper's problem does not know.
+    """
+    from plantigrade.workflows.paper_motions import paper_synthesis
+
+    unknown = {
+        "a task file": settings.file,
+        "parameters of tasks": settings.parameters,
+        "--warm": settings.warm,
+        "--density": settings.density,
+        "--tries": settings.tries > 1,
+    }
+    for what, asked in unknown.items():
+        if asked:
+            raise ParameterError(
+                f"the paper's formulation knows no {what}: its motions are set by its tables"
+            )
+    basis = settings.basis or "trigonometric"
+    return judged(settings, paper_synthesis(settings.human(), settings.task, basis, progress))
 
 
 def _rank(made: "Synthesis") -> tuple[float, float]:
@@ -306,7 +330,8 @@ def under_test(synthesis: "Synthesis", sampled: "Sampled"):
         )
         for site in body.sites
     )
-    ground, limits = Ground(height=terrain(task.plan)), Limits()
+    normal = tuple(float(x) for x in task.plan.to_world[:, 2])
+    ground, limits = Ground(normal=normal, height=terrain(task.plan)), Limits()
     for term in task.terms:
         if isinstance(term, terms.Contact):
             ground = replace(ground, friction=term.friction)

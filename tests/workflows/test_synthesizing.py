@@ -222,3 +222,30 @@ def test_a_seat_is_to_be_seen_and_touches_nothing(synthesized):
     assert model.geom_contype[seat.id] == 0 and model.geom_conaffinity[seat.id] == 0
     assert {model.geom(g).name for g in range(model.ngeom)} >= {"contact_seat_r", "contact_seat_l"}
     assert with_seats(human.xml, synthesized[0].synthesis.task.plan) == human.xml
+
+
+def test_motions_of_the_paper_stand_where_its_contact_matrix_says():
+    from plantigrade.synthesize.contact_plan import foot_sites
+    from plantigrade.synthesize.paper import MOTIONS, paper_human
+    from plantigrade.workflows.paper_motions import equal_shares, plan_of
+
+    human = paper_human()
+    for motion in MOTIONS.values():
+        plan = plan_of(motion, human)
+        for site in foot_sites(human):
+            stands = plan.standing(site, motion.times)
+            alone = [s for s in plan.stances if s.footprint.side == site.side]
+            assert alone and set(np.flatnonzero(stands)) <= set(
+                np.flatnonzero(motion.contact[site.side])
+            )
+    u = equal_shares(np.array([[True, True, False], [False, False, False]]))
+    np.testing.assert_array_equal(u[:, 2::3], [[0.5, 0.5, 0.0], [0.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("given", "match"),
+    [({"task": "squat"}, "has no 'squat'"), ({"density": 30.0}, "knows no --density")],
+)
+def test_the_paper_has_its_own_motions_only(given, match):
+    with pytest.raises(ParameterError, match=match):
+        synthesize_task(SynthesizeSettings(formulation="paper", **given))
