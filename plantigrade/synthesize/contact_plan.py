@@ -126,12 +126,21 @@ class ContactPlan:
         stances: In order of time; a foot has one at a time.
         periodic: Whether the motion goes on as its mirror image, so that stances go round.
         supports: What else carries the body.
+        slope: How far the ground rises along x [rad]; places are given along the ground and across
+            it, so that level ground at height 0 serves every slope.
     """
 
     duration: float
     stances: tuple[Stance, ...]
     periodic: bool = False
     supports: tuple[Support, ...] = ()
+    slope: float = 0.0
+
+    @property
+    def to_world(self) -> Float[Array, "3 3"]:
+        """Rotation from the axes of the ground (x uphill, z off the ground) to world axes."""
+        c, s = np.cos(self.slope), np.sin(self.slope)
+        return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
     @cached_property
     def switches(self) -> Float[Array, " n_switches"]:
@@ -193,8 +202,9 @@ _TABLE: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("heel_back_lateral", "foot", "heel"),
         ("metatarsal_5", "foot", "sole"),  # behind the toe hinge: it lifts with the heel
         ("metatarsal_1", "toes", "ball"),  # on the toe hinge: it stands still with the toes
+        ("toe_5", "toes", "ball"),  # shorter than the others: the foot rolls over it
         ("toe_1", "toes", "toe"),
-        ("toe_5", "toes", "toe"),
+        ("toe_3", "toes", "toe"),
     ),
     "multi-segment": (
         ("heel_back_medial", "heel", "heel"),

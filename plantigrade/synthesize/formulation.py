@@ -17,6 +17,7 @@ from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.models import Human
 from plantigrade.synthesize.contact_plan import SAME, ContactPlan, Footprint, Site
 from plantigrade.synthesize.derivatives import Derivatives
+from plantigrade.synthesize.flat_foot import flat_sites
 from plantigrade.synthesize.problem import Rows
 
 if TYPE_CHECKING:
@@ -45,9 +46,27 @@ class Body:
     kept: dict[Any, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, human: Human, sites: Sequence[Site], *, passive: bool = True) -> "Body":
-        """Return the body of a person."""
-        return cls(human, tuple(sites), SymbolicHuman(human), passive)
+    def of(
+        cls,
+        human: Human,
+        sites: Sequence[Site],
+        *,
+        passive: bool = True,
+        plan: ContactPlan | None = None,
+    ) -> "Body":
+        """Return the body of a person.
+
+        Args:
+            human: The person.
+            sites: Places that can carry force.
+            passive: Whether tissue bears part of the torques.
+            plan: Says how the ground slopes; level if absent. Motions are in the axes of the
+                ground, in which gravity leans.
+        """
+        symbolic = SymbolicHuman(human)
+        if plan is not None:
+            symbolic.gravity = plan.to_world.T @ symbolic.gravity
+        return cls(human, tuple(sites), symbolic, passive)
 
     def function(
         self, key: Any, expression: Callable[..., Any], n_parameters: int = 0
@@ -71,7 +90,7 @@ class Body:
     @property
     def weight(self) -> float:
         """Body weight [N]."""
-        return self.symbolic.mass * float(-self.symbolic.gravity[2])
+        return self.symbolic.mass * float(np.linalg.norm(self.symbolic.gravity))
 
     @property
     def force_names(self) -> tuple[str, ...]:
@@ -185,29 +204,16 @@ def motion_rows(body: Body, n_nodes: int, what: str) -> Rows:
 
 
 def site_targets(body: Body, footprint: Footprint) -> dict[str, Float[Array, " 3"]]:
-    """Return where the sites of a flat foot on a footprint are: x, y and height [m]."""
-    import mujoco
+    """Return where the sites of a flat foot on a footprint are: x, y and height [m].
 
-    human = body.human
-    data = mujoco.MjData(human.model)
-    data.qpos[:] = human.standing()
-    for name in human.coordinates:  # the flat foot: ankles and toes at rest
-        data.qpos[7 + human.hinge(name)] = 0.0
-    mujoco.mj_kinematics(human.model, data)
-    foot = human.body(f"foot_{footprint.side}")
-    ankle, R = data.xpos[foot], data.xmat[foot].reshape(3, 3)
+    In x and y the rolling of the spheres is taken off, as in :func:`place_rows`.
+    """
+    kept = f"flat {footprint.side}"
+    if kept not in body.kept:
+        body.kept[kept] = flat_sites(body.human, body.sites, footprint.side)
     c, s = np.cos(footprint.heading), np.sin(footprint.heading)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    out = {}
-    for site in body.sites:
-        if site.side != footprint.side:
-            continue
-        b = human.body(site.point.body)
-        centre = data.xpos[b] + data.xmat[b].reshape(3, 3) @ np.array(site.point.position)
-        local = R.T @ (centre - ankle)
-        lowest = local + [0.0, 0.0, human.dimensions.ankle_height - site.point.radius]
-        out[site.name] = np.array(footprint.position) + turn @ lowest
-    return out
+    return {n: np.array(footprint.position) + turn @ x for n, x in body.kept[kept].items()}
 
 
 def hold_contacts(

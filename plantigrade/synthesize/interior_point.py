@@ -35,6 +35,12 @@ from plantigrade.synthesize.transcription import Transcription
 if TYPE_CHECKING:
     import casadi
 
+GROWTH = 8.0
+"""By how much more is added to the diagonal where that was not enough."""
+
+SMALL = 0.5
+"""What was added last and is so small that nothing is tried first."""
+
 WARM = 1e-4
 """First barrier parameter where multipliers are known."""
 
@@ -315,20 +321,26 @@ class InteriorPoint:
             out.append(np.where(f.has_low, f.zl / a, 0.0) + np.where(f.has_high, f.zu / b, 0.0))
         return out
 
+    def _damped(self, band: Array, damping: float) -> Array | None:
+        """Return the Cholesky factor with a number added to the diagonal."""
+        trial = band.copy(order="F")
+        trial[0] += damping
+        try:
+            return cholesky_banded(trial, overwrite_ab=True, lower=True, check_finite=False)
+        except LinAlgError:
+            return None
+
     def _factor(self, band: Array, before: float) -> tuple[Array | None, float]:
         """Return the Cholesky factor, and how much had to be added to the diagonal for one."""
-        added = 0.0 if before == 0.0 else before / 3.0
-        for attempt in range(40):
+        added = 0.0 if before < SMALL else before / 4.0
+        for _ in range(40):
             trial = band.copy(order="F")
             trial[0] += added + 1e-12
             try:
                 factor = cholesky_banded(trial, overwrite_ab=True, lower=True, check_finite=False)
                 return factor, added
             except LinAlgError:
-                if added == 0.0:
-                    added = max(1e-4, before / 3.0)
-                else:
-                    added *= 8.0 if before > 0 or attempt > 3 else 30.0
+                added = added * GROWTH if added else max(before / 3.0, 1e-3)
         return None, added
 
     # Solve ------------------------------------------------------------------------------------
@@ -434,7 +446,7 @@ class InteriorPoint:
             if factor is None:
                 status = "stalled"
                 break
-            dw_last = dw
+            dw_last = dw if dw > 0 else dw_last / 3.0
             self._factored = (factor, sigma)
             dx, dy, ds, dzl, dzu = self._step(x, gaps, mu)
             # line search
@@ -629,7 +641,7 @@ class InteriorPoint:
                 self._add_squares(H, f, np.where(d != 0.0, 1.0, 0.0))
             band, g = self.t.assemble(H), self._down(off)
             for _ in range(8):
-                factor, damping = self._factor(band, 3.0 * damping)
+                factor = self._damped(band, damping)
                 if factor is None:
                     return None
                 trial = here - cho_solve_banded((factor, True), g, check_finite=False)

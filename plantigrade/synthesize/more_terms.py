@@ -10,6 +10,7 @@ from plantigrade.synthesize.assembly import Assembly
 from plantigrade.synthesize.contact_plan import SAME
 from plantigrade.synthesize.formulation import TORQUE
 from plantigrade.synthesize.problem import Rows
+from plantigrade.synthesize.walking_plan import unrolled
 
 
 def node_at(a: Assembly, time: float) -> int:
@@ -177,7 +178,7 @@ class Clearance:
         """Limit heights of the places that can touch."""
         rows = a.rows("contact")
         for side in ("r", "l"):
-            stances = [s for s in a.plan.stances if s.footprint.side == side]
+            stances = [s for s in unrolled(a.plan) if s.footprint.side == side]
             for one, two in zip(stances[:-1], stances[1:], strict=True):
                 swing = (a.nodes > one.off) & (a.nodes < two.strike)
                 part = (a.nodes[swing] - one.off) / (two.strike - one.off)

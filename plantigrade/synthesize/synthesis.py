@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.synthesize.forces_between import explaining, remainder
@@ -129,7 +130,7 @@ class Synthesis:
         p = self.problem
         q, v, a = p.states(self.c, times)
         sampled = self.sample(times)
-        missing = remainder(self.body, q, v, a, sampled.force)
+        missing = remainder(self.body, q, v, a, sampled.force @ self.task.plan.to_world)
         return times, missing
 
     def sample(self, times: Float[Array, " n_times"]) -> Sampled:
@@ -168,4 +169,17 @@ class Synthesis:
         qpos, qvel, qacc = self.body.symbolic.to_mujoco(q, v, a)
         force = u.reshape(len(times), n_sites, 3) * self.body.weight
         force = explaining(self.body, q, v, a, force, standing)
+        if self.task.plan.slope:
+            qpos, qvel, qacc, force = _in_world(self.task.plan.to_world, qpos, qvel, qacc, force)
+            q = self.body.human.to_coordinates(qpos)[1]
         return Sampled(np.asarray(times, float), qpos, qvel, qacc, q, force, standing)
+
+
+def _in_world(R: Array, qpos: Array, qvel: Array, qacc: Array, force: Array):
+    """Return a motion turned from the axes of the ground to world axes."""
+    place, velocity, acceleration = (x.copy() for x in (qpos, qvel, qacc))
+    for x in (place, velocity, acceleration):
+        x[:, :3] = x[:, :3] @ R.T
+    turned = Rotation.from_matrix(R) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
+    place[:, 3:7] = turned.as_quat(scalar_first=True)
+    return place, velocity, acceleration, force @ R.T

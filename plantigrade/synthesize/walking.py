@@ -15,6 +15,7 @@ The relations between these weights were settled while looking at norms of walki
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from plantigrade.synthesize.contact_plan import ContactPlan
 from plantigrade.synthesize.formulation import Body
 from plantigrade.synthesize.gait_parameters import gait_parameters
 from plantigrade.synthesize.guess import walking_guess
-from plantigrade.synthesize.more_terms import Quiet, Rest
+from plantigrade.synthesize.more_terms import Clearance, Quiet, Rest
 from plantigrade.synthesize.task import Task
 from plantigrade.synthesize.terms import (
     Contact,
@@ -43,20 +44,27 @@ from plantigrade.synthesize.walking_plan import advance, periodic_walk_plan, wal
 
 ANKLE = 0.2  # what torque of the ankle costs beside that of other joints
 UPRIGHT = {"pelvis_tilt": 3.0, "pelvis_list": 3.0, "pelvis_rotation": 3.0}
+CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
+STEEPEST = 0.35  # [rad]
 DENSITY = {True: 40.0, False: 20.0}  # nodes a second: periodic, from standing
 
 
-def walking_terms() -> tuple[Term, ...]:
-    """Return conditions and costs of every walk."""
+def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
+    """Return conditions and costs of every walk.
+
+    Args:
+        slope: Of the ground [rad]: upright is as far from its normal.
+    """
     return (
         Dynamics(),
         Contact(),
+        Clearance(CLEARANCE),
         Limits(),
         Torque(1.0, {"ankle_angle": ANKLE}),
         Work(0.4),
         Jerk(3e-9),
         Forces(rate=5e-3),
-        Posture(UPRIGHT),
+        Posture(UPRIGHT, {"pelvis_tilt": -slope}),
     )
 
 
@@ -71,6 +79,7 @@ def walk(
     turn: float = 0.0,
     step_height: float = 0.0,
     heights: Sequence[float] | None = None,
+    slope: float = 0.0,
 ) -> Task:
     """Return the task of walking.
 
@@ -84,10 +93,17 @@ def walk(
         turn: How far the way turns to the left [rad].
         step_height: Height of a step up (or down, negative) in the middle of the way [m].
         heights: Height of the ground under each step [m] instead.
+        slope: How far the ground rises along the way [rad], negative downhill; ±0.35 at most.
 
     Raises:
         ParameterError: If a value is out of range, or a periodic walk shall turn or climb.
     """
+    if not abs(slope) <= STEEPEST:
+        raise ParameterError(
+            f"slope={slope:.2f} rad: people walk straight on slopes of ±{STEEPEST} rad (20°)"
+        )
+    if slope and turn:
+        raise ParameterError("a turn on a slope is not known: give slope or turn")
     p = gait_parameters(human, speed, step_length=step_length, cadence=cadence)
     if periodic:
         if turn or step_height or heights is not None:
@@ -95,25 +111,27 @@ def walk(
                 "a periodic walk goes straight on level ground: leave out turn and heights, or "
                 "leave out periodic"
             )
-        plan = periodic_walk_plan(human, p)
+        plan = replace(periodic_walk_plan(human, p), slope=slope)
 
         def guess(body: Body, plan: ContactPlan, times: Array) -> Array:
             return walking_guess(body.human, plan, p, times)
 
         return Task(
-            "walk", plan, walking_terms(), guess, density=DENSITY[True], step=advance(plan)[0]
+            "walk", plan, walking_terms(slope), guess, density=DENSITY[True], step=advance(plan)[0]
         )
     if step_height and heights is not None:
         raise ParameterError("give step_height or heights, not both")
     if step_height:
         heights = [step_height * (k >= steps // 2) for k in range(steps)]
     plan = walk_plan(human, p, steps=steps, turn=turn, heights=heights)
+    plan = replace(plan, slope=slope)
 
     def guess_from_standing(body: Body, plan: ContactPlan, times: Array) -> Array:
         return walking_guess(body.human, plan, p, times)
 
     ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
-    terms: list[Term] = [*walking_terms()]
+    ends[:, 0] -= slope  # pelvis tilt: upright
+    terms: list[Term] = [*walking_terms(slope)]
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
     return Task("walk", plan, tuple(terms), guess_from_standing, density=DENSITY[False])
