@@ -20,7 +20,7 @@ from plantigrade.spatial.conventions import (
 )
 from plantigrade.synthesize.contact_plan import ContactPlan, Footprint, Site, Support
 from plantigrade.synthesize.legs import Leg
-from plantigrade.synthesize.more_terms import Above, Quiet, Reach, Rest
+from plantigrade.synthesize.more_terms import Above, Quiet, Reach, Rest, Symmetry
 from plantigrade.synthesize.postures import (
     KeyPostures,
     posture,
@@ -165,6 +165,7 @@ def sit_to_stand(
         *at_rest(human, 0.0, keys[0]),
         *at_rest(human, duration, keys[-1]),
         *(Above(s.name, chair_height) for s in sites),
+        Symmetry(),
     )
     name = "stand-to-sit" if reverse else "sit-to-stand"
     return Task(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
@@ -225,6 +226,7 @@ def squat(human: Human, *, depth: float | None = None, duration: float = 2.5) ->
         *at_rest(human, 0.0, standing),
         *at_rest(human, duration, standing),
         Pose(half, {"pelvis_ty": float(standing[4] - depth)}, at_rest=False, held=False),
+        Symmetry(),  # without it legs may turn in opposite ways: another minimum, no better
     )
     keys = KeyPostures((0.0, half, duration), (standing, low, standing))
     return Task("squat", plan, terms, keys)

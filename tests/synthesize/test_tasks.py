@@ -1,0 +1,211 @@
+"""Tasks other than walking: what physics says about them, on coarse meshes."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.models import Human
+from plantigrade.synthesize.contact_plan import Footprint, Stance
+from plantigrade.synthesize.jumping import PUSH, rise_after
+from plantigrade.synthesize.solve import synthesize
+from plantigrade.synthesize.task_file import parse_task_file, read_task_file
+from plantigrade.synthesize.tasks import TASKS, body_for, make_task
+
+GRAVITY = 9.81
+
+
+@cache
+def person() -> Human:
+    return Human.create(1.72, 68.0, joints="42", feet="rigid")
+
+
+@cache
+def solved(name: str, density: float):
+    task = replace(make_task(name, person()), density=density)
+    return synthesize(body_for(person(), task.plan), task)
+
+
+def at_nodes(s):
+    """Coordinates and centre of mass (position, velocity) at nodes; forces there (n, sites, 3)."""
+    q, v, _ = s.problem.states(s.c, s.problem.nodes)
+    symbolic = s.body.symbolic
+    com = np.array([np.asarray(symbolic.com()(x)).ravel() for x in q])
+    speed = np.array(
+        [np.asarray(symbolic.momentum()(x, y)[0]).ravel() for x, y in zip(q, v, strict=True)]
+    )
+    return q, com, speed / symbolic.mass, s.u.reshape(len(q), -1, 3)
+
+
+def column(s, q, name):
+    return q[:, s.problem.names.index(name)]
+
+
+def test_the_seat_carries_while_seated_and_nothing_after():
+    s = solved("sit-to-stand", 12.0)
+    assert s.success
+    q, _, _, force = at_nodes(s)
+    seat = [k for k, site in enumerate(s.body.sites) if not site.side]
+    assert len(seat) == 2
+    load = force[:, seat, 2].sum(axis=1)
+    start, stop = s.task.plan.supports[0].start, s.task.plan.supports[0].stop
+    t = s.problem.nodes
+    away = (t <= start) | (t >= stop)
+    assert np.abs(load[away]).max() < 1e-9
+    assert load[0] > 0.5  # sitting still, most weight is on the chair
+    total = force[:, :, 2].sum(axis=1)
+    assert total[[0, -1]] == pytest.approx(1.0, abs=0.05)  # nearly no acceleration at the ends
+
+
+def test_sitting_down_is_standing_up_in_reverse():
+    up, down = (make_task(n, person()) for n in ("sit-to-stand", "stand-to-sit"))
+    one, other = up.plan.supports[0], down.plan.supports[0]
+    assert other.start == pytest.approx(down.plan.duration - one.stop)
+    assert other.position == one.position
+
+
+def test_people_lean_forward_before_they_leave_the_seat():
+    s = solved("sit-to-stand", 12.0)
+    _, com, _, _ = at_nodes(s)
+    off = s.task.plan.supports[0].stop
+    k = int(np.argmin(np.abs(s.problem.nodes - off)))
+    assert com[k, 0] - com[0, 0] > 0.08
+
+
+@pytest.mark.parametrize("name", ["squat", "side-step"])
+def test_feet_stay_where_they_stand(name):
+    s = solved(name, 12.0)
+    assert s.success
+    times = s.times(4)
+    q, _, _ = s.problem.states(s.c, np.clip(times, 0, s.problem.basis.stop))
+    points = s.body.symbolic.positions([x.point for x in s.body.sites])
+    place = np.array([np.asarray(points(x)).T for x in q])
+    for k, site in enumerate(s.body.sites):
+        for start, stop in s.task.plan.intervals(site):
+            at = (times >= start) & (times <= stop)
+            assert np.ptp(place[at, k], axis=0).max() < 2e-3
+
+
+def test_a_squat_is_as_deep_as_asked_and_symmetric():
+    s = solved("squat", 12.0)
+    q, _, _, _ = at_nodes(s)
+    height = column(s, q, "pelvis_ty")
+    assert height[0] - height.min() == pytest.approx(0.2 * 1.72, abs=0.01)
+    for name in s.problem.names:
+        if name.endswith("_r"):
+            left = column(s, q, name[:-2] + "_l")
+            assert np.abs(column(s, q, name) - left).max() < 0.01
+
+
+def test_the_hand_is_at_its_target_and_at_rest():
+    s = solved("reach", 12.0)
+    assert s.success
+    term = next(t for t in s.task.terms if hasattr(t, "target"))
+    q, v, _ = s.problem.states(s.c, s.problem.nodes[-1:])
+    place = np.asarray(s.body.symbolic.positions([term.point])(q[0])).ravel()
+    assert place == pytest.approx(term.target, abs=1e-5)
+    assert np.abs(v).max() < 1e-5
+
+
+def test_a_step_to_the_side_ends_standing_so_far_away():
+    s = solved("side-step", 12.0)
+    q, _, _, _ = at_nodes(s)
+    assert column(s, q, "pelvis_tz")[-1] == pytest.approx(0.3)  # OpenSim's z is to the right
+
+
+def test_a_jump_falls_freely_and_rises_as_far_as_asked():
+    s = solved("jump", 20.0)
+    assert s.success
+    _, com, speed, force = at_nodes(s)
+    flight = 2 * np.sqrt(2 * 0.25 / GRAVITY)
+    t = s.problem.nodes
+    air = (t >= PUSH - 1e-9) & (t <= PUSH + flight + 1e-9)
+    assert np.abs(force[air]).max() < 1e-9
+    assert rise_after(s, PUSH) == pytest.approx(0.25, rel=1e-4)
+    down = t[air] - PUSH
+    assert speed[air, 2][-1] == pytest.approx(speed[air, 2][0] - GRAVITY * down[-1], abs=0.02)
+    assert np.ptp(com[air, 1]) < 5e-3
+
+
+def test_toes_may_land_before_the_heel():
+    foot = Footprint("r", (0.0, 0.0, 0.0))
+    usual = Stance(foot, 1.0, 1.2, 2.0, 2.1, 2.2)
+    toes = replace(usual, toes_first=True)
+    assert usual.interval("heel")[0] == toes.interval("toe")[0] == 1.0
+    assert usual.interval("toe")[0] == toes.interval("heel")[0] == 1.2
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "words"),
+    [
+        ("sit-to-stand", {"chair_height": 1.4}, "sits on"),
+        ("squat", {"depth": 2.0}, "squats"),
+        ("squat", {"deph": 0.2}, "it has depth"),
+        ("squat", {"depth": "far"}, "a number is needed"),
+        ("reach", {"target": (3.0, 0.0, 1.0)}, "reaches about"),
+        ("side-step", {"side": "left"}, "must be 'r' or 'l'"),
+        ("jump", {"height": 5.0}, "a jump rises"),
+        ("hop", {}, "there are"),
+    ],
+)
+def test_what_is_not_possible_is_refused_in_words(name, given, words):
+    with pytest.raises(ParameterError, match=words):
+        make_task(name, person(), given)
+
+
+def test_every_task_by_name_is_a_task_of_that_name():
+    for name in TASKS:
+        assert make_task(name, person()).name == name
+
+
+FILE = """
+[task]
+name = "squat, head still"
+base = "squat"
+without = ["acceleration"]
+
+[parameters]
+depth = 0.3
+
+[[term]]
+type = "jerk"
+weight = 1e-8
+
+[[term]]
+type = "pose"
+time = 1.25
+coordinates_deg = { arm_flex_r = 60 }
+at_rest = false
+held = false
+"""
+
+
+def test_a_task_file_is_read_and_written_alike(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(FILE)
+    one = read_task_file(path)
+    assert parse_task_file(one.toml()) == one
+    task = one.task(person())
+    assert task.name == "squat, head still"
+    kinds = [type(t).__name__ for t in task.terms]
+    assert "Acceleration" not in kinds and kinds[-2:] == ["Jerk", "Pose"]
+    assert task.terms[-1].coordinates["arm_flex_r"] == pytest.approx(np.pi / 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[task]\nbase = "hop"', "no task 'hop'"),
+        ('[task]\nbase = "squat"\n[parameters]\ndeph = 1', "unknown key 'deph'.*depth"),
+        ('[task]\nbase = "squat"\n[[term]]\ntype = "torque"\nweigth = 1', "'weigth'.*weight"),
+        ('[task]\nbase = "squat"\n[[term]]\ntype = "torque"\nweight = "x"', "a number is needed"),
+        ('[task]\nbase = "squat"\n[[term]]\ntype = "posture"', "weights is missing"),
+        ("[parameters]\ndepth = 1", "is missing"),
+        ("= 3", "is not TOML"),
+    ],
+)
+def test_what_is_wrong_in_a_task_file_is_named(text, words):
+    with pytest.raises(FileError, match=words):
+        parse_task_file(text)
