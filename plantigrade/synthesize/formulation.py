@@ -23,8 +23,12 @@ from plantigrade.synthesize.problem import Rows
 if TYPE_CHECKING:
     import casadi
 
-TORQUE = 100.0  # a torque of 1 in rows [N m], and a work rate of 1 [W]
-EDGE = 0.5  # where work rates are rounded off [TORQUE W]
+TORQUE = 100.0
+"""A torque of 1 in rows, and a work rate of 1, of a person of the reference mass and height
+[N m, W]; others' go with mass times height, as strengths do."""
+
+EDGE = 0.5
+"""Where work rates are rounded off, in units of rows."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,11 @@ class Body:
         return self.symbolic.mass * float(np.linalg.norm(self.symbolic.gravity))
 
     @property
+    def torque(self) -> float:
+        """A torque of 1 in rows [N m], and a work rate of 1 [W]."""
+        return TORQUE * scale(self.human.mass, self.human.height)
+
+    @property
     def force_names(self) -> tuple[str, ...]:
         """Names of node unknowns, three forces a site."""
         return tuple(f"force {axis} of {s.name}" for s in self.sites for axis in "xyz")
@@ -103,8 +112,8 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
 
     The first six rows are force [body weights] and moment [body weight · m] that nothing explains;
     they are set to zero here. Then come the torques of muscles, :math:`\tau` less what tissue
-    bears [100 N m], and their work rates, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2}` [100 W], both
-    left free.
+    bears [:attr:`Body.torque`], and their work rates, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2}`
+    less :math:`\epsilon`, both left free.
     """
     sym = body.symbolic
 
@@ -115,7 +124,7 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
         if body.passive:
             factor = scale(body.human.mass, body.human.height)
             muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
-        muscle = muscle / TORQUE
+        muscle = muscle / body.torque
         power = muscle * v[6:]
         work = ca.sqrt(power * power + EDGE**2) - EDGE
         return ca.vertcat(tau[:6] / body.weight, muscle, work)

@@ -8,7 +8,6 @@ from plantigrade.dynamics.symbolic import Point
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.synthesize.assembly import Assembly
 from plantigrade.synthesize.contact_plan import SAME
-from plantigrade.synthesize.formulation import TORQUE
 from plantigrade.synthesize.problem import Rows
 from plantigrade.synthesize.walking_plan import unrolled
 
@@ -112,7 +111,7 @@ class PowerLimit:
         columns = [i for i, name in enumerate(rows.names) if name.startswith("work rate")]
         if len(columns) != n:
             raise ParameterError("this formulation has no work rates to limit")
-        most = self.limit * a.body.symbolic.mass / TORQUE
+        most = self.limit * a.body.symbolic.mass / a.body.torque
         a.limit(rows, upper=most, columns=columns)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.synthesize.assembly import Assembly
-from plantigrade.synthesize.formulation import TORQUE, friction_rows, hold_contacts
+from plantigrade.synthesize.formulation import friction_rows, hold_contacts
 
 
 @runtime_checkable
@@ -117,13 +117,13 @@ class Limits:
         room = np.minimum(self.margin, (high - low) / 4)
         a.limit(a.rows("coordinates"), low + room, high - room, columns=slice(6, None))
         a.limit(a.rows("speeds"), -self.speed, self.speed, columns=slice(6, None))
-        torque = human.model.jnt_actfrcrange[1:] / TORQUE * self.strength
+        torque = human.model.jnt_actfrcrange[1:] / a.body.torque * self.strength
         a.limit(a.rows("dynamics"), torque[:, 0], torque[:, 1], columns=slice(6, 6 + len(torque)))
 
 
 @dataclass(frozen=True)
 class Torque:
-    r"""Cost :math:`\int \sum w_j (\tau_j / 100\,\mathrm{N\,m})^2 dt` of joint torques (Eq. 15).
+    r"""Cost :math:`\int \sum w_j (\tau_j / \tau_1)^2 dt` of muscles' torques (Eq. 15).
 
     Attributes:
         weight: Weight of every joint [1/s].
