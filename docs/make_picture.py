@@ -1,4 +1,4 @@
-"""Draw the pictures of README and documentation: a walk, a reach, a squat."""
+"""Draw the pictures of README and documentation: walks, a reach, a squat."""
 
 import contextlib
 import io
@@ -18,6 +18,7 @@ def main() -> None:
     (HERE / "images").mkdir(exist_ok=True)
     walk()
     ordered_tasks()
+    synthesized()
 
 
 def walk() -> None:
@@ -38,6 +39,17 @@ def ordered_tasks() -> None:
             exec(compile(block, "ordered-tasks.md", "exec"), names)
     for name, motion in (("reach", names["motion"]), ("squat", names["squat"])):
         draw(name, names["human"].model, motion.qpos, instants(len(motion.qpos), 7))
+
+
+def synthesized() -> None:
+    """Draw a stride of a walk that was made from the task alone."""
+    from plantigrade.workflows.synthesizing import SynthesizeSettings, synthesize_task
+
+    settings = SynthesizeSettings(parameters={"periodic": True}, feet="multi-segment", strides=1)
+    made = synthesize_task(settings)
+    if made.status != "ok":
+        raise SystemExit(made.status)
+    draw("synthesized", made.human.model, made.sampled.qpos, instants(len(made.sampled.time), 9))
 
 
 def draw(name: str, model, qpos, frames) -> None:

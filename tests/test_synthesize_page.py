@@ -1,0 +1,75 @@
+"""The page on motion from a task runs as printed, and what it says of the motions is true."""
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "synthesize.md"
+TEXT = PAGE.read_text("utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    """Return the code blocks of the page in ``language``."""
+    return re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.M | re.S)
+
+
+@pytest.fixture(scope="module")
+def page():
+    """Every name the page defines, after all its code has run from top to bottom."""
+    names: dict = {"__name__": "page"}
+    for block in blocks("python"):
+        exec(compile(block, str(PAGE), "exec"), names)
+    return names
+
+
+def test_the_squat_passes_the_check(page):
+    assert page["squat"].success and page["verdict"].status == "ok"
+
+
+def test_in_ski_boots_the_trunk_leans_further(page):
+    squat, boots, largest, lean = (page[n] for n in ("squat", "in_boots", "largest", "lean"))
+    assert boots.success
+    assert largest(boots, "ankle_angle_r") < 10.5 < largest(squat, "ankle_angle_r") - 10.0
+    assert lean(boots) > lean(squat) + 20.0
+    from plantigrade.workflows.synthesizing import SynthesizeSettings, judged
+
+    assert judged(SynthesizeSettings(task="squat"), boots).check.ok
+
+
+def test_hips_go_down_as_far_as_was_asked(page):
+    squat = page["squat"]
+    height = squat.sample(squat.times()).qpos[:, 2]
+    assert height[0] - height.min() == pytest.approx(0.3, abs=0.01)
+
+
+def test_the_task_file_shifts_the_weight(page):
+    from plantigrade.synthesize.solve import synthesize
+    from plantigrade.synthesize.task_file import parse_task_file
+    from plantigrade.workflows.synthesizing import SynthesizeSettings, judged
+
+    (text,) = blocks("toml")
+    told = parse_task_file(text)
+    task = told.task(page["human"])
+    made = synthesize(page["body"], page["replace"](task, density=10.0))
+    com = judged(SynthesizeSettings(task="standing"), made).check.com
+    middle = com[np.argmin(np.abs(made.times() - 1.0))]
+    assert middle[1] == pytest.approx(-0.06, abs=1e-3)
+
+
+def test_its_commands_and_options_exist():
+    from plantigrade.commands.main import parse
+
+    lines = [line for block in blocks("bash") for line in block.splitlines()]
+    assert len(lines) > 5
+    for line in lines:
+        words = shlex.split(line)
+        assert words[0] == "plantigrade"
+        parse(words[1], words[2:])
+
+
+def test_its_pictures_and_links_are_there():
+    for target in re.findall(r"\]\(([\w./-]+)\)", TEXT):
+        assert (PAGE.parent / target).is_file(), target
