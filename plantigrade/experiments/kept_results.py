@@ -1,0 +1,113 @@
+"""Results of a long experiment, kept in a file so that it can be stopped and taken up again."""
+
+import hashlib
+import json
+import math
+import os
+import platform
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import plantigrade
+from plantigrade.errors import FileError
+
+Result = dict[str, Any]
+
+
+class KeptResults:
+    """Results by key: found in a file, or made and written there at once.
+
+    Args:
+        path: The file (JSON); nothing is kept if absent.
+        say: Called with one line per result that is made.
+    """
+
+    def __init__(self, path: Path | None = None, say: Callable[[str], None] = lambda _: None):
+        self.path, self.say = path, say
+        self.results: dict[str, Result] = {}
+        if path is not None and path.exists():
+            try:
+                held = json.loads(path.read_text(encoding="utf-8"))
+                self.results = {str(k): dict(v) for k, v in held.items()}
+            except (OSError, ValueError, AttributeError, TypeError) as error:
+                raise FileError(
+                    path, f"holds no results ({error})", remedy="delete it to start anew"
+                ) from error
+
+    def get(self, key: str, make: Callable[[], Mapping[str, Any]], words: str = "") -> Result:
+        """Return the result of a key, made if it is not there.
+
+        Args:
+            key: Names it among all others of the experiment.
+            make: Makes it; what it returns must be plain (numbers, words, lists, dictionaries).
+            words: What is said when it is made; a format of the result's own fields.
+        """
+        if key not in self.results:
+            self.results[key] = {**_plain(make()), "code": code_version()}
+            self._write()
+            self.say(f"{key}: {words.format(**self.results[key])}" if words else key)
+        return self.results[key]
+
+    def beginning(self, prefix: str) -> dict[str, Result]:
+        """Return the results whose keys begin so, in the order they were made."""
+        return {k: v for k, v in self.results.items() if k.startswith(prefix)}
+
+    def note(self) -> str:
+        """Return a sentence about results of earlier code; empty if there are none."""
+        old = sum(r.get("code") != code_version() for r in self.results.values())
+        if not old:
+            return ""
+        return (
+            f"{old} of {len(self.results)} results in {self.path} were made by other code than "
+            "today's; --overwrite measures all anew."
+        )
+
+    def provenance(self) -> dict[str, Any]:
+        """Return where the results come from, for a page."""
+        return {
+            "plantigrade": plantigrade.__version__,
+            "code": code_version(),
+            "results": len(self.results),
+            "processor": f"{platform.machine()}, {os.cpu_count()} cores",
+            "python": platform.python_version(),
+        }
+
+    def _write(self) -> None:
+        if self.path is None:
+            return
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        part = self.path.with_suffix(".part")
+        part.write_text(json.dumps(self.results, indent=1), encoding="utf-8")
+        part.replace(self.path)
+
+
+@cache
+def code_version() -> str:
+    """Return a word that changes with the code that makes motions."""
+    root = Path(plantigrade.__file__).parent
+    files = [p for d in ("models", "dynamics", "synthesize") for p in (root / d).rglob("*.py")]
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON holds it; what is no number becomes None."""
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return [_plain(v) for v in value.tolist()]
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value

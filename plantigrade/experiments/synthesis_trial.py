@@ -1,0 +1,158 @@
+"""One synthesised motion of an experiment: made, timed and judged."""
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from plantigrade.errors import PlantigradeError
+
+if TYPE_CHECKING:
+    from plantigrade.models import Human
+    from plantigrade.synthesize.synthesis import Synthesis
+    from plantigrade.synthesize.task import Task
+    from plantigrade.workflows.synthesizing import Synthesized
+
+LAST = 4  # iterations of each stage that are kept of a failure
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """A motion, and what it took.
+
+    Attributes:
+        synthesis: What the solver found.
+        wall: From the task to the motion, on the clock [s].
+        cpu: The same in time of the processor [s].
+    """
+
+    synthesis: "Synthesis"
+    wall: float
+    cpu: float
+
+
+def solve(
+    human: "Human",
+    task: "Task",
+    *,
+    solver: str = "band",
+    warm: "Synthesis | None" = None,
+    noise: float = 0.0,
+    seed: int = 0,
+) -> Timed:
+    """Make a motion from a task and a person, and time it.
+
+    Equations of the person, mesh and guess are made within the time.
+
+    Args:
+        human: The person.
+        task: What is to be done.
+        solver: ``"band"`` or ``"ipopt"``.
+        warm: A motion to start from.
+        noise: On the first guess, root mean square [rad]; it is made outside the time.
+        seed: Of the noise.
+    """
+    from plantigrade.synthesize.guess import perturbed
+    from plantigrade.synthesize.solve import synthesize
+    from plantigrade.synthesize.tasks import body_for
+
+    c0 = None
+    if noise:
+        body = body_for(human, task.plan)
+        problem = task.problem(body)
+        start = task.start(body, problem)[0]
+        c0 = perturbed(start, seed=seed, size=noise, closure=problem.closure)
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    body = body_for(human, task.plan)
+    made = synthesize(body, task, solver=solver, warm=warm, c0=c0)  # type: ignore[arg-type]
+    return Timed(made, clock.perf_counter() - wall, clock.process_time() - cpu)
+
+
+def load(human: "Human", task: "Task") -> dict[str, Any]:
+    """Return how long derivatives take to be there: one iteration, less another one."""
+    from plantigrade.synthesize.interior_point import InteriorPoint, Options
+    from plantigrade.synthesize.tasks import body_for
+
+    spent = []
+    for _ in range(2):
+        wall, cpu = clock.perf_counter(), clock.process_time()
+        body = body_for(human, task.plan)
+        problem = task.problem(body)
+        InteriorPoint(problem, Options(iterations=1)).solve(*task.start(body, problem))
+        spent.append((clock.perf_counter() - wall, clock.process_time() - cpu))
+    return {"wall": spent[0][0] - spent[1][0], "cpu": spent[0][1] - spent[1][1]}
+
+
+def judge(timed: Timed, *, strides: int = 1) -> "Synthesized":
+    """Return what the checker says."""
+    from plantigrade.workflows.synthesizing import SynthesizeSettings, judged
+
+    return judged(SynthesizeSettings(strides=strides), timed.synthesis)
+
+
+def outcome(timed: Timed, made: "Synthesized") -> dict[str, Any]:
+    """Return what is kept of a motion: success, verdict, time, and the way the solver took."""
+    s, check = timed.synthesis, made.check
+    last = s.stages[-1].history[-1] if s.stages and s.stages[-1].history else None
+    return {
+        "success": s.success,
+        "ok": check.ok,
+        "good": bool(s.success and made.status == "ok"),
+        "status": s.status,
+        "verdict": made.status if made.status == "ok" else check.words()[:4] or [made.status],
+        "wall": timed.wall,
+        "cpu": timed.cpu,
+        "nodes": len(s.problem.nodes),
+        "duration": s.task.plan.duration,
+        "iterations": s.iterations,
+        "objective": last.objective if last else None,
+        "violation": last.violation if last else None,
+        "worst": last.worst if last else "",
+        "stages": [
+            {
+                "name": stage.name,
+                "solver": stage.solver,
+                "nodes": stage.nodes,
+                "status": stage.status,
+                "seconds": stage.seconds,
+                "iterations": max(len(stage.history) - 1, 0),
+                "end": [] if stage.status in ("solved", "acceptable") else ending(stage.history),
+            }
+            for stage in s.stages
+        ],
+    }
+
+
+def ending(history) -> list[str]:
+    """Return the last iterations of a stage in words."""
+    return [
+        f"{i.number}: violation {i.violation:.1e} ({i.worst}), optimality {i.optimality:.1e}, "
+        f"barrier {i.barrier:.0e}, regularisation {i.regularisation:.0e}, step {i.step:.2g}"
+        for i in history[-LAST:]
+    ]
+
+
+def tried(make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return what is made, or why it could not be."""
+    try:
+        return make()
+    except (PlantigradeError, ArithmeticError, ValueError) as error:
+        return {"good": False, "success": False, "ok": False, "error": f"{error}"}
+
+
+def why(result: dict[str, Any]) -> str:
+    """Return in one line why a result is not good."""
+    if "error" in result:
+        return str(result["error"])
+    if not result["success"]:
+        stages = [f"{s['name']} ({s['nodes']} nodes) {s['status']}" for s in result["stages"]]
+        return f"{', '.join(stages)}; {result['worst']} off by {result['violation']:.1e}"
+    verdict = result["verdict"]
+    return verdict if isinstance(verdict, str) else "; ".join(verdict)
+
+
+def crude(task: "Task") -> "Task":
+    """Return a walk that starts from a body gliding along a line, instead of a walk."""
+    from plantigrade.synthesize.guess import crude_guess
+
+    return replace(task, guess=lambda body, plan, times: crude_guess(body.human, plan, times))
