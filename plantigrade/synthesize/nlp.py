@@ -46,7 +46,7 @@ class Differentiated:
         value: (z, p) ↦ r.
         gradient: (z, p, lam) ↦ gradient of lam'r.
         jacobian: (z, p) ↦ dr/dz.
-        hessian: (z, p, lam) ↦ upper triangle of the Hessian of lam'r.
+        hessian: (z, p, lam) ↦ upper triangle of the Hessian of lam'r, its diagonal halved.
         linear: Whether r is linear in z.
     """
 
@@ -75,6 +75,7 @@ def differentiated(function: "casadi.Function") -> Differentiated:
     J = ca.jacobian(r, z)
     gradient = ca.gradient(ca.dot(lam, r), z)
     H = ca.triu(ca.jacobian(gradient, z))
+    H = H - ca.diag(ca.diag(H)) / 2
     made = Differentiated(
         ca.Function("value", [z, p], [r]),
         ca.Function("gradient", [z, p, lam], [gradient]),
@@ -102,9 +103,9 @@ class _Family:
 
     rows: Rows
     made: Differentiated
-    nodes: Int[Array, " n"]
-    z: Int[Array, " n"]
-    limited: Int[Array, " n"]
+    nodes: Int[Array, " n_nodes"]
+    z: Int[Array, " n_z"]
+    limited: Int[Array, " n_limited"]
 
 
 class Program:
@@ -162,6 +163,10 @@ class Program:
         self.lower = self._limits("lower")
         self.upper = self._limits("upper")
         self.n_fixed = len(fixed)
+        moving = np.ones(self.n_variables)
+        moving[list(fixed)] = 0.0
+        self._T_moving: Any = sparse.csr_matrix(self._T @ sparse.diags_array(moving))
+        self._T_moving.eliminate_zeros()
         self.n_equations = int(np.sum(self.lower == self.upper))
         self.n_inequalities = len(self.lower) - self.n_equations
         free = problem.u_active
@@ -232,7 +237,8 @@ class Program:
         """Return ``f`` and ``g``, the gradient, the Jacobian and the Hessian of the Lagrangian.
 
         Names, inputs and outputs are those of CasADi's solvers: ``nlp_f``, ``nlp_g``,
-        ``nlp_grad_f``, ``nlp_jac_g``, ``nlp_hess_l``; inputs are x and no parameters.
+        ``nlp_grad_f``, ``nlp_jac_g``, ``nlp_hess_l``; inputs are x and no parameters. Columns of
+        variables that are fixed are left out of Jacobian and Hessian.
         """
         if self._functions:
             return self._functions
@@ -243,7 +249,9 @@ class Program:
         T = _constant(ca, self._T)
         z = ca.mtimes(T, x) + self._z0
         f, gradient, parts, jacobians = ca.MX(0), ca.MX(self.n_variables, 1), [], []
-        hessian: Any = ca.MX(self.n_variables, self.n_variables)
+        all_z = len(self._z0)
+        inner: Any = ca.MX(all_z, all_z)  # upper triangle of the Hessian by z, diagonal halved
+        T_m = _constant(ca, self._T_moving)
         start = 0
         for family in self._families:
             n, r = len(family.nodes), family.rows
@@ -257,7 +265,8 @@ class Program:
             multiplier: Any = ca.MX.zeros(n * m)
             if len(family.limited):
                 parts.append(value[family.limited.tolist()])
-                jacobians.append(ca.mtimes(_rows(ca, J, family.limited), T_f))
+                T_j = _constant(ca, self._T_moving[family.z])
+                jacobians.append(ca.mtimes(_rows(ca, J, family.limited), T_j))
                 stop = start + len(family.limited)
                 pick = sparse.csc_matrix(
                     (np.ones(stop - start), (family.limited, np.arange(stop - start))),
@@ -265,7 +274,6 @@ class Program:
                 )
                 multiplier = ca.mtimes(_constant(ca, pick), lam_g[start:stop])
                 start = stop
-            inner: Any = ca.MX(n * self._nz, n * self._nz)
             weight, gain, target = (a[family.nodes].ravel() for a in (r.weight, r.gain, r.target))
             if self.objective and (np.any(weight) or np.any(gain)):
                 off = value - target
@@ -278,12 +286,14 @@ class Program:
                 if len(heavy):
                     J_w = _rows(ca, J, heavy)
                     scaled = ca.mtimes(ca.diag(ca.DM(weight[heavy])), J_w)
-                    inner = inner + lam_f * ca.mtimes(J_w.T, scaled)
+                    square = ca.triu(ca.mtimes(J_w.T, scaled))
+                    square = square - ca.diag(ca.diag(square)) / 2
+                    inner = inner + _embedded(ca, lam_f * square, family.z, all_z)
             if not family.made.linear:
                 H = family.made.hessian.map(n)(z_f, p_f, ca.reshape(multiplier, m, n))
-                inner = inner + ca.triu2symm(_blocks(ca, H, n))
-            if inner.nnz():
-                hessian = hessian + ca.triu(ca.mtimes(T_f.T, ca.mtimes(inner, T_f)))
+                inner = inner + _embedded(ca, _blocks(ca, H, n), family.z, all_z)
+        half = ca.mtimes(T_m.T, ca.mtimes(inner, T_m))
+        hessian = ca.triu(half + half.T)
         if self.objective:
             D: Any
             D, d = _steps(self.problem, self._T, self._z0, self._nz)
@@ -479,6 +489,13 @@ def _blocks(ca: Any, side_by_side: Any, n: int):
     one = side_by_side[:, :width].sparsity()
     entries = ca.reshape(side_by_side.nz[:], side_by_side.nnz(), 1)
     return ca.MX(ca.diagcat(*([one] * n)), entries)
+
+
+def _embedded(ca: Any, matrix: Any, places: Array, size: int):
+    """Return a matrix as part of a larger one, its rows and columns at ``places``, in order."""
+    rows, columns = (np.array(each) for each in matrix.sparsity().get_triplet())
+    pattern = ca.Sparsity.triplet(size, size, places[rows].tolist(), places[columns].tolist())
+    return ca.MX(pattern, ca.reshape(matrix.nz[:], matrix.nnz(), 1))
 
 
 def _rows(ca: Any, matrix: Any, index: Array):

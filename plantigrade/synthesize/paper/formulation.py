@@ -42,6 +42,23 @@ class PaperProblem:
     end: Float[Array, " nv"]
     guess: Float[Array, "n_coefficients nv"]
 
+    @property
+    def n_constraints(self) -> int:
+        """Constraints as the paper counts them: equations twice, boundary conditions not.
+
+        Limits of coordinates, rates and generalised forces, and heights of contact points, count
+        at every sample, also where something else fixes them.
+        """
+        count = 0
+        for rows in self.problem.rows:
+            if rows.name in ("coordinates", "rates"):
+                count += 2 * rows.lower.size
+            elif rows.name == "floor":
+                count += rows.lower.size
+            elif rows.name != "boundary":
+                count += int(np.isfinite(rows.lower).sum() + np.isfinite(rows.upper).sum())
+        return count
+
 
 def spline(motion: PaperMotion, basis: str) -> Basis:
     """Return the spline of a motion: clamped, of degree 3, with the printed coefficients.

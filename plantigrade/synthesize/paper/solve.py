@@ -68,23 +68,6 @@ class PaperSolution:
         samples = self.course.torques[at]
         return float(np.sum((samples / TORQUE) ** 2))
 
-    @property
-    def n_constraints(self) -> int:
-        """Constraints as the paper counts them: equations twice, boundary conditions not.
-
-        Limits of coordinates, rates and generalised forces, and heights of contact points, count
-        at every sample, also where something else fixes them.
-        """
-        count = 0
-        for rows in self.paper.problem.rows:
-            if rows.name in ("coordinates", "rates"):
-                count += 2 * rows.lower.size
-            elif rows.name == "floor":
-                count += rows.lower.size
-            elif rows.name != "boundary":
-                count += int(np.isfinite(rows.lower).sum() + np.isfinite(rows.upper).sum())
-        return count
-
 
 def paper_motion(
     human: Human,
