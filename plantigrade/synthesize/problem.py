@@ -113,7 +113,8 @@ class Closure:
     Attributes:
         source: Which coordinate each one continues (n_coordinates,).
         sign: 1 or -1 (n_coordinates,).
-        shift: How far on in one lap (n_coordinates,) [rad, m].
+        shift: How far on in one lap (n_coordinates,) [rad, m]; the same when mirrored, so that
+            velocities go on.
         u_source: The same for node unknowns (n_unknowns,).
         u_sign: 1 or -1 (n_unknowns,).
     """
@@ -168,14 +169,29 @@ class Problem:
                         f"{what} of {r.name!r} is {getattr(r, what).shape}; {n} nodes and "
                         f"{len(r.names)} rows need {shape}"
                     )
-            if np.any(r.lower > r.upper):
-                k, i = np.argwhere(r.lower > r.upper)[0]
-                raise ParameterError(
-                    f"{r.names[i]} at {self.nodes[k]:.3f} s must be at least {r.lower[k, i]:g} "
-                    f"and at most {r.upper[k, i]:g}"
-                )
+            self._check_order(r.names, r.lower, r.upper)
+        if self.u_names:
+            shape, n_steps = (n, self.n_unknowns), n - (self.closure is None)
+            for what in ("u_lower", "u_upper", "u_smooth"):
+                wanted = (n_steps, self.n_unknowns) if what == "u_smooth" else shape
+                given = getattr(self, what)
+                if given.shape != wanted and (what != "u_smooth" or given.size):
+                    raise ParameterError(
+                        f"{what} is {given.shape}; {n} nodes and {self.n_unknowns} unknowns need "
+                        f"{wanted}"
+                    )
+            self._check_order(self.u_names, self.u_lower, self.u_upper)
         if (self.closure is not None) != self.basis.periodic:
             raise ParameterError("a closure needs a periodic basis, and a periodic basis a closure")
+
+    def _check_order(self, names: tuple[str, ...], lower: Array, upper: Array) -> None:
+        """Refuse limits that leave no room."""
+        if np.any(lower > upper):
+            k, i = np.argwhere(lower > upper)[0]
+            raise ParameterError(
+                f"{names[i]} at {self.nodes[k]:.3f} s must be at least {lower[k, i]:g} and at most "
+                f"{upper[k, i]:g}"
+            )
 
     @property
     def n_unknowns(self) -> int:

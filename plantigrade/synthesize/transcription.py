@@ -59,7 +59,7 @@ class Transcription:
         self, x: Float[Array, " size"]
     ) -> tuple[Float[Array, "n_coefficients nv"], Float[Array, "n_nodes nu"]]:
         """Return coefficients and node unknowns; those that are fixed have their value."""
-        u = np.array(self.problem.u_lower, dtype=float)
+        u = np.array(self.problem.u_lower, dtype=float).reshape(self.n_nodes, self.nu)
         active = self._u_at >= 0
         u[active] = x[self._u_at[active]]
         return x[self._c_at], u
