@@ -134,12 +134,15 @@ class Part:
 
 def walk_of(human: "Human", extent: Extent, *, duration: float = DURATION) -> "Task":
     """Return the walk from standing to standing that takes so long, at the speed it takes."""
+    from plantigrade.synthesize.gait_parameters import gait_parameters
     from plantigrade.synthesize.walking import walk
+    from plantigrade.synthesize.walking_plan import walk_plan
 
     low, high = 0.5, 2.2  # the faster, the shorter
     for _ in range(20):
         speed = (low + high) / 2
-        longer = walk(human, speed=speed, steps=extent.steps).plan.duration > duration
+        plan = walk_plan(human, gait_parameters(human, speed), steps=extent.steps)
+        longer = plan.duration > duration
         low, high = (speed, high) if longer else (low, speed)
     task = walk(human, speed=(low + high) / 2, steps=extent.steps)
     return task if extent.density is None else replace(task, density=extent.density)

@@ -1,0 +1,233 @@
+"""Experiments on synthesised motions: what is kept, what is judged, and one motion end to end."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.commands.experiment import EXPERIMENTS, LONG, Command
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.experiments import synthesis_bench as bench
+from plantigrade.experiments import synthesis_fidelity as fidelity
+from plantigrade.experiments.kept_results import KeptResults, code_version
+from plantigrade.experiments.synthesis_trial import crude, tried, why
+from plantigrade.synthesize.mesh import nodes_of
+
+STAGE = {"name": "first try", "solver": "band", "nodes": 61, "status": "solved", "end": []}
+GOOD = {
+    "success": True, "ok": True, "good": True, "status": "solved", "verdict": "ok", "cpu": 2.0,
+    "wall": 3.0, "nodes": 61, "duration": 3.0, "iterations": 30, "objective": 1.0,
+    "violation": 1e-9, "worst": "", "stages": [{**STAGE, "seconds": 2.0, "iterations": 30}],
+}  # fmt: skip
+FAILED = GOOD | {
+    "success": False, "good": False, "status": "stalled", "violation": 0.2, "worst": "z of toe_r",
+    "stages": [{**STAGE, "status": "stalled", "seconds": 2.0, "iterations": 30, "end": ["30: …"]}],
+}  # fmt: skip
+PEOPLE = 5 * 5 * 3
+
+
+# What is kept -------------------------------------------------------------------------------------
+
+
+def test_results_are_made_once_and_found_again(tmp_path):
+    path, made = tmp_path / "below" / "results.json", []
+
+    def make():
+        made.append(1)
+        return {"x": np.float64(2.5), "bad": float("nan"), "curve": np.arange(3.0), "ok": np.True_}
+
+    first = KeptResults(path).get("a/b", make)
+    again = KeptResults(path).get("a/b", make)
+    assert made == [1] and first == again
+    assert again["x"] == 2.5 and again["bad"] is None and again["curve"] == [0.0, 1.0, 2.0]
+    assert again["ok"] is True and again["code"] == code_version()
+    assert KeptResults(path).note() == ""
+
+
+def test_a_run_that_stops_keeps_what_is_done(tmp_path):
+    path = tmp_path / "results.json"
+    kept = KeptResults(path)
+    kept.get("one", lambda: {"x": 1})
+    with pytest.raises(KeyboardInterrupt):
+        kept.get("two", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+    assert list(KeptResults(path).results) == ["one"]
+
+
+def test_results_of_other_code_are_named(tmp_path):
+    path = tmp_path / "results.json"
+    path.write_text(json.dumps({"a": {"x": 1, "code": "old"}, "b": {"code": code_version()}}))
+    assert "1 of 2 results" in KeptResults(path).note()
+
+
+def test_a_broken_file_is_refused(tmp_path):
+    path = tmp_path / "results.json"
+    path.write_text("[1, 2")
+    with pytest.raises(FileError, match="delete it to start anew"):
+        KeptResults(path)
+
+
+def test_what_cannot_be_asked_for_is_a_result():
+    def make():
+        raise ParameterError("no such step")
+
+    result = tried(make)
+    assert not result["good"] and why(result) == "no such step"
+    assert "z of toe_r off by 2.0e-01" in why(FAILED)
+    assert why(GOOD | {"verdict": ["it slips"], "good": False}) == "it slips"
+
+
+# Time and success ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def human():
+    return bench.person()
+
+
+def test_the_walk_takes_three_seconds_on_enough_nodes(human):
+    task = bench.walk_of(human, bench.Extent())
+    assert task.plan.duration == pytest.approx(3.0, abs=1e-3)
+    assert len(nodes_of(task.plan, task.density)) >= bench.NODES
+    fine = bench.with_nodes(task, bench.FINE_NODES)
+    assert 301 <= len(nodes_of(fine.plan, fine.density)) < 330
+
+
+def test_the_crude_guess_knows_nothing_of_walking(human):
+    from plantigrade.synthesize.tasks import body_for
+
+    task = crude(bench.walk_of(human, bench.Extent()))
+    body = body_for(human, task.plan)
+    q = task.guess(body, task.plan, np.linspace(0.0, 3.0, 7))
+    assert np.ptp(q[:, 6:], axis=0).max() < 1e-9, "no joint moves"
+    assert np.ptp(q[:, 3]) > 1.5, "but the body does"
+
+
+def test_random_walks_are_in_range_and_repeat():
+    drawn = np.array([bench.random_walk(seed) for seed in range(50)])
+    assert drawn[:, 0].min() >= 0.3 and drawn[:, 0].max() <= 0.75
+    assert drawn[:, 1].min() >= 0.4 and drawn[:, 1].max() <= 1.6
+    assert np.all(np.ptp(drawn, axis=0) > [0.4, 1.1])
+    assert bench.random_walk(7) == bench.random_walk(7)
+
+
+def test_goals_are_those_that_were_set():
+    goals = {n: (p.seconds, p.share) for n, p in bench.PARTS.items()}
+    assert goals["crude walk"] == (4.0, 0.95) and goals["ipopt"][0] == 20.0
+    assert goals["warm"][0] == 0.5 and goals["fine"][0] == 12.0
+    assert goals["random"] == (4.0, 1.0)
+    assert {goals[n][0] for n in ("sit-to-stand", "side-step", "jump")} == {4.0}
+
+
+def test_one_failure_of_twenty_is_allowed(tmp_path):
+    def table(good):
+        results = {f"walk/noise 0.1/{k}": GOOD if k < good else FAILED for k in range(20)}
+        path = tmp_path / bench.FILE
+        path.write_text(json.dumps(results))
+        kept = KeptResults(path)
+        return {r.quantity: r for r in bench.rows_of(bench.PARTS["walk"], kept.results)}
+
+    assert table(19)["made, share"].met and not table(18)["made, share"].met
+    assert table(19)["time, median"].met and table(19)["time, median"].value == 2.0
+
+
+def test_the_summary_has_a_line_for_every_size_of_noise():
+    shown = {"walk": {f"walk/noise {s}/{k}": GOOD for s in (0.1, 0.2) for k in range(3)}}
+    shown["walk"]["walk/no noise"] = GOOD
+    lines = bench.summary(shown).lines
+    assert len(lines) == 3 and [line[1] for line in lines] == ["3 of 3", "3 of 3", "1 of 1"]
+
+
+def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
+    extent = bench.Extent(guesses=1, sizes=(), density=10.0)
+    said = []
+    how = {"parts": ("sit-to-stand",), "extent": extent, "folder": tmp_path}
+    table = bench.run(**how, say=said.append)
+    results = json.loads((tmp_path / bench.FILE).read_text())
+    assert set(results) == {"loading/sit-to-stand", "sit-to-stand/no noise"}
+    result = results["sit-to-stand/no noise"]
+    assert result["success"] and 0 < result["cpu"] < 60 and result["iterations"] > 3
+    assert "sit to stand, no noise" in table.text()
+    page = (tmp_path / bench.PAGE).read_text()
+    assert "Time and success" in page and "http" not in page.replace("http://www.w3.org", "")
+    before, said = len(said), []
+    bench.run(**how, say=said.append)
+    assert before > len(said) == 1, "nothing is measured twice"
+
+
+def test_an_unknown_part_is_refused():
+    for module in (bench, fidelity):
+        with pytest.raises(ParameterError, match="no part 'hop'; there are"):
+            module.run(parts=("hop",))
+
+
+# Physics and likeness -----------------------------------------------------------------------------
+
+
+def test_everybody_walks():
+    extent = fidelity.Extent()
+    cases = {name: list(make(extent)) for name, make in fidelity.PARTS.items()}
+    assert len(cases["speeds"]) == 10 and len(cases["feet"]) == 18
+    assert len(cases["people"]) == PEOPLE and len(cases["tasks"]) == 6
+    keys = [f"{part}/{case[0]}" for part, found in cases.items() for case in found]
+    assert len(set(keys)) == len(keys)
+    people = [case[1] for case in cases["people"]]
+    assert {p.height for p in people} >= {1.5, 1.95} and {p.mass for p in people} >= {45.0, 110.0}
+    assert {case[1].feet for case in cases["feet"]} == {"rigid", "two-segment", "multi-segment"}
+
+
+def test_a_walk_is_described_and_held_against_goals(synthesized):
+    made = replace(synthesized[0])
+    found = fidelity.shape_of(made)
+    gait = found["gait"]
+    assert found["speed_class"] in ("slow", "free")
+    assert set(found["curves"]) == {*fidelity.CURVES, *fidelity.FORCES}
+    assert gait["stance"] == pytest.approx(made.metrics["stance_r_pct"], abs=0.5)
+    assert 0 < gait["muscle_cost_of_transport"] < 1
+    for name in fidelity.CURVES:
+        assert gait["agreement"][name]["rmse"] == pytest.approx(
+            made.metrics[f"norm_rmse_{name}_deg"], rel=1e-6
+        )
+    rows = list(fidelity.gait_rows("walk", gait))
+    assert len([r for r in rows if r.met is not None]) == 14
+
+    result = GOOD | found | {"check": made.check.metrics(), "told": {"speed": 1.3}}
+    kept = KeptResults()
+    kept.get(f"speeds/{fidelity.FREE:g} m/s periodic", lambda: result)
+    kept.get("tasks/jump", lambda: FAILED | {"check": made.check.metrics(), "told": {}})
+    text = fidelity.table(kept).text()
+    assert "raw/off/r" in text and "What failed, and why" in text and "z of toe_r" in text
+    assert "94 to 156 min" in text
+    (section,) = fidelity.curve_sections(kept.results)
+    assert len(section.figures) == 5 and all("<svg" in f.svg for f in section.figures)
+
+
+def test_other_tasks_are_measured_end_to_end(tmp_path):
+    extent = fidelity.Extent(others=("reach",), density=10.0)
+    table = fidelity.run(parts=("tasks",), extent=extent, folder=tmp_path)
+    result = json.loads((tmp_path / fidelity.FILE).read_text())["tasks/reach"]
+    assert result["success"] and result["check"]["check_slip_max_mm"] < 10
+    assert "tasks/reach" in table.text() and (tmp_path / fidelity.PAGE).exists()
+
+
+# Command ------------------------------------------------------------------------------------------
+
+
+def test_the_command_runs_parts_and_refuses_them_elsewhere(tmp_path, monkeypatch):
+    calls = []
+
+    def run(**how):
+        calls.append(how)
+        return fidelity.table(KeptResults())
+
+    monkeypatch.setattr(fidelity, "run", run)
+    file = tmp_path / fidelity.FILE
+    file.write_text("{}")
+    how = {"quiet": True, "out": tmp_path, "part": ("speeds",)}
+    Command(name="synthesis-fidelity", **how).run()
+    assert calls[0]["parts"] == ("speeds",) and calls[0]["folder"] == tmp_path and file.exists()
+    Command(name="synthesis-fidelity", **how, overwrite=True, quick=True).run()
+    assert calls[1]["quick"] and not file.exists()
+    with pytest.raises(ParameterError, match="--part is for synthesis-bench"):
+        Command(name="gait-table", part=("speeds",)).run()
+    assert set(LONG) < set(EXPERIMENTS)
