@@ -45,7 +45,9 @@ NOTES = (
     "speed class (children of 4 to 17 years; see plantigrade.analyze.norms). Work is that of "
     "muscles at the joints, tissue at rest taken off; its cost of transport counts positive work "
     "alone, per newton and metre. Times of stance and step are part of the task (they follow from "
-    "speed and leg length), and so is the line each foot steps on; angles and forces are not.",
+    "speed and leg length), and so is the line each foot steps on; angles and forces are not. The "
+    "few weights of a walk's cost, the same for every speed and person, were settled with norms "
+    "at free speed in view.",
     PREDSIM,
 )
 
@@ -349,7 +351,7 @@ def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
         text = (
             f"Right leg over the gait cycle at {told['speed']:g} m/s. Band: mean and one standard "
             f"deviation of the norms at speeds called “{r['speed_class'].replace('_', ' ')}”; "
-            "dashes: toe off. Nothing of it was in the problem."
+            "dashes: toe off. Nothing of the norms is in the problem."
         )
         sections.append(Section(f"Walking at {told['speed']:g} m/s", figures, text=text))
     return sections

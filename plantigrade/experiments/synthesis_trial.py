@@ -9,11 +9,12 @@ from plantigrade.errors import PlantigradeError
 
 if TYPE_CHECKING:
     from plantigrade.models import Human
-    from plantigrade.synthesize.synthesis import Synthesis
+    from plantigrade.synthesize.synthesis import Stage, Synthesis
     from plantigrade.synthesize.task import Task
     from plantigrade.workflows.synthesizing import Synthesized
 
 LAST = 4  # iterations of each stage that are kept of a failure
+SLOW, SAMPLED = 40, 8  # iterations from which some are kept in any case; how many
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,19 +117,25 @@ def outcome(timed: Timed, made: "Synthesized") -> dict[str, Any]:
                 "status": stage.status,
                 "seconds": stage.seconds,
                 "iterations": max(len(stage.history) - 1, 0),
-                "end": [] if stage.status in ("solved", "acceptable") else ending(stage.history),
+                "end": told(stage),
             }
             for stage in s.stages
         ],
     }
 
 
-def ending(history) -> list[str]:
-    """Return the last iterations of a stage in words."""
+def told(stage: "Stage") -> list[str]:
+    """Return the last iterations of a stage that failed, some of one that took long, in words."""
+    kept = ()
+    if stage.status not in ("solved", "acceptable"):
+        kept = stage.history[-LAST:]
+    elif len(stage.history) > SLOW:
+        kept = stage.history[:: len(stage.history) // SAMPLED]
     return [
-        f"{i.number}: violation {i.violation:.1e} ({i.worst}), optimality {i.optimality:.1e}, "
-        f"barrier {i.barrier:.0e}, regularisation {i.regularisation:.0e}, step {i.step:.2g}"
-        for i in history[-LAST:]
+        f"{i.number}: cost {i.objective:.4g}, violation {i.violation:.1e} ({i.worst}), "
+        f"optimality {i.optimality:.1e}, barrier {i.barrier:.0e}, "
+        f"regularisation {i.regularisation:.0e}, step {i.step:.2g}"
+        for i in kept
     ]
 
 
