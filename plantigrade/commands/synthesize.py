@@ -23,6 +23,7 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import FileError, ParameterError
 
+SAID = 8  # findings that are printed
 EVERY = 0.5  # between two lines of progress [s]
 
 Number = Annotated[float | None, optional("NUMBER")]
@@ -143,8 +144,12 @@ class Command(PersonOptions, RunOptions):
             )
         for line in metrics["warnings"]:
             progress.warn(line)
-        for line in () if metrics["status"] == "ok" else made.check.words():
-            progress.warn(line)
+        if not made.check.ok:
+            words = made.check.words()
+            for line in words[:SAID]:
+                progress.warn(line)
+            if len(words) > SAID:
+                progress.warn(f"{len(words) - SAID} more of that kind are in the report")
         return Outcome(summary(folder, metrics), metrics)
 
     def settings(self) -> tuple[Any, str]:

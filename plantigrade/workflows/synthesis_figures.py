@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from plantigrade.synthesize.task import Task
+
 if TYPE_CHECKING:
     from plantigrade.motion import GaitEvent
     from plantigrade.synthesize.synthesis import Synthesis
-    from plantigrade.synthesize.task import Task
     from plantigrade.workflows.synthesizing import Synthesized
 
 
@@ -195,7 +196,7 @@ def gait_events(synthesis: "Synthesis", end: float) -> "tuple[GaitEvent, ...]":
     return tuple(sorted(events, key=lambda e: e.time))
 
 
-def is_walk(task: "Task") -> bool:
+def is_walk(task: Task) -> bool:
     """Return whether feet step in turns, so that there are strides to measure."""
     plan = task.plan
     if plan.periodic:

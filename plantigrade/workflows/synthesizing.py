@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plantigrade.errors import ParameterError
+from plantigrade.synthesize.task import Task
 
 if TYPE_CHECKING:
     from plantigrade.analyze.motion_check import MotionCheck
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from plantigrade.synthesize.interior_point import Iterate
     from plantigrade.synthesize.post_mortem import Broken
     from plantigrade.synthesize.synthesis import Sampled, Synthesis
-    from plantigrade.synthesize.task import Task
 
 Progress = Callable[[str, "Iterate"], bool | None]
 """Told the stage and the iteration; returning True stops with the best so far."""
@@ -27,6 +27,7 @@ Progress = Callable[[str, "Iterate"], bool | None]
 FINENESS = 10  # frames between two nodes
 NOISE = 0.05  # of the guesses of further tries, root mean square [rad]
 MIDDLE = 0.06  # of a foot, ahead of its ankle [m]
+MOST_SAID = 3  # findings of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
 
 
@@ -140,8 +141,11 @@ class Synthesized:
         one that was asked for: a row that is off by more than :data:`NOT_DONE` says so.
         """
         words = [] if self.check.ok else self.check.words()
+        if len(words) > MOST_SAID:
+            more = len(words) - MOST_SAID
+            words = [*words[:MOST_SAID], f"and {more} more finding{'s' if more > 1 else ''}"]
         if not words:
-            words = [b.sentence() for b in self.broken if b.relative > NOT_DONE][:3]
+            words = [b.sentence() for b in self.broken if b.relative > NOT_DONE][:MOST_SAID]
             words = [f"not what was asked for: {w}" for w in words]
         return "; ".join(words) or "ok"
 
@@ -382,7 +386,7 @@ def terrain(plan: "ContactPlan") -> float | Callable[[np.ndarray], np.ndarray]:
 # Tasks --------------------------------------------------------------------------------------------
 
 
-def task_of(human: "Human", settings: SynthesizeSettings) -> "Task":
+def task_of(human: "Human", settings: SynthesizeSettings) -> Task:
     """Return the task that settings name.
 
     Raises:

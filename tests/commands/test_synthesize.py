@@ -30,6 +30,8 @@ def test_a_warm_start_writes_its_folder(synthesized, tmp_path, capsys):
     assert metrics == json.loads((out / "metrics.json").read_text())
     assert metrics["status"] == "ok" and metrics["settings"]["warm"] == warm
     assert set(metrics["source_files"]) == {"mine.toml"}
+    assert metrics["iterations"] < synthesized[0].metrics["iterations"]
+    assert metrics["objective"] == pytest.approx(synthesized[0].metrics["objective"], rel=1e-3)
     assert {p.name for p in out.iterdir()} == FILES
     half = synthesized[0].metrics["duration_s"] / 2
     assert metrics["duration_s"] == pytest.approx(half)
