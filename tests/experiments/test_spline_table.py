@@ -29,7 +29,7 @@ def test_one_motion_on_both_bases(monkeypatch, tmp_path):
         assert metrics[f"side_step_{basis}_variables"] == 387
         assert metrics[f"side_step_{basis}_constraints"] == 2372
         assert metrics[f"side_step_{basis}_solved"] == 1.0
-        assert metrics[f"side_step_{basis}_violation"] < 1e-5
+        assert metrics[f"side_step_{basis}_violation"] < 2e-5
     assert len(said) >= 6  # three stages on either basis
     assert "Between the samples" in table.text()
     for letter in "abcd":

@@ -136,7 +136,7 @@ def test_least_squares_puts_feet_where_they_are_told(body):
 
 
 def test_a_solved_motion_keeps_its_conditions_at_its_samples(side_step):
-    assert side_step.result.success and side_step.result.violation < 1e-5
+    assert side_step.result.success and side_step.result.violation < 2e-5
     assert [stage.name for stage in side_step.result.stages] == ["bounds", "contact", "all"]
     motion, body = side_step.paper.motion, side_step.paper.body
     q, qd, _ = side_step.paper.problem.states(side_step.result.c, motion.times)
@@ -146,10 +146,10 @@ def test_a_solved_motion_keeps_its_conditions_at_its_samples(side_step):
     places, stands = footholds(body, motion), standing(motion)
     for k in range(motion.n_samples):
         points = np.array(body.symbolic.positions(body.contacts)(q[k])).T
-        np.testing.assert_allclose(points[stands[k]], places[k][stands[k]], atol=2e-6)
+        np.testing.assert_allclose(points[stands[k]], places[k][stands[k]], atol=2e-5)
         speed = np.array(body.symbolic.velocities(body.contacts)(q[k], qd[k])).T
-        assert np.abs(speed[stands[k]]).max() <= SLIP + 1e-5
-        assert points[:, 2].min() > -2e-6
+        assert np.abs(speed[stands[k]]).max() <= SLIP + 2e-5
+        assert points[:, 2].min() > -2e-5
 
 
 def test_what_lies_between_the_samples_is_found_by_another_engine(side_step):
