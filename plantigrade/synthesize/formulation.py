@@ -27,6 +27,8 @@ TORQUE = 100.0
 """A torque of 1 in rows, and a work rate of 1, of a person of the reference mass and height
 [N m, W]; others' go with mass times height, as strengths do."""
 
+STIFF = ("hip_flexion", "knee_angle", "ankle_angle", "mtp_angle")
+
 EDGE = 0.5
 """Where work rates are rounded off, in units of rows."""
 
@@ -102,6 +104,12 @@ class Body:
         return TORQUE * scale(self.human.mass, self.human.height)
 
     @property
+    def stiff(self) -> tuple[str, ...]:
+        """Hinges at which tissue bears a part of the torque that counts beside its limit."""
+        stems = STIFF if self.passive else ()
+        return tuple(n for n in self.symbolic.names[6:] if n.rsplit("_", 1)[0] in stems)
+
+    @property
     def force_names(self) -> tuple[str, ...]:
         """Names of node unknowns, three forces a site."""
         return tuple(f"force {axis} of {s.name}" for s in self.sites for axis in "xyz")
@@ -113,7 +121,8 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
     The first six rows are force [body weights] and moment [body weight · m] that nothing explains;
     they are set to zero here. Then come the torques of muscles, :math:`\tau` less what tissue
     bears [:attr:`Body.torque`], and their work rates, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2}`
-    less :math:`\epsilon`, both left free.
+    less :math:`\epsilon`; last the whole torques of joints whose tissue bears much
+    (:attr:`Body.stiff`). All these are left free.
     """
     sym = body.symbolic
 
@@ -127,11 +136,13 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
         muscle = muscle / body.torque
         power = muscle * v[6:]
         work = ca.sqrt(power * power + EDGE**2) - EDGE
-        return ca.vertcat(tau[:6] / body.weight, muscle, work)
+        whole = [tau[sym.names.index(n)] / body.torque for n in body.stiff]
+        return ca.vertcat(tau[:6] / body.weight, muscle, work, *whole)
 
     names = tuple(f"root {w} {x}" for w in ("force", "moment") for x in "xyz")
     names += tuple(f"torque of {n}" for n in sym.names[6:])
     names += tuple(f"work rate of {n}" for n in sym.names[6:])
+    names += tuple(f"whole torque of {n}" for n in body.stiff)
     rows = Rows.free("dynamics", body.function("dynamics", expression), names, n_nodes)
     rows.lower[:, :6] = rows.upper[:, :6] = 0.0
     return rows

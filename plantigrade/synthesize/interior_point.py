@@ -28,6 +28,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
 from plantigrade.synthesize.derivatives import derivatives_of
 from plantigrade.synthesize.problem import Problem, Rows
 from plantigrade.synthesize.transcription import Transcription
@@ -46,6 +47,9 @@ WARM = 1e-4
 
 PATIENCE = 5
 """Iterations after which a nearly feasible point waits no longer for a smaller barrier."""
+
+CLEAR = 1e-15
+"""Room that a slack keeps to a limit at least, beside the limit's own size."""
 
 Status = Literal["solved", "acceptable", "stopped", "stalled", "too many iterations"]
 
@@ -67,7 +71,7 @@ class Options:
     tolerance: float = 1e-3
     feasibility: float = 1e-6
     acceptable: float = 1e-1
-    iterations: int = 200
+    iterations: int = 150
     barrier: float = 1e-3
     equation: float = 1e-8
     seconds: float = np.inf
@@ -191,7 +195,8 @@ class _Family:
         self.aim = np.where(self.eq, self.lower, 0.0)
         self.costs = bool(np.any(self.weight) or np.any(self.gain))
         shape = self.lower.shape
-        self.J: Array | None = None
+        self.J = np.zeros((0, 0, 0))  # until it is evaluated
+        self.only = np.zeros(shape, int), np.zeros(shape)  # of a single row: column in J, value
         self.r, self.s, self.y = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self.zl, self.zu = np.zeros(shape), np.zeros(shape)
 
@@ -221,9 +226,17 @@ class _Family:
             np.where(self.has_high, self.high - s, 1.0),
         )
 
+    def clear(self, s: Array) -> Array:
+        """Return slacks that rounding has not put onto their limits."""
+        s = np.where(self.has_low, np.maximum(s, self.low + CLEAR * (1 + np.abs(self.low))), s)
+        return np.where(
+            self.has_high, np.minimum(s, self.high - CLEAR * (1 + np.abs(self.high))), s
+        )
+
     def violation(self, r: Array) -> Array:
-        """Return how far rows lie outside their limits."""
-        return np.maximum(np.maximum(self.lower - r, r - self.upper), 0.0)
+        """Return how far rows lie outside their limits; infinitely far if they are no numbers."""
+        off = np.maximum(np.maximum(self.lower - r, r - self.upper), 0.0)
+        return np.where(np.isnan(r), np.inf, off)
 
 
 class InteriorPoint:
@@ -253,15 +266,14 @@ class InteriorPoint:
         z = self.t.local(x)
         for f in self.families:
             here = self._split(f.pick(z))
-            if f.linear and f.J is not None:
+            if f.linear and f.J.size:
                 f.r = f.d.values(*here, f.parameters)
                 continue
             f.r, J = f.d.jacobian(*here, f.parameters)
             f.J = np.array(J[:, :, f.columns])  # J's own array is filled anew
             if f.single:
-                f.diagonal_column = np.abs(f.J).argmax(axis=2)
-                values = np.take_along_axis(f.J, f.diagonal_column[..., None], 2)
-                f.diagonal_value = values[..., 0]
+                column = np.abs(f.J).argmax(axis=2)
+                f.only = column, np.take_along_axis(f.J, column[..., None], 2)[..., 0]
 
     def _down(self, weights: list[Array]) -> Array:
         """Return sum of J' w over families, by x."""
@@ -303,8 +315,9 @@ class InteriorPoint:
     def _add_squares(self, H: Array, f: _Family, w: Array) -> None:
         """Add J' D J of one family to H."""
         if f.single:
-            at = f.columns.start + f.diagonal_column
-            np.add.at(H, (f.at[:, None], at, at), w * f.diagonal_value**2)
+            column, value = f.only
+            at = f.columns.start + column
+            np.add.at(H, (f.at[:, None], at, at), w * value**2)
             return
         used = np.flatnonzero(w.any(axis=0))
         J = f.J if len(used) == w.shape[1] else np.ascontiguousarray(f.J[:, used])
@@ -362,8 +375,12 @@ class InteriorPoint:
 
         Returns:
             Where the solver ended; never raises because it failed.
+
+        Raises:
+            ParameterError: If the guess is of another shape than the problem, or not finite.
         """
         o, t = self.options, self.t
+        self._check_guess(c0, u0)
         started = clock.perf_counter()
         warm = multipliers is not None
         mu = o.barrier if not warm else min(o.barrier, WARM)
@@ -512,7 +529,7 @@ class InteriorPoint:
                             _inside(f, r, 1e-4) for f, r in zip(self.families, r_new, strict=True)
                         ]
             for f, s, d, dl, dh in zip(self.families, s_new, dy, dzl, dzu, strict=True):
-                f.s = s
+                f.s = f.clear(s)
                 f.y = f.y + alpha * d
                 f.zl = f.zl + alpha_z * dl
                 f.zu = f.zu + alpha_z * dh
@@ -521,8 +538,8 @@ class InteriorPoint:
                 f.zu = np.where(f.has_high, np.clip(f.zu, mu / (1e10 * b), 1e10 * mu / b), 0.0)
             x = x_new
             self._jacobians(x)
-        else:
-            x = best[1] if history[-1].violation > 10 * best[0] else x
+        if status in ("stalled", "too many iterations") and history[-1].violation > 10 * best[0]:
+            x = best[1]
         last = history[-1]
         if status not in ("solved", "stopped") and last.violation <= 10 * o.feasibility:
             if last.optimality <= o.acceptable:
@@ -535,6 +552,20 @@ class InteriorPoint:
             tuple(history),
             Multipliers({f.rows.name: self._everywhere(f) for f in self.families}),
         )
+
+    def _check_guess(self, c0: Array, u0: Array | None) -> None:
+        """Refuse a guess that is none."""
+        t = self.t
+        for what, given, wanted in (
+            ("coefficients", c0, (self.problem.basis.n_coefficients, t.nv)),
+            ("unknowns of nodes", u0, (t.n_nodes, t.nu)),
+        ):
+            if given is not None and given.shape != wanted:
+                raise ParameterError(
+                    f"the guess has {what} {given.shape}; this problem has {wanted}"
+                )
+            if given is not None and not np.isfinite(given).all():
+                raise ParameterError(f"the guess has {what} that are not finite")
 
     def _everywhere(self, f: _Family) -> Array:
         """Return multipliers of a family at all nodes, zero where it does not matter."""
@@ -741,7 +772,7 @@ def _limits_of_unknowns(problem: Problem) -> Rows | None:
         return None
     nv, n = len(problem.names), len(problem.nodes)
     function = _unknowns(nv, problem.n_unknowns)
-    rows = Rows.free("force", function, problem.u_names, n, unit="body weights")
+    rows = Rows.free("limits of unknowns", function, problem.u_names, n)
     active = problem.u_active
     rows.lower[active] = problem.u_lower[active]
     rows.upper[active] = problem.u_upper[active]

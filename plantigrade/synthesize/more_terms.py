@@ -46,6 +46,10 @@ def rows_of(a: Assembly, name: str, names: tuple[str, ...], expression, unit: st
     return a.add(Rows.free(name, function, names, len(a.nodes), unit=unit))
 
 
+EARLY = 0.3
+"""Part of a swing after which a foot is above the step it goes up to."""
+
+
 @dataclass(frozen=True)
 class Rest:
     """No speed at an instant, in whatever posture.
@@ -167,6 +171,8 @@ class Above:
 class Clearance:
     r"""A foot in the air is at least :math:`h \sin^2(\pi s)` high at part :math:`s` of its swing.
 
+    Between footprints of different height it is so above the higher one for most of the swing.
+
     Attributes:
         height: In the middle of the swing [m].
     """
@@ -181,8 +187,10 @@ class Clearance:
             for one, two in zip(stances[:-1], stances[1:], strict=True):
                 swing = (a.nodes > one.off) & (a.nodes < two.strike)
                 part = (a.nodes[swing] - one.off) / (two.strike - one.off)
-                level = max(one.footprint.position[2], two.footprint.position[2])
-                low = level * (part > 0.5) + self.height * np.sin(np.pi * part) ** 2
+                before, after = one.footprint.position[2], two.footprint.position[2]
+                over = part > EARLY if after > before else part < 0.5
+                level = np.where(over, max(before, after), min(before, after))
+                low = level + self.height * np.sin(np.pi * part) ** 2
                 columns = [3 * k + 2 for k, s in enumerate(a.body.sites) if s.side == side]
                 a.limit(rows, low[:, None], columns=columns, nodes=np.flatnonzero(swing).tolist())
 

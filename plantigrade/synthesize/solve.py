@@ -28,7 +28,7 @@ Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 1.5e-3  # wrench between nodes that asks for more nodes [body weights]
 ROUNDS = 3  # of adding nodes
-IPOPT_SECONDS = 120.0  # most time of IPOPT as the last resort
+IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 
 
 @dataclass

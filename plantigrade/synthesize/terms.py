@@ -98,6 +98,7 @@ class Limits:
         strength: Part of the person's joint torques that may be used.
         margin: How far within their ranges joints stay at nodes [rad]; between nodes they may
             swing out a little.
+        reserve: Part of the strength that is not used at nodes, for the same reason.
     """
 
     ranges: Mapping[str, tuple[float, float]] = field(
@@ -106,6 +107,7 @@ class Limits:
     speed: float = 15.0
     strength: float = 1.0
     margin: float = 0.01
+    reserve: float = 0.05
 
     def put(self, a: Assembly) -> None:
         """Limit coordinates, rates and torques."""
@@ -117,8 +119,12 @@ class Limits:
         room = np.minimum(self.margin, (high - low) / 4)
         a.limit(a.rows("coordinates"), low + room, high - room, columns=slice(6, None))
         a.limit(a.rows("speeds"), -self.speed, self.speed, columns=slice(6, None))
-        torque = human.model.jnt_actfrcrange[1:] / a.body.torque * self.strength
-        a.limit(a.rows("dynamics"), torque[:, 0], torque[:, 1], columns=slice(6, 6 + len(torque)))
+        torque = human.model.jnt_actfrcrange[1:] / a.body.torque
+        torque = torque * self.strength * (1.0 - self.reserve)
+        stiff, rows, nh = a.body.stiff, a.rows("dynamics"), len(torque)
+        for i, name in enumerate(a.names[6:]):  # what a joint bears, tissue and muscles together
+            row = 6 + 2 * nh + stiff.index(name) if name in stiff else 6 + i
+            a.limit(rows, torque[i, 0], torque[i, 1], columns=[row])
 
 
 @dataclass(frozen=True)
@@ -159,7 +165,7 @@ class Work:
         rows = a.rows("dynamics")
         nh = len(a.names) - 6
         w = self.weight * _factors(a.names[6:], self.joints)
-        rows.gain[:, 6 + nh :] += w * a.weights[:, None]
+        rows.gain[:, 6 + nh : 6 + 2 * nh] += w * a.weights[:, None]
 
 
 @dataclass(frozen=True)

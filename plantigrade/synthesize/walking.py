@@ -8,7 +8,7 @@ What a walk costs is the same at every speed, for every person and every foot:
 - work of muscles, positive and negative alike;
 - jerk, which keeps the spline quiet between nodes;
 - rates of contact forces;
-- tilt, list and rotation of the pelvis away from upright.
+- trunk and head away from upright, arms away from hanging: weakly, and the legs not at all.
 
 The relations between these weights were settled while looking at norms of walking at free speed
 ([Schwartz2008]_); no recording and no norm is in the problem.
@@ -43,7 +43,33 @@ from plantigrade.synthesize.terms import (
 from plantigrade.synthesize.walking_plan import advance, periodic_walk_plan, walk_plan
 
 ANKLE = 0.2  # what torque of the ankle costs beside that of other joints
-UPRIGHT = {"pelvis_tilt": 3.0, "pelvis_list": 3.0, "pelvis_rotation": 3.0}
+UPRIGHT = {
+    "pelvis_tilt": 3.0,
+    "pelvis_list": 3.0,
+    "pelvis_rotation": 3.0,
+    "lumbar_extension": 0.5,
+    "lumbar_bending": 1.0,
+    "lumbar_rotation": 0.5,
+    "thorax_extension": 0.5,
+    "thorax_bending": 1.0,
+    "thorax_rotation": 0.5,
+    "neck_extension": 0.3,
+    "neck_bending": 0.3,
+    "neck_rotation": 0.3,
+    "arm_flex": 0.05,
+    "arm_add": 0.5,
+    "arm_rot": 0.2,
+    "elbow_flex": 0.05,
+    "pro_sup": 0.1,
+    "wrist_flex": 0.1,
+    "wrist_dev": 0.1,
+    "fingers_flex": 0.1,
+}
+"""What it costs to be bent [1/(s rad²)]: trunk and head upright, arms hanging."""
+
+HANGING = {"elbow_flex": 0.35}
+"""Postures that are not zero [rad]."""
+
 CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
 STEEPEST = 0.35  # [rad]
 DENSITY = {True: 40.0, False: 20.0}  # nodes a second: periodic, from standing
@@ -64,7 +90,7 @@ def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
         Work(0.4),
         Jerk(3e-9),
         Forces(rate=5e-3),
-        Posture(UPRIGHT, {"pelvis_tilt": -slope}),
+        Posture(UPRIGHT, {**HANGING, "pelvis_tilt": -slope}),
     )
 
 
