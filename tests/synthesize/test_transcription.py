@@ -154,11 +154,9 @@ def test_a_problem_without_unknowns_of_nodes():
 
 def test_limits_of_unknowns_that_do_not_belong_together_are_refused():
     p = shape(6, seed=0, basis="polynomial", turns=None)
-    with pytest.raises(ParameterError, match=r"u_lower is \(5, 2\); 6 nodes and 2 unknowns need"):
-        replace(p, u_lower=p.u_lower[1:])
     with pytest.raises(ParameterError, match=r"u_smooth is \(6, 2\).*need \(5, 2\)"):
         replace(p, u_smooth=np.ones((6, 2)))
     crossed = p.u_upper.copy()
     crossed[4, 1] = p.u_lower[4, 1] - 1.0
-    with pytest.raises(ParameterError, match="g at 1.* s must be at least .* and at most"):
+    with pytest.raises(ParameterError, match=r"g at \d\.\d+ s must be at least .* and at most"):
         replace(p, u_upper=crossed)

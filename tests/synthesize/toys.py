@@ -105,7 +105,7 @@ def mass_on_a_line(n: int = 21, *, twice: bool = False) -> Problem:
     )
 
 
-def pendulum(n: int = 25, *, duration: float = 3.0, strength: float = 4.0) -> Problem:
+def pendulum(n: int = 41, *, duration: float = 4.0, strength: float = 4.0) -> Problem:
     """A pendulum (length 1 m, mass 1 kg) swings up from hanging to upright, from rest to rest.
 
     Args:
