@@ -16,7 +16,7 @@ from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.models import Human
 from plantigrade.synthesize.contact_plan import SAME, ContactPlan, Footprint, Site
-from plantigrade.synthesize.derivatives import Derivatives
+from plantigrade.synthesize.derivatives import derivatives_of
 from plantigrade.synthesize.flat_foot import flat_sites
 from plantigrade.synthesize.problem import Rows
 
@@ -49,7 +49,7 @@ class Body:
     sites: tuple[Site, ...]
     symbolic: SymbolicHuman
     passive: bool = True
-    kept: dict[Any, Any] = field(default_factory=dict)
+    kept: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(
@@ -246,9 +246,10 @@ def hold_contacts(
     or ends is zero too; between nodes it is the positions at neighbouring ones that keep it.
     """
     index = {site.name: k for k, site in enumerate(body.sites)}
+    lowest = min((s.footprint.position[2] for s in plan.stances), default=0.0)
     for k, site in enumerate(body.sites):
         if site.side:
-            place.lower[:, 3 * k + 2] = 0.0
+            place.lower[:, 3 * k + 2] = lowest
     for stance in plan.stances:
         targets = site_targets(body, stance.footprint)
         spans = {index[n]: stance.interval(body.sites[index[n]].part) for n in targets}
@@ -259,6 +260,7 @@ def hold_contacts(
             {index[n]: x for n, x in targets.items()},
             place,
             speed,
+            stance.footprint.heading,
         )
     if plan.supports:
         spans = {index[s.site.name]: (s.start, s.stop) for s in plan.supports}
@@ -285,14 +287,15 @@ def _hold(
     targets: dict[int, Float[Array, " 3"]],
     place: Rows,
     speed: Rows,
+    heading: float = 0.0,
 ) -> None:
     """Fix sites that move as one while they stand: site → from when to when, and where."""
-    jacobian = _rows_at_rest(body)
+    jacobian = _rows_at_rest(body, heading)
     spans = {k: (start, stop) for k, (start, stop) in spans.items() if stop > start}
     for i, t in enumerate(nodes):
         down = [k for k, (start, stop) in spans.items() if start - SAME <= t <= stop + SAME]
         through = [k for k in down if spans[k][0] < t - SAME and t + SAME < spans[k][1]]
-        key = ("rows", tuple(through), tuple(down))
+        key = ("rows", tuple(through), tuple(down), round(heading, 3))
         if key not in body.kept:
             first = _independent(jacobian, through, [])
             body.kept[key] = first, _independent(jacobian, down, first)
@@ -306,19 +309,27 @@ def _hold(
             speed.lower[i, row] = speed.upper[i, row] = 0.0
 
 
-def _rows_at_rest(body: Body) -> Float[Array, "n_rows nv"]:
-    """Return the Jacobian of all place rows in quiet standing."""
-    if "at rest" in body.kept:
-        return body.kept["at rest"]
-    place = place_rows(body, np.zeros((1, len(body.sites))), rates=False)
-    standing = body.human.standing()[None]
-    nv = body.symbolic.nv
-    q, v, a = body.symbolic.from_mujoco(standing, np.zeros((1, nv)), np.zeros((1, nv)))
-    derivatives = Derivatives(place.function)
-    u = np.zeros((1, 3 * len(body.sites)))
-    J = derivatives.jacobian(q, v, a, u, place.parameters)[1][0, :, :nv].copy()
-    body.kept["at rest"] = J
-    return J
+def _rows_at_rest(body: Body, heading: float = 0.0) -> Float[Array, "n_rows nv"]:
+    """Return the Jacobian of all place rows in quiet standing.
+
+    Rows are along world axes, so which of them are independent depends on where the feet point: two
+    heels beside each other turn about the vertical with x of one, two behind each other with y.
+
+    Args:
+        body: The person.
+        heading: Where the person stands to, from x towards y [rad].
+    """
+    key = ("at rest", round(heading, 3))
+    if key not in body.kept:
+        towards = np.full((1, len(body.sites)), key[1])
+        place = place_rows(body, towards, rates=False)
+        standing, nv = body.human.standing()[None], body.symbolic.nv
+        q, v, a = body.symbolic.from_mujoco(standing, np.zeros((1, nv)), np.zeros((1, nv)))
+        q[:, body.symbolic.names.index("pelvis_rotation")] += key[1]
+        u = np.zeros((1, 3 * len(body.sites)))
+        J = derivatives_of(place.function).jacobian(q, v, a, u, place.parameters)[1]
+        body.kept[key] = J[0, :, :nv].copy()
+    return body.kept[key]
 
 
 def _independent(
