@@ -7,8 +7,10 @@ import numpy as np
 from plantigrade.dynamics.symbolic import Point
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.synthesize.assembly import Assembly
-from plantigrade.synthesize.contact_plan import SAME
+from plantigrade.synthesize.contact_plan import SAME, Footprint
+from plantigrade.synthesize.formulation import site_targets
 from plantigrade.synthesize.problem import Rows
+from plantigrade.synthesize.terrain import treads
 from plantigrade.synthesize.walking_plan import unrolled
 
 
@@ -46,8 +48,8 @@ def rows_of(a: Assembly, name: str, names: tuple[str, ...], expression, unit: st
     return a.add(Rows.free(name, function, names, len(a.nodes), unit=unit))
 
 
-EARLY = 0.3
-"""Part of a swing after which a foot is above the step it goes up to."""
+BESIDE = 0.06
+"""How far beside where it is expected a swinging foot clears a step [m]."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +173,7 @@ class Above:
 class Clearance:
     r"""A foot in the air is at least :math:`h \sin^2(\pi s)` high at part :math:`s` of its swing.
 
-    Between footprints of different height it is so above the higher one for most of the swing.
+    Steps in the ground are cleared where a foot that goes smoothly from print to print meets them.
 
     Attributes:
         height: In the middle of the swing [m].
@@ -181,18 +183,27 @@ class Clearance:
 
     def put(self, a: Assembly) -> None:
         """Limit heights of the places that can touch."""
-        rows = a.rows("contact")
+        rows, steps = a.rows("contact"), treads(a.plan)
         for side in ("r", "l"):
+            flat = site_targets(a.body, Footprint(side, (0.0, 0.0, 0.0)))
+            reach = {name: float(at[0]) for name, at in flat.items()}
             stances = [s for s in unrolled(a.plan) if s.footprint.side == side]
             for one, two in zip(stances[:-1], stances[1:], strict=True):
                 swing = (a.nodes > one.off) & (a.nodes < two.strike)
                 part = (a.nodes[swing] - one.off) / (two.strike - one.off)
-                before, after = one.footprint.position[2], two.footprint.position[2]
-                over = part > EARLY if after > before else part < 0.5
-                level = np.where(over, max(before, after), min(before, after))
-                low = level + self.height * np.sin(np.pi * part) ** 2
-                columns = [3 * k + 2 for k, s in enumerate(a.body.sites) if s.side == side]
-                a.limit(rows, low[:, None], columns=columns, nodes=np.flatnonzero(swing).tolist())
+                way = two.footprint.position[0] - one.footprint.position[0]
+                gone = one.footprint.position[0] + way * part**3 * (10 - 15 * part + 6 * part**2)
+                above = self.height * np.sin(np.pi * part) ** 2
+                for k, site in enumerate(a.body.sites):
+                    if site.side == side:
+                        ahead = reach[site.name]
+                        margin = np.where((part > 0.02) & (part < 0.98), BESIDE, 0.0)
+                        low = steps.height(gone + ahead, margin) + above
+                        at = np.flatnonzero(swing).tolist()
+                        a.limit(rows, low[:, None], columns=[3 * k + 2], nodes=at)
+                        if two.footprint.position[2] < one.footprint.position[2]:
+                            back = (gone + ahead - BESIDE)[:, None]  # it does not lag behind
+                            a.limit(rows, back, columns=[3 * k], nodes=at)
 
 
 @dataclass(frozen=True)

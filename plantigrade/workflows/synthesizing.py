@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from plantigrade.analyze.motion_check import MotionCheck
     from plantigrade.models import Human
     from plantigrade.motion import GaitEvent, Record
-    from plantigrade.synthesize.contact_plan import ContactPlan
     from plantigrade.synthesize.interior_point import Iterate
     from plantigrade.synthesize.post_mortem import Broken
     from plantigrade.synthesize.synthesis import Sampled, Synthesis
@@ -26,7 +25,6 @@ Progress = Callable[[str, "Iterate"], bool | None]
 
 FINENESS = 10  # frames between two nodes
 NOISE = 0.05  # of the guesses of further tries, root mean square [rad]
-MIDDLE = 0.06  # of a foot, ahead of its ankle [m]
 MOST_SAID = 3  # findings of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
 
@@ -181,12 +179,17 @@ class Synthesized:
     @property
     def notes(self) -> list[str]:
         """What the user should know besides the status."""
+        from plantigrade.synthesize.post_mortem import pressing
+
         found = []
         if not self.synthesis.success:
             words = {"stopped": "was stopped; this is the best so far"}
             how = words.get(self.synthesis.status, f"ended with “{self.synthesis.status}”")
             found.append(f"the solver {how}.")
             found += [b.sentence() + "." for b in self.broken[:5]]
+            pushed = pressing(self.synthesis.problem, self.synthesis.multipliers)
+            if pushed and self.synthesis.status != "stopped":
+                found.append(f"limits the solver pushed against hardest: {'; '.join(pushed)}.")
         return found
 
     @cached_property
@@ -320,6 +323,7 @@ def under_test(synthesis: "Synthesis", sampled: "Sampled"):
     """
     from plantigrade.analyze.motion_check import ContactSite, Ground, Limits, MotionUnderTest
     from plantigrade.synthesize import terms
+    from plantigrade.synthesize.terrain import ground as ground_of
 
     body, task = synthesis.body, synthesis.task
     rests = {s.site.name: s.position[2] for s in task.plan.supports}
@@ -335,7 +339,7 @@ def under_test(synthesis: "Synthesis", sampled: "Sampled"):
         for site in body.sites
     )
     normal = tuple(float(x) for x in task.plan.to_world[:, 2])
-    ground, limits = Ground(normal=normal, height=terrain(task.plan)), Limits()
+    ground, limits = Ground(normal=normal, height=ground_of(task.plan)), Limits()
     for term in task.terms:
         if isinstance(term, terms.Contact):
             ground = replace(ground, friction=term.friction)
@@ -355,32 +359,6 @@ def under_test(synthesis: "Synthesis", sampled: "Sampled"):
         ground,
         limits,
     )
-
-
-def terrain(plan: "ContactPlan") -> float | Callable[[np.ndarray], np.ndarray]:
-    """Return the height of the ground of a plan [m], or a function of points that returns it.
-
-    The ground is as high as the footprint nearest to a point, so that steps lie midway between
-    footprints of different height.
-    """
-    from plantigrade.synthesize.walking_plan import unrolled
-
-    prints = [s.footprint for s in (unrolled(plan) if plan.periodic else plan.stances)]
-    heights = np.array([p.position[2] for p in prints])
-    if not len(prints) or np.ptp(heights) < 1e-6:
-        return float(heights.mean()) if len(prints) else 0.0
-    middles = np.array(
-        [
-            [p.position[0] + MIDDLE * np.cos(p.heading), p.position[1] + MIDDLE * np.sin(p.heading)]
-            for p in prints
-        ]
-    )
-
-    def height(points: np.ndarray) -> np.ndarray:
-        away = np.linalg.norm(points[..., None, :2] - middles, axis=-1)
-        return heights[np.argmin(away, axis=-1)]
-
-    return height
 
 
 # Tasks --------------------------------------------------------------------------------------------

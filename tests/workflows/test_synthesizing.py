@@ -1,6 +1,7 @@
 """From a task to a motion that is judged: settings, verdict, figures, run folder, warm start."""
 
 import json
+import re
 from dataclasses import replace
 
 import mujoco
@@ -10,15 +11,15 @@ import pytest
 from plantigrade.analyze.motion_check import examine, motion_of_run
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.run_folder import read_run
-from plantigrade.synthesize.post_mortem import Broken, broken_rows
+from plantigrade.synthesize.post_mortem import Broken, broken_rows, pressing
 from plantigrade.synthesize.tasks import make_task
-from plantigrade.workflows.synthesis_folder import read_synthesis, with_seats
+from plantigrade.synthesize.terrain import ground
+from plantigrade.workflows.synthesis_folder import read_synthesis, with_world
 from plantigrade.workflows.synthesizing import (
     SynthesizeSettings,
     judged,
     synthesize_task,
     task_of,
-    terrain,
 )
 
 
@@ -156,6 +157,28 @@ def test_the_post_mortem_names_row_side_time_amount_and_remedy(spoiled, synthesi
     assert broken_rows(made.problem, made.c, made.u) == ()
 
 
+def test_limits_that_are_pushed_against_are_named(synthesized):
+    """Those that bind: at each the motion is near its limit."""
+    made = synthesized[0].synthesis
+    words = pressing(made.problem, made.multipliers, count=9)
+    assert words and all(re.search(r" at \d\.\d\d s$", w) for w in words)
+    assert pressing(made.problem, None) == ()
+
+
+def test_advice_tells_what_was_fixed_from_what_was_limited(synthesized):
+    made = synthesized[0].synthesis
+    rows = next(r for r in made.problem.rows if r.name == "coordinates")
+    lower, upper = rows.lower.copy(), rows.upper.copy()
+    knee = rows.names.index("knee_angle_r")
+    lower[3, knee] = upper[3, knee] = 2.0
+    asked = replace(rows, lower=lower, upper=upper)
+    others = tuple(r for r in made.problem.rows if r is not rows)
+    problem = replace(made.problem, rows=(*others, asked))
+    (broken,) = broken_rows(problem, made.c, made.u)
+    assert broken.name == "knee_angle_r" and broken.unit == "deg"
+    assert "posture asked for" in broken.sentence()
+
+
 def test_amounts_are_those_of_the_motion(synthesized):
     """A pelvis raised by 7 mm lifts all that stands by 7 mm."""
     made = synthesized[0].synthesis
@@ -174,13 +197,21 @@ def test_a_motion_that_is_physical_but_not_what_was_asked_is_not_ok(synthesized)
     )
 
 
-def test_ground_with_a_step_is_as_high_as_the_next_footprint(synthesized):
+def test_steps_and_slopes_are_to_be_seen_where_the_feet_stand(synthesized):
     human = synthesized[0].human
-    height = terrain(make_task("walk", human, {"steps": 4, "step_height": 0.1}).plan)
-    assert callable(height)
-    way = height(np.array([[x, 0.0, 0.0] for x in np.linspace(-0.3, 3.0, 100)]))
-    assert way[0] == 0.0 and way[-1] == pytest.approx(0.1) and (np.diff(way) >= 0).all()
-    assert terrain(synthesized[0].synthesis.task.plan) == 0.0
+    for told in ({"steps": 4, "step_height": 0.1}, {"steps": 4, "slope": 0.1}):
+        plan = make_task("walk", human, told).plan
+        model = mujoco.MjModel.from_xml_string(with_world(human.xml, plan))
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        drawn = [g for g in range(model.ngeom) if model.geom(g).name[:5] in ("step_", "slope")]
+        assert drawn and model.geom_contype[drawn].max() == 0
+        last = plan.to_world @ np.array(plan.stances[-1].footprint.position)
+        away = mujoco.mj_ray(
+            model, data, last + [0.0, 0.0, 1.0], np.array([0.0, 0.0, -1.0]),
+            np.array([1, 0, 0, 0, 0, 0], np.uint8), 1, -1, np.zeros(1, np.int32),
+        )  # fmt: skip
+        assert away == pytest.approx(1.0, abs=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -214,7 +245,7 @@ def test_a_task_is_made_from_its_name_or_from_a_file_and_options_go_over_it(synt
 def test_a_seat_is_to_be_seen_and_touches_nothing(synthesized):
     human = synthesized[0].human
     task = make_task("sit-to-stand", human, {})
-    model = mujoco.MjModel.from_xml_string(with_seats(human.xml, task.plan))
+    model = mujoco.MjModel.from_xml_string(with_world(human.xml, task.plan))
     assert model.nq == human.model.nq
     np.testing.assert_allclose(model.body_mass, human.model.body_mass)
     top = {s.position[2] for s in task.plan.supports}
@@ -222,7 +253,7 @@ def test_a_seat_is_to_be_seen_and_touches_nothing(synthesized):
     assert seat.pos[2] + seat.size[2] == pytest.approx(next(iter(top)), abs=1e-3)
     assert model.geom_contype[seat.id] == 0 and model.geom_conaffinity[seat.id] == 0
     assert {model.geom(g).name for g in range(model.ngeom)} >= {"contact_seat_r", "contact_seat_l"}
-    assert with_seats(human.xml, synthesized[0].synthesis.task.plan) == human.xml
+    assert with_world(human.xml, synthesized[0].synthesis.task.plan) == human.xml
 
 
 def test_motions_of_the_paper_stand_where_its_contact_matrix_says():
