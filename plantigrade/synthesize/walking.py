@@ -24,7 +24,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.contact_plan import ContactPlan
 from plantigrade.synthesize.formulation import Body
-from plantigrade.synthesize.gait_parameters import gait_parameters
+from plantigrade.synthesize.gait_parameters import GaitParameters, gait_parameters
 from plantigrade.synthesize.guess import walking_guess
 from plantigrade.synthesize.more_terms import Clearance, Quiet, Rest
 from plantigrade.synthesize.task import Task
@@ -134,19 +134,10 @@ def walk(
     if periodic:
         if turn or step_height or heights is not None:
             raise ParameterError(
-                "a periodic walk goes straight on level ground: leave out turn and heights, or "
+                "a periodic walk goes straight on even ground: leave out turn and heights, or "
                 "leave out periodic"
             )
-        plan = replace(periodic_walk_plan(human, p), slope=slope)
-
-        def guess(body: Body, plan: ContactPlan, times: Array) -> Array:
-            return walking_guess(body.human, plan, p, times)
-
-        return Task(
-            "walk", plan, walking_terms(slope), guess, density=DENSITY[True], step=advance(plan)[0]
-        )
-    if step_height and heights is not None:
-        raise ParameterError("give step_height or heights, not both")
+        return periodic_walk(human, p, slope=slope)
     if turn and (step_height or heights is not None):
         raise ParameterError("a turn over steps is not known: give turn or heights")
     if step_height:
@@ -163,3 +154,20 @@ def walk(
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
     return Task("walk", plan, tuple(terms), guess_from_standing, density=DENSITY[False])
+
+
+def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> Task:
+    """Return the task of a walk that goes on for ever, of which half a stride is solved.
+
+    Args:
+        human: The person.
+        parameters: Lengths and times of the walk.
+        slope: How far the ground rises along the way [rad].
+    """
+    plan = replace(periodic_walk_plan(human, parameters), slope=slope)
+
+    def guess(body: Body, plan: ContactPlan, times: Array) -> Array:
+        return walking_guess(body.human, plan, parameters, times)
+
+    step = advance(plan)[0]
+    return Task("walk", plan, walking_terms(slope), guess, density=DENSITY[True], step=step)
