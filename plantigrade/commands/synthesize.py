@@ -50,6 +50,7 @@ OPTIONS = {
     "steps": "steps",
     "periodic": "periodic",
     "turn": "turn",
+    "slope": "slope",
     "step_height": "step_height",
     "duration": "duration",
     "chair_height": "chair_height",
@@ -58,7 +59,7 @@ OPTIONS = {
     "depth": "depth",
 }
 """Options that are parameters of tasks, and what tasks call them."""
-ANGLES = ("turn",)  # given in degrees
+ANGLES = ("turn", "slope")  # given in degrees
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +85,8 @@ class Command(PersonOptions, RunOptions):
     """A walk that goes on for ever instead of one that starts and stops."""
     turn: Degrees = None
     """How far the way turns to the left [deg]."""
+    slope: Degrees = None
+    """How far the ground rises along the way, negative downhill [deg]."""
     step_height: Metres = None
     """Height of a step up in the middle of the way, down if negative [m]."""
     duration: Seconds = None

@@ -3,11 +3,12 @@
 Rows are evaluated anew at the nodes; nothing a solver says of itself is used.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.synthesize.interior_point import Multipliers
 from plantigrade.synthesize.problem import Problem, Rows
 
 TOLERANCE = 1e-4
@@ -34,6 +35,12 @@ ADVICE = {
     "force": "give the motion more time, or allow more force (a term Contact with a larger force)",
 }
 """What to relax, by kind of row."""
+FIXED = {
+    "coordinates": "the posture asked for at that instant does not go with all the rest: give the "
+    "motion more time, or ask for another posture",
+    "speeds": "the body cannot be at rest there: give the motion more time, or do not ask for rest",
+}
+"""What to relax where a row was fixed, not limited."""
 
 
 @dataclass(frozen=True)
@@ -103,13 +110,46 @@ def broken_rows(
     for rows in problem.rows:
         r = values(rows, q, v, a, u)
         off = np.maximum(rows.lower - r, r - rows.upper)
-        found += _worst(problem, rows.name, rows.names, off, tolerance, rows.unit, rows.scale)
+        worst = _worst(problem, rows.name, rows.names, off, tolerance, rows.unit, rows.scale)
+        found += [_advised(b, rows, problem) for b in worst]
     if problem.n_unknowns:
         off = np.maximum(problem.u_lower - u, u - problem.u_upper)
         found += _worst(
             problem, "force", problem.u_names, off, tolerance, "% of body weight", 100.0
         )
     return tuple(sorted(found, key=lambda b: -b.relative))
+
+
+def pressing(problem: Problem, multipliers: Multipliers | None, count: int = 3) -> tuple[str, ...]:
+    """Return which limits a solver pushed against hardest, in words: what to relax first.
+
+    Args:
+        problem: What was asked.
+        multipliers: What rows pushed with; None for nobody knows.
+        count: How many limits at most, one of each kind.
+    """
+    if multipliers is None:
+        return ()
+    found = []
+    for rows in problem.rows:
+        push = multipliers.rows.get(rows.name)
+        if push is None or push.shape[1:] != rows.lower.shape:
+            continue
+        size = np.where(rows.inequalities, np.abs(push[1:]).max(axis=0), 0.0)
+        k, i = np.unravel_index(int(np.argmax(size)), size.shape)
+        if size[k, i] > 0:
+            at = Broken(rows.name, rows.names[int(i)], float(problem.nodes[k]), 0.0, "", 0.0)
+            found.append((float(size[k, i]), f"{at.words} at {at.time:.2f} s"))
+    return tuple(words for _, words in sorted(found, reverse=True)[:count])
+
+
+def _advised(broken: Broken, rows: Rows, problem: Problem) -> Broken:
+    """Return what is broken with other advice where it was fixed rather than limited."""
+    k = int(np.argmin(np.abs(problem.nodes - broken.time)))
+    fixed = rows.equations[k, rows.names.index(broken.name)]
+    if rows.name in FIXED and fixed:
+        return replace(broken, advice=FIXED[rows.name])
+    return broken
 
 
 def values(

@@ -30,6 +30,7 @@ UNITS = {
     "push": "s", "landing": "s",
 }  # fmt: skip
 """Of parameters of tasks, by name."""
+BEYOND, WIDE = 1.0, 0.6  # of ground that is drawn: past the outer footprints, to either side [m]
 SAME = 1e-6  # times closer than this are one [s]
 MULTIPLIERS = "multipliers "  # of what begins so in synthesis.npz, the name of the rows follows
 MOT_RATE = 100.0  # frames a second of motion.mot [Hz]
@@ -70,7 +71,7 @@ def write(
     time = np.linspace(0.0, end, int(np.ceil(end * MOT_RATE - 1e-9)) + 1)
     names, values = human.to_coordinates(made.synthesis.sample(time).qpos)
     drawn = drawing(made)
-    xml = with_seats(human.xml, made.synthesis.task.plan)
+    xml = with_world(human.xml, made.synthesis.task.plan)
     model = mujoco.MjModel.from_xml_string(xml)
     files: dict[str, str | bytes] = dict(pages(model, record, drawn))
     files[FILE] = to_npz(made.synthesis, drawn)
@@ -86,19 +87,23 @@ def write(
     return folder, metrics
 
 
-def with_seats(xml: str, plan: "ContactPlan") -> str:
-    """Return a model with what carries the body besides the ground, to be seen: it touches nothing.
+def with_world(xml: str, plan: "ContactPlan") -> str:
+    """Return a model with seats, steps and slopes of a plan, to be seen: they touch nothing.
 
-    The places of the body that rest there become contact spheres like those of the feet, so that
-    whoever checks the run finds them.
+    The places of the body that rest on a seat become contact spheres like those of the feet, so
+    that whoever checks the run finds them.
 
     Args:
         xml: MJCF of the person.
-        plan: Says what rests where.
+        plan: Says what rests where, and how the ground is.
     """
-    if not plan.supports:
-        return xml
     from xml.etree import ElementTree
+
+    from plantigrade.synthesize.terrain import treads
+
+    steps = treads(plan)
+    if not plan.supports and not plan.slope and not len(steps.edges):
+        return xml
 
     root = ElementTree.fromstring(xml)
     world = root.find("worldbody")
@@ -120,6 +125,20 @@ def with_seats(xml: str, plan: "ContactPlan") -> str:
         ElementTree.SubElement(world, "geom", seat | {"size": _words(0.18, across, 0.02)} | colour)
         size = _words(0.03, (height - 0.04) / 2)
         ElementTree.SubElement(world, "geom", post | {"size": size} | colour)
+    x = np.array([s.footprint.position[0] for s in plan.stances])
+    first, last = float(x.min()) - BEYOND, float(x.max()) + BEYOND
+    ground = nothing | {"type": "box", "rgba": "0.80 0.80 0.77 1"}
+    ends = zip([first, *steps.edges], [*steps.edges, last], steps.heights, strict=True)
+    for k, (a, b, height) in enumerate(ends, 1):
+        if height > 0.0:  # below the ground that is drawn nothing is seen
+            place = {"pos": _words((a + b) / 2, 0.0, height / 2), "name": f"step_{k}"}
+            place["size"] = _words((b - a) / 2, WIDE, height / 2)
+            ElementTree.SubElement(world, "geom", ground | place)
+    if plan.slope:
+        pos = plan.to_world @ np.array([(first + last) / 2, 0.0, -0.01])
+        place = {"pos": _words(*pos), "size": _words((last - first) / 2, WIDE, 0.01)}
+        turn = _words(np.cos(plan.slope / 2), 0.0, -np.sin(plan.slope / 2), 0.0)
+        ElementTree.SubElement(world, "geom", ground | place | {"quat": turn, "name": "slope"})
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -186,7 +205,7 @@ def told_as(name: str, value: Any) -> str:
     if value is True:
         return words
     if isinstance(value, int | float):
-        if name == "turn":
+        if name in ("turn", "slope"):
             return f"{words} {np.rad2deg(value):.4g}°"
         unit = UNITS.get(name, "")
         return f"{words} {value:g}{' ' if unit else ''}{unit}"

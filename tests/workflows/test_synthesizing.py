@@ -13,7 +13,6 @@ from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.run_folder import read_run
 from plantigrade.synthesize.post_mortem import Broken, broken_rows, pressing
 from plantigrade.synthesize.tasks import make_task
-from plantigrade.synthesize.terrain import ground
 from plantigrade.workflows.synthesis_folder import read_synthesis, with_world
 from plantigrade.workflows.synthesizing import (
     SynthesizeSettings,
