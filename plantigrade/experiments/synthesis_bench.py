@@ -38,10 +38,11 @@ NOTES = (
     "How to read it: a motion counts as made if the solver says solved and the checker, on a grid "
     "ten times finer than the nodes, finds nothing out of its limits. Times are the processor's, "
     "of one thread, from the task (mesh, equations of the person, guess) to the motion, without "
-    "the checker; 'clock' is what went by on this machine, whatever else it was doing. Loading is "
-    "what the first motion of a process waits longer for derivatives that are on disk already. No "
-    "compiler is used anywhere. Noise on a first guess is a sum of smooth waves on every "
-    "coordinate (plantigrade.synthesize.guess.perturbed), its size a root mean square.",
+    "the checker; a warm start has the equations of the person. 'clock' is what went by on this "
+    "machine, whatever else it was doing. Loading is what the first motion of a process waits "
+    "longer for derivatives that are on disk already. No compiler is used anywhere. Noise on a "
+    "first guess is a sum of smooth waves on every coordinate "
+    "(plantigrade.synthesize.guess.perturbed), its size a root mean square.",
 )
 
 

@@ -43,7 +43,7 @@ def solve(
 ) -> Timed:
     """Make a motion from a task and a person, and time it.
 
-    Equations of the person, mesh and guess are made within the time.
+    Equations of the person, mesh and guess are made within the time; a warm start has the person.
 
     Args:
         human: The person.
@@ -64,7 +64,7 @@ def solve(
         start = task.start(body, problem)[0]
         c0 = perturbed(start, seed=seed, size=noise, closure=problem.closure)
     wall, cpu = clock.perf_counter(), clock.process_time()
-    body = body_for(human, task.plan)
+    body = body_for(human, task.plan) if warm is None else warm.body
     made = synthesize(body, task, solver=solver, warm=warm, c0=c0)  # type: ignore[arg-type]
     return Timed(made, clock.perf_counter() - wall, clock.process_time() - cpu)
 

@@ -24,7 +24,7 @@ FAILED = GOOD | {
     "success": False, "good": False, "status": "stalled", "violation": 0.2, "worst": "z of toe_r",
     "stages": [{**STAGE, "status": "stalled", "seconds": 2.0, "iterations": 30, "end": ["30: …"]}],
 }  # fmt: skip
-PEOPLE = 5 * 5 * 3
+PEOPLE = 5 * 3 * 3
 
 
 # What is kept -------------------------------------------------------------------------------------
