@@ -115,6 +115,8 @@ class Command(PersonOptions, RunOptions):
     """Run folder of a similar motion to start from."""
     tries: int = 1
     """First guesses, all but the first with noise; the cheapest motion is taken."""
+    free_timing: bool = False
+    """Let a periodic walk choose its own step length, stance and heel rise."""
     strides: int = 2
     """Strides of a periodic walk that are written."""
 
@@ -195,6 +197,7 @@ class Command(PersonOptions, RunOptions):
             parameters=parameters,
             seed=self.seed,
             tries=self.tries,
+            free_timing=self.free_timing,
             strides=self.strides,
         )
         return settings, name

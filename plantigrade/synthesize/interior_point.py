@@ -45,6 +45,9 @@ SMALL = 0.5
 WARM = 1e-4
 """First barrier parameter where multipliers are known."""
 
+LONG = 25
+"""Iterations in which a violation must halve, or the solver gives up."""
+
 PATIENCE = 5
 """Iterations after which a nearly feasible point waits no longer for a smaller barrier."""
 
@@ -435,6 +438,9 @@ class InteriorPoint:
             if error0 <= o.tolerance and violation <= o.feasibility:
                 status = "solved"
                 break
+            if _hopeless(history):
+                status = "stalled"
+                break
             try:
                 told = progress(history[-1]) if progress is not None else False
             except KeyboardInterrupt:
@@ -745,6 +751,14 @@ class InteriorPoint:
                 worst = float(off[k, i])
                 name = f"{f.rows.names[i]} at {self.problem.nodes[f.at[k]]:.2f} s"
         return worst, name
+
+
+def _hopeless(history: Sequence[Iterate]) -> bool:
+    """Return whether the violation, still large, has not halved for long."""
+    if len(history) <= 2 * LONG:
+        return False
+    recent = min(it.violation for it in history[-LONG:])
+    return recent > 1e-3 and recent > 0.5 * min(it.violation for it in history[:-LONG])
 
 
 def _inside(f: _Family, r: Array, margin: float) -> Array:

@@ -52,7 +52,7 @@ def nodes_like(
 
 
 def split(
-    nodes: Float[Array, " n"], times: Float[Array, " n_times"], *, shortest: float = 0.005
+    nodes: Float[Array, " n"], times: Float[Array, " n_times"], *, shortest: float = 0.002
 ) -> Float[Array, " m"]:
     """Return nodes with more of them wherever one of the times falls in between.
 

@@ -26,8 +26,8 @@ from plantigrade.synthesize.terms import Acceleration, Work
 Solver = Literal["band", "ipopt"]
 Progress = Callable[[str, Iterate], bool | None]
 
-UNEXPLAINED = 1.5e-3  # wrench between nodes that asks for more nodes [body weights]
-ROUNDS = 3  # of adding nodes
+UNEXPLAINED = 1.2e-3  # wrench between nodes that asks for more nodes [body weights]
+ROUNDS = 4  # of adding nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 
 

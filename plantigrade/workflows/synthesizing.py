@@ -48,6 +48,7 @@ class SynthesizeSettings:
         density: Nodes a second; the task's own if absent.
         seed: Of the noise on the guesses of further tries.
         tries: First guesses; the cheapest motion that succeeds is taken.
+        free_timing: Whether a periodic walk chooses its own step length, stance and heel rise.
         warm: Run folder to start from.
         strides: Strides of a periodic walk that are written.
     """
@@ -66,6 +67,7 @@ class SynthesizeSettings:
     density: float | None = None
     seed: int = 0
     tries: int = 1
+    free_timing: bool = False
     warm: Path | None = None
     strides: int = 2
 
@@ -231,6 +233,8 @@ def synthesize_task(
     human = settings.human()
     task = task_of(human, settings)
     body = body_for(human, task.plan)
+    if settings.free_timing:
+        return _on_its_own_times(settings, human, body, progress)
     prepared = clock.perf_counter() - started
     best, tried, halted = None, [], False
 
@@ -265,6 +269,35 @@ def synthesize_task(
     return judged(settings, best, prepared=prepared, tried=tuple(tried))
 
 
+def _on_its_own_times(settings, human: "Human", body, progress: Progress | None) -> Synthesized:
+    """Return a periodic walk whose times of contact cost least, judged.
+
+    Raises:
+        ParameterError: If the task is no periodic walk.
+    """
+    from plantigrade.synthesize.free_timing import free_timing
+    from plantigrade.synthesize.gait_parameters import gait_parameters
+    from plantigrade.synthesize.walking import periodic_walk
+
+    told = dict(settings.parameters)
+    if settings.task != "walk" or settings.file or not told.pop("periodic", False):
+        raise ParameterError(
+            "only a periodic walk chooses its own times: plantigrade synthesize walk --periodic "
+            "--free-timing"
+        )
+    slope = told.pop("slope", 0.0)
+    start = gait_parameters(human, told.pop("speed", 1.3), **told)
+
+    def task(p):
+        made = periodic_walk(human, p, slope=slope)
+        named = {"basis": settings.basis, "density": settings.density}
+        return replace(made, **{k: v for k, v in named.items() if v is not None})
+
+    found = free_timing(body, task, start, progress=progress)
+    tried = tuple(f"{c:.4g} a metre" for c in found.costs)
+    return judged(settings, found.synthesis, tried=tried)
+
+
 def _as_the_paper(settings: SynthesizeSettings, progress: Progress | None) -> Synthesized:
     """Return a motion of the paper, judged.
 
@@ -279,6 +312,7 @@ def _as_the_paper(settings: SynthesizeSettings, progress: Progress | None) -> Sy
         "--warm": settings.warm,
         "--density": settings.density,
         "--tries": settings.tries > 1,
+        "--free-timing": settings.free_timing,
     }
     for what, asked in unknown.items():
         if asked:
