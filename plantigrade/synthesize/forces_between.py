@@ -18,6 +18,9 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.dynamics.compiled import Batched
 from plantigrade.synthesize.formulation import Body
 
+FRICTION = 0.8
+"""Coefficient of friction where nobody says another: shoes on a dry floor."""
+
 _LEAST = 0.01  # load from which a place takes part [body weights]
 _EXACT = 1e8  # what a missing wrench costs beside a change of forces
 
@@ -29,7 +32,7 @@ def explaining(
     a: Float[Array, "n nv"],
     force: Float[Array, "n n_sites 3"],
     standing: Bool[Array, "n n_sites"],
-    friction: float = 0.8,
+    friction: float = FRICTION,
 ) -> Float[Array, "n n_sites 3"]:
     """Return forces that explain a motion where places on the ground can.
 

@@ -7,11 +7,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.synthesize.forces_between import explaining, remainder
+from plantigrade.synthesize.forces_between import FRICTION, explaining, remainder
 from plantigrade.synthesize.formulation import Body
 from plantigrade.synthesize.interior_point import Iterate, Multipliers
+from plantigrade.synthesize.post_mortem import values
 from plantigrade.synthesize.problem import Problem
 from plantigrade.synthesize.task import Task
+from plantigrade.synthesize.terms import Contact
+from plantigrade.synthesize.transcription import Transcription
 
 
 @dataclass(frozen=True)
@@ -87,8 +90,21 @@ class Synthesis:
 
     @cached_property
     def objective(self) -> float:
-        """Cost at the end."""
-        return self.stages[-1].history[-1].objective
+        """Cost of this motion; the last stage may have ended elsewhere."""
+        p, u = self.problem, self.u[:, : self.problem.n_unknowns]
+        states = p.states(self.c, p.nodes)
+        transcription = Transcription(p)
+        cost = transcription.smoothness(transcription.join(self.c, u))[0]
+        for rows in p.rows:
+            if rows.weight.any() or rows.gain.any():
+                r = values(rows, *states, u)
+                cost += float(np.sum(rows.gain * r + 0.5 * rows.weight * (r - rows.target) ** 2))
+        return cost
+
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction of the task's ground."""
+        return next((t.friction for t in self.task.terms if isinstance(t, Contact)), FRICTION)
 
     @property
     def iterations(self) -> int:
@@ -168,7 +184,7 @@ class Synthesis:
                 standing[at] = standing[at][:, k.u_source[::3] // 3]
         qpos, qvel, qacc = self.body.symbolic.to_mujoco(q, v, a)
         force = u.reshape(len(times), n_sites, 3) * self.body.weight
-        force = explaining(self.body, q, v, a, force, standing)
+        force = explaining(self.body, q, v, a, force, standing, self.friction)
         if self.task.plan.slope:
             qpos, qvel, qacc, force = _in_world(self.task.plan.to_world, qpos, qvel, qacc, force)
             q = self.body.human.to_coordinates(qpos)[1]

@@ -140,6 +140,8 @@ def walk(
         return periodic_walk(human, p, slope=slope)
     if turn and (step_height or heights is not None):
         raise ParameterError("a turn over steps is not known: give turn or heights")
+    if step_height and heights is not None:
+        raise ParameterError("give step_height or heights, not both")
     if step_height:
         heights = [step_height * (k >= steps // 2) for k in range(steps)]
     plan = walk_plan(human, p, steps=steps, turn=turn, heights=heights)

@@ -1,0 +1,157 @@
+"""From a task to a motion: stages, warm starts, what cannot be done, being stopped."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.errors import ParameterError
+from plantigrade.synthesize import solve
+from plantigrade.synthesize.interior_point import Options
+from plantigrade.synthesize.mesh import nodes_like, nodes_of, split
+from plantigrade.synthesize.post_mortem import broken_rows
+from plantigrade.synthesize.solve import synthesize
+from plantigrade.synthesize.terms import Contact, Limits
+from tests.synthesize.coarse_walk import SPEED, body, solved, task
+
+
+def weak():
+    """A walk for which a person has a fiftieth of the strength."""
+    given = task()
+    terms = [replace(t, strength=0.02) if isinstance(t, Limits) else t for t in given.terms]
+    return replace(given, terms=tuple(terms))
+
+
+def test_a_walk_keeps_every_row_at_its_nodes():
+    s = solved()
+    assert s.success and s.stages[0].name == "first try"
+    assert broken_rows(s.problem, s.c, s.u, tolerance=1e-5) == ()
+    assert s.iterations == sum(len(x.history) - 1 for x in s.stages)
+
+
+def test_the_objective_is_that_of_the_motion():
+    s = solved()
+    kept = [x.history[-1] for x in s.stages if x.nodes == len(s.problem.nodes)]
+    assert s.objective == pytest.approx(kept[-1].objective, rel=1e-9)
+    away = replace(s, c=s.c + 0.1 * np.random.default_rng(0).normal(size=s.c.shape))
+    assert away.objective > s.objective
+    assert replace(s, stages=()).objective == s.objective  # as it is after it was read from a file
+
+
+def test_nodes_are_added_where_contact_cannot_give_what_is_asked():
+    one = synthesize(body(), task(), rounds=0)
+    assert len(one.stages) == 1
+    _, before = one.unexplained()
+    _, after = solved().unexplained()
+    assert after.max() <= max(before.max(), 1.5e-3)
+
+
+def test_the_motion_at_nodes_is_the_solution():
+    s = solved()
+    q, v, a = s.problem.states(s.c, s.problem.nodes)
+    sampled = s.sample(s.problem.nodes)
+    qpos, qvel, qacc = s.body.symbolic.to_mujoco(q, v, a)
+    np.testing.assert_allclose(sampled.qpos, qpos, atol=1e-12)
+    np.testing.assert_allclose(sampled.qvel, qvel, atol=1e-12)
+    np.testing.assert_allclose(sampled.qacc, qacc, atol=1e-12)
+    force = s.u.reshape(sampled.force.shape) * s.body.weight
+    np.testing.assert_allclose(sampled.force, force, atol=1e-2)  # of 700 N
+
+
+def test_a_warm_start_to_another_speed_is_quicker_and_as_good():
+    other = task(SPEED + 0.1)
+    cold = synthesize(body(), other, rounds=0)
+    warm = synthesize(body(), other, warm=solved(), rounds=0)
+    assert cold.success and warm.success
+    assert [x.name for x in warm.stages] == ["warm start"]
+    assert warm.iterations < cold.iterations
+    assert broken_rows(warm.problem, warm.c, warm.u, tolerance=1e-5) == ()
+    way = [s.sample(np.array([0.0, s.task.plan.duration])).qpos[:, 0] for s in (warm, cold)]
+    np.testing.assert_allclose(np.diff(way[0]), np.diff(way[1]), rtol=1e-9)
+    if len(warm.problem.nodes) == len(cold.problem.nodes):
+        assert warm.objective == pytest.approx(cold.objective, rel=2e-2)
+
+
+def test_from_itself_a_motion_is_found_at_once():
+    again = synthesize(body(), task(), warm=solved(), rounds=0)
+    assert again.success and again.iterations <= 1
+    assert again.objective == pytest.approx(solved().objective, rel=1e-3)
+
+
+def test_who_is_too_weak_does_not_walk_and_is_told_why(monkeypatch):
+    monkeypatch.setattr(solve, "IPOPT_SECONDS", 0.5)
+    told = []
+    s = synthesize(
+        body(), weak(), options=Options(iterations=6), progress=lambda n, i: told.append(n)
+    )
+    assert not s.success
+    names = [x.name for x in s.stages]
+    assert names == ["first try", "coarse mesh", "smooth first", "IPOPT"]
+    assert list(dict.fromkeys(told)) == names
+    assert [x.solver for x in s.stages] == ["band"] * 3 + ["ipopt"]
+    assert s.stages[1].nodes < s.stages[0].nodes
+    for stage in s.stages[:3]:
+        assert stage.status in ("too many iterations", "stalled")
+        assert stage.history[-1].violation > 1e-3
+        assert stage.history[-1].worst.endswith(" s")
+    broken = broken_rows(s.problem, s.c, s.u)
+    assert broken and broken[0].relative > 1e-3
+    assert broken[0].sentence().count(" s") and broken[0].advice
+    assert np.isfinite(s.sample(s.times(4)).qpos).all()  # it can still be looked at
+
+
+def test_being_stopped_gives_the_best_so_far_and_tries_nothing_else():
+    s = synthesize(body(), task(), progress=lambda name, it: it.number >= 3)
+    assert s.status == "stopped" and not s.success
+    assert len(s.stages) == 1 and len(s.stages[0].history) == 4
+    assert np.isfinite(s.c).all()
+
+
+def test_rougher_ground_is_not_taken_for_granted():
+    """Forces between nodes stay inside the friction that the task says."""
+    given = task()
+    terms = [replace(t, friction=0.4) if isinstance(t, Contact) else t for t in given.terms]
+    s = synthesize(body(), replace(given, terms=tuple(terms)), rounds=0)
+    assert s.success and s.friction == 0.4
+    force = s.sample(s.times(8)).force
+    side = np.hypot(force[..., 0], force[..., 1])
+    assert (side - 0.4 * force[..., 2]).max() < 1e-3 * s.body.weight
+
+
+def test_what_is_asked_wrongly_is_refused():
+    with pytest.raises(ParameterError, match="the guess has coefficients"):
+        synthesize(body(), task(), c0=np.zeros((3, body().symbolic.nv)))
+
+
+# Meshes -------------------------------------------------------------------------------------------
+
+
+def test_nodes_are_even_between_changes_and_as_dense_as_asked():
+    plan = task().plan
+    for density, least in ((5.0, 2), (24.0, 2), (60.0, 3)):
+        nodes = nodes_of(plan, density, least=least)
+        assert nodes[0] == 0.0 and nodes[-1] == plan.duration
+        for a, b in zip(plan.switches[:-1], plan.switches[1:], strict=True):
+            steps = np.diff(nodes[(nodes >= a - 1e-9) & (nodes <= b + 1e-9)])
+            assert len(steps) >= least and steps.max() <= 1 / density + 1e-9
+            np.testing.assert_allclose(steps, steps[0])
+    for bad in ({"density": 0.0}, {"density": np.inf}, {"least": 0}):
+        with pytest.raises(ParameterError):
+            nodes_of(plan, **bad)
+
+
+def test_nodes_of_another_walk_keep_their_places_between_changes():
+    one, other = task(1.0).plan, task(1.4).plan
+    nodes = nodes_of(one, 20.0)
+    moved = nodes_like(other, one, nodes)
+    assert moved is not None and len(moved) == len(nodes)
+    for a, b in zip(one.switches, other.switches, strict=True):
+        assert np.abs(moved[np.argmin(np.abs(nodes - a))] - b) < 1e-9
+    assert nodes_like(replace(other, stances=()), one, nodes) is None
+
+
+def test_intervals_are_halved_where_asked_and_nowhere_else():
+    nodes = np.array([0.0, 0.1, 0.2, 0.208, 0.3])
+    finer = split(nodes, np.array([0.12, 0.15, 0.204, 0.3]), shortest=0.005)
+    np.testing.assert_allclose(finer, [0.0, 0.1, 0.15, 0.2, 0.208, 0.254, 0.3])
+    np.testing.assert_array_equal(split(nodes, np.zeros(0)), nodes)

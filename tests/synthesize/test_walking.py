@@ -1,0 +1,170 @@
+"""A walk from nothing but a speed: what physics says of any periodic, symmetric gait."""
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze.motion_check import examine
+from plantigrade.dynamics import centroid
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.synthesize.formulation import site_targets
+from plantigrade.synthesize.mesh import nodes_of
+from plantigrade.synthesize.more_terms import Rest
+from plantigrade.synthesize.terms import Posture
+from plantigrade.synthesize.walking import walk
+from plantigrade.workflows.synthesizing import under_test
+from tests.models.presets import other_side
+from tests.synthesize.coarse_walk import SPEED, person, solved
+
+
+@pytest.fixture(scope="module")
+def stride():
+    """Two laps, which are a stride, finely sampled."""
+    s = solved()
+    return s.sample(s.times(10, laps=2))
+
+
+def integral(t, x):
+    """Trapezoidal mean of a series over its duration."""
+    return np.trapezoid(x, t, axis=0) / (t[-1] - t[0])
+
+
+def test_it_is_solved_and_the_checker_has_nothing_against_it(stride):
+    assert solved().success
+    check = examine(under_test(solved(), stride))
+    assert check.ok, check.words()
+
+
+def test_the_ground_carries_body_weight_on_average(stride):
+    """Momentum is the same after a stride, so impulses of ground and gravity cancel."""
+    weight = person().mass * 9.81
+    mean = integral(stride.time, stride.force.sum(axis=1)) / weight
+    np.testing.assert_allclose(mean, [0.0, 0.0, 1.0], atol=5e-3)
+
+
+def test_forces_are_what_the_centre_of_mass_needs(stride):
+    whole = centroid(person(), stride.qpos, stride.qvel, stride.qacc)
+    assert whole.force is not None
+    off = np.linalg.norm(stride.force.sum(axis=1) - whole.force, axis=1)
+    weight = person().mass * 9.81
+    assert off.max() < 0.01 * weight
+    assert np.sqrt(np.mean(off**2)) < 0.003 * weight
+
+
+def test_it_is_as_fast_as_asked(stride):
+    way = stride.qpos[-1, :3] - stride.qpos[0, :3]
+    assert way[0] / stride.time[-1] == pytest.approx(SPEED, rel=1e-6)
+    np.testing.assert_allclose(way[1:], 0.0, atol=1e-9)
+
+
+def test_it_goes_on_without_a_seam():
+    """Positions, velocities, accelerations and forces just before and after the end of a lap."""
+    s = solved()
+    end, h = s.task.plan.duration, 1e-6
+    for lap in (1, 2):
+        x = s.sample(np.array([lap * end - h, lap * end, lap * end + h]))
+        np.testing.assert_allclose(np.diff(x.qpos, axis=0), 0.0, atol=1e-4)
+        np.testing.assert_allclose(np.diff(x.qvel, axis=0), 0.0, atol=2e-2)
+        np.testing.assert_allclose(x.qacc[0], x.qacc[2], atol=5e-3 * np.abs(x.qacc).max())
+        assert np.abs(np.diff(x.force, axis=0)).max() < 5.0
+
+
+def test_after_a_lap_left_is_what_right_was(stride):
+    """In MuJoCo's variables, joint by joint; forces site by site."""
+    s = solved()
+    n = len(stride.time) // 2
+    names = list(person().coordinates)
+    for i, name in enumerate(names):
+        j = names.index(other_side(name))
+        sign = -1.0 if name.endswith(("_bending", "_rotation")) and name == names[j] else 1.0
+        one, other = stride.qpos[:n, 7 + i], stride.qpos[n : 2 * n, 7 + j]
+        np.testing.assert_allclose(other, sign * one, atol=1e-9, err_msg=name)
+    np.testing.assert_allclose(stride.qpos[n : 2 * n, 2], stride.qpos[:n, 2], atol=1e-9)
+    sites = [x.name for x in s.body.sites]
+    pair = [sites.index(other_side(name)) for name in sites]
+    mirrored = stride.force[:n, pair] * [1.0, -1.0, 1.0]
+    np.testing.assert_allclose(stride.force[n : 2 * n], mirrored, atol=2.0)
+    assert stride.force[:n, :, 2].max() > 100
+
+
+def test_feet_stand_on_their_footprints_at_nodes():
+    s = solved()
+    q, v, _ = s.problem.states(s.c, s.problem.nodes)
+    place = next(r for r in s.problem.rows if r.name == "contact")
+    heights = place.lower[:, 2::3]
+    assert np.isfinite(heights).any()
+    points = s.body.symbolic.positions([x.point for x in s.body.sites])
+    low = np.array([np.asarray(points(x)).T for x in q])
+    for stance in s.task.plan.stances:
+        targets = site_targets(s.body, stance.footprint)
+        for k, site in enumerate(s.body.sites):
+            if site.side == stance.footprint.side:
+                start, stop = stance.interval(site.part)
+                down = (s.problem.nodes >= start - 1e-9) & (s.problem.nodes <= stop + 1e-9)
+                np.testing.assert_allclose(low[down, k, 2], targets[site.name][2], atol=1e-4)
+                turned = np.abs(low[down, k, :2] - targets[site.name][:2])
+                assert turned.max(initial=0.0) < 2.5 * site.point.radius  # it rolls, no farther
+
+
+def test_force_is_only_where_a_place_stands_and_starts_from_nothing():
+    s = solved()
+    fine = s.sample(s.times(10))
+    assert not fine.force[~fine.standing].any()
+    force = s.u.reshape(len(s.problem.nodes), -1, 3)
+    for k, site in enumerate(s.body.sites):
+        for start, stop in s.task.plan.intervals(site):
+            for end in (start, stop):
+                at = np.abs(s.problem.nodes - end) < 1e-9
+                assert np.abs(force[at, k]).max(initial=0.0) < 1e-9
+
+
+def test_it_looks_like_walking(stride):
+    """Heel before toe, one or two feet on the ground at any time, knees that bend in swing."""
+    down = stride.force[:, :, 2] > 20.0
+    sides = np.array([s.side for s in solved().body.sites])
+    feet = np.stack([down[:, sides == side].any(axis=1) for side in "rl"], axis=1)
+    assert feet.any(axis=1).all()  # no flight
+    assert 0.1 < feet.all(axis=1).mean() < 0.4  # double support
+    knee = np.rad2deg(stride.qpos[:, 7 + person().coordinates.index("knee_angle_r")])
+    assert 45 < knee.max() < 80 and knee[feet[:, 1] & ~feet[:, 0]].max() == knee.max()
+    assert np.ptp(stride.qpos[:, 2]) < 0.08  # the pelvis goes up and down by some centimetres
+
+
+def test_what_is_no_walk_is_refused():
+    human = person()
+    for given, words in (
+        ({"speed": 9.0}, "speed"),
+        ({"periodic": True, "turn": 0.5}, "a periodic walk goes straight"),
+        ({"periodic": True, "step_height": 0.1}, "straight on even ground"),
+        ({"slope": 0.8}, "slopes of"),
+        ({"slope": 0.1, "turn": 0.2}, "give slope or turn"),
+        ({"step_height": 0.1, "heights": [0.0] * 4}, "not both"),
+        ({"heights": [0.0] * 3, "steps": 4}, "3 heights for 4 steps"),
+        ({"turn": 3.0, "steps": 2}, "take more steps"),
+        ({"step_height": 0.9}, "steps .* at most"),
+        ({"steps": 1}, "takes at least"),
+    ):
+        with pytest.raises(ParameterError, match=words):
+            walk(human, **given)
+
+
+def test_a_walk_from_standing_starts_and_ends_at_rest():
+    task = walk(person(), speed=1.0, steps=3)
+    times = sorted(t.time for t in task.terms if isinstance(t, Rest))
+    assert times == [0.0, task.plan.duration]
+    assert not task.plan.periodic
+    for side in "rl":
+        assert task.plan.footprint(side, 0.0) and task.plan.footprint(side, task.plan.duration)
+
+
+def test_upright_on_a_slope_is_upright_in_the_world():
+    for slope in (0.2, -0.2):
+        posture = next(t for t in walk(person(), slope=slope).terms if isinstance(t, Posture))
+        assert posture.targets["pelvis_tilt"] == -slope
+
+
+def test_every_change_of_contact_is_a_node():
+    for human in (person(), Human.create(1.9, 95.0, joints="42", feet="rigid")):
+        plan = walk(human, speed=0.8, steps=2).plan
+        nodes = nodes_of(plan, 13.0)
+        assert np.abs(plan.switches[:, None] - nodes).min(axis=1).max() < 1e-9
