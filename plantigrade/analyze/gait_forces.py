@@ -6,6 +6,7 @@ never stood on a plate say little.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -13,11 +14,43 @@ from plantigrade.analyze.statistics import correlation
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.dynamics.inverse import Moments
 from plantigrade.dynamics.plates import FootForces
-from plantigrade.reproduce.dynamics import ForcedMotion
 from plantigrade.reproduce.reference import SIDES, Reference
 
 LOADED = 0.2  # centres of pressure are compared where both loads exceed this [body weights]
 JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
+
+
+class MovedByForces(Protocol):
+    """A motion with the forces that move it, from wherever: rebuilt by tasks, or optimised."""
+
+    @property
+    def time(self) -> Float[Array, " n"]:
+        """Time of each frame, on the clock of the recording [s]."""
+        ...
+
+    @property
+    def qpos(self) -> Float[Array, "n nq"]:
+        """Configurations."""
+        ...
+
+    @property
+    def qvel(self) -> Float[Array, "n nv"]:
+        """Velocities."""
+        ...
+
+    @property
+    def tau(self) -> Float[Array, "n nv"]:
+        """Generalised forces: the root's, then joint moments [N m]."""
+        ...
+
+    @property
+    def root_residual(self) -> Float[Array, "n 6"]:
+        """What nothing explains at the root [N, N m]."""
+        ...
+
+    def foot(self, side: str) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+        """Return the ground reaction on a foot [N] and its centre of pressure [m]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -76,7 +109,7 @@ class ForceComparison:
 
 def compare_forces(
     reference: Reference,
-    forced: ForcedMotion,
+    forced: MovedByForces,
     forces: FootForces,
     moments: Moments | None = None,
     *,
@@ -139,7 +172,7 @@ def compare_forces(
     )
 
 
-def com_error(reference: Reference, forced: ForcedMotion) -> float:
+def com_error(reference: Reference, forced: MovedByForces) -> float:
     """Return the greatest distance of the centre of mass from its recorded path [m]."""
     from plantigrade.dynamics.centroid import centroid
 

@@ -23,7 +23,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.contacts import Contact, foot_contacts
-from plantigrade.kinematics.ground import contact_points, find_rests
+from plantigrade.kinematics.ground import ContactPoints, contact_points, find_rests
 from plantigrade.kinematics.soles import on_own_soles
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -51,12 +51,13 @@ DENSITY = 50.0  # nodes a second
 GRID = 1.0 / DENSITY  # contact changes at multiples of this, so that nodes are even [s]
 APART = 2 * GRID  # at least this lies between two changes of one foot [s]
 BEYOND = 10.0  # a change outside the motion is put this far from it [s]
+DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
 SIDES = ("r", "l")
 FACTORS = {
     **dict.fromkeys(("pelvis_tx", "pelvis_ty", "pelvis_tz"), 10.0),  # a metre is more than a radian
-    "ankle_angle": 0.1,  # joints of the foot give way where the recorded foot slides or sinks
-    "subtalar_angle": 0.02,
-    "mtp_angle": 0.02,
+    "ankle_angle": 0.3,  # joints of the foot give way where the recorded foot slides or sinks
+    "subtalar_angle": 0.05,
+    "mtp_angle": 0.05,
 }
 
 
@@ -67,6 +68,7 @@ class Tracking:
     Attributes:
         weight: Weight of a coordinate's squared distance [1/(s rad²), 1/(s m²)].
         joints: Factors of single coordinates, by name without or with side.
+        acceleration: Weight of the squared distance of accelerations [s³/rad²].
         push: Weight of the squared distance of the ground's force from the one that the recorded
             motion of the centre of mass asks for [1/s, forces in body weights].
         turning: The same of its moment about the centre of mass [1/(s m²)].
@@ -78,12 +80,13 @@ class Tracking:
 
     weight: float = 100.0
     joints: Mapping[str, float] = field(default_factory=lambda: dict(FACTORS))
+    acceleration: float = 3e-5
     push: float = 1000.0
     turning: float = 1000.0
-    torque: float = 1e-2
+    torque: float = 0.2
     jerk: float = 1e-9
     force_size: float = 1e-3
-    force_rate: float = 5e-3
+    force_rate: float = 2e-2
 
     def terms(self, times: Array, q: Array, force: Array, moment: Array) -> tuple[Term, ...]:
         """Return conditions and costs of being near a motion."""
@@ -92,11 +95,37 @@ class Tracking:
             OnGround(),
             Limits(ranges={}),
             Track(times, q, self.weight, self.joints),
+            TrackAcceleration(times, q, self.acceleration),
             TrackWrench(times, force, moment, self.push, self.turning),
             Torque(self.torque),
             Jerk(self.jerk),
             Forces(self.force_size, self.force_rate),
         )
+
+
+@dataclass(frozen=True)
+class TrackAcceleration:
+    r"""Cost :math:`\int w \sum_j (\ddot q_j - \bar{\ddot q}_j(t))^2 dt`: as swift as recorded.
+
+    Where feet are moved to their footprints, that is done gently.
+
+    Attributes:
+        times: Times of the motion [s].
+        q: Its coordinates, in the order of the person's.
+        weight: Weight of every joint [s³/rad²].
+    """
+
+    times: Float[Array, " n_times"]
+    q: Float[Array, "n_times nv"]
+    weight: float = 1e-4
+
+    def put(self, a: Assembly) -> None:
+        """Weigh the distance."""
+        from scipy.interpolate import CubicSpline
+
+        rows = a.rows("accelerations")
+        target = CubicSpline(self.times, self.q)(a.nodes, 2)
+        a.pull(rows, np.full(rows.weight.shape, 2.0 * self.weight), target)
 
 
 @dataclass(frozen=True)
@@ -221,17 +250,32 @@ def grounded(human: Human, motion: Motion) -> Human:
 def contacts_of(human: Human, motion: Motion) -> tuple[Contact, ...]:
     """Return which part of which foot touches when, from gait events and from what rests.
 
-    Where a motion has no gait events, what rests touches.
+    Where a motion has no gait events, what rests touches. What is slow but has already risen by
+    :data:`DOWN`, as a heel that takes its time, touches no more.
     """
-    rests = find_rests(contact_points(human, motion.qpos), motion.rate)
+    points = contact_points(human, motion.qpos)
+    rests = find_rests(points, motion.rate)
     time = np.asarray(motion.time, float)
     found = foot_contacts(time, motion.events, rests)
     seen = {c.side for c in found}
-    return found + tuple(
+    found += tuple(
         Contact(r.side, r.region, float(time[r.start]), float(time[r.stop - 1]))
         for r in rests
         if r.side not in seen
     )
+    return tuple(_settled(c, points, time) for c in found)
+
+
+def _settled(contact: Contact, points: ContactPoints, time: Float[Array, " n_frames"]) -> Contact:
+    """Return a contact without what is too high at its ends; heel strikes and toe offs stay."""
+    index = points.of(contact.side, contact.region)
+    inside = (time >= contact.start) & (time <= contact.stop)
+    low = time[inside & (points.position[:, index, 2].min(axis=1) < DOWN)]
+    if len(low) < 3:
+        return contact
+    first = contact.start if contact.region == "heel" else float(low[0])
+    last = contact.stop if contact.region == "toes" else float(low[-1])
+    return replace(contact, start=first, stop=last)
 
 
 def stances_of(

@@ -1,0 +1,90 @@
+"""Recorded walks tracked on true contact forces, beside what the force plates measured.
+
+Each walk is fitted with its file name alone; its motion becomes a trajectory problem that withholds
+the plates, and the ground reactions that come out are looked at afterwards.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.errors import ReproduceError
+from plantigrade.experiments.gait_forces import VERTICAL, WALKS
+from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
+from plantigrade.synthesize.tracking import Tracking
+from plantigrade.workflows import fitting
+from plantigrade.workflows.tracking import TrackSettings, track_trial
+
+LONGEST = 5.0  # of a long recording, this much is tracked [s]
+WEIGHTINGS: Mapping[str, Tracking] = {
+    "default": Tracking(),
+    "joints alone": replace(Tracking(), push=0.0, turning=0.0, acceleration=0.0),
+    "ten times nearer": replace(Tracking(), weight=1000.0),
+}
+"""Weightings that are compared; of all but the default, only vertical forces are shown."""
+
+NOTES = (
+    "Differences are over the frames in which the plate of a foot tells its force, swing included; "
+    "centres of pressure where both feet's loads exceed a fifth of body weight; joint moments "
+    "against inverse dynamics of the recorded motion and the measured forces. A foot that no plate "
+    "saw loaded is left out.",
+    "Measured forces are withheld, but where no file tells the body mass it is found from them.",
+    "One set of weights serves all walks; it was settled with these walks in view.",
+    f"Of recordings longer than {LONGEST:g} s the first {LONGEST:g} s are tracked.",
+)
+
+
+def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+    """Return the table over the walks on force plates in a data folder.
+
+    Args:
+        data: The folder (layout as in its README).
+        say: Called with one line per walk as it is done.
+    """
+    return over_trials(
+        "Recorded walks tracked on contact forces", data, WALKS, trial_rows, say=say, notes=NOTES
+    )
+
+
+def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGHTINGS) -> list[Row]:
+    """Return all rows of one walk."""
+    trial = fitting.fit_file(path)
+    if trial.forces is None:
+        raise ReproduceError(f"{path} came without force plates; nothing to compare with")
+    rows: list[Row] = []
+    for words, tracking in weightings.items():
+        walked = [e.time for e in trial.record.motion.events]
+        stop = min(walked) + LONGEST if max(walked) - min(walked) > LONGEST else None
+        tracked = track_trial(trial, TrackSettings(stop=stop, tracking=tracking))
+        c = tracked.against_plates()
+        if words != "default":
+            what = f"vertical force, RMSE, {words}"
+            rows.append(Row(name, what, c.vertical_rmse, "BW"))
+            continue
+        angle, way = tracked.moved()
+        made = tracked.made
+        faults = "" if made.check.ok else "; ".join(made.check.words()[:3])
+        rows += [
+            at_most(name, "vertical force, RMSE", c.vertical_rmse, VERTICAL, "BW"),
+            Row(name, "vertical force, r", c.vertical_r),
+            Row(name, "forward force, RMSE", c.forward_rmse, "BW"),
+            Row(name, "sideways force, RMSE", c.sideways_rmse, "BW"),
+            Row(name, "centre of pressure x, RMSE", 1e3 * c.pressure_rmse_m[0], "mm"),
+            Row(name, "centre of pressure y, RMSE", 1e3 * c.pressure_rmse_m[1], "mm"),
+            *(Row(name, f"{joint} moment, r", r) for joint, r in c.moment_r.items()),
+            Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
+            Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
+            Row(name, "passes the check", float(made.check.ok), note=faults),
+            Row(name, "solved", float(made.synthesis.success), note=made.synthesis.status),
+            Row(name, "iterations", float(made.synthesis.iterations)),
+            Row(
+                name,
+                "time",
+                tracked.seconds,
+                "s",
+                note=f"for {tracked.made.sampled.time[-1]:.2f} s of motion",
+            ),
+        ]
+    return rows
