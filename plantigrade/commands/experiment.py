@@ -20,6 +20,7 @@ EXPERIMENTS = {
     "spline-table": "spline_table",
     "synthesis-bench": "synthesis_bench",
     "synthesis-fidelity": "synthesis_fidelity",
+    "synthesis-tracking": "synthesis_tracking",
 }
 DRAWING = ("spline-table",)  # experiments that draw figures
 LONG = ("synthesis-bench", "synthesis-fidelity")  # without recordings; in parts that are kept
@@ -31,7 +32,7 @@ class Command(PrintOptions):
 
     name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="NAME")]
     """Name of the experiment: fit-accuracy, foot-segments, gait-table, gait-ablations,
-    gait-forces, spline-table, synthesis-bench or synthesis-fidelity."""
+    gait-forces, spline-table, synthesis-bench, synthesis-fidelity or synthesis-tracking."""
     data: OptionalPath = None
     """Folder of recordings; PLANTIGRADE_DATA or ../shared/data if absent."""
     out: OptionalPath = None
