@@ -125,8 +125,8 @@ class Multipliers:
         """Return multipliers on other nodes: per time they stay the same.
 
         Args:
-            before: Nodes these belong to, as parts of the duration.
-            after: Nodes of the new problem, as parts of the duration.
+            before: Nodes these belong to [s].
+            after: When in that motion the nodes of the new problem are [s].
         """
         if len(before) == len(after) and np.allclose(before, after, atol=1e-9):
             return self

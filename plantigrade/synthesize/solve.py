@@ -1,8 +1,9 @@
 """From a task and a person to a motion: mesh, solver, and what is done where one fails.
 
-A task is solved on its own mesh from its own guess. Where that fails, it is made easier: on half
-the nodes; with a cost that is all smoothness, from which the true cost is taken up; by IPOPT. Once
-it is solved, nodes are added wherever the motion asks between nodes for what no contact can give.
+A task is solved on its own mesh from its own guess, or from a motion of a task much like it, on the
+nodes of that one. Where that fails, it is made easier: on half the nodes; with a cost that is all
+smoothness, from which the true cost is taken up; by IPOPT. Once it is solved, nodes are added
+wherever the motion asks between nodes for what no contact can give.
 Every step is a :class:`~plantigrade.synthesize.synthesis.Stage` that the user sees.
 """
 
@@ -91,12 +92,17 @@ def synthesize(
     if c0 is not None:
         c = c0
     if warm is not None:
-        c, u, multipliers = _carried(warm.problem, warm.c, warm.u, warm.multipliers, problem)
+        old = warm.task.plan.switches, task.plan.switches
+        before = _Point(warm.problem, warm.c, warm.u, warm.status, warm.success, warm.multipliers)
+        c, u, multipliers = _carried(before, problem, old)
     first = "warm start" if warm is not None else "first try"
     if solver == "ipopt":
         at = run.ipopt("IPOPT", problem, c, u)
     else:
         at = run.band(first, problem, c, u, multipliers)
+        if warm is not None and not at.success and not at.stopped and rescue:
+            problem = task.problem(body)
+            at = run.band("first try", problem, *task.start(body, problem))
         if not at.success and not at.stopped and rescue:
             at = _rescued(run, body, task, problem, at)
     for _ in range(rounds if at.success else 0):
@@ -106,7 +112,7 @@ def synthesize(
         if len(finer) == len(made.nodes):
             break
         problem = task.problem(body, finer)
-        again = _carried(at.problem, at.c, at.u, at.multipliers, problem)
+        again = _carried(at, problem)
         name = "more nodes"
         after = (
             run.ipopt(name, problem, *again[:2])
@@ -132,7 +138,7 @@ def _rescued(run: "_Runner", body: Body, task: Task, problem: Problem, at: _Poin
         if middle.stopped:
             return at
         if middle.success:
-            c, u, _ = _carried(p, middle.c, middle.u, None, problem)
+            c, u, _ = _carried(middle, problem)
             after = run.band("the task itself", problem, c, u)
             if after.success or after.stopped:
                 return after
@@ -199,13 +205,35 @@ def _made(body: Body, task: Task, at: _Point, run: _Runner) -> Synthesis:
 
 
 def _carried(
-    old: Problem, c: Array, u: Array, multipliers: Multipliers | None, new: Problem
+    at: _Point, new: Problem, switches: tuple[Array, Array] | None = None
 ) -> tuple[Array, Array, Multipliers | None]:
-    """Return a point of one problem as a start of another, over the same parts of the duration."""
+    """Return a point of one problem as a start of another.
+
+    Args:
+        at: The point.
+        new: The other problem.
+        switches: Changes of contact of the one and of the other; what is between two of them stays
+            between them. Where they do not correspond, parts of the duration do.
+    """
+    old = at.problem
+    ends = np.array([0.0, new.basis.span]), np.array([0.0, old.basis.span])
+    if switches is not None and len(switches[0]) == len(switches[1]):
+        ends = switches[1], switches[0]
+
+    def then(times: Array) -> Array:
+        return np.interp(times, *ends)
+
     times = sample_times(new)
-    before, after = old.nodes / old.basis.span, new.nodes / new.basis.span
-    at = np.clip(times * old.basis.span / new.basis.span, 0.0, old.basis.stop)
-    q = old.states(c, at)[0] - old.drift(at) + new.drift(times)
-    forces = np.stack([np.interp(after, before, x) for x in u.T], axis=1) if u.size else u
-    moved = multipliers.moved(before, after) if multipliers is not None else None
-    return coefficients(new, times, q), np.clip(forces, new.u_lower, new.u_upper), moved
+    before = np.clip(then(times), 0.0, old.basis.stop)
+    q = old.states(at.c, before)[0] - old.drift(before) + new.drift(times)
+    nodes, values = old.nodes, at.u
+    if old.closure is not None:
+        nodes = np.append(nodes, old.basis.span)
+        values = np.vstack([values, values[:1, old.closure.u_source] * old.closure.u_sign])
+    u = np.zeros((len(new.nodes), new.n_unknowns))
+    for i, x in enumerate(values.T):
+        u[:, i] = np.interp(then(new.nodes), nodes, x)
+    moved = None
+    if at.multipliers is not None:
+        moved = at.multipliers.moved(old.nodes, then(new.nodes))
+    return coefficients(new, times, q), np.clip(u, new.u_lower, new.u_upper), moved
