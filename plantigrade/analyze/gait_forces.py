@@ -6,7 +6,7 @@ never stood on a plate say little.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -20,6 +20,7 @@ LOADED = 0.2  # centres of pressure are compared where both loads exceed this [b
 JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
 
 
+@runtime_checkable
 class MovedByForces(Protocol):
     """A motion with the forces that move it, from wherever: rebuilt by tasks, or optimised."""
 

@@ -23,7 +23,7 @@ WEIGHTINGS: Mapping[str, Tracking] = {
     "joints alone": replace(Tracking(), push=0.0, turning=0.0, acceleration=0.0),
     "ten times nearer": replace(Tracking(), weight=1000.0),
 }
-"""Weightings that are compared; of all but the default, only vertical forces are shown."""
+"""Weightings that are compared; all but the default on its first nodes, vertical forces alone."""
 
 NOTES = (
     "Differences are over the frames in which the plate of a foot tells its force, swing included; "
@@ -57,7 +57,10 @@ def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGH
     for words, tracking in weightings.items():
         walked = [e.time for e in trial.record.motion.events]
         stop = min(walked) + LONGEST if max(walked) - min(walked) > LONGEST else None
-        tracked = track_trial(trial, TrackSettings(stop=stop, tracking=tracking))
+        settings = TrackSettings(stop=stop, tracking=tracking)
+        tracked = track_trial(
+            trial, settings if words == "default" else replace(settings, rounds=0)
+        )
         c = tracked.against_plates()
         if words != "default":
             what = f"vertical force, RMSE, {words}"

@@ -1,0 +1,143 @@
+"""A motion that is tracked: the textbook walk, whose feet and angles are known; and a recording."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.dynamics.centroid import centroid
+from plantigrade.dynamics.derivatives import differentiate
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.contacts import Contact
+from plantigrade.kinematics.ground import lowest
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.synthesize.contact_plan import foot_sites
+from plantigrade.synthesize.flat_foot import flat_sites
+from plantigrade.synthesize.formulation import Body
+from plantigrade.synthesize.solve import synthesize
+from plantigrade.synthesize.tracking import GRID, contacts_of, grounded, stances_of, track
+from plantigrade.workflows.textbook import textbook_walk
+
+SPEED = 1.25
+
+
+@pytest.fixture(scope="module")
+def human():
+    """A person of the joint set recordings are fitted with."""
+    return Human.create(1.75, 70.0, joints="42")
+
+
+@pytest.fixture(scope="module")
+def walk(human):
+    """Two strides of the textbook walk as a motion with its gait events."""
+    book = textbook_walk(human, speed=SPEED, cycles=2)
+    smooth = differentiate(human, book.time, book.qpos, 6.0)
+    return Motion(book.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, book.events)
+
+
+@pytest.fixture(scope="module")
+def tracked(human, walk):
+    """One stride, tracked."""
+    strikes = [e.time for e in walk.events if e.kind == "heel_strike" and e.side == "l"]
+    task = track(human, walk, start=strikes[0] - 0.1, stop=strikes[0] + 1.1)
+    return synthesize(Body.of(human, foot_sites(human)), task, rounds=0), strikes[0] - 0.1
+
+
+def test_stances_are_those_of_the_events(human, walk):
+    stances = stances_of(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
+    for e in walk.events:
+        times = [
+            s.strike if e.kind == "heel_strike" else s.off
+            for s in stances
+            if s.footprint.side == e.side
+        ]
+        if 0.1 < e.time < walk.time[-1] - 0.2:
+            assert np.abs(np.array(times) - e.time).min() <= 0.5 * GRID + 1e-9
+    for s in stances:
+        assert s.footprint.position[2] == 0.0
+        assert np.all(np.diff([s.strike, s.flat, s.heel_off, s.ball_off, s.off]) > 0)
+
+
+def test_footprints_are_a_stride_apart(human, walk):
+    stances = stances_of(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
+    right = [s for s in stances if s.footprint.side == "r"]
+    way = right[1].footprint.position[0] - right[0].footprint.position[0]
+    assert way == pytest.approx(SPEED * (right[1].off - right[0].off), rel=0.05)
+
+
+def test_sum_of_forces_is_newtons(human, tracked):
+    s, _ = tracked
+    assert s.success, s.status
+    m = s.sample(s.problem.nodes)
+    asked = centroid(human, m.qpos, m.qvel, m.qacc).force
+    assert asked is not None
+    np.testing.assert_allclose(m.force.sum(axis=1), asked, atol=1e-3 * s.body.weight)
+
+
+def test_feet_stand_still_and_forces_keep_the_friction_cone(tracked):
+    s, _ = tracked
+    m = s.sample(s.problem.nodes)
+    assert m.force[..., 2].min() > -1e-3
+    sideways = np.abs(m.force[..., :2]).max(axis=2)
+    assert np.all(sideways <= 0.8 / np.sqrt(2) * m.force[..., 2] + 1e-2)
+    assert np.all(np.linalg.norm(m.force[~m.standing], axis=1) < 1e-6)
+
+
+def test_impulse_carries_the_body_and_stays_near_the_book(human, walk, tracked):
+    """Over a stride, the mean vertical force is body weight: the body is as fast as before."""
+    s, begin = tracked
+    m = s.sample(s.times(4))
+    vertical = m.force[..., 2].sum(axis=1) / s.body.weight
+    inside = (m.time >= 0.1) & (m.time <= 0.1 + 1.08)
+    assert np.mean(vertical[inside]) == pytest.approx(1.0, abs=0.05)
+    assert vertical.min() > 0.3 and vertical.max() < 1.7  # nobody flies, nobody lands
+    book = human.to_coordinates(walk.qpos)[1]
+    at = np.stack([np.interp(m.time + begin, walk.time, x) for x in book.T], axis=1)
+    apart = m.q - at
+    assert np.sqrt((apart[:, 3:6] ** 2).mean()) < 0.015  # [m]
+    assert np.rad2deg(np.sqrt((apart[:, 6:] ** 2).mean())) < 5.0
+
+
+def test_soles_of_ones_own_are_flat_on_the_ground(human):
+    """A foot recorded 4 degrees toes up stands with all its places on the ground."""
+    heel = {n: 0.0 for n, _, _ in human.contact_points}
+    own = human.with_soles({n: (-0.01 if "heel" not in n else 0.0) for n in heel})
+    body = foot_sites(own)
+    places = flat_sites(own, body, "r")
+    plain = flat_sites(human, foot_sites(human), "r")
+    height = [p[2] for p in places.values()]
+    assert np.ptp(height) < 2e-3
+    for name in places:
+        assert np.linalg.norm(places[name][:2] - plain[name][:2]) < 0.02
+
+
+def test_feet_that_hover_get_soles(human, walk):
+    high = replace(walk, qpos=walk.qpos + np.array([0, 0, 0.02] + [0] * (human.model.nq - 3)))
+    assert lowest(human, high.qpos).min() > 0.01
+    assert abs(np.median(lowest(grounded(human, high), high.qpos))) < 0.005
+
+
+def test_what_never_touches_is_refused(human, walk):
+    with pytest.raises(ParameterError, match="no foot touches"):
+        track(human, walk, contacts=())
+    with pytest.raises(ParameterError, match="at least four"):
+        track(human, walk, start=5.0, stop=4.0)
+    one = Contact("r", "toes", 0.5, 0.6)
+    assert stances_of(human, walk, [one], 0.0, 1.0) == ()
+
+
+def test_a_recording_gives_ground_reactions(data):
+    """The vertical forces of a recorded walk come out within 0.08 body weights."""
+    from plantigrade.workflows.tracking import TrackSettings, track_recording
+
+    found = track_recording(
+        data / "opensim/gait2392_subject01/subject01_walk1.trc",
+        TrackSettings(start=0.62, stop=1.41, rounds=0),
+    )
+    c = found.against_plates()
+    assert found.made.synthesis.success
+    assert c.vertical_rmse <= 0.08
+    assert c.vertical_r > 0.98
+    angle, way = found.moved()
+    assert np.rad2deg(angle) < 4.0 and way < 0.02
