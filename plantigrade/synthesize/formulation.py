@@ -143,7 +143,8 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
     names += tuple(f"torque of {n}" for n in sym.names[6:])
     names += tuple(f"work rate of {n}" for n in sym.names[6:])
     names += tuple(f"whole torque of {n}" for n in body.stiff)
-    rows = Rows.free("dynamics", body.function("dynamics", expression), names, n_nodes)
+    function = body.function("dynamics", expression)
+    rows = Rows.free("dynamics", function, names, n_nodes, scale=body.torque)
     rows.lower[:, :6] = rows.upper[:, :6] = 0.0
     return rows
 

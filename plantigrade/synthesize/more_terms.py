@@ -18,7 +18,7 @@ def node_at(a: Assembly, time: float) -> int:
     """Return the node of a time.
 
     Raises:
-        ParameterError: If there is no node within half a step of it.
+        ParameterError: If there is no node within a step of it.
     """
     k = int(np.argmin(np.abs(a.nodes - time)))
     if abs(a.nodes[k] - time) > max(a.steps):

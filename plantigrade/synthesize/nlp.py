@@ -227,7 +227,7 @@ class Program:
             if off.size and not off.max() <= worst:  # NaN is the worst
                 k, i = np.unravel_index(np.argmax(np.nan_to_num(off, nan=np.inf)), off.shape)
                 worst = float(off[k, i])
-                by = f"{worst * r.scale:.3g} {r.unit}".strip()
+                by = f"{worst * r.scale:.3g} {r.unit}" if r.unit else f"{worst:.3g}"
                 words = f"{r.name} {r.names[i]} at {self.problem.nodes[k]:.3f} s by {by}"
         return worst, words
 

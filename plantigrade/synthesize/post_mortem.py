@@ -17,11 +17,14 @@ TOLERANCE = 1e-4
 _SIDES = {"_r": "right", "_l": "left"}
 _DEGREE, _MILLIMETRE = float(np.rad2deg(1.0)), 1000.0
 _REFINE = "refine the mesh (--density)"
+_STRONGER = (
+    "give the motion more time, or take a stronger person (a term Limits with a larger strength)"
+)
 ADVICE = {
     "root": "nothing but the ground moves the body as a whole: give the motion more time, put the "
     "feet nearer, or allow more force",
-    "torque": "give the motion more time, or take a stronger person (a term Limits with a larger "
-    "strength)",
+    "torque": _STRONGER,
+    "whole torque": _STRONGER,
     "work rate": "give the motion more time, or allow more power",
     "contact": "the foot cannot be where the plan has it: take shorter steps, or put the feet "
     f"nearer, or {_REFINE}",
@@ -179,7 +182,7 @@ def _worst(
     if family == "dynamics":
         kinds = {
             kind: [i for i, n in enumerate(names) if n.startswith(kind)]
-            for kind in ("root", "torque", "work rate")
+            for kind in ("root", "torque", "work rate", "whole torque")
         }
     found = []
     for kind, columns in kinds.items():
@@ -215,7 +218,7 @@ def _shown(family: str, name: str, unit: str, scale: float) -> tuple[float, str]
             return 100.0, "% of body weight"
         if name.startswith("root moment"):
             return 100.0, "% of body weight times metre"
-        return 100.0, "W" if name.startswith("work rate") else "N m"
+        return scale, "W" if name.startswith("work rate") else "N m"
     if family in ("coordinates", "speeds", "accelerations") and not unit:
         rate = {"coordinates": "", "speeds": "/s", "accelerations": "/s²"}[family]
         if name.rpartition(" ")[2] in ("pelvis_tx", "pelvis_ty", "pelvis_tz"):

@@ -144,10 +144,7 @@ def mirror(body: Body, step: float) -> Closure:
     source = np.array([names.index(mirrored_name(n)) for n in names])
     odd = ("pelvis_list", "pelvis_rotation", "pelvis_tz")
     sign = np.array(
-        [
-            -1.0 if n in odd or n.endswith(("_bending", "_rotation")) and n in names else 1.0
-            for n in names
-        ]
+        [-1.0 if n in odd or n.endswith(("_bending", "_rotation")) else 1.0 for n in names]
     )
     shift = np.array([step if n == "pelvis_tx" else 0.0 for n in names])
     sites = [s.name for s in body.sites]

@@ -250,7 +250,7 @@ def synthesize_task(
         c0 = None
         if k:
             problem = task.problem(body)
-            start = warm.c if warm is not None else task.start(body, problem)[0]
+            start = task.start(body, problem)[0]  # a warm start's mesh may be another
             c0 = perturbed(start, seed=settings.seed + k, size=NOISE, closure=problem.closure)
         made = synthesize(
             body,

@@ -9,7 +9,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.synthesize import solve
 from plantigrade.synthesize.interior_point import Options
 from plantigrade.synthesize.mesh import nodes_like, nodes_of, split
-from plantigrade.synthesize.post_mortem import broken_rows
+from plantigrade.synthesize.post_mortem import broken_rows, values
 from plantigrade.synthesize.solve import synthesize
 from plantigrade.synthesize.terms import Contact, Limits
 from tests.synthesize.coarse_walk import SPEED, body, solved, task
@@ -108,6 +108,25 @@ def test_who_is_too_weak_does_not_walk_and_is_told_why(monkeypatch):
     assert broken and broken[0].relative > 1e-3
     assert broken[0].sentence().count(" s") and broken[0].advice
     assert np.isfinite(s.sample(s.times(4)).qpos).all()  # it can still be looked at
+
+
+@pytest.mark.parametrize("kind", ["torque of ", "whole torque of ", "work rate of "])
+def test_torques_that_are_missing_are_told_in_newton_metres(kind):
+    """Of this person, not of the one whose torque is 100 N m in a row of 1."""
+    s = solved()
+    assert abs(s.body.torque - 100.0) > 3.0
+    (rows,) = (r for r in s.problem.rows if r.name == "dynamics")
+    i = next(i for i, name in enumerate(rows.names) if name.startswith(kind))
+    narrow, free = np.full(rows.lower.shape, -np.inf), np.full(rows.lower.shape, np.inf)
+    q, v, a = s.problem.states(s.c, s.problem.nodes)
+    free[3, i] = values(rows, q, v, a, s.u)[3, i] - 0.25
+    changed = replace(rows, lower=narrow, upper=free)
+    others = tuple(changed if r is rows else r for r in s.problem.rows)
+    (broken,) = broken_rows(replace(s.problem, rows=others), s.c, s.u)
+    assert broken.name == rows.names[i] and broken.time == s.problem.nodes[3]
+    assert broken.amount == pytest.approx(0.25 * s.body.torque)
+    assert broken.unit == ("W" if kind.startswith("work") else "N m")
+    assert "more time" in broken.advice
 
 
 def test_being_stopped_gives_the_best_so_far_and_tries_nothing_else():
