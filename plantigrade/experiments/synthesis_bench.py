@@ -42,7 +42,10 @@ NOTES = (
     "machine, whatever else it was doing. Loading is what the first motion of a process waits "
     "longer for derivatives that are on disk already. No compiler is used anywhere. Noise on a "
     "first guess is a sum of smooth waves on every coordinate "
-    "(plantigrade.synthesize.guess.perturbed), its size a root mean square.",
+    "(plantigrade.synthesize.guess.perturbed), its size a root mean square. 'helped' counts "
+    "motions whose first try failed: an easier problem then leads there, and starts from the "
+    "task's own guess without the noise. 'costs' counts the different minima that guesses of a "
+    "part led to (costs that differ by more than a thousandth).",
 )
 
 
@@ -359,7 +362,7 @@ def rows_of(part: Part, found: dict[str, Result]) -> Iterator[Row]:
 def summary(shown: dict[str, dict[str, Result]]) -> Grid:
     """Return one line for every part and every size of noise."""
     header = ("", "made", "goal", "median s", "most s", "goal", "clock", "iterations", "most")
-    header += ("nodes", "helped")
+    header += ("nodes", "helped", "costs")
     lines = []
     for name, found in shown.items():
         groups: dict[str, dict[str, Result]] = {}
@@ -397,14 +400,26 @@ def _line(part: Part, kind: str, group: dict[str, Result]) -> list[str]:
     least = int(np.ceil(part.share * len(group) - 1e-9))
     cells = [label, f"{good} of {len(group)}", f"{least}"]
     if not len(times):
-        return [*cells, *["-"] * 8]
+        return [*cells, *["-"] * 9]
     iterations, nodes = _of(group, "iterations"), _of(group, "nodes")
     helped = sum(len(r["stages"]) > 1 and _rescued(r) for r in group.values() if "stages" in r)
     return [
         *cells, f"{np.median(times):.2f}", f"{times.max():.2f}", f"{part.seconds:g}",
         f"{np.median(_of(group, 'wall')):.2f}", f"{np.median(iterations):.0f}",
         f"{iterations.max():.0f}", f"{nodes.min():.0f}-{nodes.max():.0f}", f"{helped}",
+        f"{minima(_of(group, 'objective'))}" if kind else "",
     ]  # fmt: skip
+
+
+def minima(costs: np.ndarray) -> int:
+    """Return how many different costs there are, to a thousandth.
+
+    Example:
+        >>> minima(np.array([1.0, 1.0004, 1.2]))
+        2
+    """
+    ordered = np.sort(costs)
+    return 1 + int(np.sum(np.diff(ordered) > 1e-3 * np.abs(ordered[1:]))) if len(costs) else 0
 
 
 def _rescued(result: Result) -> bool:

@@ -138,6 +138,15 @@ def test_the_summary_has_a_line_for_every_size_of_noise():
     assert len(lines) == 3 and [line[1] for line in lines] == ["3 of 3", "3 of 3", "1 of 1"]
 
 
+def test_different_minima_are_counted():
+    shown = {"walk": {
+        f"walk/noise 0.1/{k}": GOOD | {"objective": cost}
+        for k, cost in enumerate((1.0, 1.0004, 1.02))
+    }}  # fmt: skip
+    assert bench.summary(shown).lines[0][-1] == "2"
+    assert bench.minima(np.array([3.0])) == 1 and bench.minima(np.array([])) == 0
+
+
 def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
     extent = bench.Extent(guesses=1, sizes=(), density=10.0)
     said = []
