@@ -79,6 +79,7 @@ def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGH
             *(Row(name, f"{joint} moment, r", r) for joint, r in c.moment_r.items()),
             Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
             Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
+            Row(name, "lifted onto its soles", 1e3 * tracked.lift, "mm"),
             Row(name, "passes the check", float(made.check.ok), note=faults),
             Row(name, "solved", float(made.synthesis.success), note=made.synthesis.status),
             Row(name, "iterations", float(made.synthesis.iterations)),

@@ -241,10 +241,36 @@ def wrenches(
     return found.force / weight, found.moment / weight
 
 
-def grounded(human: Human, motion: Motion) -> Human:
-    """Return the person on soles that touch the ground where the feet of a motion rest."""
+def grounded(human: Human, motion: Motion) -> tuple[Human, Motion, float]:
+    """Return the person on soles that touch the ground where the feet rest, and the motion on them.
+
+    Soles are as in :func:`~plantigrade.kinematics.soles.on_own_soles`. A sphere on the hinge of the
+    toes that went up would sink as the heel rises; where one had to, the whole motion is lifted
+    instead, and all soles are that much thicker.
+
+    Args:
+        human: The person.
+        motion: The motion, over ground at height zero.
+
+    Returns:
+        The person, the motion, and how far it was lifted [m].
+    """
     points = contact_points(human, motion.qpos)
-    return on_own_soles(human, points, find_rests(points, motion.rate))
+    own = on_own_soles(human, points, find_rests(points, motion.rate))
+    names = [name for name, _, _ in human.contact_points]
+    up = {n: float(own.model.geom(n).pos[2] - human.model.geom(n).pos[2]) for n in names}
+    hinged = [n for n in names for s in foot_sites(human) if _rolls(human, n, s.name, s.point.body)]
+    lift = max([0.0, *(up[n] for n in hinged)])
+    if not lift:
+        return own, motion, 0.0
+    qpos = motion.qpos.copy()
+    qpos[:, 2] += lift
+    return human.with_soles({n: x - lift for n, x in up.items()}), replace(motion, qpos=qpos), lift
+
+
+def _rolls(human: Human, geom: str, site: str, body: str) -> bool:
+    """Return whether a sphere is a site that stands still with another body than its own."""
+    return geom.endswith(f"_{site}") and human.model.geom(geom).bodyid[0] != human.body(body)
 
 
 def contacts_of(human: Human, motion: Motion) -> tuple[Contact, ...]:

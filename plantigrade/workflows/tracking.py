@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from plantigrade.synthesize.tracking import Tracking
 
 MARGIN = 0.1  # tracked before the first and after the last gait event [s]
+EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too little there [s]
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,8 @@ class Tracked:
     Attributes:
         trial: The fitted recording.
         human: The person, on the soles the recorded feet stand on.
-        motion: The recorded motion, smoothed, over level ground that rests.
+        motion: The recorded motion, smoothed, over level ground that rests, lifted.
+        lift: How far it was lifted onto its soles [m].
         made: The motion that forces explain, and what the checker says of it.
         begin: Time zero of the motion, on the clock of the recording [s].
         start: From when it is compared: without what flows in [s].
@@ -64,6 +66,7 @@ class Tracked:
     trial: "Trial"
     human: "Human"
     motion: "Motion"
+    lift: float
     made: Synthesized
     begin: float
     start: float
@@ -198,15 +201,15 @@ def track_trial(
     trial = events_in_order(trial)
     refuse_uneven(trial)
     began = clock.perf_counter()
-    motion = motion_of(trial)
-    human = grounded(trial.fit.human, motion)
+    human, motion, lift = grounded(trial.fit.human, motion_of(trial))
     walked = walking_events(motion.events)
     first, last = float(motion.time[0]), float(motion.time[-1])
     start, stop = (walked[0].time, walked[-1].time) if len(walked) > 2 else (first, last)
     start = start if settings.start is None else settings.start
     stop = stop if settings.stop is None else settings.stop
-    begin = max(start - MARGIN, first)
-    task = track(human, motion, start=begin, stop=stop + MARGIN, tracking=settings.tracking)
+    begin = max(start - MARGIN, min(first + EDGE, start))
+    end = min(stop + MARGIN, max(last - EDGE, stop))
+    task = track(human, motion, start=begin, stop=end, tracking=settings.tracking)
     synthesis = synthesize(
         Body.of(human, foot_sites(human)), task, progress=progress, rounds=settings.rounds
     )
@@ -222,7 +225,7 @@ def track_trial(
     )
     made = judged(told, synthesis, prepared=seconds - synthesis.seconds)
     end = min(stop, begin + task.plan.duration)
-    return Tracked(trial, human, motion, made, begin, start, end, seconds)
+    return Tracked(trial, human, motion, lift, made, begin, start, end, seconds)
 
 
 def motion_of(trial: "Trial") -> "Motion":

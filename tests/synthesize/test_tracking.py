@@ -115,7 +115,18 @@ def test_soles_of_ones_own_are_flat_on_the_ground(human):
 def test_feet_that_hover_get_soles(human, walk):
     high = replace(walk, qpos=walk.qpos + np.array([0, 0, 0.02] + [0] * (human.model.nq - 3)))
     assert lowest(human, high.qpos).min() > 0.01
-    assert abs(np.median(lowest(grounded(human, high), high.qpos))) < 0.005
+    own, motion, lift = grounded(human, high)
+    assert lift == 0.0 and motion is high
+    assert abs(np.median(lowest(own, motion.qpos))) < 0.005
+
+
+def test_feet_that_sink_are_lifted(human, walk):
+    """Where soles would have to be thinner than the foot, the motion is lifted onto it."""
+    low = replace(walk, qpos=walk.qpos - np.array([0, 0, 0.02] + [0] * (human.model.nq - 3)))
+    own, motion, lift = grounded(human, low)
+    assert lift == pytest.approx(0.02, abs=0.006)
+    np.testing.assert_allclose(motion.qpos[:, 2] - low.qpos[:, 2], lift)
+    assert abs(np.median(lowest(own, motion.qpos))) < 0.005
 
 
 def test_what_never_touches_is_refused(human, walk):
