@@ -13,13 +13,25 @@ from pathlib import Path
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from benchmarks import compiled, fits, kinematics, processes, reading, ticks  # noqa: E402
+from benchmarks import (  # noqa: E402
+    compiled,
+    fits,
+    kinematics,
+    processes,
+    reading,
+    synthesis,
+    ticks,
+)
 from plantigrade import __version__  # noqa: E402
 from plantigrade.experiments.table import ResultTable, Row  # noqa: E402
 
 DATA_VARIABLE = "PLANTIGRADE_DATA"
 OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
+PARTS = (
+    *("start", "demo", "compiled", "synthesis", "ticks"),
+    *("kinematics", "opensim", "reading", "fits"),
+)
 
 
 def main() -> int:
@@ -31,6 +43,7 @@ def main() -> int:
         "start": processes.start_rows,
         "demo": processes.demo_rows,
         "compiled": compiled.rows,
+        "synthesis": synthesis.rows,
         "ticks": lambda: ticks.rows(data, arguments.peers_python),
         "kinematics": lambda: kinematics.rows(data),
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
@@ -62,7 +75,7 @@ def parse() -> argparse.Namespace:
         "parts",
         nargs="*",
         metavar="PART",
-        help="start, demo, compiled, ticks, kinematics, opensim, reading, fits; all without any",
+        help=f"{', '.join(PARTS)}; all without any",
     )
     parser.add_argument(
         "--data", type=Path, help=f"folder of recordings; else ${DATA_VARIABLE} or ../shared/data"
@@ -82,10 +95,9 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument("--strict", action="store_true", help="exit with 1 if a goal is missed")
     arguments = parser.parse_args()
-    known = ("start", "demo", "compiled", "ticks", "kinematics", "opensim", "reading", "fits")
     for part in arguments.parts:
-        if part not in known:
-            parser.error(f"no part {part!r}; there are {', '.join(known)}")
+        if part not in PARTS:
+            parser.error(f"no part {part!r}; there are {', '.join(PARTS)}")
     return arguments
 
 

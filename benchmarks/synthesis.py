@@ -1,0 +1,116 @@
+"""One iteration of the banded interior point: evaluation, assembly, factorisation, the rest.
+
+A walk from standing to standing of a person with 43 coordinates, contact forces at every site of
+both feet, on meshes from coarse to fine. All that grows with the nodes grows in proportion, because
+every matrix is a band of the same width.
+"""
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+from unittest import mock
+
+import numpy as np
+
+from plantigrade.experiments.table import Row, at_most
+from plantigrade.models import Human
+from plantigrade.synthesize import (
+    Body,
+    InteriorPoint,
+    Options,
+    Problem,
+    Task,
+    body_for,
+    interior_point,
+    make_task,
+)
+from plantigrade.synthesize.derivatives import Derivatives
+from plantigrade.synthesize.transcription import Transcription
+
+NODES = (61, 121, 301)
+ITERATIONS = 5  # that are timed, after as many that are not
+REPEATS = 3  # of which the fastest counts
+GOAL = {61: 0.16, 121: 0.24, 301: 0.48}  # 25 of them: a walk in 4 s; on 301 nodes in 12 s: s
+PARTS = ("evaluation", "assembly", "factorisation")
+
+
+def rows() -> Iterator[Row]:
+    """Yield seconds per iteration on every mesh, and what they are spent on."""
+    human = Human.create(joints="43", feet="two-segment")
+    task = make_task("walk", human, {"steps": 3, "speed": 1.3})
+    body = body_for(human, task.plan)
+    for n in NODES:
+        yield from rows_of(body, task, n)
+
+
+def rows_of(body: Body, task: Task, n: int) -> Iterator[Row]:
+    """Yield the figures of one mesh with about n nodes."""
+    problem = meshed(body, task, n)
+    start = task.start(body, problem)
+    order = Transcription(problem)
+    subject = f"walk, 43 coordinates, {len(problem.nodes)} nodes"
+    note = f"{order.size} unknowns, half band {order.half_band}"
+    best: dict[str, float] = {}
+    for _ in range(REPEATS):
+        each = timed(problem, *start)
+        if not best or each["iteration"] < best["iteration"]:
+            best = each
+    yield replace(at_most(subject, "iteration", best["iteration"], GOAL[n], "s"), note=note)
+    for part in PARTS:
+        yield Row(subject, f"of it {part}", 1e3 * best[part], "ms")
+    rest = best["iteration"] - sum(best[part] for part in PARTS)
+    yield Row(subject, "of it the rest", 1e3 * rest, "ms", note="line search, steps, sums")
+    yield Row(subject, "matrices made ready", best["ready"], "s", note="once for every mesh")
+
+
+def meshed(body: Body, task: Task, n: int) -> Problem:
+    """Return the problem on the mesh whose number of nodes is nearest to n."""
+    density = n / task.plan.duration
+    for _ in range(20):
+        problem = replace(task, density=density).problem(body)
+        if abs(len(problem.nodes) - n) <= 1:
+            break
+        density *= 1 + 0.7 * (n / len(problem.nodes) - 1)
+    return problem
+
+
+def timed(problem: Problem, c: np.ndarray, u: np.ndarray) -> dict[str, float]:
+    """Return seconds an iteration, those of its parts, and of what is done once."""
+    spent: dict[str, float] = defaultdict(float)
+
+    def clocked(part: str, call: Callable) -> Callable:
+        def inner(*arguments, **named):
+            begin = time.perf_counter()
+            answer = call(*arguments, **named)
+            spent[part] += time.perf_counter() - begin
+            return answer
+
+        return inner
+
+    begin = time.perf_counter()
+    engine = InteriorPoint(problem, Options(tolerance=1e-9))  # far off
+    spent["ready"] = time.perf_counter() - begin
+    ends: list[float] = []
+
+    def progress(iterate) -> bool:
+        if iterate.number == ITERATIONS:
+            spent.update(dict.fromkeys(PARTS, 0.0))
+        ends.append(time.perf_counter())
+        return iterate.number == 2 * ITERATIONS
+
+    with ExitStack() as patched:
+        for name in ("values", "jacobian", "hessian"):
+            call = clocked("evaluation", getattr(Derivatives, name))
+            patched.enter_context(mock.patch.object(Derivatives, name, call))
+        for name in ("assemble", "gradient", "local", "local_step"):
+            call = clocked("assembly", getattr(Transcription, name))
+            patched.enter_context(mock.patch.object(Transcription, name, call))
+        call = clocked("assembly", InteriorPoint._add_squares)
+        patched.enter_context(mock.patch.object(InteriorPoint, "_add_squares", call))
+        call = clocked("factorisation", interior_point.cholesky_banded)
+        patched.enter_context(mock.patch.object(interior_point, "cholesky_banded", call))
+        engine.solve(c, u, progress=progress)
+    spent["iteration"] = ends[2 * ITERATIONS] - ends[ITERATIONS]
+    return {part: t if part == "ready" else t / ITERATIONS for part, t in spent.items()}
