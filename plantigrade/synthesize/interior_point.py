@@ -19,7 +19,7 @@ towards feasibility restore progress.
 """
 
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Literal
@@ -31,7 +31,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.derivatives import derivatives_of
 from plantigrade.synthesize.problem import Problem, Rows
-from plantigrade.synthesize.transcription import Transcription
+from plantigrade.synthesize.transcription import PART, Transcription
 
 if TYPE_CHECKING:
     import casadi
@@ -301,35 +301,50 @@ class InteriorPoint:
 
     # Newton's equations -----------------------------------------------------------------------
 
-    def _hessian(self, x: Array, weights: list[Array]) -> Array:
-        """Return the Hessian of the Lagrangian by z, and J' D J of every family added."""
-        z = self.t.local(x)
-        H = np.zeros((self.t.n_nodes, self.t.n_local, self.t.n_local))
-        for f, w in zip(self.families, weights, strict=True):
-            if not f.linear:
-                lam = np.where(f.bound, f.y, 0.0) + f.push(f.r)
-                part = f.d.hessian(lam, *self._split(f.pick(z)), f.parameters)
-                if f.everywhere:
-                    H += part
-                else:
-                    H[f.at] += part
-            self._add_squares(H, f, w)
-        return H
+    def _hessians(
+        self, x: Array, weights: list[Array], *, curved: bool = True
+    ) -> Iterator[tuple[slice, Array]]:
+        """Yield the Hessian of the Lagrangian by z, and J' D J of every family added, in parts.
 
-    def _add_squares(self, H: Array, f: _Family, w: Array) -> None:
-        """Add J' D J of one family to H."""
+        Args:
+            x: The point.
+            weights: D.
+            curved: Whether the curvature of rows counts; otherwise J' D J alone.
+        """
+        z, n = self.t.local(x), self.t.n_local
+        lam = [np.where(f.bound, f.y, 0.0) + f.push(f.r) for f in self.families]
+        whole = np.zeros((PART, n, n))
+        for nodes in self.t.parts:
+            H = whole[: nodes.stop - nodes.start]
+            H[:] = 0.0
+            for f, w, pushed in zip(self.families, weights, lam, strict=True):
+                rows = slice(*np.searchsorted(f.at, (nodes.start, nodes.stop)))
+                if rows.start == rows.stop:
+                    continue
+                at = f.at[rows]
+                if curved and not f.linear:
+                    where = self._split(z[at])
+                    if len(at) == len(H):
+                        f.d.hessian(pushed[rows], *where, f.parameters[rows], onto=H)
+                    else:
+                        H[at - nodes.start] += f.d.hessian(pushed[rows], *where, f.parameters[rows])
+                self._add_squares(H, at - nodes.start, f, rows, w[rows])
+            yield nodes, H
+
+    def _add_squares(self, H: Array, at: Array, f: _Family, rows: slice, w: Array) -> None:
+        """Add J' D J of rows of one family to H at nodes."""
         if f.single:
-            column, value = f.only
-            at = f.columns.start + column
-            np.add.at(H, (f.at[:, None], at, at), w * value**2)
+            columns, values = f.only
+            column = f.columns.start + columns[rows]
+            np.add.at(H, (at[:, None], column, column), w * values[rows] ** 2)
             return
         used = np.flatnonzero(w.any(axis=0))
-        J = f.J if len(used) == w.shape[1] else np.ascontiguousarray(f.J[:, used])
+        J = f.J[rows] if len(used) == w.shape[1] else f.J[rows][:, used]
         block = np.matmul((J * w[:, used, None]).transpose(0, 2, 1), J)
-        if f.everywhere:
+        if len(at) == len(H):
             H[:, f.columns, f.columns] += block
         else:
-            H[f.at, f.columns, f.columns] += block
+            H[at, f.columns, f.columns] += block
 
     def _sigma(self) -> list[Array]:
         out = []
@@ -465,7 +480,7 @@ class InteriorPoint:
                 each + f.weight + np.where(f.eq, 1.0 / o.equation, 0.0)
                 for each, f in zip(sigma, self.families, strict=True)
             ]
-            band = t.assemble(self._hessian(x, squares))
+            band = t.assemble(self._hessians(x, squares))
             factor, dw = self._factor(band, dw_last)
             if factor is None:
                 status = "stalled"
@@ -674,10 +689,9 @@ class InteriorPoint:
         for _ in range(15):
             self._jacobians(here)
             off = [np.sign(f.r - f.lower) * f.violation(f.r) for f in self.families]
-            H = np.zeros((self.t.n_nodes, self.t.n_local, self.t.n_local))
-            for f, d in zip(self.families, off, strict=True):
-                self._add_squares(H, f, np.where(d != 0.0, 1.0, 0.0))
-            band, g = self.t.assemble(H), self._down(off)
+            marks = [np.where(d != 0.0, 1.0, 0.0) for d in off]
+            band = self.t.assemble(self._hessians(here, marks, curved=False))
+            g = self._down(off)
             for _ in range(8):
                 factor = self._damped(band, damping)
                 if factor is None:

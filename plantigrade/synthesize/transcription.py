@@ -11,11 +11,16 @@ that what meets at a node lies together, and :math:`H_x` is a band; a motion tha
 folded, so that its two ends lie side by side.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.synthesize.problem import Problem
+
+PART = 32
+"""Nodes that are assembled at a time."""
 
 
 class Transcription:
@@ -98,30 +103,47 @@ class Transcription:
     # Matrices ---------------------------------------------------------------------------------
 
     def assemble(
-        self, H: Float[Array, "n_nodes n_local n_local"]
+        self, parts: Iterable[tuple[slice, Float[Array, "m n_local n_local"]]]
     ) -> Float[Array, "half_band_1 size"]:
         """Return the Hessian by x of what has Hessian ``H`` by z, steps and jerk added, as a band.
 
         Args:
-            H: Symmetric, both triangles given.
+            parts: Nodes of one of :attr:`parts`, and ``H`` there: symmetric, both triangles given.
+                It is used at once, so that all may be in the same array.
 
         Returns:
             Lower form: entry (i, j) is at ``[i - j, j]``.
         """
-        n, nv, w, nu = self.n_nodes, self.nv, self.window.shape[1], self.nu
+        flat = np.zeros(self._n_band)
+        nv, w, nu = self.nv, self.window.shape[1], self.nu
         s, L = 3 * nv, w * nv
-        Bt = np.ascontiguousarray(self.basis.transpose(0, 2, 1))
-        half = np.matmul(Bt, H[:, :s].reshape(n, 3, nv * (s + nu))).reshape(n, L, s + nu)
-        states = np.ascontiguousarray(
-            half[:, :, :s].reshape(n, L, 3, nv).transpose(0, 2, 1, 3)
-        ).reshape(n, 3, L * nv)
-        parts = [np.matmul(Bt, states).ravel(), half[:, :, s:].ravel(), H[:, s:, s:].ravel()]
-        values = np.concatenate(parts)
-        if self._sign is not None:
-            values *= self._sign
-        flat = np.bincount(self._places, weights=values, minlength=self._n_band + 1)[:-1]
+        for nodes, H in parts:
+            m = len(H)
+            Bt = np.ascontiguousarray(self.basis[nodes].transpose(0, 2, 1))
+            half = np.matmul(Bt, H[:, :s].reshape(m, 3, nv * (s + nu))).reshape(m, L, s + nu)
+            states = np.ascontiguousarray(
+                half[:, :, :s].reshape(m, L, 3, nv).transpose(0, 2, 1, 3)
+            ).reshape(m, 3, L * nv)
+            values = np.concatenate(
+                [
+                    np.matmul(Bt, states).reshape(m, -1),
+                    half[:, :, s:].reshape(m, -1),
+                    H[:, s:, s:].reshape(m, -1),
+                ],
+                axis=1,
+            )
+            start, stop, places, sign = self._places[nodes.start]
+            if sign is not None:
+                values *= sign
+            found = np.bincount(places, weights=values.ravel(), minlength=stop - start + 1)
+            flat[start:stop] += found[:-1]
         flat[self._smooth_at] += self._smooth_values
         return flat.reshape(self.size, self.half_band + 1).T
+
+    @property
+    def parts(self) -> list[slice]:
+        """Nodes in parts that fit a processor's cache."""
+        return [slice(k, min(k + PART, self.n_nodes)) for k in range(0, self.n_nodes, PART)]
 
     def _band_places(self) -> None:
         """Find where in a band every entry of the blocks of all nodes goes."""
@@ -144,12 +166,22 @@ class Transcription:
             unknown = self._offsets(
                 np.where(u[:, :, None] < 0, -1, u[:, :, None]), u[:, None, :] + 0 * u[:, :, None]
             )
-        self._places = np.concatenate([states.ravel(), mixed.ravel(), unknown.ravel()])
-        self._sign = None
+        every = [x.reshape(n, -1) for x in (states, mixed, unknown)]
+        places = np.concatenate(every, axis=1)
+        signs = None
         if (sign < 0).any():
             both = sign.reshape(n, 1, -1, 1) * sign.reshape(n, w, 1, nv)
             one = np.broadcast_to(sign.reshape(n, -1, 1), mixed.shape)
-            self._sign = np.concatenate([both.ravel(), one.ravel(), np.ones(unknown.size)])
+            each = (both, one, np.ones(unknown.shape))
+            signs = np.concatenate([x.reshape(n, -1) for x in each], axis=1)
+        self._places = {}
+        for nodes in self.parts:  # the entries of a part, counted from its first
+            here = places[nodes]
+            inside = here < self._n_band
+            start, stop = int(here[inside].min()), int(here[inside].max()) + 1
+            local = np.where(inside, here - start, stop - start).ravel()
+            of = None if signs is None else signs[nodes]
+            self._places[nodes.start] = start, stop, local, of
 
     def _offsets(self, i: Int[Array, "..."], j: Int[Array, "..."]) -> Int[Array, "..."]:
         """Return the place of (i, j) in a band laid out column by column, the last for none."""
