@@ -29,6 +29,7 @@ Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 1.2e-3  # wrench between nodes that asks for more nodes [body weights]
 ROUNDS = 4  # of adding nodes
+MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 
 
@@ -99,6 +100,12 @@ def synthesize(
     if solver == "ipopt":
         at = run.ipopt("IPOPT", problem, c, u)
     else:
+        if warm is None and c0 is None and len(problem.nodes) > MANY:
+            coarse = replace(task, density=task.density * FEW / len(problem.nodes))
+            p = coarse.problem(body)
+            at = run.band("coarse mesh", p, *coarse.start(body, p))
+            if at.success:
+                first, (c, u, multipliers) = "fine mesh", _carried(at, problem)
         at = run.band(first, problem, c, u, multipliers)
         if warm is not None and not at.success and not at.stopped and rescue:
             problem = task.problem(body)

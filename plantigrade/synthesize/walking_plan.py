@@ -196,7 +196,8 @@ def _moved(stance: Stance, laps: int, time: float, forward: float, up: float) ->
         other(f.side) if odd else f.side, (x + forward, sign * y, z + up), sign * f.heading
     )
     times = (stance.strike, stance.flat, stance.heel_off, stance.ball_off, stance.off)
-    return Stance(moved, *(t + time for t in times))
+    strike, flat, heel_off, ball_off, off = (t + time for t in times)
+    return Stance(moved, strike, flat, heel_off, ball_off, off, toes_first=stance.toes_first)
 
 
 def _footprint(fall: _Fall, toe_out: float, bend: float) -> Footprint:
