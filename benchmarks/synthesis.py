@@ -79,12 +79,16 @@ def meshed(body: Body, task: Task, n: int) -> Problem:
 def timed(problem: Problem, c: np.ndarray, u: np.ndarray) -> dict[str, float]:
     """Return seconds an iteration, those of its parts, and of what is done once."""
     spent: dict[str, float] = defaultdict(float)
+    within = [0.0]  # what parts inside of the present one have taken
 
     def clocked(part: str, call: Callable) -> Callable:
         def inner(*arguments, **named):
+            within.append(0.0)
             begin = time.perf_counter()
             answer = call(*arguments, **named)
-            spent[part] += time.perf_counter() - begin
+            took = time.perf_counter() - begin
+            spent[part] += took - within.pop()
+            within[-1] += took
             return answer
 
         return inner

@@ -30,6 +30,10 @@ _BUILDERS: Mapping[str, Callable[["Assembly"], Rows]] = {
 class Assembly:
     """What a task makes a problem of.
 
+    Raises:
+        ParameterError: If the body was made for ground of another slope, or lacks a place that the
+            plan rests on.
+
     Attributes:
         body: The person.
         plan: Contacts.
@@ -45,6 +49,7 @@ class Assembly:
 
     def __init__(self, body: Body, plan: ContactPlan, nodes: Float[Array, " n_nodes"]):
         self.body, self.plan, self.nodes = body, plan, nodes
+        _check(body, plan)
         step = np.diff(nodes)
         self.weights = np.zeros(len(nodes))
         self.weights[:-1] += step / 2
@@ -158,4 +163,22 @@ class Assembly:
             self.u_smooth,
             closure,
             self.jerk if self.jerk.any() else np.zeros(0),
+        )
+
+
+def _check(body: Body, plan: ContactPlan) -> None:
+    """Refuse a body that was made for another plan."""
+    g = body.symbolic.gravity
+    leaning = plan.to_world.T @ np.array([0.0, 0.0, -np.linalg.norm(g)])
+    if not np.allclose(g, leaning, atol=1e-6):
+        raise ParameterError(
+            f"the ground rises by {plan.slope:g} rad and the body was made for another slope: use "
+            "body_for(human, task.plan)"
+        )
+    names = {site.name for site in body.sites}
+    missing = [s.site.name for s in plan.supports if s.site.name not in names]
+    if missing:
+        raise ParameterError(
+            f"the plan rests on {missing[0]!r}, which the body has no place for: use "
+            "body_for(human, task.plan)"
         )

@@ -11,8 +11,10 @@ from plantigrade.synthesize.interior_point import Options
 from plantigrade.synthesize.mesh import nodes_like, nodes_of, split
 from plantigrade.synthesize.post_mortem import broken_rows, values
 from plantigrade.synthesize.solve import synthesize
+from plantigrade.synthesize.tasks import make_task
 from plantigrade.synthesize.terms import Contact, Limits
-from tests.synthesize.coarse_walk import SPEED, body, solved, task
+from plantigrade.synthesize.walking import walk
+from tests.synthesize.coarse_walk import SPEED, body, person, solved, task
 
 
 def weak():
@@ -150,6 +152,13 @@ def test_rougher_ground_is_not_taken_for_granted():
 def test_what_is_asked_wrongly_is_refused():
     with pytest.raises(ParameterError, match="the guess has coefficients"):
         synthesize(body(), task(), c0=np.zeros((3, body().symbolic.nv)))
+
+
+def test_a_body_made_for_other_ground_is_refused():
+    with pytest.raises(ParameterError, match=r"rises by 0\.1 rad .* body_for\(human, task.plan\)"):
+        walk(person(), periodic=True, slope=0.1).problem(body())
+    with pytest.raises(ParameterError, match="rests on 'seat_r', which the body has no place for"):
+        make_task("sit-to-stand", person()).problem(body())
 
 
 # Meshes -------------------------------------------------------------------------------------------
