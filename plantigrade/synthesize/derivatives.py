@@ -125,6 +125,8 @@ class Derivatives:
     def _keep(self, name: str, shape: tuple[int, ...]) -> Array:
         """Return the array of zeros that is filled at every call with this many nodes."""
         if (name, shape[0]) not in self._kept:
+            while len(self._kept) >= _ARRAYS:
+                del self._kept[next(iter(self._kept))]
             self._kept[name, shape[0]] = np.zeros(shape)
         return self._kept[name, shape[0]]
 
@@ -197,6 +199,7 @@ def _in_order(source: Int[Array, " n"], place: Int[Array, " n"]) -> tuple[Array,
 
 _KEPT: dict[int, Derivatives] = {}
 _MOST = 32  # functions whose derivatives are kept
+_ARRAYS = 6  # that are kept of each, for as many numbers of nodes
 
 
 def derivatives_of(function: "casadi.Function") -> Derivatives:

@@ -388,7 +388,7 @@ class InteriorPoint:
 
         Args:
             c0: Coefficients to start from.
-            u0: Node unknowns to start from; the middle between limits of zero if absent.
+            u0: Node unknowns to start from; zero if absent.
             multipliers: From a problem much like this one.
             progress: Told every iteration; returning True stops with the best so far.
 
