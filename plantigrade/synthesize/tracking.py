@@ -60,6 +60,8 @@ FACTORS = {
     "mtp_angle": 0.05,
 }
 
+TOES = {"mtp_angle": 10.0}  # what torque of the toes costs beside that of other joints: it is weak
+
 
 @dataclass(frozen=True)
 class Tracking:
@@ -97,7 +99,7 @@ class Tracking:
             Track(times, q, self.weight, self.joints),
             TrackAcceleration(times, q, self.acceleration),
             TrackWrench(times, force, moment, self.push, self.turning),
-            Torque(self.torque),
+            Torque(self.torque, TOES),
             Jerk(self.jerk),
             Forces(self.force_size, self.force_rate),
         )
@@ -270,7 +272,7 @@ def grounded(human: Human, motion: Motion) -> tuple[Human, Motion, float]:
 
 def _rolls(human: Human, geom: str, site: str, body: str) -> bool:
     """Return whether a sphere is a site that stands still with another body than its own."""
-    return geom.endswith(f"_{site}") and human.model.geom(geom).bodyid[0] != human.body(body)
+    return geom.endswith(f"_{site}") and int(human.model.geom(geom).bodyid[0]) != human.body(body)
 
 
 def contacts_of(human: Human, motion: Motion) -> tuple[Contact, ...]:

@@ -9,9 +9,10 @@ from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.contacts import Contact
-from plantigrade.kinematics.ground import lowest
+from plantigrade.kinematics.ground import contact_points, lowest
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.motion.filters import runs
 from plantigrade.synthesize.contact_plan import foot_sites
 from plantigrade.synthesize.flat_foot import flat_sites
 from plantigrade.synthesize.formulation import Body
@@ -75,7 +76,21 @@ def test_sum_of_forces_is_newtons(human, tracked):
     np.testing.assert_allclose(m.force.sum(axis=1), asked, atol=1e-3 * s.body.weight)
 
 
-def test_feet_stand_still_and_forces_keep_the_friction_cone(tracked):
+def test_flat_feet_stand_still_on_the_ground(human, tracked):
+    s, _ = tracked
+    m = s.sample(s.times(4))
+    points = contact_points(human, m.qpos)
+    assert points.position[..., 2].min() > -2e-3  # [m]
+    names = [name for name, _, _ in human.contact_points]
+    for k, site in enumerate(s.body.sites):
+        if site.part != "sole":
+            continue
+        path = points.position[:, next(i for i, n in enumerate(names) if n.endswith(site.name))]
+        for run in runs(m.standing[:, k]):
+            assert np.ptp(path[run], axis=0).max() < 2e-3  # [m]
+
+
+def test_forces_push_within_the_friction_cone_where_feet_stand(tracked):
     s, _ = tracked
     m = s.sample(s.problem.nodes)
     assert m.force[..., 2].min() > -1e-3
