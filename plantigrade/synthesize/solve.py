@@ -79,10 +79,15 @@ def synthesize(
         The motion, also where no solver succeeded: ``success`` and ``stages`` say.
 
     Raises:
-        ParameterError: If the solver is unknown.
+        ParameterError: If the solver is unknown, or the motion to start from is of other joints.
     """
     if solver not in ("band", "ipopt"):
         raise ParameterError(f"solver is {solver!r}; allowed are 'band' and 'ipopt'")
+    if warm is not None and warm.problem.names != body.symbolic.names:
+        raise ParameterError(
+            f"a motion of {len(warm.problem.names)} coordinates is no start for a body of "
+            f"{len(body.symbolic.names)}: give one of the same joints and feet, or none"
+        )
     run = _Runner(body, options, progress)
     nodes = None
     if warm is not None:
@@ -238,8 +243,10 @@ def _carried(
         nodes = np.append(nodes, old.basis.span)
         values = np.vstack([values, values[:1, old.closure.u_source] * old.closure.u_sign])
     u = np.zeros((len(new.nodes), new.n_unknowns))
-    for i, x in enumerate(values.T):
-        u[:, i] = np.interp(then(new.nodes), nodes, x)
+    forces = dict(zip(old.u_names, values.T, strict=False))  # by name: a seat is not in every task
+    for i, name in enumerate(new.u_names):
+        if name in forces:
+            u[:, i] = np.interp(then(new.nodes), nodes, forces[name])
     moved = None
     if at.multipliers is not None:
         moved = at.multipliers.moved(old.nodes, then(new.nodes))

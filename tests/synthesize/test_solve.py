@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
+from plantigrade.models import Human
 from plantigrade.synthesize import solve
+from plantigrade.synthesize.formulation import Body
 from plantigrade.synthesize.interior_point import Options
 from plantigrade.synthesize.mesh import nodes_like, nodes_of, split
 from plantigrade.synthesize.post_mortem import broken_rows, values
 from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.tasks import make_task
+from plantigrade.synthesize.tasks import body_for, make_task
 from plantigrade.synthesize.terms import Contact, Limits
 from plantigrade.synthesize.walking import walk
-from tests.synthesize.coarse_walk import SPEED, body, person, solved, task
+from tests.synthesize.coarse_walk import DENSITY, SPEED, body, person, solved, task
 
 
 def weak():
@@ -78,6 +80,16 @@ def test_from_itself_a_motion_is_found_at_once():
     again = synthesize(body(), task(), warm=solved(), rounds=0)
     assert again.success and again.iterations <= 1
     assert again.objective == pytest.approx(solved().objective, rel=1e-3)
+
+
+def test_a_warm_start_of_other_joints_is_refused_and_other_places_are_matched_by_name():
+    other = Human.create(1.72, 68.0, joints="43", feet="two-segment")
+    given = replace(walk(other, periodic=True), density=DENSITY)
+    with pytest.raises(ParameterError, match="of 42 coordinates is no start for a body of 43"):
+        synthesize(body_for(other, given.plan), given, warm=solved())
+    fewer = Body.of(person(), [s for s in body().sites if s.name[:-2] != "toe_5"])
+    made = synthesize(fewer, task(), warm=solved(), rounds=0)
+    assert made.success and made.u.shape[1] == solved().u.shape[1] - 6
 
 
 def test_a_warm_start_that_leads_nowhere_is_followed_by_a_first_try():
