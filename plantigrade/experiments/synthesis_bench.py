@@ -101,14 +101,17 @@ def run(
     shown = {n: kept.beginning(f"{n}/") for n in PARTS}
     rows = [row for n, found in shown.items() if found for row in rows_of(PARTS[n], found)]
     failed = {k: why(r) for k, r in kept.results.items() if not r.get("good", True)}
-    sheets = [summary(shown).text()]
+    loading = kept.beginning("loading/")
+    sheets = [summary(shown).text(), *([loading_grid(loading).text()] if loading else [])]
     if failed:
         lines = [f"{key}: {words}" for key, words in failed.items()]
         sheets.append("\n".join(["What failed, and why", *lines]))
     notes = [*NOTES, *filter(None, [kept.note()])]
     found = ResultTable("Motions from tasks: time and success", rows, notes, sheets)
     if folder is not None:
-        sections = [summary(shown).section(), every_motion(shown).section()]
+        sections = [g(x).section() for g, x in (
+            (summary, shown), (loading_grid, loading), (every_motion, shown)
+        )]  # fmt: skip
         write_page(folder / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
         say(f"{folder / PAGE}")
     return found
@@ -373,6 +376,15 @@ def summary(shown: dict[str, dict[str, Result]]) -> Grid:
         for kind, group in groups.items():
             lines.append(_line(PARTS[name], kind, group))
     return Grid("Time and success", header, lines)
+
+
+def loading_grid(found: dict[str, Result]) -> Grid:
+    """Return how much longer the first motion of a process takes."""
+    lines = [
+        [PARTS[key.split("/", 1)[1]].words, f"{r['cpu']:.2f}", f"{r['wall']:.2f}"]
+        for key, r in found.items()
+    ]
+    return Grid("Loading derivatives from disk", ("", "s", "clock"), lines)
 
 
 def every_motion(shown: dict[str, dict[str, Result]]) -> Grid:
