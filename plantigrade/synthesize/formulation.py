@@ -252,6 +252,11 @@ def hold_contacts(
         if site.side:
             place.lower[:, 3 * k + 2] = lowest
     for stance in plan.stances:
+        during = (nodes >= stance.strike - SAME) & (nodes <= stance.off + SAME)
+        for k, site in enumerate(body.sites):  # a heel that has risen does not sink into its tread
+            if site.side == stance.footprint.side:
+                place.lower[during, 3 * k + 2] = stance.footprint.position[2]
+    for stance in plan.stances:
         targets = site_targets(body, stance.footprint)
         spans = {index[n]: stance.interval(body.sites[index[n]].part) for n in targets}
         _hold(

@@ -338,3 +338,22 @@ def test_a_body_of_other_tissue_shares_no_rows():
     dynamics_rows(body, 1)
     assert dynamics_rows(other, 1).function is not dynamics_rows(body, 1).function
     assert dynamics_rows(body, 1).function is dynamics_rows(body, 1).function
+
+
+def test_a_heel_that_has_risen_does_not_sink_into_its_tread():
+    """Walking down: until the toes have left, the whole foot is above the ground it stands on."""
+    body = body_with("two-segment")
+    up, down = Footprint("r", (0.0, -0.1, 0.0)), Footprint("l", (0.6, 0.1, -0.12))
+    plan = ContactPlan(
+        3.0, (Stance(up, 0.0, 0.1, 1.0, 1.2, 1.5), Stance(down, 1.4, 1.6, 3.0, 3.0, 3.0))
+    )
+    nodes = np.linspace(0.0, 3.0, 31)
+    towards = np.zeros((31, len(body.sites)))
+    place, speed = (place_rows(body, towards, rates=r) for r in (False, True))
+    hold_contacts(body, plan, nodes, place, speed)
+    right, left = ([3 * k + 2 for k, s in enumerate(body.sites) if s.side == side] for side in "rl")
+    standing, swinging = nodes <= 1.5, nodes > 1.55
+    low = np.where(np.isinf(place.lower), np.nan, place.lower)  # followers need no limit
+    assert np.nanmin(low[standing][:, right]) == 0.0
+    np.testing.assert_array_equal(low[swinging][:, right], -0.12)
+    assert np.nanmax(low[nodes < 1.4][:, left]) == -0.12
