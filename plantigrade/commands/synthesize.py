@@ -1,4 +1,4 @@
-"""Make a motion from a task alone: nobody was recorded."""
+"""Make a motion from a task alone, or a recorded one physical."""
 
 import signal
 import sys
@@ -16,7 +16,9 @@ from plantigrade.commands.options import (
     Metres,
     OptionalPath,
     PersonOptions,
+    RecordingOptions,
     RunOptions,
+    fit_settings,
     optional,
 )
 from plantigrade.commands.outcome import Outcome
@@ -59,11 +61,12 @@ OPTIONS = {
     "depth": "depth",
 }
 """Options that are parameters of tasks, and what tasks call them."""
+TRACK = "track"
 ANGLES = ("turn", "slope")  # given in degrees
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PersonOptions, RunOptions):
+class Command(PersonOptions, RecordingOptions, RunOptions):
     """Make a motion from a task alone, by trajectory optimisation; nobody was recorded.
 
     The motion obeys the equations of motion with true contact forces; an independent checker
@@ -71,7 +74,15 @@ class Command(PersonOptions, RunOptions):
     """
 
     task: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="TASK")]
-    """What to do: walk, sit-to-stand, side-step, jump, squat, reach, or a task file (.toml)."""
+    """What to do: walk, sit-to-stand, side-step, jump, squat, reach, a task file (.toml), or track:
+    a recording made physical."""
+
+    recording: OptionalPath = None
+    """Recording to track."""
+    start: Seconds = None
+    """From when it is tracked [s]."""
+    stop: Seconds = None
+    """To when it is tracked [s]."""
 
     speed: Speed = None
     """Walking speed [m/s]."""
@@ -130,6 +141,11 @@ class Command(PersonOptions, RunOptions):
         from plantigrade.workflows import synthesis_folder, synthesizing
         from plantigrade.workflows.fitting import refuse_existing
 
+        if self.task == TRACK:
+            return self._track()
+        for option in ("recording", "start", "stop"):
+            if getattr(self, option) is not None:
+                raise ParameterError(f"{_flag(option)} belongs to the task {TRACK} alone")
         progress = Progress(quiet=self.quiet)
         settings, name = self.settings()
         out = self.out or Path("runs") / f"synthesize-{name}"
@@ -147,6 +163,48 @@ class Command(PersonOptions, RunOptions):
                 sources=[Path(self.task)] if _is_file(self.task) else [],
                 overwrite=self.overwrite,
             )
+        return self._told(progress, made, folder, metrics)
+
+    def _track(self) -> Outcome:
+        """Move a recorded motion by forces of the ground.
+
+        Raises:
+            ParameterError: If there is no recording, or an option of other tasks is given.
+        """
+        from plantigrade.workflows import synthesis_folder
+        from plantigrade.workflows.fitting import FitSettings, refuse_existing
+        from plantigrade.workflows.tracking import TrackSettings, track_recording
+
+        others = [
+            o
+            for o in (*OPTIONS, "warm", "density", "basis", "solver", "formulation")
+            if getattr(self, o) not in (None, False)
+        ]
+        if others:
+            raise ParameterError(f"{_flag(others[0])} means nothing to {TRACK}")
+        if self.recording is None:
+            raise ParameterError(f"{TRACK} needs --recording FILE: C3D, TRC, BVH, AMC or MOT")
+        progress = Progress(quiet=self.quiet)
+        out = self.out or Path("runs") / f"synthesize-{TRACK}-{self.recording.stem}"
+        refuse_existing(out, overwrite=self.overwrite)
+        how = TrackSettings(FitSettings(**fit_settings(self)), self.start, self.stop)
+        watch = Watch(progress)
+        with watch.listening():
+            tracked = track_recording(self.recording, how, watch)
+        watch.close(tracked.made)
+        with progress.step("writing the report and the viewer"):
+            folder, metrics = synthesis_folder.write(
+                tracked.made,
+                out,
+                title=f"{self.recording.name}, on forces of the ground",
+                command=["plantigrade", *sys.argv[1:]],
+                sources=[self.recording],
+                overwrite=self.overwrite,
+            )
+        return self._told(progress, tracked.made, folder, metrics)
+
+    def _told(self, progress: Progress, made, folder: Path, metrics: dict[str, Any]) -> Outcome:
+        """Say what the checker found, and return what is printed."""
         for line in metrics["warnings"]:
             progress.warn(line)
         if not made.check.ok:

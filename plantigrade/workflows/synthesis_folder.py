@@ -183,10 +183,11 @@ def sentence(made: Synthesized) -> str:
     solver = {"band": "the banded interior point", "ipopt": "IPOPT"}[made.settings.solver]
     if made.settings.formulation == "paper":
         solver = "the paper's stages"
+    source = "from a recording" if synthesis.task.name == "track" else "from the task alone"
     return (
         f"{what} a person of {human.height:.2f} m and {human.mass:.1f} kg "
         f"with {human.model.nv} degrees of freedom and {human.feet} feet, "
-        f"made from the task alone by {solver} in {synthesis.seconds:.1f} s "
+        f"made {source} by {solver} in {synthesis.seconds:.1f} s "
         f"({synthesis.iterations} iterations, {m['nodes']} nodes); {verdict} in "
         f"{len(made.check.time)} frames."
     )

@@ -1,21 +1,21 @@
 r"""The conditions of section V and the objective, one family of rows for each.
 
-==============  ========  ===========================================================
-rows            equation  what
-==============  ========  ===========================================================
-``boundary``    17        coordinates and rates at the start and at the end
-``coordinates`` 18        limits of coordinates, between
-``rates``       18        limits of rates, between
-``forces``      19, 15    limits of the generalised forces; the objective's squares
-..              24, 25    its rows named ``edge``: zero-moment point in the support polygon
-``pelvis``      20        speed of the pelvis, squared: smooth at rest
-``floor``       21        contact points not below the ground
-``places``      22        contact points where their foot stands
-``slip``        23        contact points that stand do not move
-``arms``        26        arm and leg of a side swing to opposite sides
-``knee``        27        a swinging knee is bent
-``apex``        28        height that the pelvis would reach
-==============  ========  ===========================================================
+===============  ========  =================================================================
+rows             equation  what
+===============  ========  =================================================================
+``boundary``     17        coordinates and rates at the start and at the end
+``coordinates``  18        limits of coordinates, between
+``rates``        18        limits of rates, between
+``forces``       19, 15    limits of the generalised forces; the objective's squares
+``forces``       24, 25    its rows named ``edge``: zero-moment point in the support polygon
+``pelvis``       20        speed of the pelvis, squared: smooth at rest
+``floor``        21        contact points not below the ground
+``places``       22        contact points where their foot stands
+``slip``         23        contact points that stand do not move
+``arms``         26        arm and leg of a side swing to opposite sides
+``knee``         27        a swinging knee is bent
+``apex``         28        height that the pelvis would reach
+===============  ========  =================================================================
 
 **Generalised forces** are what inverse dynamics (Eq. 1) asks for without any contact force, as in
 the paper: the six of the root carry the body, and the torques of the legs are those of legs that
