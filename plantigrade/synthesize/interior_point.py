@@ -406,6 +406,8 @@ class InteriorPoint:
         u0 = np.zeros((t.n_nodes, t.nu)) if u0 is None else u0
         x = t.join(c0, u0)
         self._jacobians(x)
+        x = self._on_linear_equations(x)
+        self._jacobians(x)
         for f in self.families:
             f.s = _inside(f, f.r, 1e-2 if not warm else 1e-4)
             a, b = f.room(f.s)
@@ -594,6 +596,19 @@ class InteriorPoint:
         out = np.zeros((3, *f.rows.lower.shape))
         out[0, f.at], out[1, f.at], out[2, f.at] = f.y, f.zl, f.zu
         return out
+
+    def _on_linear_equations(self, x: Array) -> Array:
+        """Return the point nearest to one that keeps the equations that are linear."""
+        stiff = 1e6
+        weights = [np.where(f.eq & f.linear, stiff, 0.0) for f in self.families]
+        missing = [w * (f.r - f.aim) for f, w in zip(self.families, weights, strict=True)]
+        if not any(np.abs(m).max(initial=0.0) > stiff * self.options.feasibility for m in missing):
+            return x
+        band = self.t.assemble(self._hessians(x, weights, curved=False), smooth=False)
+        factor = self._damped(band, 1.0)
+        if factor is None:
+            return x
+        return x - cho_solve_banded((factor, True), self._down(missing), check_finite=False)
 
     # Pieces of an iteration -------------------------------------------------------------------
 

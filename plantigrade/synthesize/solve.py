@@ -27,7 +27,7 @@ from plantigrade.synthesize.terms import Acceleration, Work
 Solver = Literal["band", "ipopt"]
 Progress = Callable[[str, Iterate], bool | None]
 
-UNEXPLAINED = 1.2e-3  # wrench between nodes that asks for more nodes [body weights]
+UNEXPLAINED = 8e-4  # wrench between nodes that asks for more nodes [body weights]
 ROUNDS = 4  # of adding nodes
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort

@@ -107,7 +107,7 @@ class Limits:
     speed: float = 15.0
     strength: float = 1.0
     margin: float = 0.01
-    reserve: float = 0.05
+    reserve: float = 0.08
 
     def put(self, a: Assembly) -> None:
         """Limit coordinates, rates and torques."""

@@ -103,13 +103,17 @@ class Transcription:
     # Matrices ---------------------------------------------------------------------------------
 
     def assemble(
-        self, parts: Iterable[tuple[slice, Float[Array, "m n_local n_local"]]]
+        self,
+        parts: Iterable[tuple[slice, Float[Array, "m n_local n_local"]]],
+        *,
+        smooth: bool = True,
     ) -> Float[Array, "half_band_1 size"]:
         """Return the Hessian by x of what has Hessian ``H`` by z, steps and jerk added, as a band.
 
         Args:
             parts: Nodes of one of :attr:`parts`, and ``H`` there: symmetric, both triangles given.
                 It is used at once, so that all may be in the same array.
+            smooth: Whether steps and jerk are added.
 
         Returns:
             Lower form: entry (i, j) is at ``[i - j, j]``.
@@ -137,7 +141,8 @@ class Transcription:
                 values *= sign
             found = np.bincount(places, weights=values.ravel(), minlength=stop - start + 1)
             flat[start:stop] += found[:-1]
-        flat[self._smooth_at] += self._smooth_values
+        if smooth:
+            flat[self._smooth_at] += self._smooth_values
         return flat.reshape(self.size, self.half_band + 1).T
 
     @property
