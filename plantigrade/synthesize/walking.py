@@ -72,7 +72,11 @@ HANGING = {"elbow_flex": 0.35}
 
 CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
 STEEPEST = 0.35  # [rad]
-DENSITY = {True: 40.0, False: 20.0}  # nodes a second: periodic, from standing
+DENSITY = {True: 60.0, False: 20.0}
+"""Nodes a second up to :data:`USUAL` speed, periodic and from standing; in proportion above it."""
+
+USUAL = 1.3
+"""Speed [m/s]."""
 
 
 def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
@@ -155,7 +159,13 @@ def walk(
     terms: list[Term] = [*walking_terms(slope)]
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
-    return Task("walk", plan, tuple(terms), guess_from_standing, density=DENSITY[False])
+    return Task(
+        "walk",
+        plan,
+        tuple(terms),
+        guess_from_standing,
+        density=DENSITY[False] * max(1.0, speed / USUAL),
+    )
 
 
 def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> Task:
@@ -172,4 +182,11 @@ def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.
         return walking_guess(body.human, plan, parameters, times)
 
     step = advance(plan)[0]
-    return Task("walk", plan, walking_terms(slope), guess, density=DENSITY[True], step=step)
+    return Task(
+        "walk",
+        plan,
+        walking_terms(slope),
+        guess,
+        density=DENSITY[True] * max(1.0, parameters.speed / USUAL),
+        step=step,
+    )
