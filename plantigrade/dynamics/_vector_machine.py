@@ -37,6 +37,7 @@ class Machine:
         self._library = np.array(_llvm.addresses(LIBRARY_NAMES), dtype=np.uint64)
         self._starts = np.cumsum([0, *table.sizes]).tolist()
         self._made: dict[int, tuple[Any, np.ndarray]] = {}
+        self._engines: list[Any] = []  # what is run lives as long as these
         self._with(LANES[-1])  # what is refused is refused now
 
     def __call__(
@@ -79,7 +80,9 @@ class Machine:
             filled = np.repeat(self._constants, lanes)
             first = self._starts[-1] * lanes
             memory[first : first + len(filled)] = filled
-            self._made[lanes] = _machine(lanes)[1], memory
+            engine, run = _machine(lanes)
+            self._engines.append(engine)
+            self._made[lanes] = run, memory
         return self._made[lanes]
 
 

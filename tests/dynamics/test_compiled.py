@@ -349,3 +349,16 @@ def test_a_function_of_matrices_is_refused():
         Batched(ca.Function("f", [m], [m[0, 0]]))
     with pytest.raises(ParameterError, match="must be one of"):
         Batched(EVERYTHING, backend="C")
+
+
+def test_a_function_outlives_the_memory_of_machines():
+    """What was made before is still run after machines have been forgotten."""
+    import gc
+
+    x = ca.SX.sym("x", 3)
+    made = Batched(ca.Function("cubes", [x], [x**3 + ca.sin(x)]), backend="vectors")
+    points = np.linspace(-1.0, 1.0, 21 * 3).reshape(21, 3)
+    before = made(points)[0]
+    _vector_machine._machine.cache_clear()
+    gc.collect()
+    np.testing.assert_array_equal(made(points)[0], before)
