@@ -23,7 +23,7 @@ from plantigrade.synthesize import (
     Problem,
     Task,
     body_for,
-    interior_point,
+    linearised,
     make_task,
 )
 from plantigrade.synthesize.derivatives import Derivatives
@@ -113,8 +113,8 @@ def timed(problem: Problem, c: np.ndarray, u: np.ndarray) -> dict[str, float]:
             patched.enter_context(mock.patch.object(Transcription, name, call))
         call = clocked("assembly", InteriorPoint._add_squares)
         patched.enter_context(mock.patch.object(InteriorPoint, "_add_squares", call))
-        call = clocked("factorisation", interior_point.cholesky_banded)
-        patched.enter_context(mock.patch.object(interior_point, "cholesky_banded", call))
+        call = clocked("factorisation", linearised.cholesky_banded)
+        patched.enter_context(mock.patch.object(linearised, "cholesky_banded", call))
         engine.solve(c, u, progress=progress)
     spent["iteration"] = ends[2 * ITERATIONS] - ends[ITERATIONS]
     return {part: t if part == "ready" else t / ITERATIONS for part, t in spent.items()}

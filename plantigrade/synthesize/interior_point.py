@@ -19,28 +19,18 @@ towards feasibility restore progress.
 """
 
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
+from scipy.linalg import cho_solve_banded
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.derivatives import derivatives_of
-from plantigrade.synthesize.problem import Problem, Rows
-from plantigrade.synthesize.transcription import PART, Transcription
-
-if TYPE_CHECKING:
-    import casadi
-
-GROWTH = 8.0
-"""By how much more is added to the diagonal where that was not enough."""
-
-SMALL = 0.5
-"""What was added last and is so small that nothing is tried first."""
+from plantigrade.synthesize.families import Family, inside, most
+from plantigrade.synthesize.linearised import Linearised
+from plantigrade.synthesize.problem import Problem
 
 WARM = 5e-5
 """First barrier parameter where multipliers are known: that of the last solution, so that a problem
@@ -51,9 +41,6 @@ LONG = 25
 
 PATIENCE = 5
 """Iterations after which a nearly feasible point waits no longer for a smaller barrier."""
-
-CLEAR = 1e-15
-"""Room that a slack keeps to a limit at least, beside the limit's own size."""
 
 Status = Literal["solved", "acceptable", "stopped", "stalled", "too many iterations"]
 
@@ -170,210 +157,12 @@ class Result:
         return self.status in ("solved", "acceptable")
 
 
-class _Family:
-    """Rows of one kind, with derivatives, masks and slacks, at the nodes where they matter."""
-
-    def __init__(self, rows: Rows, n_local: int):
-        self.rows = rows
-        self.d = derivatives_of(rows.function)
-        eq, ineq = rows.equations, rows.inequalities
-        matter = eq | ineq | (rows.weight != 0) | (rows.gain != 0)
-        self.at = np.flatnonzero(matter.any(axis=1))
-        self.everywhere = len(self.at) == len(matter)
-        self.parameters = rows.parameters[self.at]
-        self.lower, self.upper = rows.lower[self.at], rows.upper[self.at]
-        self.weight, self.target = rows.weight[self.at], rows.target[self.at]
-        self.gain = rows.gain[self.at]
-        self.eq, self.ineq = eq[self.at], ineq[self.at]
-        self.bound = self.eq | self.ineq
-        jr, jc = self.d.jacobian_pattern
-        self.linear = len(self.d.hessian_pattern[0]) == 0
-        per_row = np.bincount(jr, minlength=len(rows.names)) if len(jr) else np.zeros(1)
-        self.single = self.linear and per_row.max() <= 1
-        columns = np.unique(jc) if len(jc) else np.zeros(1, int)
-        self.columns = slice(int(columns[0]), int(columns[-1]) + 1)  # a slice is worth its zeros
-        self.has_low = self.ineq & np.isfinite(self.lower)
-        self.has_high = self.ineq & np.isfinite(self.upper)
-        self.low = np.where(self.has_low, self.lower, -1.0)
-        self.high = np.where(self.has_high, self.upper, 1.0)
-        self.aim = np.where(self.eq, self.lower, 0.0)
-        self.costs = bool(np.any(self.weight) or np.any(self.gain))
-        shape = self.lower.shape
-        self.J = np.zeros((0, 0, 0))  # until it is evaluated
-        self.only = np.zeros(shape, int), np.zeros(shape)  # of a single row: column in J, value
-        self.r, self.s, self.y = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        self.zl, self.zu = np.zeros(shape), np.zeros(shape)
-
-    def pick(self, z: Array) -> Array:
-        """Return what is at the nodes that matter."""
-        return z if self.everywhere else z[self.at]
-
-    def cost(self, r: Array) -> float:
-        """Return what rows cost."""
-        if not self.costs:
-            return 0.0
-        away = r - self.target
-        return float(np.sum(self.gain * r) + 0.5 * np.sum(self.weight * away * away))
-
-    def push(self, r: Array) -> Array:
-        """Return the derivative of the cost by the rows."""
-        return self.gain + self.weight * (r - self.target)
-
-    def gap(self, r: Array, s: Array) -> Array:
-        """Return what is missing to c_E = 0 and c_I = s."""
-        return np.where(self.eq, r - self.aim, np.where(self.ineq, r - s, 0.0))
-
-    def room(self, s: Array) -> tuple[Array, Array]:
-        """Return the distance of slacks to their limits; 1 where there is none."""
-        return (
-            np.where(self.has_low, s - self.low, 1.0),
-            np.where(self.has_high, self.high - s, 1.0),
-        )
-
-    def clear(self, s: Array) -> Array:
-        """Return slacks that rounding has not put onto their limits."""
-        s = np.where(self.has_low, np.maximum(s, self.low + CLEAR * (1 + np.abs(self.low))), s)
-        return np.where(
-            self.has_high, np.minimum(s, self.high - CLEAR * (1 + np.abs(self.high))), s
-        )
-
-    def violation(self, r: Array) -> Array:
-        """Return how far rows lie outside their limits; infinitely far if they are no numbers."""
-        off = np.maximum(np.maximum(self.lower - r, r - self.upper), 0.0)
-        return np.where(np.isnan(r), np.inf, off)
-
-
-class InteriorPoint:
+class InteriorPoint(Linearised):
     """The solver of one problem: derivatives, orders and arrays are made once and used again."""
 
     def __init__(self, problem: Problem, options: Options | None = None):
-        self.problem = problem
+        super().__init__(problem)
         self.options = options or Options()
-        self.t = Transcription(problem)
-        self.nv = self.t.nv
-        u_rows = _limits_of_unknowns(problem)
-        rows = (*problem.rows, *([u_rows] if u_rows is not None else []))
-        families = [_Family(r, self.t.n_local) for r in rows]
-        self.families = [f for f in families if len(f.at)]
-
-    # Evaluation -------------------------------------------------------------------------------
-
-    def _split(self, z: Array) -> tuple[Array, Array, Array, Array]:
-        n = self.nv
-        return z[:, :n], z[:, n : 2 * n], z[:, 2 * n : 3 * n], z[:, 3 * n :]
-
-    def _values(self, x: Array) -> list[Array]:
-        z = self.t.local(x)
-        return [f.d.values(*self._split(f.pick(z)), f.parameters) for f in self.families]
-
-    def _jacobians(self, x: Array) -> None:
-        z = self.t.local(x)
-        for f in self.families:
-            here = self._split(f.pick(z))
-            if f.linear and f.J.size:
-                f.r = f.d.values(*here, f.parameters)
-                continue
-            f.r, J = f.d.jacobian(*here, f.parameters)
-            f.J = np.array(J[:, :, f.columns])  # J's own array is filled anew
-            if f.single:
-                column = np.abs(f.J).argmax(axis=2)
-                f.only = column, np.take_along_axis(f.J, column[..., None], 2)[..., 0]
-
-    def _down(self, weights: list[Array]) -> Array:
-        """Return sum of J' w over families, by x."""
-        g = np.zeros((self.t.n_nodes, self.t.n_local))
-        for f, w in zip(self.families, weights, strict=True):
-            part = np.matmul(w[:, None, :], f.J)[:, 0]
-            if f.everywhere:
-                g[:, f.columns] += part
-            else:
-                g[f.at, f.columns] += part
-        return self.t.gradient(g)
-
-    def _up(self, dx: Array) -> list[Array]:
-        """Return J dx of every family."""
-        dz = self.t.local_step(dx)
-        return [np.matmul(f.J, f.pick(dz)[:, f.columns, None])[:, :, 0] for f in self.families]
-
-    def _objective(self, x: Array, values: list[Array]) -> float:
-        smooth, _ = self.t.smoothness(x)
-        return smooth + sum(f.cost(r) for f, r in zip(self.families, values, strict=True))
-
-    # Newton's equations -----------------------------------------------------------------------
-
-    def _hessians(
-        self, x: Array, weights: list[Array], *, curved: bool = True
-    ) -> Iterator[tuple[slice, Array]]:
-        """Yield the Hessian of the Lagrangian by z, and J' D J of every family added, in parts.
-
-        Args:
-            x: The point.
-            weights: D.
-            curved: Whether the curvature of rows counts; otherwise J' D J alone.
-        """
-        z, n = self.t.local(x), self.t.n_local
-        lam = [np.where(f.bound, f.y, 0.0) + f.push(f.r) for f in self.families]
-        whole = np.zeros((PART, n, n))
-        for nodes in self.t.parts:
-            H = whole[: nodes.stop - nodes.start]
-            H[:] = 0.0
-            for f, w, pushed in zip(self.families, weights, lam, strict=True):
-                rows = slice(*np.searchsorted(f.at, (nodes.start, nodes.stop)))
-                if rows.start == rows.stop:
-                    continue
-                at = f.at[rows]
-                if curved and not f.linear:
-                    where = self._split(z[at])
-                    if len(at) == len(H):
-                        f.d.hessian(pushed[rows], *where, f.parameters[rows], onto=H)
-                    else:
-                        H[at - nodes.start] += f.d.hessian(pushed[rows], *where, f.parameters[rows])
-                self._add_squares(H, at - nodes.start, f, rows, w[rows])
-            yield nodes, H
-
-    def _add_squares(self, H: Array, at: Array, f: _Family, rows: slice, w: Array) -> None:
-        """Add J' D J of rows of one family to H at nodes."""
-        if f.single:
-            columns, values = f.only
-            column = f.columns.start + columns[rows]
-            np.add.at(H, (at[:, None], column, column), w * values[rows] ** 2)
-            return
-        used = np.flatnonzero(w.any(axis=0))
-        J = f.J[rows] if len(used) == w.shape[1] else f.J[rows][:, used]
-        block = np.matmul((J * w[:, used, None]).transpose(0, 2, 1), J)
-        if len(at) == len(H):
-            H[:, f.columns, f.columns] += block
-        else:
-            H[at, f.columns, f.columns] += block
-
-    def _sigma(self) -> list[Array]:
-        out = []
-        for f in self.families:
-            a, b = f.room(f.s)
-            out.append(np.where(f.has_low, f.zl / a, 0.0) + np.where(f.has_high, f.zu / b, 0.0))
-        return out
-
-    def _damped(self, band: Array, damping: float) -> Array | None:
-        """Return the Cholesky factor with a number added to the diagonal."""
-        trial = band.copy(order="F")
-        trial[0] += damping
-        try:
-            return cholesky_banded(trial, overwrite_ab=True, lower=True, check_finite=False)
-        except LinAlgError:
-            return None
-
-    def _factor(self, band: Array, before: float) -> tuple[Array | None, float]:
-        """Return the Cholesky factor, and how much had to be added to the diagonal for one."""
-        added = 0.0 if before < SMALL else before / 4.0
-        for _ in range(40):
-            trial = band.copy(order="F")
-            trial[0] += added + 1e-12
-            try:
-                factor = cholesky_banded(trial, overwrite_ab=True, lower=True, check_finite=False)
-                return factor, added
-            except LinAlgError:
-                added = added * GROWTH if added else max(before / 3.0, 1e-3)
-        return None, added
 
     # Solve ------------------------------------------------------------------------------------
 
@@ -409,7 +198,7 @@ class InteriorPoint:
         x = self._on_linear_equations(x)
         self._jacobians(x)
         for f in self.families:
-            f.s = _inside(f, f.r, 1e-2 if not warm else 1e-4)
+            f.s = inside(f, f.r, 1e-2 if not warm else 1e-4)
             a, b = f.room(f.s)
             given = None if multipliers is None else multipliers.rows.get(f.rows.name)
             if given is not None and given.shape[1:] == f.rows.lower.shape:
@@ -495,10 +284,10 @@ class InteriorPoint:
             alpha_max, alpha_z = 1.0, 1.0
             for f, d, dl, dh in zip(self.families, ds, dzl, dzu, strict=True):
                 a, b = f.room(f.s)
-                alpha_max = min(alpha_max, _most(a, d, f.has_low, tau))
-                alpha_max = min(alpha_max, _most(b, -d, f.has_high, tau))
-                alpha_z = min(alpha_z, _most(np.where(f.has_low, f.zl, 1.0), dl, f.has_low, tau))
-                alpha_z = min(alpha_z, _most(np.where(f.has_high, f.zu, 1.0), dh, f.has_high, tau))
+                alpha_max = min(alpha_max, most(a, d, f.has_low, tau))
+                alpha_max = min(alpha_max, most(b, -d, f.has_high, tau))
+                alpha_z = min(alpha_z, most(np.where(f.has_low, f.zl, 1.0), dl, f.has_low, tau))
+                alpha_z = min(alpha_z, most(np.where(f.has_high, f.zu, 1.0), dh, f.has_high, tau))
             theta = sum(float(np.abs(g).sum()) for g in gaps)
             phi = objective - mu * self._logs([f.s for f in self.families])
             slope = self._slope(x, dx, ds, mu)
@@ -550,7 +339,7 @@ class InteriorPoint:
                         x_new = restored
                         r_new = self._values(x_new)
                         s_new = [
-                            _inside(f, r, 1e-4) for f, r in zip(self.families, r_new, strict=True)
+                            inside(f, r, 1e-4) for f, r in zip(self.families, r_new, strict=True)
                         ]
             for f, s, d, dl, dh in zip(self.families, s_new, dy, dzl, dzu, strict=True):
                 f.s = f.clear(s)
@@ -591,7 +380,7 @@ class InteriorPoint:
             if given is not None and not np.isfinite(given).all():
                 raise ParameterError(f"the guess has {what} that are not finite")
 
-    def _everywhere(self, f: _Family) -> Array:
+    def _everywhere(self, f: Family) -> Array:
         """Return multipliers of a family at all nodes, zero where it does not matter."""
         out = np.zeros((3, *f.rows.lower.shape))
         out[0, f.at], out[1, f.at], out[2, f.at] = f.y, f.zl, f.zu
@@ -686,12 +475,12 @@ class InteriorPoint:
             for f, r, s in zip(self.families, r_new, s_new, strict=True)
         ]
         dx2, _, ds2, _, _ = self._step(x, gaps, mu)
-        most = 1.0
+        part = 1.0
         for f, d in zip(self.families, ds2, strict=True):
             a, b = f.room(f.s)
-            most = min(most, _most(a, d, f.has_low, tau), _most(b, -d, f.has_high, tau))
-        x2 = x + most * dx2
-        s2 = [f.s + most * d for f, d in zip(self.families, ds2, strict=True)]
+            part = min(part, most(a, d, f.has_low, tau), most(b, -d, f.has_high, tau))
+        x2 = x + part * dx2
+        s2 = [f.s + part * d for f, d in zip(self.families, ds2, strict=True)]
         r2 = self._values(x2)
         ok, _ = self._acceptable(x2, r2, s2, mu, theta, phi, slope, alpha, filter_, floor_theta)
         return (x2, s2, r2) if ok else None
@@ -722,12 +511,6 @@ class InteriorPoint:
             if size < 1e-4 * first:
                 break
         return here if size < 0.5 * first else None
-
-    def _violated(self, values: list[Array]) -> float:
-        """Return the sum of squared violations."""
-        return sum(
-            float(np.sum(f.violation(r) ** 2)) for f, r in zip(self.families, values, strict=True)
-        )
 
     def _slope(self, x: Array, dx: Array, ds: list[Array], mu: float) -> float:
         """Return the derivative of the barrier function along a step."""
@@ -772,16 +555,6 @@ class InteriorPoint:
             )
         return worst
 
-    def _worst(self, values: list[Array]) -> tuple[float, str]:
-        worst, name = 0.0, ""
-        for f, r in zip(self.families, values, strict=True):
-            off = f.violation(r)
-            k, i = np.unravel_index(int(np.argmax(off)), off.shape)
-            if off[k, i] > worst:
-                worst = float(off[k, i])
-                name = f"{f.rows.names[i]} at {self.problem.nodes[f.at[k]]:.2f} s"
-        return worst, name
-
 
 def _hopeless(history: Sequence[Iterate]) -> bool:
     """Return whether the violation, still large, has not halved for long."""
@@ -789,45 +562,3 @@ def _hopeless(history: Sequence[Iterate]) -> bool:
         return False
     recent = min(it.violation for it in history[-LONG:])
     return recent > 1e-3 and recent > 0.5 * min(it.violation for it in history[:-LONG])
-
-
-def _inside(f: _Family, r: Array, margin: float) -> Array:
-    """Return slacks near rows, inside their limits."""
-    both = f.has_low & f.has_high
-    width = np.where(both, f.high - f.low, np.inf)
-    room_low = np.minimum(margin * np.maximum(1.0, np.abs(f.low)), margin * width)
-    room_high = np.minimum(margin * np.maximum(1.0, np.abs(f.high)), margin * width)
-    s = np.where(f.has_low, np.maximum(r, f.low + room_low), r)
-    s = np.where(f.has_high, np.minimum(s, f.high - room_high), s)
-    return np.where(f.ineq, s, 0.0)
-
-
-def _most(room: Array, step: Array, mask: Array, tau: float) -> float:
-    """Return how much of a step leaves part 1 - tau of the room."""
-    shrink = mask & (step < 0)
-    if not shrink.any():
-        return 1.0
-    return min(1.0, float(np.min(-tau * room[shrink] / step[shrink])))
-
-
-def _limits_of_unknowns(problem: Problem) -> Rows | None:
-    """Return the limits of node unknowns as rows."""
-    if not problem.n_unknowns:
-        return None
-    nv, n = len(problem.names), len(problem.nodes)
-    function = _unknowns(nv, problem.n_unknowns)
-    rows = Rows.free("limits of unknowns", function, problem.u_names, n)
-    active = problem.u_active
-    rows.lower[active] = problem.u_lower[active]
-    rows.upper[active] = problem.u_upper[active]
-    return rows
-
-
-@cache
-def _unknowns(nv: int, nu: int) -> "casadi.Function":
-    """Return the function of a node that is its unknowns."""
-    import casadi as ca
-
-    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
-    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
-    return ca.Function("unknowns", [q, v, a, u, p], [u])
