@@ -67,7 +67,7 @@ ANGLES = ("turn", "slope")  # given in degrees
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PersonOptions, RecordingOptions, RunOptions):
-    """Make a motion from a task alone, by trajectory optimisation; nobody was recorded.
+    """Make a motion from a task alone, by trajectory optimisation.
 
     The motion obeys the equations of motion with true contact forces; an independent checker
     decides whether it is valid. Ctrl-C stops with the best so far, which is checked and written.

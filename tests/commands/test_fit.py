@@ -260,7 +260,7 @@ def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal")
 def test_control_c_on_several_files(data, tmp_path):
-    files = [data / KINDS[name][0] for name in ("HC038A11", "16_15")]
+    files = [data / KINDS[name][0] for name in ("HC038A11", "16_15", "07_01", "markers_walk")]
     process = subprocess.Popen(
         [sys.executable, "-m", "plantigrade", "fit", *map(str, files), "--jobs", "2"],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
