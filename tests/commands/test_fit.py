@@ -265,7 +265,8 @@ def test_control_c_on_several_files(data, tmp_path):
         [sys.executable, "-m", "plantigrade", "fit", *map(str, files), "--jobs", "2"],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # background jobs ignore it
+        # the signal is ignored where the tests are a job in the background
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     time.sleep(2.0)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal sends it: to the workers too
