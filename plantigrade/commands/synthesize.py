@@ -178,7 +178,7 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
         others = [
             o
             for o in (*OPTIONS, "warm", "density", "basis", "solver", "formulation")
-            if getattr(self, o) not in (None, False)
+            if _given(getattr(self, o))
         ]
         if others:
             raise ParameterError(f"{_flag(others[0])} means nothing to {TRACK}")
@@ -236,7 +236,7 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
             base, name = parse_task_file(text, path).base, path.stem
         if base != STANDING:
             known = parameters_of(base)
-        told = {o: v for o in OPTIONS if (v := getattr(self, o)) not in (None, False)}
+        told = {o: v for o in OPTIONS if _given(v := getattr(self, o))}
         wrong = [o for o in told if OPTIONS[o] not in known]
         if wrong:
             options = [_flag(o) for o, parameter in OPTIONS.items() if parameter in known]
@@ -259,6 +259,11 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
             strides=self.strides,
         )
         return settings, name
+
+
+def _given(value: Any) -> bool:
+    """Return whether an option was given; a number may be zero."""
+    return value is not None and value is not False
 
 
 class Watch:
