@@ -13,12 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from plantigrade.dynamics.compiled import unavailable
+from plantigrade.batched.functions import unavailable
+from plantigrade.contact.site import foot_sites
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.models import Human
-from plantigrade.synthesize.contact_plan import foot_sites
-from plantigrade.synthesize.derivatives import Derivatives
-from plantigrade.synthesize.formulation import Body, dynamics_rows
+from plantigrade.synthesize.problem.formulation import Body, dynamics_rows
+from plantigrade.synthesize.transcription.derivatives import Derivatives
 
 NODES = 61
 REPEATS = 15  # evaluations of which the fastest counts

@@ -14,7 +14,7 @@ import numpy as np
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.kinematics.inverse import InverseKinematics, track
 from plantigrade.kinematics.points import Points
-from plantigrade.workflows import fitting
+from plantigrade.workflows import fit as fitting
 
 RAJAGOPAL = "opensim/rajagopal_walk/markers_walk.trc"
 RAJAGOPAL_MODEL = "opensim/rajagopal_walk/subject_walk_scaled.osim"

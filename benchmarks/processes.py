@@ -15,7 +15,7 @@ from plantigrade.experiments.table import Row, at_most
 PLANTIGRADE = (sys.executable, "-m", "plantigrade")
 EVERYTHING = (
     "import plantigrade.analyze.trial, plantigrade.io, plantigrade.kinematics.fit, "
-    "plantigrade.models, plantigrade.motion, plantigrade.workflows.fitting"
+    "plantigrade.models, plantigrade.motion, plantigrade.workflows.fit"
 )
 REPEATS = 7  # fresh processes whose median is taken
 

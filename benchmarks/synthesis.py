@@ -26,8 +26,8 @@ from plantigrade.synthesize import (
     linearised,
     make_task,
 )
-from plantigrade.synthesize.derivatives import Derivatives
-from plantigrade.synthesize.transcription import Transcription
+from plantigrade.synthesize.transcription.derivatives import Derivatives
+from plantigrade.synthesize.transcription.transcription import Transcription
 
 NODES = (61, 121, 301)
 ITERATIONS = 5  # that are timed, after as many that are not

@@ -43,7 +43,7 @@ def ordered_tasks() -> None:
 
 def synthesized() -> None:
     """Draw a stride of a walk that was made from the task alone."""
-    from plantigrade.workflows.synthesizing import SynthesizeSettings, synthesize_task
+    from plantigrade.workflows.synthesize import SynthesizeSettings, synthesize_task
 
     settings = SynthesizeSettings(parameters={"periodic": True}, feet="multi-segment", strides=1)
     made = synthesize_task(settings)

@@ -38,7 +38,7 @@ def data() -> Path:
 def synthesized(tmp_path_factory):
     """A periodic walk made from the task alone: what was made, its run folder, what was told."""
     from plantigrade.workflows.synthesis_folder import write
-    from plantigrade.workflows.synthesizing import SynthesizeSettings, synthesize_task
+    from plantigrade.workflows.synthesize import SynthesizeSettings, synthesize_task
 
     told = []
     settings = SynthesizeSettings(

@@ -34,7 +34,7 @@ def test_in_ski_boots_the_trunk_leans_further(page):
     assert boots.success
     assert largest(boots, "ankle_angle_r") < 10.5 < largest(squat, "ankle_angle_r") - 10.0
     assert lean(boots) > lean(squat) + 20.0
-    from plantigrade.workflows.synthesizing import SynthesizeSettings, judged
+    from plantigrade.workflows.synthesize import SynthesizeSettings, judged
 
     assert judged(SynthesizeSettings(task="squat"), boots).check.ok
 
@@ -47,8 +47,8 @@ def test_hips_go_down_as_far_as_was_asked(page):
 
 def test_the_task_file_shifts_the_weight(page):
     from plantigrade.synthesize.solve import synthesize
-    from plantigrade.synthesize.task_file import parse_task_file
-    from plantigrade.workflows.synthesizing import SynthesizeSettings, judged
+    from plantigrade.synthesize.tasks.task_file import parse_task_file
+    from plantigrade.workflows.synthesize import SynthesizeSettings, judged
 
     (text,) = blocks("toml")
     told = parse_task_file(text)

@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.motion import Record, Table
+from plantigrade.motion import Table
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise_cycles
+from plantigrade.record import Record
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, quaternion_to_pelvis_angles
 
 GRAVITY = 9.81

@@ -20,9 +20,9 @@ from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
 from plantigrade.reproduce.gait import ContactSchedule
-from plantigrade.reproduce.ordered_motion import OrderedMotion
 from plantigrade.reproduce.reference import SIDES, Reference
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
+from plantigrade.wbc.ordered_motion import OrderedMotion
 
 ROTATIONS = (
     ("HIP R Flex/Exte", "hip_flexion_r"),

@@ -20,9 +20,10 @@ from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
-from plantigrade.motion import Markers, Motion, Record
+from plantigrade.motion import Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.events import detect_gait_events
+from plantigrade.record import Record
 
 CUTOFF = 6.0  # low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_
 SIDES = ("l", "r")

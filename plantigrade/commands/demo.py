@@ -41,7 +41,8 @@ class Command(PersonOptions, RunOptions):
         from plantigrade.commands.progress import Progress
         from plantigrade.io import write
         from plantigrade.models import Human
-        from plantigrade.workflows import fitting, reproducing
+        from plantigrade.workflows import fit as fitting
+        from plantigrade.workflows import reproduce as reproducing
         from plantigrade.workflows.textbook import recorded, textbook_walk
 
         started = time.perf_counter()

@@ -63,7 +63,7 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
         import time
 
         from plantigrade.commands.progress import Progress
-        from plantigrade.workflows import fitting
+        from plantigrade.workflows import fit as fitting
 
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet if quiet is None else quiet)
@@ -98,14 +98,14 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
 
     def settings(self):
         """Return what decides the result."""
-        from plantigrade.workflows.fitting import FitSettings
+        from plantigrade.workflows.fit import FitSettings
 
         return FitSettings(**fit_settings(self))
 
     def _many(self) -> Outcome:
         from joblib import Parallel, delayed, parallel_config
 
-        from plantigrade.workflows.fitting import refuse_existing
+        from plantigrade.workflows.fit import refuse_existing
 
         words = {f.name: getattr(self, f.name) for f in fields(self)}
         names = run_names(self.files)

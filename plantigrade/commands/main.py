@@ -98,7 +98,7 @@ def run(words: Sequence[str]) -> int:
     with _output_to_errors() if command.json else contextlib.nullcontext():
         outcome: Outcome = command.run()
     if command.json:
-        from plantigrade.io.run_folder import metrics_json
+        from plantigrade.record.folder import metrics_json
 
         if outcome.text:
             print(outcome.text, file=sys.stderr)

@@ -23,11 +23,12 @@ class Command(PrintOptions):
         from dataclasses import replace
 
         from plantigrade.commands.run_folder import open_run
-        from plantigrade.io.npz import read_npz
+        from plantigrade.record.npz import read_npz
         from plantigrade.report.reproduction import read_reproduction
         from plantigrade.report.run_report import run_pages
         from plantigrade.report.synthesis import read_drawing
-        from plantigrade.workflows import reproducing, synthesis_folder
+        from plantigrade.workflows import reproduce as reproducing
+        from plantigrade.workflows import synthesis_folder
         from plantigrade.workflows.foot_segments import read_foot_segments
 
         model, record, metrics = open_run(self.run_folder)

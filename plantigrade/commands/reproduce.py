@@ -72,7 +72,8 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
             Words, metrics, and the reproduced gait held against the recorded one.
         """
         from plantigrade.commands.progress import Progress
-        from plantigrade.workflows import fitting, reproducing
+        from plantigrade.workflows import fit as fitting
+        from plantigrade.workflows import reproduce as reproducing
 
         progress = Progress(quiet=self.quiet if quiet is None else quiet)
         settings = self.settings()
@@ -105,7 +106,7 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
 
     def settings(self):
         """Return what decides the result."""
-        from plantigrade.workflows.reproducing import ReproduceSettings
+        from plantigrade.workflows.reproduce import ReproduceSettings
 
         return ReproduceSettings(
             **fit_settings(self), tasks=self.tasks, dynamics=not self.no_dynamics
@@ -113,8 +114,8 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
 
     def _study(self) -> Outcome:
         from plantigrade.commands.progress import Progress
-        from plantigrade.workflows import gait_study
-        from plantigrade.workflows.fitting import refuse_existing
+        from plantigrade.workflows import study as gait_study
+        from plantigrade.workflows.fit import refuse_existing
 
         progress = Progress(quiet=self.quiet)
         files, named = recordings(self.files)
@@ -185,7 +186,7 @@ def recordings(given: Sequence[Path]) -> tuple[list[Path], set[Path]]:
     """
     from plantigrade.errors import FileError
     from plantigrade.io import format_of
-    from plantigrade.io.run_folder import METRICS
+    from plantigrade.record.folder import METRICS
 
     files: list[Path] = []
     for path in given:
@@ -262,7 +263,7 @@ def figures(metrics: dict[str, Any]) -> list[str]:
 
 def study_summary(folder: Path, found) -> str:
     """Return Table I as text, what was left out, and where to look."""
-    from plantigrade.workflows.gait_study import PAGE
+    from plantigrade.workflows.study import PAGE
 
     lines = [f"{folder}: {len(found.members)} gaits reproduced", *found.table_text()]
     lines += [f"  left out         {path}: {why}" for path, why in found.left_out.items()]

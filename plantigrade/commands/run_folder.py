@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from plantigrade.errors import FileError
 
 if TYPE_CHECKING:
-    from plantigrade.motion import Record
+    from plantigrade.record import Record
 
 
 def open_run(folder: Path) -> tuple[Any, "Record", dict[str, Any]]:
@@ -18,7 +18,7 @@ def open_run(folder: Path) -> tuple[Any, "Record", dict[str, Any]]:
     """
     import mujoco
 
-    from plantigrade.io.run_folder import MODEL, MOTION, read_run
+    from plantigrade.record.folder import MODEL, MOTION, read_run
 
     xml, record, metrics = read_run(folder)
     try:

@@ -138,8 +138,9 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
             ParameterError: If an option does not belong to the task, or its value makes no sense.
             FileError: If the task file or the run to start from cannot be read.
         """
-        from plantigrade.workflows import synthesis_folder, synthesizing
-        from plantigrade.workflows.fitting import refuse_existing
+        from plantigrade.workflows import synthesis_folder
+        from plantigrade.workflows import synthesize as synthesizing
+        from plantigrade.workflows.fit import refuse_existing
 
         if self.task == TRACK:
             return self._track()
@@ -172,8 +173,8 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
             ParameterError: If there is no recording, or an option of other tasks is given.
         """
         from plantigrade.workflows import synthesis_folder
-        from plantigrade.workflows.fitting import FitSettings, refuse_existing
-        from plantigrade.workflows.tracking import TrackSettings, track_recording
+        from plantigrade.workflows.fit import FitSettings, refuse_existing
+        from plantigrade.workflows.track import TrackSettings, track_recording
 
         others = [
             o
@@ -224,9 +225,9 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
         """
         import math
 
-        from plantigrade.synthesize.task_file import STANDING, parse_task_file
-        from plantigrade.synthesize.tasks import parameters_of
-        from plantigrade.workflows.synthesizing import SynthesizeSettings
+        from plantigrade.synthesize.tasks.registry import parameters_of
+        from plantigrade.synthesize.tasks.task_file import STANDING, parse_task_file
+        from plantigrade.workflows.synthesize import SynthesizeSettings
 
         base, name, text = self.task, self.task, ""
         known: Any = ("duration",)

@@ -42,6 +42,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.human import PELVIS
@@ -58,31 +59,6 @@ if TYPE_CHECKING:
 
 ROOTS = ("pelvis", "com", "coordinates")
 _ROUNDING = 1e-13  # constants this much smaller than their neighbours are rounding of zero
-
-
-@dataclass(frozen=True)
-class Point:
-    """A point of a body, or the lowest point of a sphere on it.
-
-    Attributes:
-        body: Name of the body.
-        position: Point, or centre of the sphere, in the body's frame [m].
-        radius: Radius of the sphere [m]; zero for a point of the body. The lowest point is that
-            of level ground, ``radius`` below the centre in world axes; its velocity and
-            acceleration are those of the material that is there.
-    """
-
-    body: str
-    position: tuple[float, ...] = (0.0, 0.0, 0.0)
-    radius: float = 0.0
-
-    def __post_init__(self):
-        """Refuse what is no point; take the position as any three numbers."""
-        object.__setattr__(self, "position", tuple(float(x) for x in self.position))
-        if len(self.position) != 3 or not np.isfinite(self.position).all():
-            raise ParameterError(f"a point needs three finite numbers [m], not {self.position}")
-        if not 0.0 <= self.radius < np.inf:
-            raise ParameterError(f"radius={self.radius} [m] must be zero or more")
 
 
 @dataclass(frozen=True)
@@ -152,20 +128,6 @@ class SymbolicHuman:
         self.gravity = np.array(model.opt.gravity)
         self._links = _links(model)
         self._functions: dict[tuple, Any] = {}
-
-    @property
-    def contact_points(self) -> tuple[Point, ...]:
-        """Every contact sphere, in the order of :attr:`Human.contact_points`."""
-        model = self.human.model
-        geoms = [model.geom(name) for name, _, _ in self.human.contact_points]
-        return tuple(
-            Point(
-                self.human.body_names[int(g.bodyid[0]) - 1],
-                (float(g.pos[0]), float(g.pos[1]), float(g.pos[2])),
-                float(g.size[0]),
-            )
-            for g in geoms
-        )
 
     # Conversions ------------------------------------------------------------------------------
 

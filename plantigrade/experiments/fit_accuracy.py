@@ -21,7 +21,7 @@ from plantigrade.kinematics.points import Points
 from plantigrade.motion import Recording, Table
 from plantigrade.motion.events import plate_events
 from plantigrade.motion.filters import lowpass
-from plantigrade.workflows import fitting
+from plantigrade.workflows import fit as fitting
 
 LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
 ROUGH = 0.6  # roughness of the worst stored moment above which none of a file is held against

@@ -19,7 +19,7 @@ from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion import Recording
 from plantigrade.motion.cycles import cut_cycles
-from plantigrade.workflows import fitting
+from plantigrade.workflows import fit as fitting
 from plantigrade.workflows.foot_segments import foot_marker_rms
 
 WALKS = ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d", "c3d/HC032A03.c3d")

@@ -13,8 +13,8 @@ from plantigrade.analyze.gait_forces import compare_forces
 from plantigrade.errors import ReproduceError
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials
 from plantigrade.kinematics.ground import moving_ground
-from plantigrade.reproduce.dynamics import gait_with_forces
-from plantigrade.workflows import fitting
+from plantigrade.reproduce.forces import gait_with_forces
+from plantigrade.workflows import fit as fitting
 
 WALKS = (
     "c3d/HC038A11.c3d",

@@ -9,8 +9,9 @@ import numpy as np
 from plantigrade.analyze.gait_study import Study, study
 from plantigrade.analyze.reproduction import Comparison
 from plantigrade.errors import ParameterError, PlantigradeError
-from plantigrade.reproduce.ordered_motion import OrderedMotion
-from plantigrade.workflows import fitting, reproducing
+from plantigrade.wbc.ordered_motion import OrderedMotion
+from plantigrade.workflows import fit as fitting
+from plantigrade.workflows import reproduce as reproducing
 
 # Everybody in the collection whose walk on even ground is more than a fragment; by name. Who walks
 # in OpenSim's three files is not said; the plates carry 66, 75 and 85 kg.

@@ -12,7 +12,13 @@ import numpy as np
 from plantigrade.analyze.norms import CITATION, norm
 from plantigrade.experiments.table import ResultTable, Row, at_most, sheet
 from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Band, Series, line_plot
-from plantigrade.synthesize.paper import BASES, MOTIONS, PaperSolution, paper_human, paper_motion
+from plantigrade.synthesize.zhakatayev2023 import (
+    BASES,
+    MOTIONS,
+    PaperSolution,
+    paper_human,
+    paper_motion,
+)
 
 SECONDS = 2.0  # goal for a motion
 WALKS = ("cmu_asfamc/02_01.amc", "cmu_asfamc/07_01.amc", "cmu_asfamc/16_15.amc")

@@ -21,7 +21,7 @@ from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
     from plantigrade.models import Human
-    from plantigrade.synthesize.task import Task
+    from plantigrade.synthesize.tasks.task import Task
 
 FILE, PAGE = "synthesis-bench.json", "synthesis-bench.html"
 SPEED, STEPS, DURATION = 1.3, 4, 3.0  # of the walk [m/s], [1], [s]
@@ -42,7 +42,7 @@ NOTES = (
     "machine, whatever else it was doing. Loading is what the first motion of a process waits "
     "longer for derivatives that are on disk already. No compiler is used anywhere. Noise on a "
     "first guess is a sum of smooth waves on every coordinate "
-    "(plantigrade.synthesize.guess.perturbed), its size a root mean square. 'helped' counts "
+    "(plantigrade.synthesize.guess.walk.perturbed), its size a root mean square. 'helped' counts "
     "motions whose first try failed: an easier problem then leads there, and starts from the "
     "task's own guess without the noise. 'costs' counts the different minima that guesses of a "
     "part led to (costs that differ by more than a thousandth).",
@@ -141,9 +141,9 @@ class Part:
 
 def walk_of(human: "Human", extent: Extent, *, duration: float = DURATION) -> "Task":
     """Return the walk from standing to standing that takes so long, at the speed it takes."""
-    from plantigrade.synthesize.gait_parameters import gait_parameters
-    from plantigrade.synthesize.walking import walk
-    from plantigrade.synthesize.walking_plan import walk_plan
+    from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
+    from plantigrade.synthesize.tasks.walking import walk
+    from plantigrade.synthesize.tasks.walking_plan import walk_plan
 
     low, high = 0.5, 2.2  # the faster, the shorter
     for _ in range(20):
@@ -157,7 +157,7 @@ def walk_of(human: "Human", extent: Extent, *, duration: float = DURATION) -> "T
 
 def with_nodes(task: "Task", nodes: int) -> "Task":
     """Return a task on the coarsest even mesh of at least so many nodes."""
-    from plantigrade.synthesize.mesh import nodes_of
+    from plantigrade.synthesize.transcription.mesh import nodes_of
 
     density = task.density
     while len(nodes_of(task.plan, density)) < nodes:
@@ -215,7 +215,7 @@ def named(name: str, **parameters: Any) -> Callable[["Human", Extent], "Task"]:
     """Return what makes a task by name."""
 
     def make(human: "Human", extent: Extent) -> "Task":
-        from plantigrade.synthesize.tasks import make_task
+        from plantigrade.synthesize.tasks.registry import make_task
 
         task = make_task(name, human, parameters)
         return task if extent.density is None else replace(task, density=extent.density)
@@ -264,7 +264,7 @@ def random_walk(seed: int) -> tuple[float, float]:
 
 
 def _walk(human: "Human", length: float, speed: float, periodic: bool) -> "Task":
-    from plantigrade.synthesize.walking import walk
+    from plantigrade.synthesize.tasks.walking import walk
 
     if periodic:
         return walk(human, speed=speed, step_length=length, periodic=True)
@@ -274,8 +274,8 @@ def _walk(human: "Human", length: float, speed: float, periodic: bool) -> "Task"
 
 def warm(kept: KeptResults, extent: Extent) -> None:
     """Measure motions from one much like them: a speed or a step that was changed a little."""
-    from plantigrade.synthesize.gait_parameters import gait_parameters
-    from plantigrade.synthesize.walking import walk
+    from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
+    from plantigrade.synthesize.tasks.walking import walk
 
     human = person()
     length = gait_parameters(human, SPEED).step_length

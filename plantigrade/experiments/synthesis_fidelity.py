@@ -20,7 +20,7 @@ from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
     from plantigrade.report.sections import Section
-    from plantigrade.workflows.synthesizing import Synthesized
+    from plantigrade.workflows.synthesize import Synthesized
 
 FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
 SPEEDS = (0.8, 1.0, 1.3, 1.6, 1.9)  # [m/s]
@@ -197,7 +197,7 @@ def measure(
 
     def make() -> dict[str, Any]:
         from plantigrade.models import Human
-        from plantigrade.synthesize.tasks import make_task
+        from plantigrade.synthesize.tasks.registry import make_task
 
         human = Human.create(who.height, who.mass, joints="43", feet=who.feet)
         asked = make_task(task, human, told)
@@ -229,7 +229,7 @@ def shape_of(made: "Synthesized") -> dict[str, Any]:
     from plantigrade.analyze import norms
     from plantigrade.analyze.curves import gait_curves
     from plantigrade.analyze.synthesised_gait import gait_shape, muscle_work
-    from plantigrade.synthesize.gait_parameters import leg_length
+    from plantigrade.synthesize.tasks.gait_parameters import leg_length
 
     human, s, check = made.human, made.sampled, made.check
     curves = gait_curves(human.model, made.record)

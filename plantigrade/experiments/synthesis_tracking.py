@@ -13,9 +13,9 @@ import numpy as np
 from plantigrade.errors import ReproduceError
 from plantigrade.experiments.gait_forces import VERTICAL, WALKS
 from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
-from plantigrade.synthesize.tracking import Tracking
-from plantigrade.workflows import fitting
-from plantigrade.workflows.tracking import TrackSettings, track_trial
+from plantigrade.synthesize.tasks.tracking import Tracking
+from plantigrade.workflows import fit as fitting
+from plantigrade.workflows.track import TrackSettings, track_trial
 
 LONGEST = 5.0  # of a long recording, this much is tracked [s]
 WEIGHTINGS: Mapping[str, Tracking] = {

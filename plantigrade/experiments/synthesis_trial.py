@@ -9,9 +9,9 @@ from plantigrade.errors import PlantigradeError
 
 if TYPE_CHECKING:
     from plantigrade.models import Human
-    from plantigrade.synthesize.synthesis import Stage, Synthesis
-    from plantigrade.synthesize.task import Task
-    from plantigrade.workflows.synthesizing import Synthesized
+    from plantigrade.synthesize.solution import Stage, Synthesis
+    from plantigrade.synthesize.tasks.task import Task
+    from plantigrade.workflows.synthesize import Synthesized
 
 LAST = 4  # iterations of each stage that are kept of a failure
 SLOW, SAMPLED = 40, 8  # iterations from which some are kept in any case; how many
@@ -53,9 +53,9 @@ def solve(
         noise: On the first guess, root mean square [rad]; it is made outside the time.
         seed: Of the noise.
     """
-    from plantigrade.synthesize.guess import perturbed
+    from plantigrade.synthesize.guess.walk import perturbed
     from plantigrade.synthesize.solve import synthesize
-    from plantigrade.synthesize.tasks import body_for
+    from plantigrade.synthesize.tasks.registry import body_for
 
     c0 = None
     if noise:
@@ -71,8 +71,8 @@ def solve(
 
 def load(human: "Human", task: "Task") -> dict[str, Any]:
     """Return how long derivatives take to be there: one iteration, less another one."""
-    from plantigrade.synthesize.interior_point import InteriorPoint, Options
-    from plantigrade.synthesize.tasks import body_for
+    from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Options
+    from plantigrade.synthesize.tasks.registry import body_for
 
     spent = []
     for _ in range(2):
@@ -86,7 +86,7 @@ def load(human: "Human", task: "Task") -> dict[str, Any]:
 
 def judge(timed: Timed, *, strides: int = 1) -> "Synthesized":
     """Return what the checker says."""
-    from plantigrade.workflows.synthesizing import SynthesizeSettings, judged
+    from plantigrade.workflows.synthesize import SynthesizeSettings, judged
 
     return judged(SynthesizeSettings(strides=strides), timed.synthesis)
 
@@ -160,6 +160,6 @@ def why(result: dict[str, Any]) -> str:
 
 def crude(task: "Task") -> "Task":
     """Return a walk that starts from a body gliding along a line, instead of a walk."""
-    from plantigrade.synthesize.guess import crude_guess
+    from plantigrade.synthesize.guess.walk import crude_guess
 
     return replace(task, guess=lambda body, plan, times: crude_guess(body.human, plan, times))

@@ -66,7 +66,7 @@ FORMATS = (
         (b"endheader",),
     ),
     Format("AMC", (".amc",), "asf_amc:read_amc", signature=(b":fully-specified", b":degrees")),
-    Format("BVH", (".bvh",), "bvh:read_bvh", "_writers:write_bvh", "skeleton", (b"hierarchy",)),
+    Format("BVH", (".bvh",), "bvh:read_bvh", "bvh:write_recording", "skeleton", (b"hierarchy",)),
     Format("DeepMimic", (".json", ".txt"), "deepmimic:read_deepmimic", signature=(b'"frames"',)),
     Format(
         "CSV",
@@ -75,7 +75,7 @@ FORMATS = (
         "csv:write_csv",
         "markers coordinates",
     ),
-    Format("npz", (".npz",), "_writers:read_npz"),
+    Format("npz", (".npz",), "npz:read_npz"),
 )
 """Every format, in the order in which an open question of content is decided."""
 

@@ -484,6 +484,17 @@ def _scale(height: float, unit: str | None, warnings: list[str]) -> float:
     return ASSUMED_HEIGHT / height
 
 
+def write_recording(recording: Recording, path: str | Path) -> None:
+    """Write the skeleton of a recording as BVH.
+
+    Raises:
+        FileError: If there is no skeleton, or the file cannot be written.
+    """
+    if recording.skeleton is None:
+        raise FileError(path, "the recording has no skeleton", remedy="write its markers to .trc")
+    write_bvh(recording.skeleton, path)
+
+
 def write_bvh(skeleton: SkeletonMotion, path: str | Path, *, order: str = "ZXY") -> Path:
     """Write a skeleton's motion as BVH, in centimetres, y up, x left, z forward.
 

@@ -1,7 +1,6 @@
-"""Recordings, motions, records, filters and gait events."""
+"""Recordings, motions, filters and gait events."""
 
 from plantigrade.motion.motion import Motion
-from plantigrade.motion.record import Record
 from plantigrade.motion.recording import (
     ForcePlate,
     GaitEvent,
@@ -17,7 +16,6 @@ __all__ = [
     "GaitEvent",
     "Markers",
     "Motion",
-    "Record",
     "Recording",
     "SkeletonMotion",
     "Subject",

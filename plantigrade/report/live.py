@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.errors import ParameterError
-from plantigrade.motion import Record
+from plantigrade.record import Record
 from plantigrade.report import theme
 from plantigrade.report.scene import Shape, build_scene
 from plantigrade.report.viewer import COM, heading_of, shape_colour, standing_height

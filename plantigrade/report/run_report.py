@@ -9,7 +9,8 @@ import numpy as np
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import GaitCurves, coordinates_of, gait_curves
-from plantigrade.motion import Record, Table
+from plantigrade.motion import Table
+from plantigrade.record import Record
 from plantigrade.report.report import Measure, ReportData, report_html
 from plantigrade.report.sections import CycleCurves, Norm, Section
 from plantigrade.report.viewer import viewer_html

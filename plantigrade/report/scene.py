@@ -10,7 +10,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import ParameterError
-from plantigrade.motion import Record
+from plantigrade.record import Record
 from plantigrade.report.theme import side_of
 
 VIEW_RATE = 50.0  # frames per second drawn [Hz]; between them the page interpolates

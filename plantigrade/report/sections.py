@@ -8,7 +8,8 @@ import numpy as np
 
 from plantigrade.analyze.curves import known_above
 from plantigrade.arrays import Array, Float
-from plantigrade.motion import Record, Table
+from plantigrade.motion import Table
+from plantigrade.record import Record
 from plantigrade.report.curves import hinge_table, panels_of
 from plantigrade.report.plots import (
     LEFT,

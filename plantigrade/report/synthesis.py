@@ -10,7 +10,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import FileError
-from plantigrade.motion import Record
+from plantigrade.record import Record
 from plantigrade.report.plots import (
     LEFT,
     MIDDLE,

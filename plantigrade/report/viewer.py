@@ -13,7 +13,8 @@ from importlib import resources
 import mujoco
 import numpy as np
 
-from plantigrade.motion import Record, Table
+from plantigrade.motion import Table
+from plantigrade.record import Record
 from plantigrade.report import theme
 from plantigrade.report.curves import Line, Panel, hinge_table, panels_of
 from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces

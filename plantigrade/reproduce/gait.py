@@ -30,7 +30,11 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.ground import ContactPoints, contact_points
 from plantigrade.kinematics.state import PointSet, State
-from plantigrade.kinematics.tasks import (
+from plantigrade.models import Human
+from plantigrade.reproduce.phases import Phase
+from plantigrade.reproduce.reference import SIDES, Reference
+from plantigrade.wbc.ordered_motion import UPPER_BODY, TaskOrder
+from plantigrade.wbc.tasks import (
     ComTask,
     ContactTask,
     FloorTask,
@@ -38,10 +42,6 @@ from plantigrade.kinematics.tasks import (
     PostureTask,
     Task,
 )
-from plantigrade.models import Human
-from plantigrade.reproduce.ordered_motion import UPPER_BODY, TaskOrder
-from plantigrade.reproduce.phases import Phase
-from plantigrade.reproduce.reference import SIDES, Reference
 
 # A foot is light: it is brought to the posture it lands with early in swing, not on landing. How
 # early was settled on the walks of ``gait-table``, with the gains of the posture.

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.hierarchy import Level
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.reproduce.reference import SIDES, Reference
+from plantigrade.wbc.hierarchy import Level
 
 FRICTION = 0.8  # of shoe or foot on a dry floor
 EDGES = 4  # of the friction pyramid

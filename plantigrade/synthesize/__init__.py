@@ -12,51 +12,42 @@ What is named here is loaded when it is first used.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from plantigrade.synthesize.band import Band
-from plantigrade.synthesize.basis import Basis
-from plantigrade.synthesize.knots import clamped_knots, periodic_knots, uniform_knots
-from plantigrade.synthesize.splines import PolynomialBasis, TrigonometricBasis
+from plantigrade.synthesize.splines.band import Band
+from plantigrade.synthesize.splines.basis import Basis
+from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots, uniform_knots
+from plantigrade.synthesize.splines.splines import PolynomialBasis, TrigonometricBasis
 
 if TYPE_CHECKING:
-    from plantigrade.synthesize.assembly import Assembly
-    from plantigrade.synthesize.contact_plan import (
-        ContactPlan,
-        Footprint,
-        Site,
-        Stance,
-        Support,
-        foot_sites,
-    )
-    from plantigrade.synthesize.formulation import Body
-    from plantigrade.synthesize.interior_point import (
+    from plantigrade.synthesize.diagnose.post_mortem import Broken, broken_rows
+    from plantigrade.synthesize.problem.assembly import Assembly
+    from plantigrade.synthesize.problem.formulation import Body
+    from plantigrade.synthesize.problem.problem import Closure, Problem, Rows
+    from plantigrade.synthesize.solution import Sampled, Stage, Synthesis
+    from plantigrade.synthesize.solve import synthesize
+    from plantigrade.synthesize.solvers.interior_point import (
         InteriorPoint,
         Iterate,
         Multipliers,
         Options,
         Result,
     )
-    from plantigrade.synthesize.post_mortem import Broken, broken_rows
-    from plantigrade.synthesize.problem import Closure, Problem, Rows
-    from plantigrade.synthesize.solve import synthesize
-    from plantigrade.synthesize.synthesis import Sampled, Stage, Synthesis
-    from plantigrade.synthesize.task import Task
-    from plantigrade.synthesize.task_file import TaskFile, parse_task_file, read_task_file
-    from plantigrade.synthesize.tasks import TASKS, body_for, make_task
-    from plantigrade.synthesize.terms import Term
+    from plantigrade.synthesize.tasks.registry import TASKS, body_for, make_task
+    from plantigrade.synthesize.tasks.task import Task
+    from plantigrade.synthesize.tasks.task_file import TaskFile, parse_task_file, read_task_file
+    from plantigrade.synthesize.terms.terms import Term
 
 _HOMES = {
-    "assembly": ("Assembly",),
-    "contact_plan": ("ContactPlan", "Footprint", "Site", "Stance", "Support", "foot_sites"),
-    "formulation": ("Body",),
-    "interior_point": ("InteriorPoint", "Iterate", "Multipliers", "Options", "Result"),
-    "post_mortem": ("Broken", "broken_rows"),
-    "problem": ("Closure", "Problem", "Rows"),
+    "problem.assembly": ("Assembly",),
+    "problem.formulation": ("Body",),
+    "solvers.interior_point": ("InteriorPoint", "Iterate", "Multipliers", "Options", "Result"),
+    "diagnose.post_mortem": ("Broken", "broken_rows"),
+    "problem.problem": ("Closure", "Problem", "Rows"),
     "solve": ("synthesize",),
-    "synthesis": ("Sampled", "Stage", "Synthesis"),
-    "task": ("Task",),
-    "task_file": ("TaskFile", "parse_task_file", "read_task_file"),
-    "tasks": ("TASKS", "body_for", "make_task"),
-    "terms": ("Term",),
+    "solution": ("Sampled", "Stage", "Synthesis"),
+    "tasks.task": ("Task",),
+    "tasks.task_file": ("TaskFile", "parse_task_file", "read_task_file"),
+    "tasks.registry": ("TASKS", "body_for", "make_task"),
+    "terms.terms": ("Term",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
@@ -68,8 +59,6 @@ __all__ = [
     "Body",
     "Broken",
     "Closure",
-    "ContactPlan",
-    "Footprint",
     "InteriorPoint",
     "Iterate",
     "Multipliers",
@@ -79,10 +68,7 @@ __all__ = [
     "Result",
     "Rows",
     "Sampled",
-    "Site",
     "Stage",
-    "Stance",
-    "Support",
     "Synthesis",
     "Task",
     "TaskFile",
@@ -91,7 +77,6 @@ __all__ = [
     "body_for",
     "broken_rows",
     "clamped_knots",
-    "foot_sites",
     "make_task",
     "parse_task_file",
     "periodic_knots",

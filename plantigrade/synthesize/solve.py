@@ -4,7 +4,7 @@ A task is solved on its own mesh from its own guess, or from a motion of a task 
 nodes of that one. Where that fails, it is made easier: on half the nodes; with a cost that is all
 smoothness, from which the true cost is taken up; by IPOPT. Once it is solved, nodes are added
 wherever the motion asks between nodes for what no contact can give.
-Every step is a :class:`~plantigrade.synthesize.synthesis.Stage` that the user sees.
+Every step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
 """
 
 import time as clock
@@ -16,13 +16,18 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.formulation import Body
-from plantigrade.synthesize.interior_point import InteriorPoint, Iterate, Multipliers, Options
-from plantigrade.synthesize.mesh import nodes_like, split
-from plantigrade.synthesize.problem import Problem
-from plantigrade.synthesize.synthesis import Stage, Synthesis
-from plantigrade.synthesize.task import Task, coefficients, sample_times
-from plantigrade.synthesize.terms import Acceleration, Work
+from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.solution import Stage, Synthesis
+from plantigrade.synthesize.solvers.interior_point import (
+    InteriorPoint,
+    Iterate,
+    Multipliers,
+    Options,
+)
+from plantigrade.synthesize.tasks.task import Task, coefficients, sample_times
+from plantigrade.synthesize.terms.terms import Acceleration, Work
+from plantigrade.synthesize.transcription.mesh import nodes_like, split
 
 Solver = Literal["band", "ipopt"]
 Progress = Callable[[str, Iterate], bool | None]
@@ -179,7 +184,7 @@ class _Runner:
 
     def ipopt(self, name: str, problem: Problem, c: Array, u: Array) -> _Point:
         """Run IPOPT."""
-        from plantigrade.synthesize import ipopt
+        from plantigrade.synthesize.solvers import ipopt
 
         started = clock.perf_counter()
         history: list[Iterate] = []

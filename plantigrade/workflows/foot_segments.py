@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plantigrade.errors import FileError, FitError
-from plantigrade.io.run_folder import metrics_json
 from plantigrade.io.text import read_text
+from plantigrade.record.folder import metrics_json
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
     from plantigrade.kinematics.result import Fit
     from plantigrade.motion.cycles import Cycle
     from plantigrade.report.sections import Section
-    from plantigrade.workflows.fitting import FitSettings, Loaded
+    from plantigrade.workflows.fit import FitSettings, Loaded
 
 FILE = "foot_segments.json"  # in the run folder
 ENOUGH = 3  # markers on hindfoot and on forefoot of both feet
@@ -104,7 +104,7 @@ def foot_segments(loaded: "Loaded", trial: "Trial", settings: "FitSettings") -> 
     from plantigrade.analyze.foot_angles import foot_angles
     from plantigrade.motion.cycles import PERCENT, normalise_cycles
     from plantigrade.motion.filters import lowpass
-    from plantigrade.workflows.fitting import fit
+    from plantigrade.workflows.fit import fit
 
     cycles = trial.cycles
     if trial.fit.source_kind != "markers" or not cycles or not shows_segments(trial, settings):

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plantigrade.synthesize.task import Task
+from plantigrade.synthesize.tasks.task import Task
 
 if TYPE_CHECKING:
     from plantigrade.motion import GaitEvent
-    from plantigrade.synthesize.synthesis import Synthesis
-    from plantigrade.workflows.synthesizing import Synthesized
+    from plantigrade.synthesize.solution import Synthesis
+    from plantigrade.workflows.synthesize import Synthesized
 
 
 def figures(made: "Synthesized") -> dict[str, Any]:
@@ -179,7 +179,7 @@ def norm_figures(made: "Synthesized", measures: Mapping[str, Any]) -> dict[str, 
 def gait_events(synthesis: "Synthesis", end: float) -> "tuple[GaitEvent, ...]":
     """Return heel strikes and toe offs of a walk from its plan, up to its end [s]."""
     from plantigrade.motion import GaitEvent
-    from plantigrade.synthesize.walking_plan import unrolled
+    from plantigrade.synthesize.tasks.walking_plan import unrolled
 
     plan = synthesis.task.plan
     if not is_walk(synthesis.task):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plantigrade.errors import FileError
-from plantigrade.workflows.synthesizing import (
+from plantigrade.workflows.synthesize import (
     Synthesized,
     SynthesizeSettings,
     task_of,
@@ -19,10 +19,10 @@ from plantigrade.workflows.synthesizing import (
 )
 
 if TYPE_CHECKING:
-    from plantigrade.motion import Record
+    from plantigrade.contact.plan import ContactPlan
+    from plantigrade.record import Record
     from plantigrade.report.synthesis import SynthesisDrawing
-    from plantigrade.synthesize.contact_plan import ContactPlan
-    from plantigrade.synthesize.synthesis import Synthesis
+    from plantigrade.synthesize.solution import Synthesis
 
 UNITS = {
     "speed": "m/s", "step_length": "m", "cadence": "steps/min", "step_height": "m",
@@ -49,8 +49,8 @@ def write(
     import mujoco
 
     from plantigrade import __version__
-    from plantigrade.io.run_folder import source_files, write_run
     from plantigrade.motion import Table
+    from plantigrade.record.folder import source_files, write_run
     from plantigrade.report.synthesis import FILE
 
     human = made.human
@@ -99,7 +99,7 @@ def with_world(xml: str, plan: "ContactPlan") -> str:
     """
     from xml.etree import ElementTree
 
-    from plantigrade.synthesize.terrain import treads
+    from plantigrade.contact.ground import treads
 
     steps = treads(plan)
     if not plan.supports and not plan.slope and not len(steps.edges):
@@ -112,9 +112,9 @@ def with_world(xml: str, plan: "ContactPlan") -> str:
     places: dict[float, list[tuple[float, float, float]]] = {}
     for site, support in {s.site.name: (s.site, s) for s in plan.supports}.values():
         places.setdefault(round(float(support.position[2]), 3), []).append(support.position)
-        body = next(b for b in world.iter("body") if b.get("name") == site.point.body)
-        shape = {"type": "sphere", "pos": _words(*site.point.position)}
-        shape |= {"name": f"contact_{site.name}", "size": _words(site.point.radius)}
+        body = next(b for b in world.iter("body") if b.get("name") == site.body)
+        shape = {"type": "sphere", "pos": _words(*site.position)}
+        shape |= {"name": f"contact_{site.name}", "size": _words(site.radius)}
         ElementTree.SubElement(body, "geom", shape | nothing | {"group": "3", "mass": "0"})
     for k, (height, points) in enumerate(places.items(), 1):
         x, y = np.mean([p[:2] for p in points], axis=0)
@@ -215,7 +215,7 @@ def told_as(name: str, value: Any) -> str:
 
 def drawing(made: Synthesized) -> "SynthesisDrawing":
     """Return what the report draws of a motion from a task."""
-    from plantigrade.analyze.check_findings import QUANTITY
+    from plantigrade.analyze.findings import QUANTITY
     from plantigrade.report.synthesis import SynthesisDrawing
 
     synthesis, check, s = made.synthesis, made.check, made.sampled
@@ -251,7 +251,7 @@ def drawing(made: Synthesized) -> "SynthesisDrawing":
         force=s.force,
         site_names=tuple(x.name for x in sites),
         site_sides=tuple(x.side for x in sites),
-        site_segments=tuple(x.point.body for x in sites),
+        site_segments=tuple(x.body for x in sites),
         pressure=check.centre_of_pressure,
         com=check.com,
         weight=synthesis.body.weight,
@@ -288,11 +288,11 @@ def read_synthesis(folder: Path) -> "Synthesis":
         FileError: If the folder is no run of ``plantigrade synthesize``, or was made by a version
             whose problem is another.
     """
-    from plantigrade.io.run_folder import METRICS
+    from plantigrade.record.folder import METRICS
     from plantigrade.report.synthesis import FILE
-    from plantigrade.synthesize.interior_point import Multipliers
-    from plantigrade.synthesize.synthesis import Synthesis
-    from plantigrade.synthesize.tasks import body_for
+    from plantigrade.synthesize.solution import Synthesis
+    from plantigrade.synthesize.solvers.interior_point import Multipliers
+    from plantigrade.synthesize.tasks.registry import body_for
 
     folder = Path(folder).expanduser()
     remedy = "name a folder that plantigrade synthesize wrote"

@@ -22,7 +22,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import place_markers
 from plantigrade.motion import Markers, Recording, Subject
-from plantigrade.workflows.fitting import FitSettings, analyse, fit, load
+from plantigrade.workflows.fit import FitSettings, analyse, fit, load
 from plantigrade.workflows.foot_segments import foot_segments
 
 OXFORD = (

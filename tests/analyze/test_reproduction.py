@@ -11,9 +11,9 @@ from plantigrade.errors import ReproduceError
 from plantigrade.kinematics.ground import contact_points
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.reproduce.ordered_motion import OrderedMotion
 from plantigrade.reproduce.reference import Contact, Reference, reference_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
+from plantigrade.wbc.ordered_motion import OrderedMotion
 from plantigrade.workflows.textbook import TextbookWalk, textbook_walk
 
 STEP = 0.005

@@ -210,7 +210,7 @@ def test_another_mass_keeps_the_lengths():
 
 def test_the_measured_walk_is_weighed(data):
     """The plates of a public walk carry what its scaled OpenSim model weighs: 85.3 kg."""
-    from plantigrade.workflows.fitting import fit_file
+    from plantigrade.workflows.fit import fit_file
 
     folder = data / "opensim" / "rajagopal_walk"
     text = (folder / "subject_walk_scaled.osim").read_text(encoding="utf-8")

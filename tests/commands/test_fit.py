@@ -179,7 +179,7 @@ def test_plantigrade_report_writes_the_same_pages(study, name):
 
 
 def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
-    from plantigrade.workflows import fitting
+    from plantigrade.workflows import fit as fitting
 
     monkeypatch.setattr(fitting, "load", lambda *_: pytest.fail("work was done"))
     monkeypatch.chdir(tmp_path)
@@ -235,7 +235,7 @@ def test_bad_input_is_one_sentence(data, tmp_path, monkeypatch, capsys, words, s
 def test_a_named_file_of_forces_comes_before_those_in_the_recording(data, tmp_path):
     from plantigrade.io import read, write
     from plantigrade.motion import Recording
-    from plantigrade.workflows.fitting import FitSettings, load
+    from plantigrade.workflows.fit import FitSettings, load
 
     own = read(data / "c3d/HC038A11.c3d")
     other = tmp_path / "mine.mot"
@@ -246,7 +246,7 @@ def test_a_named_file_of_forces_comes_before_those_in_the_recording(data, tmp_pa
 
 
 def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
-    from plantigrade.io import run_folder
+    from plantigrade.record import folder as run_folder
 
     def interrupt(*_, **__):
         raise KeyboardInterrupt

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from plantigrade.commands import main as cli
-from plantigrade.io.run_folder import write_run
 from plantigrade.models import Human
-from plantigrade.motion import Motion, Record
+from plantigrade.motion import Motion
+from plantigrade.record import Record
+from plantigrade.record.folder import write_run
 
 
 @pytest.fixture

@@ -186,7 +186,7 @@ def test_where_nobody_walks_is_one_sentence(data, tmp_path, monkeypatch, capsys,
 
 
 def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
-    from plantigrade.workflows import fitting
+    from plantigrade.workflows import fit as fitting
 
     monkeypatch.setattr(fitting, "load", lambda *_: pytest.fail("work was done"))
     monkeypatch.chdir(tmp_path)

@@ -8,9 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from plantigrade.contact.site import Point, contact_sites
 from plantigrade.dynamics import centroid, inverse_dynamics, opensim_moments
 from plantigrade.dynamics.centroid import without_constraints
-from plantigrade.dynamics.symbolic import ROOTS, Point, SymbolicHuman
+from plantigrade.dynamics.symbolic import ROOTS, SymbolicHuman
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from tests.models.presets import person
@@ -36,7 +37,7 @@ class Case:
         self.q, self.qd, self.qdd = rng.normal(size=(3, nv))
         self.q[6:] = rng.uniform(*human.limits)
         self.points = (
-            *self.body.contact_points,
+            *contact_sites(self.human),
             Point("head", (0.02, -0.03, 0.1)),
             Point(human.body_names[5], (0.0, 0.01, -0.05), 0.03),
             Point("pelvis"),
@@ -225,7 +226,7 @@ def test_functions_are_kept_and_small():
     """A 43-coordinate body by plain recursion is about 4150 instructions; here it is fewer."""
     body = SymbolicHuman(person("43", "two-segment"))
     assert body.inverse_dynamics() is body.inverse_dynamics()
-    assert body.inverse_dynamics() is not body.inverse_dynamics(body.contact_points)
+    assert body.inverse_dynamics() is not body.inverse_dynamics(contact_sites(body.human))
     assert body.inverse_dynamics().n_instructions() < 4000
     assert body.root_wrench().n_instructions() < body.inverse_dynamics().n_instructions()
 

@@ -12,7 +12,7 @@ from plantigrade.experiments import synthesis_bench as bench
 from plantigrade.experiments import synthesis_fidelity as fidelity
 from plantigrade.experiments.kept_results import KeptResults, code_version
 from plantigrade.experiments.synthesis_trial import crude, tried, why
-from plantigrade.synthesize.mesh import nodes_of
+from plantigrade.synthesize.transcription.mesh import nodes_of
 
 STAGE = {"name": "first try", "solver": "band", "nodes": 61, "status": "solved", "end": []}
 GOOD = {
@@ -94,7 +94,7 @@ def test_the_walk_takes_three_seconds_on_enough_nodes(human):
 
 
 def test_the_crude_guess_knows_nothing_of_walking(human):
-    from plantigrade.synthesize.tasks import body_for
+    from plantigrade.synthesize.tasks.registry import body_for
 
     task = crude(bench.walk_of(human, bench.Extent()))
     body = body_for(human, task.plan)

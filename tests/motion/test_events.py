@@ -162,7 +162,7 @@ def test_a_leap_is_no_running_step():
 
 
 def test_jumps_and_hops_of_the_collection(data):
-    from plantigrade.workflows.fitting import fit_file
+    from plantigrade.workflows.fit import fit_file
 
     jump = fit_file(data / "cmu_asfamc" / "02_04.amc")
     assert jump.record.motion.events == ()

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.motion import Motion, Record, Table
+from plantigrade.motion import Motion, Table
+from plantigrade.record import Record
 from plantigrade.report.curves import panels_of
 from plantigrade.report.live import mesh_of
 from plantigrade.report.plots import Series, line_plot, ticks_of

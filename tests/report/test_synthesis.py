@@ -38,7 +38,7 @@ def test_what_is_drawn_survives_the_folder(synthesized, drawn):
 
 
 def test_every_quantity_of_the_checker_has_a_row_in_words(drawn):
-    from plantigrade.analyze.check_findings import QUANTITIES as LOOKED_AT
+    from plantigrade.analyze.findings import QUANTITIES as LOOKED_AT
 
     assert set(QUANTITIES) == set(LOOKED_AT)
     section = check_section(drawn)

@@ -3,7 +3,8 @@
 import mujoco
 import numpy as np
 
-from plantigrade.motion import GaitEvent, Markers, Motion, Record
+from plantigrade.motion import GaitEvent, Markers, Motion
+from plantigrade.record import Record
 
 THIGH, SHANK, PELVIS = 0.42, 0.42, 0.93
 SPEED, STRIDE = 1.25, 1.1

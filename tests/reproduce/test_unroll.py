@@ -134,7 +134,7 @@ def test_the_mirror_image_moves_as_the_mirrored_points_do(human, walk):
 
 
 def test_events_of_the_repetition_make_whole_strides(data):
-    from plantigrade.workflows.fitting import fit_file
+    from plantigrade.workflows.fit import fit_file
     from plantigrade.workflows.walks import whole_cycles
 
     for name, mirrored in (

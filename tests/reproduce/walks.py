@@ -6,8 +6,8 @@ import numpy as np
 
 from plantigrade.kinematics.state import State
 from plantigrade.reproduce.gait import TASKS, ContactSchedule, gait_order
-from plantigrade.reproduce.ordered_motion import OrderedMotion, move
 from plantigrade.reproduce.reference import Reference, reference_of
+from plantigrade.wbc.ordered_motion import OrderedMotion, move
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 from functools import cache
 
 from plantigrade.models import Human
-from plantigrade.synthesize.formulation import Body
+from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.solution import Synthesis
 from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.synthesis import Synthesis
-from plantigrade.synthesize.task import Task
-from plantigrade.synthesize.tasks import body_for
-from plantigrade.synthesize.walking import walk
+from plantigrade.synthesize.tasks.registry import body_for
+from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.walking import walk
 
 DENSITY = 24.0
 SPEED = 1.2

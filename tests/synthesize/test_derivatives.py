@@ -4,18 +4,18 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from plantigrade.dynamics.compiled import unavailable
+from plantigrade.batched.functions import unavailable
+from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.contact_plan import foot_sites
-from plantigrade.synthesize.derivatives import Derivatives
+from plantigrade.synthesize.transcription.derivatives import Derivatives
 from tests.models.presets import person
 
 
 def leg_rows(human):
     """Return moments of the right knee, ankle and toes, divided by the parameter."""
     body = SymbolicHuman(human)
-    points = [s.point for s in foot_sites(human) if s.side == "r"]
+    points = [s for s in foot_sites(human) if s.side == "r"]
     q, v, a = (ca.SX.sym(n, body.nv) for n in ("q", "v", "a"))
     u, p = ca.SX.sym("u", 3 * len(points)), ca.SX.sym("p", 1)
     tau = body.inverse_dynamics(points)(q, v, a, ca.reshape(u, 3, -1))

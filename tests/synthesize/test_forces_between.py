@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import without_constraints
-from plantigrade.synthesize.contact_plan import foot_sites
-from plantigrade.synthesize.forces_between import explaining, remainder
-from plantigrade.synthesize.formulation import Body
+from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.transcription.forces_between import explaining, remainder
 from tests.models.presets import person
 
 MU = 0.8
@@ -58,9 +58,9 @@ def unexplained(q, v, a, force) -> np.ndarray:
         mujoco.mj_inverse(m, d)
         tau = d.qfrc_inverse.copy()
         for one, site in zip(f, b.sites, strict=True):
-            i = b.human.body(site.point.body)
-            low = d.xpos[i] + d.xmat[i].reshape(3, 3) @ np.array(site.point.position)
-            low = low - [0, 0, site.point.radius]
+            i = b.human.body(site.body)
+            low = d.xpos[i] + d.xmat[i].reshape(3, 3) @ np.array(site.position)
+            low = low - [0, 0, site.radius]
             explained = np.zeros(m.nv)
             mujoco.mj_applyFT(m, d, one, np.zeros(3), low, i, explained)
             tau -= explained

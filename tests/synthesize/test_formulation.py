@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from plantigrade.contact.plan import ContactPlan, Footprint, Stance
+from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.dynamics.passive import passive_moments, scale
-from plantigrade.synthesize.contact_plan import ContactPlan, Footprint, Stance, foot_sites
-from plantigrade.synthesize.derivatives import derivatives_of
-from plantigrade.synthesize.formulation import (
+from plantigrade.synthesize.problem.formulation import (
     Body,
     dynamics_rows,
     friction_rows,
@@ -22,6 +22,7 @@ from plantigrade.synthesize.formulation import (
     place_rows,
     site_targets,
 )
+from plantigrade.synthesize.transcription.derivatives import derivatives_of
 from tests.models.presets import person
 
 FEET = {"rigid": "42", "two-segment": "42", "multi-segment": "66"}
@@ -93,7 +94,7 @@ def test_a_pitching_foot_rolls_on_its_spheres(feet):
         q, v = sagittal(body, np.random.default_rng(seed))
         state, speed = State(body, q, v), at(rows, q, v)
         for k, site in enumerate(body.sites):
-            material, omega = state.material(body.human, site.point)
+            material, omega = state.material(body.human, site)
             np.testing.assert_allclose(speed[3 * k : 3 * k + 3], material, atol=1e-9)
             assert np.abs(omega[[0, 2]]).max() < 1e-9
 
@@ -109,14 +110,14 @@ def test_a_foot_that_tilts_as_well_rolls_but_for_the_cosine_of_its_pitch(seed):
     state = State(body, q, v)
     directions, pitches = [], []
     for site in body.sites:
-        R = state.rotation(body.human, site.point.body)
+        R = state.rotation(body.human, site.body)
         directions.append(np.arctan2(R[1, 0], R[0, 0]))
         pitches.append(np.arcsin(R[2, 0]))
     speed = at(place_rows(body, np.array([directions]), rates=True), q, v)
     for k, site in enumerate(body.sites):
-        material, omega = state.material(body.human, site.point)
+        material, omega = state.material(body.human, site)
         off = np.abs(speed[3 * k : 3 * k + 3] - material)
-        most = site.point.radius * np.linalg.norm(omega) * (1 / np.cos(pitches[k]) - 1)
+        most = site.radius * np.linalg.norm(omega) * (1 / np.cos(pitches[k]) - 1)
         assert np.linalg.norm(off[:2]) <= most + 1e-9
         assert off[2] < 1e-9
 
@@ -138,7 +139,7 @@ def test_heights_are_those_of_the_lowest_points():
     q = rng.uniform(-0.4, 0.4, body.symbolic.nv)
     state = State(body, q, 0 * q)
     rows = at(place_rows(body, np.zeros((1, len(body.sites))), rates=False), q, 0 * q)
-    lowest = [state.lowest(body.human, s.point)[2] for s in body.sites]
+    lowest = [state.lowest(body.human, s)[2] for s in body.sites]
     np.testing.assert_allclose(rows[2::3], lowest, atol=1e-12)
 
 
@@ -175,8 +176,8 @@ def still_rank(body: Body, heading: float, parts: tuple[str, ...]) -> int:
     stacked = []
     for site in body.sites:
         if site.side == "r" and site.part in parts:
-            J, low = np.zeros((3, state.m.nv)), state.lowest(human, site.point)
-            mujoco.mj_jac(state.m, state.d, J, None, low, human.body(site.point.body))
+            J, low = np.zeros((3, state.m.nv)), state.lowest(human, site)
+            mujoco.mj_jac(state.m, state.d, J, None, low, human.body(site.body))
             stacked.append(J)
     return int(np.linalg.matrix_rank(np.vstack(stacked), tol=1e-4))
 
@@ -272,7 +273,7 @@ def test_dynamics_are_mujocos(feet, passive):
         tau = state.d.qfrc_inverse.copy()
         for force, site in zip(u.reshape(-1, 3) * body.weight, body.sites, strict=True):
             explained, zero = np.zeros(state.m.nv), np.zeros(3)
-            low, b = state.lowest(human, site.point), human.body(site.point.body)
+            low, b = state.lowest(human, site), human.body(site.body)
             mujoco.mj_applyFT(state.m, state.d, force, zero, low, b, explained)
             tau -= explained
         found = at(rows, q, v, a, u)

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.models import Human
-from plantigrade.synthesize.free_timing import BOUNDS, free_timing
-from plantigrade.synthesize.gait_parameters import gait_parameters
-from plantigrade.synthesize.tasks import body_for
-from plantigrade.synthesize.walking import periodic_walk
+from plantigrade.synthesize.tasks.free_timing import BOUNDS, free_timing
+from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
+from plantigrade.synthesize.tasks.registry import body_for
+from plantigrade.synthesize.tasks.walking import periodic_walk
 
 
 def test_free_times_cost_no_more_and_stay_within_their_bounds():

@@ -6,17 +6,18 @@ import mujoco
 import numpy as np
 import pytest
 
+from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.human import PELVIS
 from plantigrade.models.textbook_gait import textbook_gait
-from plantigrade.synthesize.contact_plan import ContactPlan, foot_sites
-from plantigrade.synthesize.gait_parameters import gait_parameters
-from plantigrade.synthesize.guess import crude_guess, perturbed, walking_guess
-from plantigrade.synthesize.legs import Leg
-from plantigrade.synthesize.mesh import nodes_of
-from plantigrade.synthesize.problem import Closure
-from plantigrade.synthesize.walking_plan import advance, periodic_walk_plan, walk_plan
+from plantigrade.synthesize.guess.legs import Leg
+from plantigrade.synthesize.guess.walk import crude_guess, perturbed, walking_guess
+from plantigrade.synthesize.problem.problem import Closure
+from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
+from plantigrade.synthesize.tasks.walking_plan import advance, periodic_walk_plan, walk_plan
+from plantigrade.synthesize.transcription.mesh import nodes_of
 
 FEET = ["rigid", "two-segment", "multi-segment"]
 
@@ -29,15 +30,15 @@ def person(height=1.74, feet: str | None = "two-segment", joints="42") -> Human:
 def site_places(human, q):
     """Lowest points of all sites (n_times, n_sites, 3) [m]."""
     data, sites = mujoco.MjData(human.model), foot_sites(human)
-    bodies = [human.body(s.point.body) for s in sites]
-    local = np.array([s.point.position for s in sites])
+    bodies = [human.body(s.body) for s in sites]
+    local = np.array([s.position for s in sites])
     out = np.empty((len(q), len(sites), 3))
     for i, qpos in enumerate(human.from_coordinates(PELVIS + human.coordinates, q)):
         data.qpos[:] = qpos
         mujoco.mj_kinematics(human.model, data)
         turned = np.einsum("kij,kj->ki", data.xmat[bodies].reshape(-1, 3, 3), local)
         out[i] = data.xpos[bodies] + turned
-    out[:, :, 2] -= [s.point.radius for s in sites]
+    out[:, :, 2] -= [s.radius for s in sites]
     return out
 
 

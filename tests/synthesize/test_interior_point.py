@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize import ipopt
-from plantigrade.synthesize.interior_point import InteriorPoint, Multipliers, Options
-from plantigrade.synthesize.problem import Closure, Problem
-from plantigrade.synthesize.transcription import Transcription
+from plantigrade.synthesize.problem.problem import Closure, Problem
+from plantigrade.synthesize.solvers import ipopt
+from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Multipliers, Options
+from plantigrade.synthesize.transcription.transcription import Transcription
 from tests.synthesize.toys import cubic, inputs, mass_on_a_line, pendulum, rows, swing, uneven
 
 FINE = Options(tolerance=1e-8, feasibility=1e-8)

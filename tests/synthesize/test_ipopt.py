@@ -6,9 +6,9 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize import PolynomialBasis, clamped_knots, periodic_knots
-from plantigrade.synthesize.ipopt import run, solve
-from plantigrade.synthesize.nlp import Program
-from plantigrade.synthesize.problem import Closure, Problem, Rows
+from plantigrade.synthesize.problem.problem import Closure, Problem, Rows
+from plantigrade.synthesize.solvers.ipopt import run, solve
+from plantigrade.synthesize.transcription.nlp import Program
 
 
 def inputs(nv: int, nu: int = 0) -> list:

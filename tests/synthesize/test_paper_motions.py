@@ -2,16 +2,22 @@
 
 import numpy as np
 import pytest
+from plantigrade.synthesize.zhakatayev2023 import (
+    MOTIONS,
+    PaperBody,
+    PaperSolution,
+    formulate,
+    paper_motion,
+)
+from plantigrade.synthesize.zhakatayev2023.body import paper_human
+from plantigrade.synthesize.zhakatayev2023.conditions import SLIP, footholds, standing
+from plantigrade.synthesize.zhakatayev2023.formulation import spline
+from plantigrade.synthesize.zhakatayev2023.polygons import corners, edges, outside
+from plantigrade.synthesize.zhakatayev2023.staged import least_squares
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.nlp import Program
-from plantigrade.synthesize.paper import MOTIONS, PaperBody, PaperSolution, formulate, paper_motion
-from plantigrade.synthesize.paper.body import paper_human
-from plantigrade.synthesize.paper.conditions import SLIP, footholds, standing
-from plantigrade.synthesize.paper.formulation import spline
-from plantigrade.synthesize.paper.polygons import corners, edges, outside
-from plantigrade.synthesize.paper.staged import least_squares
+from plantigrade.synthesize.transcription.nlp import Program
 
 
 @pytest.fixture(scope="module")

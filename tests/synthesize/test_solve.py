@@ -8,14 +8,14 @@ import pytest
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize import solve
-from plantigrade.synthesize.formulation import Body
-from plantigrade.synthesize.interior_point import Options
-from plantigrade.synthesize.mesh import nodes_like, nodes_of, split
-from plantigrade.synthesize.post_mortem import broken_rows, values
+from plantigrade.synthesize.diagnose.post_mortem import broken_rows, values
+from plantigrade.synthesize.problem.formulation import Body
 from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.tasks import body_for, make_task
-from plantigrade.synthesize.terms import Contact, Limits
-from plantigrade.synthesize.walking import walk
+from plantigrade.synthesize.solvers.interior_point import Options
+from plantigrade.synthesize.tasks.registry import body_for, make_task
+from plantigrade.synthesize.tasks.walking import walk
+from plantigrade.synthesize.terms.terms import Contact, Limits
+from plantigrade.synthesize.transcription.mesh import nodes_like, nodes_of, split
 from tests.synthesize.coarse_walk import DENSITY, SPEED, body, person, solved, task
 
 

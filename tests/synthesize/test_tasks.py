@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.contact_plan import Footprint, Stance
-from plantigrade.synthesize.jumping import PUSH, rise_after
 from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.task_file import parse_task_file, read_task_file
-from plantigrade.synthesize.tasks import TASKS, body_for, make_task
+from plantigrade.synthesize.tasks.jumping import PUSH, rise_after
+from plantigrade.synthesize.tasks.registry import TASKS, body_for, make_task
+from plantigrade.synthesize.tasks.task_file import parse_task_file, read_task_file
 
 GRAVITY = 9.81
 
@@ -80,7 +80,7 @@ def test_feet_stay_where_they_stand(name):
     assert s.success
     times = s.times(4)
     q, _, _ = s.problem.states(s.c, np.clip(times, 0, s.problem.basis.stop))
-    points = s.body.symbolic.positions([x.point for x in s.body.sites])
+    points = s.body.symbolic.positions(list(s.body.sites))
     place = np.array([np.asarray(points(x)).T for x in q])
     for k, site in enumerate(s.body.sites):
         for start, stop in s.task.plan.intervals(site):

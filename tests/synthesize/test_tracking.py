@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.contact.flat_foot import flat_sites
+from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ParameterError
@@ -13,11 +15,9 @@ from plantigrade.kinematics.ground import contact_points, lowest
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
-from plantigrade.synthesize.contact_plan import foot_sites
-from plantigrade.synthesize.flat_foot import flat_sites
-from plantigrade.synthesize.formulation import Body
+from plantigrade.synthesize.problem.formulation import Body
 from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.tracking import GRID, contacts_of, grounded, stances_of, track
+from plantigrade.synthesize.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
 from plantigrade.workflows.textbook import textbook_walk
 
 SPEED = 1.25
@@ -155,7 +155,7 @@ def test_what_never_touches_is_refused(human, walk):
 
 def test_a_recording_gives_ground_reactions(data):
     """The vertical forces of a recorded walk come out within 0.08 body weights."""
-    from plantigrade.workflows.tracking import TrackSettings, track_recording
+    from plantigrade.workflows.track import TrackSettings, track_recording
 
     found = track_recording(
         data / "opensim/gait2392_subject01/subject01_walk1.trc",

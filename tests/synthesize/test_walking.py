@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from plantigrade.analyze.motion_check import examine
+from plantigrade.analyze.check import examine
 from plantigrade.dynamics import centroid
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.formulation import site_targets
-from plantigrade.synthesize.mesh import nodes_of
-from plantigrade.synthesize.more_terms import Rest
-from plantigrade.synthesize.terms import Posture
-from plantigrade.synthesize.walking import walk
-from plantigrade.workflows.synthesizing import under_test
+from plantigrade.synthesize.problem.formulation import site_targets
+from plantigrade.synthesize.tasks.walking import walk
+from plantigrade.synthesize.terms.more_terms import Rest
+from plantigrade.synthesize.terms.terms import Posture
+from plantigrade.synthesize.transcription.mesh import nodes_of
+from plantigrade.workflows.synthesize import under_test
 from tests.models.presets import other_side
 from tests.synthesize.coarse_walk import SPEED, person, solved
 
@@ -93,7 +93,7 @@ def test_feet_stand_on_their_footprints_at_nodes():
     place = next(r for r in s.problem.rows if r.name == "contact")
     heights = place.lower[:, 2::3]
     assert np.isfinite(heights).any()
-    points = s.body.symbolic.positions([x.point for x in s.body.sites])
+    points = s.body.symbolic.positions(list(s.body.sites))
     low = np.array([np.asarray(points(x)).T for x in q])
     for stance in s.task.plan.stances:
         targets = site_targets(s.body, stance.footprint)
@@ -103,7 +103,7 @@ def test_feet_stand_on_their_footprints_at_nodes():
                 down = (s.problem.nodes >= start - 1e-9) & (s.problem.nodes <= stop + 1e-9)
                 np.testing.assert_allclose(low[down, k, 2], targets[site.name][2], atol=1e-4)
                 turned = np.abs(low[down, k, :2] - targets[site.name][:2])
-                assert turned.max(initial=0.0) < 2.5 * site.point.radius  # it rolls, no farther
+                assert turned.max(initial=0.0) < 2.5 * site.radius  # it rolls, no farther
 
 
 def test_force_is_only_where_a_place_stands_and_starts_from_nothing():

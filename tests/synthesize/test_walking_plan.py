@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.contact_plan import foot_sites
-from plantigrade.synthesize.gait_parameters import gait_parameters, leg_length
-from plantigrade.synthesize.mesh import nodes_of
-from plantigrade.synthesize.walking_plan import (
+from plantigrade.synthesize.tasks.gait_parameters import gait_parameters, leg_length
+from plantigrade.synthesize.tasks.walking_plan import (
     advance,
     periodic_walk_plan,
     standing_distance,
     unrolled,
     walk_plan,
 )
+from plantigrade.synthesize.transcription.mesh import nodes_of
 
 HUMAN = Human.create(1.74, 71.0)
 SPEEDS = [0.3, 0.6, 1.0, 1.3, 1.6, 2.0, 2.2]

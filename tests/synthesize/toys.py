@@ -3,10 +3,10 @@
 import casadi as ca
 import numpy as np
 
-from plantigrade.synthesize.basis import Basis
-from plantigrade.synthesize.knots import clamped_knots, periodic_knots
-from plantigrade.synthesize.problem import Closure, Problem, Rows
-from plantigrade.synthesize.splines import PolynomialBasis, TrigonometricBasis
+from plantigrade.synthesize.problem.problem import Closure, Problem, Rows
+from plantigrade.synthesize.splines.basis import Basis
+from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots
+from plantigrade.synthesize.splines.splines import PolynomialBasis, TrigonometricBasis
 
 BASES = {"trigonometric": TrigonometricBasis, "polynomial": PolynomialBasis}
 

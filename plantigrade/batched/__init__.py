@@ -1,0 +1,1 @@
+"""Functions of CasADi evaluated at many nodes at once, with vector instructions."""

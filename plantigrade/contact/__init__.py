@@ -1,0 +1,1 @@
+"""Where a body may be touched, when, and on what."""

@@ -1,0 +1,98 @@
+"""A foot that stands flat: tilted, and its toes bent, as its soles want.
+
+The soles of the table's feet are flat where all angles are zero. A recorded person stands on soles
+of their own (:mod:`plantigrade.kinematics.soles`): markers fix the bones' axes, and a foot that
+rests may be pitched and tilted in them by some degrees.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.site import ContactSite
+from plantigrade.models import Human
+
+EVEN = 1e-6  # soles more even than this are flat as they are [m]
+LAZY = 1e-4  # what an angle is worth beside a height [m/rad]
+
+
+def flat_sites(
+    human: Human, sites: tuple[ContactSite, ...], side: str
+) -> dict[str, Float[Array, " 3"]]:
+    """Return where the sites of a flat foot are, the ground below its ankle being the origin.
+
+    Args:
+        human: The person.
+        sites: Places that can carry force; those of other feet are left out.
+        side: The foot.
+
+    Returns:
+        Name → x along the foot and y to the left, the rolling of the sphere taken off as in
+        :func:`~plantigrade.synthesize.problem.formulation.place_rows`, and
+        height of the lowest point [m].
+    """
+    from scipy.optimize import least_squares
+
+    own = [s for s in sites if s.side == side]
+    foot = _Foot(human, own, side)
+    x = np.zeros(2 + len(foot.hinges))
+    height = foot.places(x)[:, 2]
+    if len(own) > 2 and np.ptp(height) > EVEN:
+
+        def uneven(x):
+            height = foot.places(x)[:, 2]
+            return np.concatenate([height - height.mean(), LAZY * x])
+
+        x = least_squares(uneven, x, xtol=1e-12, ftol=1e-12, gtol=1e-14).x
+        height = foot.places(x)[:, 2]
+    places = foot.places(x)
+    places[:, 2] -= height.mean()
+    return {s.name: p for s, p in zip(own, places, strict=True)}
+
+
+class _Foot:
+    """One foot in the air, by its tilt and the angles within it."""
+
+    def __init__(self, human: Human, sites: list[ContactSite], side: str):
+        import mujoco
+
+        self.human, self.model, self.sites = human, human.model, sites
+        self.data = mujoco.MjData(self.model)
+        self.foot = human.body(f"foot_{side}")
+        self.at = [human.body(s.body) for s in sites]
+        parent, inside = self.model.body_parentid, {self.foot}
+        for b in range(self.foot + 1, self.model.nbody):
+            if parent[b] in inside:
+                inside.add(b)
+        joints = [j for j in range(1, self.model.njnt) if self.model.jnt_bodyid[j] in inside]
+        self.hinges = [
+            int(self.model.jnt_qposadr[j]) for j in joints if self.model.jnt_bodyid[j] != self.foot
+        ]
+
+    def places(self, x: Float[Array, " n"]) -> Float[Array, "n_sites 3"]:
+        """Return sites for roll, pitch and inner angles; heights are from the ankle."""
+        import mujoco
+
+        self.data.qpos[:] = self.human.standing()
+        self.data.qpos[7:] = 0.0
+        self.data.qpos[self.hinges] = x[2:]
+        mujoco.mj_kinematics(self.model, self.data)
+        R = self.data.xmat[self.foot].reshape(3, 3)
+        tilt = _turned(x[0], x[1]) @ R.T
+        out = []
+        for site, b in zip(self.sites, self.at, strict=True):
+            turn = tilt @ self.data.xmat[b].reshape(3, 3)
+            centre = tilt @ (self.data.xpos[b] - self.data.xpos[self.foot])
+            centre = centre + turn @ np.array(site.position)
+            rho = site.radius
+            pitch, roll = np.arcsin(turn[2, 0]), np.arctan2(turn[2, 1], turn[2, 2])
+            out.append(centre + rho * np.array([pitch, roll, -1.0]))
+        return np.array(out)
+
+
+def _turned(roll: float, pitch: float) -> Float[Array, "3 3"]:
+    """Return the rotation by a roll about x after a pitch about y, toes up where negative."""
+    c, s = np.cos(pitch), np.sin(pitch)
+    about_y = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    c, s = np.cos(roll), np.sin(roll)
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    return about_x @ about_y

@@ -1,0 +1,169 @@
+"""Which part of which foot stands where, and when: what a task says about contact.
+
+A :class:`~plantigrade.contact.site.ContactSite` is a place that can carry force; a
+:class:`Stance` is one foot standing on one :class:`Footprint`, rolling from the heel over the flat
+foot to the toes; a
+:class:`ContactPlan` is all stances of a motion. Times at which contact changes are nodes and knots
+of the spline: between two of them nothing switches.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.contact.site import ContactSite
+from plantigrade.errors import ParameterError
+
+SAME = 1e-7
+"""Times closer than this are one [s]."""
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """Where a foot stands.
+
+    Attributes:
+        side: ``"r"`` or ``"l"``.
+        position: The ground below the ankle joint of the flat foot, world [m].
+        heading: Where the foot points, from x towards y [rad].
+    """
+
+    side: str
+    position: tuple[float, float, float]
+    heading: float = 0.0
+
+
+@dataclass(frozen=True)
+class Stance:
+    """One foot on one footprint.
+
+    Attributes:
+        footprint: Where.
+        strike: When the heel touches [s]; at or before the start, the foot stands from the start.
+        flat: When the whole foot is down [s]; at ``strike`` for a foot put down flat.
+        heel_off: When the heel leaves [s].
+        ball_off: When all but the toes leave [s].
+        off: When the toes leave [s]; at or after the end of the motion, the foot stands to the end.
+        toes_first: Whether ball and toes touch at ``strike`` and the heel follows when the foot is
+            flat, as after a jump.
+    """
+
+    footprint: Footprint
+    strike: float
+    flat: float
+    heel_off: float
+    ball_off: float
+    off: float
+    toes_first: bool = False
+
+    def __post_init__(self):
+        """Refuse times out of order."""
+        times = (self.strike, self.flat, self.heel_off, self.ball_off, self.off)
+        if not np.all(np.diff(times) >= 0) or self.off <= self.strike:
+            raise ParameterError(
+                "a stance goes from heel strike over foot flat, heel off and ball off to toe off; "
+                f"these times are out of order: {', '.join(f'{t:g}' for t in times)} s"
+            )
+
+    def interval(self, part: str) -> tuple[float, float]:
+        """Return from when to when a part of the foot stands [s]."""
+        heel, toes = (self.flat, self.strike) if self.toes_first else (self.strike, self.flat)
+        return {
+            "heel": (heel, self.heel_off),
+            "sole": (self.flat, self.heel_off),
+            "ball": (toes, self.ball_off),
+            "toe": (toes, self.off),
+        }[part]
+
+
+@dataclass(frozen=True)
+class Support:
+    """A place of the body that rests on something other than the ground: a chair, a wall, a rail.
+
+    Attributes:
+        site: The place; its ``side`` is empty.
+        position: Where it rests, world [m].
+        start: From when [s].
+        stop: To when [s].
+    """
+
+    site: ContactSite
+    position: tuple[float, float, float]
+    start: float
+    stop: float
+
+
+@dataclass(frozen=True)
+class ContactPlan:
+    """All stances of a motion.
+
+    Attributes:
+        duration: How long the motion lasts [s]; half a stride where it is periodic.
+        stances: In order of time; a foot has one at a time.
+        periodic: Whether the motion goes on as its mirror image, so that stances go round.
+        supports: What else carries the body.
+        slope: How far the ground rises along x [rad]; places are given along the ground and across
+            it, so that level ground at height 0 serves every slope.
+    """
+
+    duration: float
+    stances: tuple[Stance, ...]
+    periodic: bool = False
+    supports: tuple[Support, ...] = ()
+    slope: float = 0.0
+
+    @property
+    def to_world(self) -> Float[Array, "3 3"]:
+        """Rotation from the axes of the ground (x uphill, z off the ground) to world axes."""
+        c, s = np.cos(self.slope), np.sin(self.slope)
+        return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+
+    @cached_property
+    def switches(self) -> Float[Array, " n_switches"]:
+        """Times at which contact changes, start and end among them [s]."""
+        times = [t for s in self.stances for t in (s.strike, s.flat, s.heel_off, s.ball_off, s.off)]
+        times += [t for s in self.supports for t in (s.start, s.stop)]
+        inside = {0.0, self.duration} | {float(t) for t in times if 0.0 < t < self.duration}
+        ordered = np.array(sorted(inside))
+        return ordered[np.concatenate([[True], np.diff(ordered) > 1e-6 * self.duration])]
+
+    def intervals(self, site: ContactSite) -> list[tuple[float, float]]:
+        """Return from when to when a site stands, each time it does [s]."""
+        if site.side:
+            found = [s.interval(site.part) for s in self.stances if s.footprint.side == site.side]
+        else:
+            found = [(s.start, s.stop) for s in self.supports if s.site.name == site.name]
+        return [(start, stop) for start, stop in found if stop > start]
+
+    def standing(
+        self, site: ContactSite, times: Float[Array, " n_times"]
+    ) -> Bool[Array, " n_times"]:
+        """Return whether a site stands at times, first and last instant included."""
+        stands = np.zeros(len(times), dtype=bool)
+        for start, stop in self.intervals(site):
+            stands |= (times >= start - SAME) & (times <= stop + SAME)
+        return stands
+
+    def carrying(
+        self, site: ContactSite, times: Float[Array, " n_times"]
+    ) -> Bool[Array, " n_times"]:
+        """Return whether a site stands both before and after each time, so that it may carry force.
+
+        The wrench of a spline is continuous; a force that starts and ends at zero is, too.
+        """
+        carries = np.zeros(len(times), dtype=bool)
+        for start, stop in self.intervals(site):
+            if not self.periodic:
+                start = -np.inf if start <= 0 else start
+                stop = np.inf if stop >= self.duration else stop
+            carries |= (times > start + SAME) & (times < stop - SAME)
+        return carries
+
+    def footprint(self, side: str, time: float) -> Footprint | None:
+        """Return where a foot stands at a time; None while it swings."""
+        for s in self.stances:
+            if s.footprint.side == side and s.strike - 1e-9 <= time <= s.off + 1e-9:
+                return s.footprint
+        return None

@@ -1,0 +1,279 @@
+"""The run folder: what every command leaves behind, whole or not at all.
+
+Everything is written into a temporary sibling that is renamed when it is complete, so a folder
+that has the final name is whole. An existing folder is refused unless ``overwrite`` is asked for;
+it is then moved aside, the new one takes its name, and only then is it deleted.
+"""
+
+import hashlib
+import json
+import math
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from plantigrade.errors import FileError, RunExists
+from plantigrade.io.mot import write_mot
+from plantigrade.io.text import read_text
+from plantigrade.motion.recording import Table
+from plantigrade.record.npz import read_npz, write_npz
+from plantigrade.record.record import Record
+
+MODEL, MOTION, COORDINATES, METRICS = "model.xml", "motion.npz", "motion.mot", "metrics.json"
+
+_ALWAYS = ("status", "version", "command", "settings", "seed", "source_files")
+_NAME = re.compile(r"[A-Za-z0-9][\w.+ -]*")
+_METRICS_LIMIT = 20 * 2**20  # [bytes]
+_MODEL_LIMIT = 100 * 2**20  # [bytes]
+
+
+def source_files(paths: Iterable[str | Path]) -> dict[str, str]:
+    """Return the SHA-256 of each file, by its name; equal names get their folder in front.
+
+    Raises:
+        FileError: If a file cannot be read.
+    """
+    paths = [Path(path) for path in paths]
+    names = [path.name for path in paths]
+    sums: dict[str, str] = {}
+    for path in paths:
+        name = (
+            path.name
+            if names.count(path.name) == 1
+            else f"{path.absolute().parent.name}/{path.name}"
+        )
+        try:
+            with path.open("rb") as stream:
+                sums[name] = hashlib.file_digest(stream, "sha256").hexdigest()
+        except OSError as error:
+            raise FileError(path, f"cannot be read ({error.strerror})") from error
+    return sums
+
+
+def write_run(
+    out: str | Path,
+    *,
+    model_xml: str,
+    record: Record,
+    metrics: Mapping[str, Any],
+    coordinates: Table | None = None,
+    files: Mapping[str, str | bytes] | None = None,
+    overwrite: bool = False,
+) -> Path:
+    """Write a run folder.
+
+    Args:
+        out: The folder.
+        model_xml: MJCF of the Human and its world.
+        record: What happened; becomes ``motion.npz``.
+        metrics: Figures of the run, flat; ``status``, ``version``, ``command``, ``settings``,
+            ``seed`` and ``source_files`` are added as null where absent (``status`` as ``"ok"``,
+            ``version`` as this package's). NaN and infinity become null.
+        coordinates: The same motion by OpenSim's coordinate names [rad, m]; becomes ``motion.mot``.
+        files: More files, by name (``report.html``, ``viewer.html``).
+        overwrite: Replace an existing folder.
+
+    Returns:
+        The folder.
+
+    Raises:
+        RunExists: If the folder exists and ``overwrite`` is not asked for, or what exists is not a
+            run folder (those are never replaced).
+        FileError: If the place cannot be written.
+    """
+    files = dict(files or {})
+    for name in files:
+        if name in (MODEL, MOTION, COORDINATES):
+            raise FileError(
+                Path(out) / name, "is not a name for an extra file", remedy="use a plain new name"
+            )
+
+    def motion(folder: Path) -> None:
+        (folder / MODEL).write_text(model_xml, encoding="utf-8")
+        write_npz(record, folder / MOTION)
+        if coordinates is not None:
+            write_mot(coordinates, folder / COORDINATES)
+
+    return write_folder(out, metrics=metrics, files=files, overwrite=overwrite, more=motion)
+
+
+def write_folder(
+    out: str | Path,
+    *,
+    metrics: Mapping[str, Any],
+    files: Mapping[str, str | bytes],
+    overwrite: bool = False,
+    more: Callable[[Path], None] | None = None,
+) -> Path:
+    """Write a folder of results, whole or not at all: ``metrics.json`` and other files.
+
+    Args:
+        out: The folder.
+        metrics: As in :func:`write_run`.
+        files: The other files, by name.
+        overwrite: Replace an existing folder.
+        more: Writes further files into the folder it is given.
+
+    Returns:
+        The folder.
+
+    Raises:
+        RunExists: As in :func:`write_run`.
+        FileError: Likewise.
+    """
+    out = Path(out).expanduser()
+    for name in files:
+        if not _NAME.fullmatch(name) or name == METRICS:
+            raise FileError(
+                out / name, "is not a name for an extra file", remedy="use a plain new file name"
+            )
+    refuse_existing(out, overwrite)
+    text = metrics_json(_complete(metrics))
+    remedy = "choose another folder with --out, or free the disk"
+    temporary = None
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}-", suffix=".part", dir=out.parent))
+        if more is not None:
+            more(temporary)
+        for name, content in files.items():
+            if isinstance(content, str):
+                (temporary / name).write_text(content, encoding="utf-8")
+            else:
+                (temporary / name).write_bytes(content)
+        (temporary / METRICS).write_text(text + "\n", encoding="utf-8")
+        os.chmod(temporary, 0o777 & ~_umask())  # mkdtemp makes it private
+        refuse_existing(out, overwrite)  # another run may have finished meanwhile
+        _put_in_place(temporary, out)
+        temporary = None
+    except OSError as error:
+        if isinstance(error, RunExists):
+            raise
+        raise FileError(
+            out, f"the run folder cannot be written ({error.strerror or error})", remedy=remedy
+        ) from error
+    finally:
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
+    return out
+
+
+def metrics_json(metrics: Mapping[str, Any]) -> str:
+    """Return ``metrics`` as JSON that every parser reads: NaN and infinity become null.
+
+    Example:
+        >>> print(metrics_json({"status": "ok", "speed_m_s": float("nan")}))
+        {
+          "status": "ok",
+          "speed_m_s": null
+        }
+    """
+    return json.dumps(_plain(metrics), indent=2, allow_nan=False, ensure_ascii=False)
+
+
+def read_run(folder: str | Path) -> tuple[str, Record, dict[str, Any]]:
+    """Return the MJCF text, the Record and the metrics of a run folder.
+
+    Raises:
+        FileError: If the folder is not a run folder or one of its files is broken.
+    """
+    folder = Path(folder).expanduser()
+    if not folder.is_dir():
+        what = "is not a folder" if folder.exists() else "there is no such folder"
+        raise FileError(folder, what, remedy="name a run folder, as --out made it")
+    missing = [name for name in (MODEL, MOTION, METRICS) if not (folder / name).is_file()]
+    if missing:
+        raise FileError(
+            folder,
+            f"is not a run folder: {', '.join(missing)} missing",
+            remedy="name a folder a plantigrade command wrote",
+        )
+    model_xml = read_text(folder / MODEL, _MODEL_LIMIT)
+    path = folder / METRICS
+    try:
+        metrics = json.loads(read_text(path, _METRICS_LIMIT))
+    except (json.JSONDecodeError, RecursionError) as error:
+        where = f"line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
+        raise FileError(
+            path, f"is not JSON ({error})", where=where, remedy="run the command again"
+        ) from error
+    if not isinstance(metrics, dict):
+        raise FileError(
+            path, "holds no object of metrics", where="line 1", remedy="run the command again"
+        )
+    record = read_npz(folder / MOTION)
+    return model_xml, replace(record, metrics=metrics), metrics
+
+
+def refuse_existing(out: str | Path, overwrite: bool) -> None:
+    """Raise where a run folder could not be written in the end.
+
+    Raises:
+        RunExists: If the folder exists and is not to be replaced, or what exists is no run folder.
+    """
+    out = Path(out).expanduser()
+    if not os.path.lexists(out):
+        return
+    if not overwrite:
+        raise RunExists(f"{out} exists: choose another folder with --out, or add --overwrite")
+    if out.is_symlink() or not out.is_dir():
+        raise RunExists(f"{out} is not a folder and will not be replaced: choose another --out")
+    if any(out.iterdir()) and not (out / METRICS).is_file():
+        raise RunExists(
+            f"{out} is not a run folder (it has no {METRICS}) and will not be replaced: "
+            "choose another --out, or empty it yourself"
+        )
+
+
+def _put_in_place(temporary: Path, out: Path) -> None:
+    """Rename ``temporary`` to ``out``; an old ``out`` comes back if that fails."""
+    if not out.exists():
+        temporary.rename(out)
+        return
+    aside = Path(tempfile.mkdtemp(prefix=f".{out.name}-", suffix=".old", dir=out.parent))
+    old = aside / out.name
+    try:
+        out.rename(old)
+        try:
+            temporary.rename(out)
+        except OSError:
+            old.rename(out)
+            raise
+    finally:
+        if out.exists():  # the old one is deleted only where a whole one stands in its place
+            shutil.rmtree(aside, ignore_errors=True)
+
+
+def _complete(metrics: Mapping[str, Any]) -> dict[str, Any]:
+    from plantigrade import __version__
+
+    whole: dict[str, Any] = dict(metrics)
+    whole.setdefault("status", "ok")
+    whole.setdefault("version", __version__)
+    for key in _ALWAYS:
+        whole.setdefault(key, {} if key in ("settings", "source_files") else None)
+    return whole
+
+
+def _plain(value: Any) -> Any:
+    """Return ``value`` as JSON can hold it: arrays as lists, NaN and infinity as null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list | tuple | set | frozenset):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

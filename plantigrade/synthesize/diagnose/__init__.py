@@ -1,0 +1,1 @@
+"""Why a problem was not solved, in words."""

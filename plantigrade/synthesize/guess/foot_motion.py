@@ -1,0 +1,258 @@
+r"""How a foot moves from footprint to footprint, before anything is optimised.
+
+On the ground it turns about the back of the heel until it is flat, then about the hinge of the toes
+(a rigid foot: about the toes' ends) while the toes stay flat. The angle between foot and ground
+falls as :math:`(1 - s)^2 (1 + s)` from strike to flat and rises as :math:`s^2` from heel off to toe
+off, so that it sets in and ends without a jerk. In between ankle and foot go as in the mean curves
+of :mod:`~plantigrade.models.textbook_gait`; a polynomial of degree five is added with which they
+leave and arrive where and as fast as the turning foot does, and the middle is raised until the sole
+clears the ground.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.plan import Stance
+from plantigrade.models import Human
+from plantigrade.models.feet import point, sphere_radius
+
+STRIKE = tuple(np.deg2rad([3.0, 30.0]))  # least and largest toe-up angle at heel strike [rad]
+OFF = tuple(np.deg2rad([10.0, 50.0]))  # the same of the heel-up angle at toe off
+OFF_RIGID = float(np.deg2rad(35.0))  # a foot without toes does not turn further [rad]
+CLEARANCE = 0.015  # of the sole in mid-swing; people have 1 to 2 cm below the toes [m]
+STRAIGHT = 0.5  # of the swing, until bent toes are straight again
+_STEP = 1e-4  # of differences in time [s]
+
+
+@dataclass(frozen=True)
+class FootMotion:
+    """Where a foot is over time.
+
+    Attributes:
+        ankle: Ankle joint centre, world [m].
+        heading: Where the foot points, from x towards y [rad].
+        pitch: How far the heel is up (positive) or the toes are (negative) [rad].
+        toes: How far the toes are bent up against the foot [rad].
+    """
+
+    ankle: Float[Array, "n_times 3"]
+    heading: Float[Array, " n_times"]
+    pitch: Float[Array, " n_times"]
+    toes: Float[Array, " n_times"]
+
+    def rotations(self) -> Float[Array, "n_times 3 3"]:
+        """Return the matrices that turn foot axes to world axes."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        cp, sp = np.cos(self.pitch), np.sin(self.pitch)
+        zero = np.zeros_like(c)
+        rows = [[c * cp, -s, c * sp], [s * cp, c, s * sp], [-sp, zero, cp]]
+        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+@dataclass(frozen=True)
+class FootCurves:
+    """How a foot goes in walking; curves at even parts of the swing from toe off to heel strike.
+
+    Attributes:
+        strike: Toe-up angle at heel strike [rad].
+        off: Heel-up angle at toe off [rad].
+        pitch: Heel-up angle in swing [rad].
+        forward: Part of the way the ankle has gone, 0 to 1.
+        up: Height of the ankle, from any level [m].
+    """
+
+    strike: float
+    off: float
+    pitch: Float[Array, " n_swing"]
+    forward: Float[Array, " n_swing"]
+    up: Float[Array, " n_swing"]
+
+
+def foot_motion(
+    human: Human,
+    stances: Sequence[Stance],
+    times: Float[Array, " n_times"],
+    *,
+    curves: FootCurves,
+) -> FootMotion:
+    """Return how one foot goes through its stances.
+
+    Args:
+        human: The person.
+        stances: All stances of one foot, in order of time; before the first and after the last the
+            foot rests.
+        times: When [s].
+        curves: How a foot goes in walking.
+    """
+    stands = [_Standing(human, s, curves) for s in stances]
+    out = np.full((len(times), 6), np.nan)
+    for k, stand in enumerate(stands):
+        stance = stand.stance
+        first, last = k == 0, k == len(stands) - 1
+        own = (times >= stance.strike) | first
+        own &= (times <= stance.off) | last
+        out[own] = stand.at(times[own])
+        if not last:
+            swing = (times > stance.off) & (times < stands[k + 1].stance.strike)
+            if swing.any():
+                out[swing] = _swing(human, stand, stands[k + 1], curves, times[swing])
+    return FootMotion(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
+
+
+def toe_coordinates(human: Human, toes: Float[Array, " n"]) -> dict[str, Float[Array, " n"]]:
+    r"""Return the coordinates of one foot, without side, with which its toes lie flat.
+
+    The fourth metatarsal is shorter than the third: as the foot turns by :math:`\theta` about the
+    head of the third, the lateral metatarsals turn a little further, by :math:`\theta + \delta`
+    with :math:`\sin(\theta + \delta) / \sin\theta` the ratio of the distances of both heads from
+    the cuboid, so that both lie on the ground.
+
+    Args:
+        human: The person.
+        toes: How far the toes are bent up against the foot [rad].
+    """
+    if human.feet == "rigid":
+        return {}
+    if human.feet == "two-segment":
+        return {"mtp_angle": toes}
+    x = {
+        n: float(point(n, human.dimensions)[0]) for n in ("base_4", "metatarsal_3", "metatarsal_4")
+    }
+    ratio = (x["metatarsal_3"] - x["base_4"]) / (x["metatarsal_4"] - x["base_4"])
+    lateral = np.arcsin(np.clip(ratio * np.sin(toes), -1.0, 1.0))
+    return {"mtp_angle": toes, "cuboid_angle": toes - lateral, "mtp4_angle": lateral}
+
+
+class _Standing:
+    """A foot that turns on its footprint."""
+
+    def __init__(self, human: Human, stance: Stance, curves: FootCurves):
+        d = human.dimensions
+        self.stance = stance
+        self.ankle_height, self.radius = d.ankle_height, sphere_radius(d)
+        self.heel = point("heel_back_medial", d)[[0, 2]]
+        front = {"rigid": "toe_1", "two-segment": "metatarsal_1", "multi-segment": "metatarsal_3"}
+        self.front = point(front[human.feet], d)[[0, 2]]
+        self.bends = human.feet != "rigid"
+        self.strike_angle, self.off_angle = curves.strike, curves.off
+        if not self.bends:
+            self.off_angle = min(self.off_angle, OFF_RIGID)
+
+    def at(self, times: Float[Array, " n"]) -> Float[Array, "n 6"]:
+        """Return ankle, heading, pitch and toe angle; times outside the stance are cut to it."""
+        s = self.stance
+        t = np.clip(times, s.strike, s.off)
+        landing = np.zeros_like(t)
+        if s.flat > s.strike:
+            left = np.clip((s.flat - t) / (s.flat - s.strike), 0.0, 1.0)
+            landing = left**2 * (2 - left)
+        rising = np.zeros_like(t)
+        if s.off > s.heel_off:
+            rising = np.clip((t - s.heel_off) / (s.off - s.heel_off), 0.0, 1.0) ** 2
+        pitch = self.off_angle * rising - self.strike_angle * landing
+        pivot = np.where((pitch < 0)[:, None], self.heel, self.front)
+        c, sn = np.cos(pitch), np.sin(pitch)
+        # The pivot stays, and the ankle is at -pivot from it, turned; a sphere rolls.
+        forward = pivot[:, 0] - (c * pivot[:, 0] + sn * pivot[:, 1])
+        forward += np.where((pitch < 0) | (not self.bends), self.radius * pitch, 0.0)
+        up = self.ankle_height + pivot[:, 1] - (-sn * pivot[:, 0] + c * pivot[:, 1])
+        x, y, z = s.footprint.position
+        heading = s.footprint.heading
+        out = np.empty((len(t), 6))
+        out[:, 0] = x + np.cos(heading) * forward
+        out[:, 1] = y + np.sin(heading) * forward
+        out[:, 2] = z + up
+        out[:, 3] = heading
+        out[:, 4] = pitch
+        out[:, 5] = np.maximum(pitch, 0.0) if self.bends else 0.0
+        return out
+
+
+def _swing(
+    human: Human,
+    behind: _Standing,
+    ahead: _Standing,
+    curves: FootCurves,
+    times: Float[Array, " n"],
+) -> Float[Array, "n 6"]:
+    """Return the way through the air between two footprints."""
+    off, strike = behind.stance.off, ahead.stance.strike
+    span = strike - off
+    before, begin = behind.at(np.array([off - _STEP, off]))
+    end, after = ahead.at(np.array([strike, strike + _STEP]))
+    v0, v1 = (begin - before) / _STEP, (after - end) / _STEP
+    end[3] = begin[3] + (end[3] - begin[3] + np.pi) % (2 * np.pi) - np.pi
+    # A mean curve, and a polynomial that makes both of its ends fit.
+    bent, begin[5] = begin[5], 0.0
+    v0[5] = v1[5] = end[5] = 0.0
+    even = np.linspace(0.0, 1.0, len(curves.pitch))
+    mean = np.zeros((len(even), 6))
+    mean[:, :2] = begin[:2] + curves.forward[:, None] * (end[:2] - begin[:2])
+    mean[:, 2], mean[:, 4] = curves.up, curves.pitch
+    slope = np.asarray(np.gradient(mean, even, axis=0)) / span
+    first, last = begin - mean[0], end - mean[-1]
+    v0, v1 = v0 - slope[0], v1 - slope[-1]
+
+    def path(s: np.ndarray) -> np.ndarray:
+        out = _quintic(s, span, first, v0, last, v1)
+        for i in (0, 1, 2, 4):
+            out[:, i] += np.interp(s, even, mean[:, i])
+        out[:, 5] = bent * _settle(s / STRAIGHT)
+        return out
+
+    # Raised until the sole is clear, judged on a grid so that the times asked for do not matter.
+    grid = np.linspace(0.0, 1.0, 41)
+    levels = [x.stance.footprint.position[2] for x in (behind, ahead)]
+    lacking = _ground(grid, *levels) + CLEARANCE * _bump(grid) - _lowest(human, path(grid))
+    inner = (grid >= 0.15) & (grid <= 0.85)
+    lift = max(0.0, float((lacking[inner] / _bump(grid[inner])).max()))
+    lacking -= (lift + CLEARANCE) * _bump(grid)  # what may be left of it near the ends
+    s = (times - off) / span
+    out = path(s)
+    out[:, 2] += lift * _bump(s) + np.interp(s, grid, np.maximum(lacking, 0.0))
+    return out
+
+
+def _bump(s: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Return a smooth rise from 0 to 1 and back."""
+    return (4 * s * (1 - s)) ** 2
+
+
+def _quintic(s, span, x0, v0, x1, v1):
+    """Return polynomials from x0 to x1 with end speeds v0 and v1 and no end acceleration."""
+    s = s[:, None]
+    d, a, b = x1 - x0, v0 * span, v1 * span
+    c3 = 10 * d - 6 * a - 4 * b
+    c4 = -15 * d + 8 * a + 7 * b
+    c5 = 6 * d - 3 * a - 3 * b
+    return x0 + s * (a + s * s * (c3 + s * (c4 + s * c5)))
+
+
+def _settle(s):
+    """Return a smooth fall from 1 at 0 to 0 at 1."""
+    s = np.clip(s, 0.0, 1.0)
+    return 1 - s**3 * (10 - 15 * s + 6 * s * s)
+
+
+def _ground(s, behind, ahead):
+    """Return how high the ground must be taken to be along a swing from one level to another."""
+    if ahead > behind:  # up before the edge
+        return np.where(s > 0.35, ahead, behind)
+    return np.where(s < 0.65, behind, ahead)
+
+
+def _lowest(human: Human, path: Float[Array, "n 6"]) -> Float[Array, " n"]:
+    """Return the height of the lowest point of the sole, bent toes included [m]."""
+    d = human.dimensions
+    ankle, pitch, toes = path[:, 2], path[:, 4], path[:, 5]
+    heel, ball, tip = (point(n, d) for n in ("heel_back_medial", "metatarsal_1", "toe_1"))
+
+    def height(p: np.ndarray) -> np.ndarray:
+        return ankle - np.sin(pitch) * p[0] + np.cos(pitch) * p[2]
+
+    heights = [height(heel), height(ball)]
+    heights.append(heights[1] - np.sin(pitch - toes) * (tip[0] - ball[0]))
+    return np.min(heights, axis=0) - sphere_radius(d)

@@ -1,0 +1,1 @@
+"""A trajectory problem: rows at nodes, their limits and costs."""

@@ -1,0 +1,359 @@
+"""IPOPT on any trajectory problem: the reference solver, robust and slower than the banded one.
+
+[Waechter2006]_, with the linear solver MUMPS, as they come with CasADi. First and second
+derivatives are exact.
+"""
+
+import signal
+import threading
+import time as clock
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.transcription.nlp import Program
+
+_WORDS = {
+    "Solve_Succeeded": "solved",
+    "Solved_To_Acceptable_Level": "acceptable",
+    "Infeasible_Problem_Detected": "no point near the last one satisfies the constraints",
+    "Search_Direction_Becomes_Too_Small": "stalled",
+    "Diverging_Iterates": "variables went beyond all bounds",
+    "User_Requested_Stop": "stopped",
+    "Feasible_Point_Found": "solved",
+    "Maximum_Iterations_Exceeded": "too many iterations",
+    "Restoration_Failed": "no step leads nearer to the constraints",
+    "Error_In_Step_Computation": "the linear equations of a step could not be solved",
+    "Maximum_CpuTime_Exceeded": "out of time",
+    "Maximum_WallTime_Exceeded": "out of time",
+    "Not_Enough_Degrees_Of_Freedom": "more equations than variables",
+    "Invalid_Number_Detected": "a row is not finite",
+    "Insufficient_Memory": "out of memory",
+}
+
+
+@dataclass(frozen=True)
+class Progress:
+    """One iteration, as a callback sees it.
+
+    Attributes:
+        number: Counted from 0.
+        objective: Cost.
+        violation: Largest violation of a constraint kept, in its own unit.
+        seconds: Time since the start [s].
+        c: Coefficients (n_coefficients, n_coordinates).
+        u: Node unknowns (n_nodes, n_unknowns).
+    """
+
+    number: int
+    objective: float
+    violation: float
+    seconds: float
+    c: Float[Array, "n_coefficients n_coordinates"]
+    u: Float[Array, "n_nodes n_unknowns"]
+
+
+@dataclass(frozen=True, eq=False)
+class IpoptResult:
+    """What a solver of CasADi found.
+
+    Attributes:
+        c: Coefficients (n_coefficients, n_coordinates).
+        u: Node unknowns (n_nodes, n_unknowns).
+        success: Whether optimality was reached, to full or acceptable tolerance.
+        status: How it ended, in words.
+        iterations: Iterations.
+        objective: Cost at the result.
+        violation: Largest violation over all rows asked for, redundant ones included.
+        worst: Which row that is, when, and by how much.
+        history: ``objective``, ``violation``, ``optimality`` and ``barrier`` of every iteration,
+            where the solver tells them.
+        seconds: Time of the solver [s].
+        cpu_seconds: Time its thread was given a processor for [s].
+        build_seconds: Time to set up functions and derivatives [s].
+        n_variables: Variables, those included that an equation fixes by itself.
+        n_equations: Equations that the solver saw.
+        n_inequalities: Inequalities that the solver saw.
+        n_redundant: Equations that follow from those.
+        solver: Name of the solver.
+    """
+
+    c: Float[Array, "n_coefficients n_coordinates"]
+    u: Float[Array, "n_nodes n_unknowns"]
+    success: bool
+    status: str
+    iterations: int
+    objective: float
+    violation: float
+    worst: str
+    history: Mapping[str, Float[Array, " n_iterations"]] = field(repr=False)
+    seconds: float
+    cpu_seconds: float
+    build_seconds: float
+    n_variables: int
+    n_equations: int
+    n_inequalities: int
+    n_redundant: int
+    solver: str = "ipopt"
+
+
+def solve(
+    problem: Problem,
+    c0: Float[Array, "n_coefficients n_coordinates"],
+    u0: Float[Array, "n_nodes n_unknowns"] | None = None,
+    *,
+    tolerance: float = 1e-4,
+    feasibility: float = 1e-6,
+    max_iterations: int = 500,
+    max_seconds: float = np.inf,
+    objective: bool = True,
+    rows: Collection[str] | None = None,
+    callback: Callable[[Progress], bool | None] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    program: Program | None = None,
+) -> IpoptResult:
+    """Return the solution near a guess, or the best point seen if the solver was stopped.
+
+    It is stopped by a callback that returns True, and by Ctrl-C: then, and where it fails, the
+    point returned is the one with the least violation, of those within tolerance the cheapest.
+
+    Args:
+        problem: The problem.
+        c0: Guess of the coefficients.
+        u0: Guess of the node unknowns; zeros if not given.
+        tolerance: Largest error of the optimality conditions, scaled.
+        feasibility: Largest violation of a row, in its own unit (where 1 is large).
+        max_iterations: Most iterations.
+        max_seconds: Most time [s].
+        objective: False for any point that satisfies the constraints: the cost is zero then.
+        rows: Names of the families of rows that count; all if not given.
+        callback: Called after every iteration; True stops.
+        settings: Further options of IPOPT by their own names (``{"mu_strategy": "monotone"}``).
+        program: The problem made up before, to solve it again; ``objective`` and ``rows`` are its.
+
+    Raises:
+        ParameterError: If the guess does not fit the problem.
+    """
+    options: dict[str, Any] = {
+        "print_level": 0,
+        "sb": "yes",
+        "tol": tolerance,
+        "constr_viol_tol": feasibility,
+        "acceptable_tol": 1e2 * tolerance,
+        "acceptable_constr_viol_tol": feasibility,
+        "acceptable_iter": 8,
+        "max_iter": max_iterations,
+        "mu_strategy": "adaptive",
+        "linear_solver": "mumps",
+        "fixed_variable_treatment": "make_parameter",
+    }
+    if np.isfinite(max_seconds):
+        options["max_wall_time"] = max_seconds
+    options |= dict(settings or {})
+    return run(
+        "ipopt",
+        {"ipopt": options},
+        problem,
+        c0,
+        u0,
+        feasibility=feasibility,
+        objective=objective,
+        rows=rows,
+        callback=callback,
+        program=program,
+    )
+
+
+def run(
+    solver: str,
+    options: Mapping[str, Any],
+    problem: Problem,
+    c0: Float[Array, "n_coefficients n_coordinates"],
+    u0: Float[Array, "n_nodes n_unknowns"] | None = None,
+    *,
+    feasibility: float = 1e-6,
+    objective: bool = True,
+    rows: Collection[str] | None = None,
+    callback: Callable[[Progress], bool | None] | None = None,
+    program: Program | None = None,
+) -> IpoptResult:
+    """Return what any solver of CasADi makes of a problem; see :func:`solve`.
+
+    Args:
+        solver: Name of the plugin (``"ipopt"``, ``"sqpmethod"``, ``"sleqp"``).
+        options: Its options, as CasADi wants them.
+        problem: The problem.
+        c0: Guess of the coefficients.
+        u0: Guess of the node unknowns.
+        feasibility: Violation below which the cheaper point is the better one.
+        objective: Whether there is a cost.
+        rows: Names of the families that count.
+        callback: Called after every iteration; True stops.
+        program: The problem made up before.
+    """
+    import casadi as ca
+
+    began = clock.perf_counter()
+    if program is None:
+        program = Program(problem, c0, u0, rows=rows, objective=objective)
+    elif program.problem is not problem:
+        raise ParameterError("the program is that of another problem")
+    x0 = np.clip(program.pack(c0, u0), *program.bounds)
+    made = program.functions()
+    watch = _watch(ca, program, callback, feasibility)
+    cache = {name: each for name, each in made.items() if name.startswith("nlp_")}
+    full = cache.pop("nlp_hess_l_full")
+    if solver != "ipopt":  # which reads the upper triangle alone
+        cache["nlp_hess_l"] = full
+    settings = {
+        "print_time": False,
+        "cache": cache,
+        "iteration_callback": watch,
+        "error_on_fail": False,
+        **options,
+    }
+    plugin = ca.nlpsol("solver", solver, made["nlp"], settings)
+    built, busy = clock.perf_counter(), clock.thread_time()
+    with _interrupt(watch):
+        watch.began = built
+        try:
+            found = plugin(
+                x0=x0,
+                lbx=program.bounds[0],
+                ubx=program.bounds[1],
+                lbg=program.lower,
+                ubg=program.upper,
+            )
+            x, stats = np.array(found["x"]).ravel(), plugin.stats()
+        except (RuntimeError, KeyboardInterrupt):  # a solver that gives up by raising
+            x, stats = x0, {"success": False, "return_status": "failed"}
+    seconds, busy = clock.perf_counter() - built, clock.thread_time() - busy
+    word = str(stats.get("return_status", ""))
+    success = bool(stats.get("success", False))
+    if not success and watch.best is not None:
+        x = _better(program, watch, x, feasibility)
+    violation, worst = program.violation(x)
+    c, u = program.unpack(x)
+    return IpoptResult(
+        c=c,
+        u=u,
+        success=success,
+        status=_WORDS.get(word, word.replace("_", " ").lower() or "failed"),
+        iterations=int(stats.get("iter_count", watch.count)),
+        objective=float(made["nlp_f"](x, [])),
+        violation=violation,
+        worst=worst,
+        history=_history(stats, watch),
+        seconds=seconds,
+        cpu_seconds=busy,
+        build_seconds=built - began,
+        n_variables=program.n_variables,
+        n_equations=program.n_equations,
+        n_inequalities=program.n_inequalities,
+        n_redundant=program.n_redundant,
+        solver=solver,
+    )
+
+
+def _better(program: Program, watch: Any, x: Array, feasibility: float) -> Array:
+    """Return the last point or the best one seen."""
+    g = np.array(program.functions()["nlp_g"](x, [])).ravel()
+    off = _off(program, g)
+    if not np.isfinite(x).all() or not np.isfinite(off):
+        return watch.best[2]
+    last = (max(off, feasibility), float(program.functions()["nlp_f"](x, [])))
+    return x if last <= watch.best[:2] else watch.best[2]
+
+
+def _off(program: Program, g: Array) -> float:
+    if not len(g):
+        return 0.0
+    return float(np.max(np.maximum(np.maximum(program.lower - g, g - program.upper), 0.0)))
+
+
+def _watch(ca: Any, program: Program, callback: Any, feasibility: float):
+    """Return the object that CasADi calls after every iteration."""
+
+    class Watch(ca.Callback):
+        def __init__(self):
+            ca.Callback.__init__(self)
+            self.best: tuple[float, float, Array] | None = None
+            self.objective: list[float] = []
+            self.violation: list[float] = []
+            self.count, self.stop, self.began = 0, False, clock.perf_counter()
+            self.construct("watch", {})
+
+        def get_n_in(self):
+            return ca.nlpsol_n_out()
+
+        def get_n_out(self):
+            return 1
+
+        def get_name_in(self, i):
+            return ca.nlpsol_out(i)
+
+        def get_name_out(self, i):
+            return "ret"
+
+        def get_sparsity_in(self, i):
+            n = {"x": program.n_variables, "lam_x": program.n_variables, "f": 1, "lam_p": 0}
+            name = ca.nlpsol_out(i)
+            return ca.Sparsity.dense(n.get(name, len(program.lower)), 1)
+
+        def eval(self, arg):
+            x, f = np.array(arg[0]).ravel(), float(arg[1])
+            off = _off(program, np.array(arg[2]).ravel())
+            self.objective.append(f)
+            self.violation.append(off)
+            rank = (max(off, feasibility), f)
+            if np.isfinite(off) and (self.best is None or rank < self.best[:2]):
+                self.best = (*rank, x)
+            if callback is not None and not self.stop:
+                c, u = program.unpack(x)
+                seconds = clock.perf_counter() - self.began
+                try:
+                    self.stop = bool(callback(Progress(self.count, f, off, seconds, c, u)))
+                except KeyboardInterrupt:
+                    self.stop = True
+            self.count += 1
+            return [int(self.stop)]
+
+    return Watch()
+
+
+class _interrupt:
+    """Within it, Ctrl-C asks the solver to stop after the iteration it is in."""
+
+    def __init__(self, watch: Any):
+        self.watch = watch
+
+    def __enter__(self):
+        self.before = None
+        if threading.current_thread() is threading.main_thread():
+            self.before = signal.signal(signal.SIGINT, self._asked)
+
+    def _asked(self, *_: Any) -> None:
+        self.watch.stop = True
+
+    def __exit__(self, *_: Any) -> None:
+        if self.before is not None:
+            signal.signal(signal.SIGINT, self.before)
+
+
+def _history(stats: Mapping[str, Any], watch: Any) -> dict[str, Float[Array, " n_iterations"]]:
+    told = stats.get("iterations") or {}
+    names = {"obj": "objective", "inf_pr": "violation", "inf_du": "optimality", "mu": "barrier"}
+    history = {
+        ours: np.asarray(told[theirs], dtype=float)
+        for theirs, ours in names.items()
+        if theirs in told
+    }
+    if "objective" not in history:
+        history["objective"] = np.asarray(watch.objective, dtype=float)
+        history["violation"] = np.asarray(watch.violation, dtype=float)
+    return history

@@ -1,0 +1,1 @@
+"""Trigonometric and polynomial splines behind one interface."""

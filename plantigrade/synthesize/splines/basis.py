@@ -1,0 +1,295 @@
+r"""What every spline basis offers: banded matrices of its functions and their derivatives.
+
+A coordinate :math:`q` is a sum of basis functions :math:`N_l` of degree :math:`\gamma` with
+coefficients :math:`c_l`,
+
+.. math:: q(t) = \sum_{l=0}^{n-1} N_l(t)\, c_l, \quad
+    \dot q(t) = \sum_l \dot N_l(t)\, c_l, \quad \ddot q(t) = \sum_l \ddot N_l(t)\, c_l,
+
+(Eq. 4 of [Zhakatayev2023]_, whose text calls :math:`N` and :math:`\dot N` what are
+:math:`\dot N` and :math:`\ddot N`). At any time :math:`\gamma + 1` neighbouring functions are
+non-zero, so the matrix that takes coefficients to samples has that many entries in a row.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable
+from typing import Literal
+
+import numpy as np
+from scipy import sparse
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.errors import ParameterError
+from plantigrade.synthesize.splines.band import Band
+from plantigrade.synthesize.splines.knots import SAME, require_knots
+
+Side = Literal["left", "right"]
+KEPT = 64  # matrices a basis remembers
+
+
+class Basis(ABC):
+    r"""Spline basis on a knot vector; :class:`Basis` says what, its subclasses how.
+
+    Two bases of one kind on the same knots are equal. Matrices are computed once for each set of
+    times and then remembered; they are shared and read-only.
+
+    Attributes:
+        degree: Degree :math:`\gamma`; order less one.
+        knots: Knots :math:`t_0 \le \dots \le t_{n + \gamma}` [s], read-only.
+        periodic: Whether the spline repeats after ``span``; its coefficients then go round.
+    """
+
+    def __init__(self, degree: int, knots: Float[Array, " n_knots"], *, periodic: bool = False):
+        require_knots(knots, degree, periodic=periodic)
+        self.degree, self.periodic = int(degree), periodic
+        self.knots = np.array(knots, dtype=float)
+        self.knots.flags.writeable = False
+        self._bands: dict[tuple[bytes, int, Side], Band] = {}
+        self._matrices: dict[tuple[bytes, int, Side], sparse.csr_array] = {}
+
+    @abstractmethod
+    def evaluate(
+        self, times: Float[Array, " n_times"], derivative: int, side: Side
+    ) -> tuple[Float[Array, "n_times order"], Int[Array, " n_times"]]:
+        """Return the non-zero functions at times within the span, and which is the first.
+
+        Args:
+            times: Times from ``start`` to ``stop`` [s].
+            derivative: How often to differentiate by time.
+            side: The side a knot is seen from; at ``start`` and ``stop`` the inner one.
+
+        Returns:
+            Values [1/s^derivative], and the index of the first function of each row among all
+            ``len(knots) - degree - 1``, not yet taken round.
+        """
+
+    @property
+    def n_coefficients(self) -> int:
+        """Number of coefficients of one coordinate."""
+        return len(self.knots) - self.degree - 1 - self.degree * self.periodic
+
+    @property
+    def start(self) -> float:
+        """First time the spline is for [s]."""
+        return float(self.knots[self.degree])
+
+    @property
+    def stop(self) -> float:
+        """Last time the spline is for [s]; a period after the first, where it is periodic."""
+        return float(self.knots[len(self.knots) - self.degree - 1])
+
+    @property
+    def span(self) -> float:
+        """Duration the spline is for [s]."""
+        return self.stop - self.start
+
+    @property
+    def breaks(self) -> Float[Array, " n_breaks"]:
+        """Times where pieces meet, each once, first and last among them [s]."""
+        knots = np.unique(self.knots)
+        return knots[(knots >= self.start) & (knots <= self.stop)]
+
+    @property
+    def centres(self) -> Float[Array, " n_coefficients"]:
+        r"""Time each coefficient stands for, :math:`(t_{l+1} + \dots + t_{l+\gamma}) / \gamma` [s].
+
+        Coefficients set to the values of a slow curve at these times are near that curve: a first
+        guess that needs no fit. Those of a periodic basis may lie before ``start``.
+        """
+        reach = max(self.degree, 1)  # degree 0: the middle of the piece
+        windows = np.lib.stride_tricks.sliding_window_view(self.knots, reach + (self.degree == 0))
+        return windows[min(self.degree, 1) :].mean(axis=1)[: self.n_coefficients]
+
+    def support(self, i: int) -> tuple[float, float]:
+        r"""Return the only times at which coefficient ``i`` matters, :math:`[t_i, t_{i+\gamma+1}]`.
+
+        Args:
+            i: Coefficient, from 0.
+
+        Returns:
+            Start and stop [s], cut to the span; where the basis is periodic they are not cut, and
+            hold a whole number of periods later too.
+
+        Raises:
+            ParameterError: If there is no such coefficient.
+        """
+        if not 0 <= i < self.n_coefficients:
+            raise ParameterError(
+                f"coefficient {i} is not among the {self.n_coefficients} there are"
+            )
+        start, stop = float(self.knots[i]), float(self.knots[i + self.degree + 1])
+        return (start, stop) if self.periodic else (max(start, self.start), min(stop, self.stop))
+
+    def band(
+        self, times: Float[Array, " n_times"], derivative: int = 0, *, side: Side = "right"
+    ) -> Band:
+        """Return the non-zero entries of :meth:`matrix`, for a solver that uses the band itself.
+
+        Args:
+            times: Times [s]; any where the basis is periodic.
+            derivative: How often to differentiate by time.
+            side: Side from which a knot is seen, where derivatives jump.
+
+        Returns:
+            The entries and their columns.
+
+        Raises:
+            ParameterError: If a time lies outside the span or the derivative is no whole number.
+        """
+        key = (np.asarray(times, dtype=float).tobytes(), int(derivative), side)
+        if key not in self._bands:
+            if derivative != int(derivative) or derivative < 0:
+                raise ParameterError(f"{derivative=} must be a whole number, 0 or more")
+            if side not in ("left", "right"):
+                raise ParameterError(f"{side=} must be 'left' or 'right'")
+            inside = self._within(np.asarray(times, dtype=float), side)
+            values, first = self.evaluate(inside, int(derivative), side)
+            if self.periodic:
+                first = first % self.n_coefficients
+            values.flags.writeable = first.flags.writeable = False
+            remember(self._bands, key, Band(values, first, self.n_coefficients))
+        return self._bands[key]
+
+    def matrix(
+        self, times: Float[Array, " n_times"], derivative: int = 0, *, side: Side = "right"
+    ) -> sparse.csr_array:
+        r"""Return the matrix :math:`B_{jl} = N_l^{(d)}(t_j)` that takes coefficients to samples.
+
+        Every row keeps ``degree + 1`` entries, zeros among them, so that the pattern of a problem
+        does not depend on values.
+
+        Args:
+            times: Times :math:`t_j` [s]; any where the basis is periodic.
+            derivative: Order :math:`d` of the derivative by time.
+            side: Side from which a knot is seen: derivatives jump there from order
+                ``degree + 1 - multiplicity`` on. The last time is always seen from the left and the
+                first from the right.
+
+        Returns:
+            ``(n_times, n_coefficients)`` [1/s^derivative], read-only.
+
+        Raises:
+            ParameterError: If a time lies outside the span or the derivative is no whole number.
+        """
+        key = (np.asarray(times, dtype=float).tobytes(), int(derivative), side)
+        if key not in self._matrices:
+            matrix = self.band(times, derivative, side=side).matrix()
+            for part in (matrix.data, matrix.indices, matrix.indptr):
+                part.flags.writeable = False
+            remember(self._matrices, key, matrix)
+        return self._matrices[key]
+
+    def gram(self, derivative: int = 0) -> sparse.csr_array:
+        r"""Return :math:`G_{ij} = \int N_i^{(d)} N_j^{(d)} \, dt` over the span.
+
+        Then :math:`\int (q^{(d)})^2 dt = c^\top G c`: smoothness or jerk without samples. It is
+        summed over Gauss points inside every piece, exact for polynomials.
+
+        Args:
+            derivative: Order :math:`d`.
+
+        Returns:
+            Symmetric, ``(n_coefficients, n_coefficients)`` [s^(1 - 2 derivative)].
+        """
+        times, weights = self._quadrature()
+        rows = self.matrix(times, derivative)
+        return sparse.csr_array(rows.T @ (sparse.diags_array(weights) @ rows))
+
+    def fit(
+        self,
+        times: Float[Array, " n_times"],
+        values: Float[Array, "n_times ..."],
+        *,
+        smoothing: float = 0.0,
+    ) -> Float[Array, "n_coefficients ..."]:
+        r"""Return the coefficients nearest to samples in the least-squares sense.
+
+        .. math:: \min_c \; \sum_j \left(q(t_j) - q_j\right)^2 + \lambda \int \ddot q(t)^2 \, dt
+
+        Args:
+            times: Sample times :math:`t_j` [s].
+            values: Samples :math:`q_j`, coordinates along the later axes.
+            smoothing: Weight :math:`\lambda` [s^3]; a small one settles coefficients that the
+                samples leave open.
+
+        Returns:
+            Coefficients, in the unit of the samples.
+
+        Raises:
+            ParameterError: If samples are missing or not finite, or leave coefficients open.
+        """
+        if len(values) != len(times) or not np.isfinite(values).all():
+            raise ParameterError(
+                f"{len(values)} samples at {len(times)} times: give one each, all finite"
+            )
+        if not smoothing >= 0:
+            raise ParameterError(f"{smoothing=} [s^3] must not be negative")
+        rows = self.matrix(times).toarray()
+        wanted = values.reshape(len(values), -1)
+        if smoothing:
+            nodes, weights = self._quadrature()
+            bent = np.sqrt(smoothing * weights)[:, None] * self.matrix(nodes, 2).toarray()
+            rows = np.vstack([rows, bent])
+            wanted = np.vstack([wanted, np.zeros((len(bent), wanted.shape[1]))])
+        coefficients, _, rank, _ = np.linalg.lstsq(rows, wanted)
+        if rank < self.n_coefficients:
+            raise ParameterError(
+                f"{len(times)} samples settle {rank} of {self.n_coefficients} coefficients: "
+                "give more samples, fewer knots, or smoothing > 0"
+            )
+        return coefficients.reshape(-1, *values.shape[1:])
+
+    def unity(self) -> Float[Array, " n_coefficients"]:
+        """Return the coefficients of the constant 1, or of the nearest there is in this space."""
+        times, _ = self._quadrature()
+        return self.fit(times, np.ones(len(times)))
+
+    def __eq__(self, other: object) -> bool:
+        """Two bases are equal if they are of one kind, on the same knots."""
+        return isinstance(other, Basis) and self._identity() == other._identity()
+
+    def __hash__(self) -> int:
+        """Equal bases hash alike."""
+        return hash(self._identity())
+
+    def __repr__(self) -> str:
+        """Say what it is in one line."""
+        kind = "periodic, " if self.periodic else ""
+        return (
+            f"{type(self).__name__}(degree {self.degree}, {kind}"
+            f"{self.n_coefficients} coefficients, {self.start:g} to {self.stop:g} s)"
+        )
+
+    def _identity(self) -> tuple[Hashable, ...]:
+        return (type(self), self.degree, self.periodic, self.knots.tobytes())
+
+    def _within(self, times: Float[Array, " n_times"], side: Side) -> Float[Array, " n_times"]:
+        """Return the times taken into the span, rounding forgiven; raise where they are outside."""
+        if times.ndim != 1 or not np.isfinite(times).all():
+            raise ParameterError("times must be in one row, all of them finite [s]")
+        if self.periodic:
+            if side == "right":
+                return self.start + np.mod(times - self.start, self.span)
+            return self.stop - np.mod(self.stop - times, self.span)
+        slack = SAME * self.span
+        outside = times[(times < self.start - slack) | (times > self.stop + slack)]
+        if len(outside):
+            raise ParameterError(
+                f"time {outside[0]:g} s lies outside the spline, which is for {self.start:g} to "
+                f"{self.stop:g} s"
+            )
+        return np.clip(times, self.start, self.stop)
+
+    def _quadrature(self) -> tuple[Float[Array, " n_times"], Float[Array, " n_times"]]:
+        """Return Gauss points inside every piece and their weights, both [s]."""
+        points, weights = np.polynomial.legendre.leggauss(self.degree + 4)
+        half = np.diff(self.breaks)[:, None] / 2
+        middle = self.breaks[:-1, None] + half
+        return (middle + half * points).ravel(), (half * weights).ravel()
+
+
+def remember(cache: dict, key: Hashable, value: object) -> None:
+    """Keep a value, and let the oldest go once there are ``KEPT``."""
+    if len(cache) >= KEPT:
+        del cache[next(iter(cache))]
+    cache[key] = value

@@ -1,0 +1,110 @@
+r"""Times of contact as unknowns: the walk whose steps, stances and heel rises cost least.
+
+Inside one problem the times of contact are fixed, because nodes and knots lie on them. Here they
+are varied within bounds around what people prefer, every trial a warm start of the one before: few
+unknowns, so a linear model of the cost over a shrinking simplex [Powell1994]_ needs some twenty
+motions. The cost compared is that of a metre of way.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array
+from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.solution import Synthesis
+from plantigrade.synthesize.solve import Progress, synthesize
+from plantigrade.synthesize.tasks.gait_parameters import FLAT, GaitParameters
+from plantigrade.synthesize.tasks.task import Task
+
+BOUNDS = {"step_length": 0.15, "stance": 0.03, "heel_off": 0.06}
+"""How far times may go: part of the step length; parts of the stride."""
+
+
+@dataclass(frozen=True)
+class FreeTiming:
+    """A walk on times of its own.
+
+    Attributes:
+        synthesis: The motion that costs least.
+        parameters: Its lengths and times.
+        costs: Cost of a metre of every trial, in order; inf where none was found.
+    """
+
+    synthesis: Synthesis
+    parameters: GaitParameters
+    costs: tuple[float, ...]
+
+
+def free_timing(
+    body: Body,
+    task_of: Callable[[GaitParameters], Task],
+    start: GaitParameters,
+    *,
+    trials: int = 25,
+    progress: Progress | None = None,
+) -> FreeTiming:
+    """Return the walk whose step length, stance and heel rise cost least at one speed.
+
+    Args:
+        body: The person.
+        task_of: Makes the task of lengths and times.
+        start: What people prefer; the bounds are around it.
+        trials: Most motions that are tried.
+        progress: Told every iteration; returning True stops with the best so far.
+
+    Returns:
+        The best motion; that of ``start`` if nothing is better.
+    """
+    from scipy.optimize import minimize
+
+    best: list[tuple[float, Synthesis, GaitParameters]] = []
+    costs: list[float] = []
+    halted = False
+
+    def told(stage, iterate) -> bool:
+        nonlocal halted
+        halted = halted or bool(progress is not None and progress(stage, iterate))
+        return halted
+
+    def cost(x: Array) -> float:
+        if halted:
+            return np.inf
+        p = _varied(start, np.clip(x, -1.0, 1.0))
+        warm = best[0][1] if best else None
+        made = synthesize(body, task_of(p), warm=warm, progress=told, rounds=0, rescue=not best)
+        way = p.speed * made.task.plan.duration
+        value = made.objective / way if made.success else np.inf
+        costs.append(value)
+        if made.success and (not best or value < best[0][0]) or not best:
+            best[:] = [(value, made, p)]
+        worst = max((c for c in costs if np.isfinite(c)), default=1.0)
+        return value if np.isfinite(value) else 2.0 * worst
+
+    minimize(
+        cost,
+        np.zeros(len(BOUNDS)),
+        method="COBYLA",
+        bounds=[(-1.0, 1.0)] * len(BOUNDS),
+        options={"maxiter": trials, "rhobeg": 0.4, "tol": 0.02},
+    )
+    _, made, p = best[0]
+    last = synthesize(body, task_of(p), warm=made, progress=progress)
+    return FreeTiming(last if last.success else made, p, tuple(costs))
+
+
+def _varied(p: GaitParameters, x: Array) -> GaitParameters:
+    """Return lengths and times moved by parts of the bounds."""
+    step = p.step_length * (1.0 + BOUNDS["step_length"] * x[0])
+    stance = p.stance_fraction + BOUNDS["stance"] * x[1]
+    flat = FLAT * (stance - 0.5)
+    return replace(
+        p,
+        step_length=step,
+        step_time=step / p.speed,
+        stance_fraction=stance,
+        foot_flat=flat,
+        heel_off=p.heel_off + BOUNDS["heel_off"] * x[2],
+        ball_off=0.5 + flat,
+    )

@@ -1,0 +1,267 @@
+r"""A jump from standing: countermovement, push, flight, landing, and standing again.
+
+While nothing touches the ground the centre of mass falls freely. The height :math:`h` of a jump is
+how far it rises after take-off, so it leaves with
+
+.. math:: v = \sqrt{2 g h}, \qquad t = 2 v / g = 2 \sqrt{2 h / g}
+
+later it is as high as at take-off again, and then the toes land. Height thus fixes how long the
+flight takes and with it every time of the plan; it is a target (:func:`jump`). The body is
+stretched at take-off, its centre of mass a little above that of standing: a crouched take-off costs
+less, but nobody would call that a jump of this height.
+
+How high a person can jump is found in two steps (:func:`highest_jump`): the push alone is solved
+for the greatest height (:func:`take_off`), which needs no flight time, and the whole jump follows
+with that height as its target.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from plantigrade.contact.plan import ContactPlan, Footprint, Stance
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.models.textbook_gait import GRAVITY
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
+from plantigrade.synthesize.tasks.standing import at_rest, basics, crouch
+from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.terms.more_terms import CentreOfMass, PowerLimit, Symmetry, Within
+from plantigrade.synthesize.terms.terms import Limits, Pose, Posture, Term
+
+if TYPE_CHECKING:
+    from plantigrade.synthesize.problem.formulation import Body
+    from plantigrade.synthesize.solution import Synthesis
+
+PUSH, LANDING = 0.9, 0.9  # from standing to take-off, and from landing to standing [s]
+HEEL_OFF, BALL_OFF = 0.11, 0.035  # before take-off [s]
+HEEL_DOWN = 0.06  # after the toes have landed [s]
+# The centre of mass at take-off above that in standing, of stature: no measurement, people stretch
+# further. At 3 % light and strong jumpers whip the trunk faster than the mesh can follow.
+EXTENDED = 0.01
+LEANT = 0.1  # by which that is less, of the distance of a jump forward
+DEPTH = 0.15  # of the countermovement, of stature: 0.25 to 0.3 m
+LOWEST = 0.6  # of the push, until the pelvis is lowest
+BACK = {"lumbar_extension": 50.0, "thorax_extension": 50.0, "lower_thorax_extension": 50.0}
+"""Weights of a straight back [1/(s rad²)]; torques alone would bend it rather than the hips."""
+LEAN = float(np.deg2rad(-15.0))  # the pelvis leans forward in push and landing, on average
+MEAN = 0.62  # of the person's strengths, which are those of strong people: mean + 2 SD
+POWER = 10.0  # of a joint [W/kg]
+HIGHEST = 1.2  # nobody jumps higher [m]
+DENSITY = 40.0  # nodes a second: at 25, flight is off by a quarter of body weight between nodes
+
+
+def jump(
+    human: Human,
+    *,
+    height: float = 0.25,
+    distance: float = 0.0,
+    depth: float | None = None,
+    push: float = PUSH,
+    landing: float = LANDING,
+) -> Task:
+    """Return the task of a jump.
+
+    Args:
+        human: The person.
+        height: How far the centre of mass rises after take-off [m]; 0.3 to 0.4 m is a good jump.
+        distance: How far ahead the feet land [m].
+        depth: How far the pelvis goes down before the push [m]; 0.15 of stature if not given.
+        push: From standing still to take-off [s].
+        landing: From landing to standing still [s].
+
+    Raises:
+        ParameterError: If a value is out of range.
+    """
+    if not 0.02 <= height <= HIGHEST:
+        raise ParameterError(f"{height=} [m]: a jump rises 0.02 to {HIGHEST:g} m")
+    if not abs(distance) <= 0.5 * human.height:
+        raise ParameterError(f"{distance=} [m] is beyond {0.5 * human.height:.2f} m")
+    depth = DEPTH * human.height if depth is None else depth
+    _check(human, push, landing, depth)
+    speed = float(np.sqrt(2 * GRAVITY * height))
+    flight = 2 * speed / GRAVITY
+    down = push + flight
+    duration = down + landing
+    stances = []
+    for side, foot in standing_feet(human).items():
+        stances.append(_pushing(foot, push))
+        x, y, z = foot.position
+        there = Footprint(side, (x + distance, y, z), foot.heading)
+        end = duration + 1.0
+        stances.append(Stance(there, down, down + HEEL_DOWN, end, end, end, toes_first=True))
+    plan = ContactPlan(duration, tuple(stances))
+    before = standing_posture(human)
+    after = _moved(before, distance, 0.0)
+    terms: tuple[Term, ...] = (
+        *basics(),
+        *at_rest(human, 0.0, before),
+        *at_rest(human, duration, after),
+        CentreOfMass(
+            push,
+            position=(np.nan, np.nan, _stretched(human) - LEANT * abs(distance)),
+            velocity=(np.nan, np.nan, speed),
+        ),
+        *_countermovement(human, push, depth),
+        *_habits(human),
+    )
+    rise = 0.04 * human.height
+    low = crouch(human, standing_feet(human), depth)
+    guess = KeyPostures(
+        (0.0, LOWEST * push, push, push + flight / 2, down, down + 0.3 * landing, duration),
+        (
+            before,
+            _with_arms(human, low, -40.0),
+            _with_arms(human, _moved(before, 0.0, rise), 90.0),
+            _with_arms(human, _moved(before, distance / 2, rise + height), 90.0),
+            _with_arms(human, _moved(before, distance, rise), 60.0),
+            _with_arms(human, _moved(low, distance, 0.0), 20.0),
+            after,
+        ),
+        lift=height,
+    )
+    return Task("jump", plan, terms, guess, density=DENSITY)
+
+
+def take_off(
+    human: Human,
+    *,
+    depth: float | None = None,
+    push: float = PUSH,
+    strength: float = MEAN,
+    gain: float = 150.0,
+) -> Task:
+    """Return the task of leaving the ground as high as can be; it ends in the air.
+
+    Args:
+        human: The person.
+        depth: How far the pelvis goes down before the push [m]; 0.15 of stature if not given.
+        push: From standing still to take-off [s].
+        strength: Part of the person's joint strengths that may be used; 1 is a strong person.
+        gain: What a metre of height takes from the cost; effort is worth little beside it.
+
+    Raises:
+        ParameterError: If a value is out of range.
+    """
+    depth = DEPTH * human.height if depth is None else depth
+    _check(human, push, LANDING, depth)
+    duration = push + 0.08
+    plan = ContactPlan(duration, tuple(_pushing(f, push) for f in standing_feet(human).values()))
+    before = standing_posture(human)
+    low = crouch(human, standing_feet(human), depth)
+    usual = float(np.sqrt(2 * GRAVITY * 0.35))  # height is z + v^2 / 2 g; this is its slope
+    terms: tuple[Term, ...] = (
+        *(Limits(strength=strength) if isinstance(t, Limits) else t for t in basics()),
+        *at_rest(human, 0.0, before),
+        CentreOfMass(
+            push,
+            position=(np.nan, np.nan, _stretched(human)),
+            gain=(gain, gain * usual / GRAVITY),
+        ),
+        PowerLimit(POWER),
+        *_countermovement(human, push, depth),
+        *_habits(human),
+    )
+    rise = 0.04 * human.height
+    guess = KeyPostures(
+        (0.0, LOWEST * push, push, duration),
+        (
+            before,
+            _with_arms(human, low, -40.0),
+            _with_arms(human, _moved(before, 0.0, rise), 90.0),
+            _with_arms(human, _moved(before, 0.0, rise + 0.15), 90.0),
+        ),
+        lift=0.0,
+    )
+    return Task("take-off", plan, terms, guess, density=DENSITY)
+
+
+def highest_jump(
+    body: "Body",
+    *,
+    push: float = PUSH,
+    landing: float = LANDING,
+    strength: float = MEAN,
+    part: float = 0.95,
+) -> "tuple[Synthesis, Synthesis]":
+    """Return the push that goes highest, and the whole jump of that height.
+
+    Args:
+        body: The person.
+        push: From standing still to take-off [s].
+        landing: From landing to standing still [s].
+        strength: Part of the person's joint strengths that may be used in the push.
+        part: Of the greatest height that is asked of the whole jump.
+    """
+    from plantigrade.synthesize.solve import synthesize
+
+    first = synthesize(body, take_off(body.human, push=push, strength=strength))
+    height = part * rise_after(first, push)
+    return first, synthesize(body, jump(body.human, height=height, push=push, landing=landing))
+
+
+def rise_after(synthesis: "Synthesis", time: float) -> float:
+    """Return how far the centre of mass would rise freely from a time on [m]."""
+    q, v, _ = synthesis.problem.states(synthesis.c, np.array([time]))
+    symbolic = synthesis.body.symbolic
+    up = float(np.asarray(symbolic.momentum()(q[0], v[0])[0]).ravel()[2]) / symbolic.mass
+    return max(up, 0.0) ** 2 / (2 * GRAVITY)
+
+
+def _pushing(foot: Footprint, push: float) -> Stance:
+    return Stance(foot, -1.0, -1.0, push - HEEL_OFF, push - BALL_OFF, push)
+
+
+def _countermovement(human: Human, push: float, depth: float) -> tuple[Term, ...]:
+    """Return how far the pelvis goes down before the push, and no further."""
+    height = float(standing_posture(human)[4] - depth)
+    return (
+        Pose(LOWEST * push, {"pelvis_ty": height}, at_rest=False, held=False),
+        Within("pelvis_ty", low=height, stop=push),
+    )
+
+
+def _check(human: Human, push: float, landing: float, depth: float) -> None:
+    if not 0.05 * human.height <= depth <= 0.3 * human.height:
+        raise ParameterError(
+            f"{depth=} [m]: a person of {human.height:.2f} m goes down "
+            f"{0.05 * human.height:.2f} to {0.3 * human.height:.2f} m before a jump"
+        )
+    for name, value in (("push", push), ("landing", landing)):
+        if not 0.4 <= value <= 10.0:
+            raise ParameterError(f"{name}={value!r} [s] must be 0.4 to 10")
+
+
+def _habits(human: Human) -> tuple[Term, ...]:
+    """Return costs of what people do not do without need: bend the back, use one side more."""
+    back = {n: w for n, w in BACK.items() if n in human.coordinates}
+    return (
+        Symmetry(30.0),
+        Posture({**back, "pelvis_tilt": 10.0, "arm_flex": 2.0}, {"pelvis_tilt": LEAN}),
+    )
+
+
+def _stretched(human: Human) -> float:
+    """Return the height of the centre of mass at take-off [m]."""
+    import mujoco
+
+    data = mujoco.MjData(human.model)
+    data.qpos[:] = human.standing()
+    mujoco.mj_forward(human.model, data)
+    return float(data.subtree_com[0, 2]) + EXTENDED * human.height
+
+
+def _with_arms(human: Human, q, flexion: float):
+    """Return a posture with both arms forward [°]."""
+    out = q.copy()
+    for side in ("r", "l"):
+        out[6 + human.hinge(f"arm_flex_{side}")] = np.deg2rad(flexion)
+    return out
+
+
+def _moved(q, ahead: float, up: float):
+    """Return a posture at another place [m]."""
+    out = q.copy()
+    out[3:6] += np.array([ahead, 0.0, up]) @ OPENSIM_TO_WORLD
+    return out

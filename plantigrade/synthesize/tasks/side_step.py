@@ -1,0 +1,100 @@
+"""A step to the side: one foot, then the other beside it, both put down flat."""
+
+import numpy as np
+
+from plantigrade.contact.plan import ContactPlan, Footprint, Stance
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
+from plantigrade.synthesize.tasks.standing import at_rest, basics
+from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.terms.more_terms import Clearance
+from plantigrade.synthesize.terms.terms import Posture, Work
+
+PARTS = (0.28, 0.17, 0.10, 0.17, 0.28)
+"""Of the duration: weight over to the foot that stays, first swing, both feet, second swing, and
+coming to rest. In 2.4 s the swings take 0.4 s each, as in walking."""
+UPRIGHT = {
+    "pelvis_list": 5.0,
+    "pelvis_tilt": 5.0,
+    "lumbar_bending": 5.0,
+    "thorax_bending": 5.0,
+    "lower_thorax_bending": 5.0,
+}
+"""Weights of an upright trunk [1/(s rad²)]."""
+LEVEL = 300.0  # weight of a pelvis that stays as high as in standing [1/(s m²)]
+LONGEST = 0.45  # of leg length
+
+
+def side_step(
+    human: Human,
+    *,
+    distance: float = 0.3,
+    side: str = "r",
+    duration: float = 2.4,
+    clearance: float = 0.02,
+) -> Task:
+    """Return the task of a step to the side, from standing to standing.
+
+    Args:
+        human: The person.
+        distance: How far [m]; 0.3 m in [Zhakatayev2023]_.
+        side: To which side, ``"r"`` or ``"l"``; that foot goes first.
+        duration: From standing to standing [s].
+        clearance: Of the sole in the middle of a swing [m].
+
+    Raises:
+        ParameterError: If a value is out of range.
+    """
+    d = human.dimensions
+    longest = LONGEST * (d.thigh + d.shank)
+    if side not in ("r", "l"):
+        raise ParameterError(f"{side=} must be 'r' or 'l'")
+    if not 0.02 <= distance <= longest:
+        raise ParameterError(
+            f"{distance=} [m]: a person of {human.height:.2f} m steps 0.02 to {longest:.2f} m "
+            "to the side"
+        )
+    if not 0.8 <= duration <= 20.0:
+        raise ParameterError(f"{duration=} [s]: a step to the side takes 0.8 to 20 s")
+    if not 0.0 <= clearance <= 0.3:
+        raise ParameterError(f"{clearance=} [m] must be 0 to 0.3")
+    way = distance if side == "l" else -distance
+    t = np.cumsum(PARTS) * duration
+    leave = {side: (t[0], t[1]), "l" if side == "r" else "r": (t[2], t[3])}
+    stances = []
+    for foot, (off, strike) in leave.items():
+        here = standing_feet(human)[foot]
+        x, y, z = here.position
+        there = Footprint(foot, (x, y + way, z), here.heading)
+        end = duration + 1.0
+        stances.append(Stance(here, -1.0, -1.0, off, off, off))
+        stances.append(Stance(there, strike, strike, end, end, end))
+    stances.sort(key=lambda s: s.strike)
+    plan = ContactPlan(duration, tuple(stances))
+    before = standing_posture(human)
+    after = before.copy()
+    after[3:6] += np.array([0.0, way, 0.0]) @ OPENSIM_TO_WORLD
+    half_width = abs(standing_feet(human)["r"].position[1])
+    over = np.sign(way) * half_width
+
+    def between(shift: float):
+        out = before.copy()
+        out[3:6] += np.array([0.0, shift, -0.015 * human.height]) @ OPENSIM_TO_WORLD
+        return out
+
+    guess = KeyPostures(
+        (0.0, float(t[0]), float((t[1] + t[2]) / 2), float(t[3]), duration),
+        (before, between(-0.7 * over), between(way / 2), between(way + 0.7 * over), after),
+        lift=max(clearance, 0.03),
+    )
+    terms = (
+        *basics(),
+        *at_rest(human, 0.0, before),
+        *at_rest(human, duration, after),
+        Clearance(clearance),
+        Work(0.5),
+        Posture({**UPRIGHT, "pelvis_ty": LEVEL}, {"pelvis_ty": float(before[4]) - 0.01}),
+    )
+    return Task("side-step", plan, terms, guess)

@@ -1,0 +1,192 @@
+r"""Walking as a task: periodic, or from standing to standing; straight, turning, up and down.
+
+What a walk costs is the same at every speed, for every person and every foot:
+
+- torques of muscles squared (Eq. 15 of [Zhakatayev2023]_), the ankle's at a fifth: what a muscle
+  costs goes with the volume of it that is active, and short fibres on a long tendon make the
+  ankle's torque cheaper than the knee's or the hip's [Griffin2003]_;
+- work of muscles, positive and negative alike;
+- jerk, which keeps the spline quiet between nodes;
+- rates of contact forces;
+- trunk and head away from upright, arms away from hanging: weakly, and the legs not at all.
+
+The relations between these weights were settled while looking at norms of walking at free speed
+([Schwartz2008]_); no recording and no norm is in the problem.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.arrays import Array
+from plantigrade.contact.plan import ContactPlan
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.synthesize.guess.walk import walking_guess
+from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.tasks.gait_parameters import GaitParameters, gait_parameters
+from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.walking_plan import advance, periodic_walk_plan, walk_plan
+from plantigrade.synthesize.terms.more_terms import Clearance, Quiet, Rest
+from plantigrade.synthesize.terms.terms import (
+    Contact,
+    Dynamics,
+    Forces,
+    Jerk,
+    Limits,
+    Posture,
+    PostureAt,
+    Term,
+    Torque,
+    Work,
+)
+
+ANKLE = 0.2  # what torque of the ankle costs beside that of other joints
+UPRIGHT = {
+    "pelvis_tilt": 3.0,
+    "pelvis_list": 3.0,
+    "pelvis_rotation": 3.0,
+    "lumbar_extension": 0.5,
+    "lumbar_bending": 1.0,
+    "lumbar_rotation": 0.5,
+    "thorax_extension": 0.5,
+    "thorax_bending": 1.0,
+    "thorax_rotation": 0.5,
+    "neck_extension": 0.3,
+    "neck_bending": 0.3,
+    "neck_rotation": 0.3,
+    "arm_flex": 0.05,
+    "arm_add": 0.5,
+    "arm_rot": 0.2,
+    "elbow_flex": 0.05,
+    "pro_sup": 0.1,
+    "wrist_flex": 0.1,
+    "wrist_dev": 0.1,
+    "fingers_flex": 0.1,
+}
+"""What it costs to be bent [1/(s rad²)]: trunk and head upright, arms hanging."""
+
+HANGING = {"elbow_flex": 0.35}
+"""Postures that are not zero [rad]."""
+
+CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
+STEEPEST = 0.35  # [rad]
+DENSITY = {True: 60.0, False: 20.0}
+"""Nodes a second up to :data:`USUAL` speed, periodic and from standing; in proportion above it."""
+
+USUAL = 1.3
+"""Speed [m/s]."""
+
+
+def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
+    """Return conditions and costs of every walk.
+
+    Args:
+        slope: Of the ground [rad]: upright is as far from its normal.
+    """
+    return (
+        Dynamics(),
+        Contact(),
+        Clearance(CLEARANCE),
+        Limits(),
+        Torque(1.0, {"ankle_angle": ANKLE}),
+        Work(0.4),
+        Jerk(3e-9),
+        Forces(rate=5e-3),
+        Posture(UPRIGHT, {**HANGING, "pelvis_tilt": -slope}),
+    )
+
+
+def walk(
+    human: Human,
+    *,
+    speed: float = 1.3,
+    periodic: bool = False,
+    steps: int = 4,
+    step_length: float | None = None,
+    cadence: float | None = None,
+    turn: float = 0.0,
+    step_height: float = 0.0,
+    heights: Sequence[float] | None = None,
+    slope: float = 0.0,
+) -> Task:
+    """Return the task of walking.
+
+    Args:
+        human: The person.
+        speed: Walking speed [m/s], 0.3 to 2.2.
+        periodic: Whether the walk goes on for ever; otherwise it starts and ends in standing.
+        steps: Number of steps of a walk from standing to standing.
+        step_length: From foot to foot [m]; what people prefer at the speed if absent.
+        cadence: Steps per minute instead.
+        turn: How far the way turns to the left [rad].
+        step_height: Height of a step up (or down, negative) in the middle of the way [m].
+        heights: Height of the ground under each step [m] instead.
+        slope: How far the ground rises along the way [rad], negative downhill; ±0.35 at most.
+
+    Raises:
+        ParameterError: If a value is out of range, or a periodic walk shall turn or climb.
+    """
+    if not abs(slope) <= STEEPEST:
+        raise ParameterError(
+            f"slope={slope:.2f} rad: people walk straight on slopes of ±{STEEPEST} rad (20°)"
+        )
+    if slope and turn:
+        raise ParameterError("a turn on a slope is not known: give slope or turn")
+    p = gait_parameters(human, speed, step_length=step_length, cadence=cadence)
+    if periodic:
+        if turn or step_height or heights is not None:
+            raise ParameterError(
+                "a periodic walk goes straight on even ground: leave out turn and heights, or "
+                "leave out periodic"
+            )
+        return periodic_walk(human, p, slope=slope)
+    if turn and (step_height or heights is not None):
+        raise ParameterError("a turn over steps is not known: give turn or heights")
+    if step_height and heights is not None:
+        raise ParameterError("give step_height or heights, not both")
+    if step_height:
+        heights = [step_height * (k >= steps // 2) for k in range(steps)]
+    plan = walk_plan(human, p, steps=steps, turn=turn, heights=heights)
+    plan = replace(plan, slope=slope)
+
+    def guess_from_standing(body: Body, plan: ContactPlan, times: Array) -> Array:
+        return walking_guess(body.human, plan, p, times)
+
+    ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
+    ends[:, 0] -= slope  # pelvis tilt: upright
+    terms: list[Term] = [*walking_terms(slope)]
+    for time, q in zip((0.0, plan.duration), ends, strict=True):
+        terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
+    return Task(
+        "walk",
+        plan,
+        tuple(terms),
+        guess_from_standing,
+        density=DENSITY[False] * max(1.0, speed / USUAL),
+    )
+
+
+def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> Task:
+    """Return the task of a walk that goes on for ever, of which half a stride is solved.
+
+    Args:
+        human: The person.
+        parameters: Lengths and times of the walk.
+        slope: How far the ground rises along the way [rad].
+    """
+    plan = replace(periodic_walk_plan(human, parameters), slope=slope)
+
+    def guess(body: Body, plan: ContactPlan, times: Array) -> Array:
+        return walking_guess(body.human, plan, parameters, times)
+
+    step = advance(plan)[0]
+    return Task(
+        "walk",
+        plan,
+        walking_terms(slope),
+        guess,
+        density=DENSITY[True] * max(1.0, parameters.speed / USUAL),
+        step=step,
+    )

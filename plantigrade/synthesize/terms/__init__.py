@@ -1,0 +1,1 @@
+"""Conditions and costs of a task."""

@@ -1,0 +1,1 @@
+"""From a problem to what a solver moves: mesh, variables, derivatives."""

@@ -1,0 +1,215 @@
+r"""First and second derivatives of rows at all nodes, as dense arrays.
+
+A function of a node is :math:`r(q, \dot q, \ddot q, u, p)`; with
+:math:`z = (q, \dot q, \ddot q, u)` a solver asks for :math:`r`, :math:`\partial r / \partial z`
+and :math:`\nabla_z^2 (\lambda^\top r)`. The last is the Jacobian of the gradient
+:math:`(\partial r / \partial z)^\top \lambda`, whose lower triangle is enough.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.batched.functions import Batched, lifted, unavailable
+from plantigrade.errors import ParameterError
+
+if TYPE_CHECKING:
+    import casadi
+
+_SMALL = 300  # operations of a function that is evaluated sooner than its code is found
+_VERSION = 1  # of how derivatives are made below: code of another one is not used
+
+
+class Derivatives:
+    """A function of a node with its derivatives, evaluated at all nodes at once.
+
+    Derivatives are made when first asked for: for a function of some thousand operations that
+    takes a few seconds, and a tenth of one where they are found on disk. A function that differs
+    in its numbers only, like that of a person of another height, finds them.
+
+    Args:
+        function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
+        backend: ``"vectors"`` or ``"interpreter"``; if not said, vectors where they can be had
+            (:mod:`plantigrade.batched.functions`), and the interpreter for small functions.
+
+    Attributes:
+        function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
+        n_rows: Rows of the function, m.
+        n_arguments: Length of z = (q, qd, qdd, u), nz.
+
+    Raises:
+        ParameterError: If the function is not one of five dense columns with one column.
+    """
+
+    def __init__(self, function: "casadi.Function", *, backend: str | None = None):
+        if function.n_in() != 5 or function.n_out() != 1 or function.size2_out(0) != 1:
+            raise ParameterError(
+                f"{function.name()!r} must give one column from (q, qd, qdd, u, p); it has "
+                f"{function.n_in()} inputs and {function.n_out()} outputs"
+            )
+        self.function = function
+        self.n_rows: int = function.size1_out(0)
+        self.n_arguments: int = sum(function.size1_in(i) for i in range(4))
+        self._backend = backend
+        self._kept: dict[tuple[str, int], Array] = {}
+
+    @property
+    def backend(self) -> str:
+        """What evaluates them: vectors, or CasADi's interpreter."""
+        return self._values.backend
+
+    @cached_property
+    def jacobian_pattern(self) -> tuple[Int[Array, " nnz"], Int[Array, " nnz"]]:
+        """Rows and columns of dr/dz that can be other than zero."""
+        return self._jacobian.pattern(1)
+
+    @cached_property
+    def hessian_pattern(self) -> tuple[Int[Array, " nnz"], Int[Array, " nnz"]]:
+        """The same of the Hessian: the lower triangle, then the upper one."""
+        i, j = self._hessian.pattern(0)
+        off = i != j
+        return np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
+
+    def values(
+        self,
+        q: Float[Array, "n_nodes nv"],
+        v: Float[Array, "n_nodes nv"],
+        a: Float[Array, "n_nodes nv"],
+        u: Float[Array, "n_nodes n_unknowns"],
+        p: Float[Array, "n_nodes n_parameters"],
+    ) -> Float[Array, "n_nodes n_rows"]:
+        """Return the rows."""
+        return self._values(q, v, a, u, p)[0]
+
+    def jacobian(
+        self,
+        q: Float[Array, "n_nodes nv"],
+        v: Float[Array, "n_nodes nv"],
+        a: Float[Array, "n_nodes nv"],
+        u: Float[Array, "n_nodes n_unknowns"],
+        p: Float[Array, "n_nodes n_parameters"],
+    ) -> tuple[Float[Array, "n_nodes n_rows"], Float[Array, "n_nodes n_rows nz"]]:
+        """Return the rows and dr/dz; the latter's array is filled anew by the next call."""
+        r = np.empty((len(q), self.n_rows))
+        J = self._keep("jacobian", (len(q), self.n_rows, self.n_arguments))
+        self._jacobian.scatter((q, v, a, u, p), (r, J), (self._rows, self._jacobian_places))
+        return r, J
+
+    def hessian(
+        self,
+        lam: Float[Array, "n_nodes n_rows"],
+        q: Float[Array, "n_nodes nv"],
+        v: Float[Array, "n_nodes nv"],
+        a: Float[Array, "n_nodes nv"],
+        u: Float[Array, "n_nodes n_unknowns"],
+        p: Float[Array, "n_nodes n_parameters"],
+        *,
+        onto: Float[Array, "n_nodes nz nz"] | None = None,
+    ) -> Float[Array, "n_nodes nz nz"]:
+        """Return the Hessian of lam'r, symmetric.
+
+        It is added to the contiguous array ``onto`` if that is given, which is then what is
+        returned; otherwise it is an array that is filled anew by the next call.
+        """
+        shape = (len(q), self.n_arguments, self.n_arguments)
+        H = self._keep("hessian", shape) if onto is None else onto
+        if H.shape != shape:
+            raise ParameterError(f"a Hessian cannot be added to {H.shape}; it is {shape}")
+        add = onto is not None
+        self._hessian.scatter((lam, q, v, a, u, p), (H,), (self._hessian_places,), add=add)
+        return H
+
+    def _keep(self, name: str, shape: tuple[int, ...]) -> Array:
+        """Return the array of zeros that is filled at every call with this many nodes."""
+        if (name, shape[0]) not in self._kept:
+            while len(self._kept) >= _ARRAYS:
+                del self._kept[next(iter(self._kept))]
+            self._kept[name, shape[0]] = np.zeros(shape)
+        return self._kept[name, shape[0]]
+
+    # Functions, each made when it is first asked for -------------------------------------------
+
+    @cached_property
+    def _values(self) -> Batched:
+        return self._batched("values", lambda ca, symbols, z, r: (symbols, [r]))
+
+    @cached_property
+    def _jacobian(self) -> Batched:
+        return self._batched(
+            "jacobian", lambda ca, symbols, z, r: (symbols, [r, ca.jacobian(r, z)])
+        )
+
+    @cached_property
+    def _hessian(self) -> Batched:
+        def build(ca: Any, symbols: list[Any], z: Any, r: Any):
+            lam = ca.SX.sym("lam", self.n_rows)
+            gradient = ca.gradient(ca.dot(lam, r), z)
+            return [lam, *symbols], [ca.tril(ca.jacobian(gradient, z))]
+
+        return self._batched("hessian", build)
+
+    def _batched(self, name: str, build: Callable) -> Batched:
+        """Return a function made from symbols of all inputs, z and the rows."""
+
+        def make() -> "casadi.Function":
+            import casadi as ca
+
+            symbols = function.sx_in()
+            z, r = ca.vertcat(*symbols[:4]), ca.densify(function(*symbols))
+            return ca.Function(name, *build(ca, symbols, z, r))
+
+        function, numbers, structure = self._source
+        key = f"{name} {_VERSION} of {structure}" if structure else ""
+        return Batched(make, key=key, parameters=numbers, backend=self._backend)
+
+    @cached_property
+    def _source(self) -> "tuple[casadi.Function, Array | None, str]":
+        """Function, what its last input is if its numbers were made one, and what is left."""
+        f = self.function if self.function.is_a("SXFunction") else self.function.expand()
+        if self._backend is None and (f.n_instructions() < _SMALL or unavailable()):
+            self._backend = "interpreter"
+        return (f, None, "") if self._backend == "interpreter" else lifted(f)
+
+    @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        every = np.arange(self.n_rows)
+        return every, every
+
+    @cached_property
+    def _jacobian_places(self) -> tuple[Array, Array]:
+        rows, columns = self.jacobian_pattern
+        return _in_order(np.arange(len(rows)), rows * self.n_arguments + columns)
+
+    @cached_property
+    def _hessian_places(self) -> tuple[Array, Array]:
+        i, j = self._hessian.pattern(0)
+        source = np.concatenate([np.arange(len(i)), np.flatnonzero(i != j)])
+        rows, columns = self.hessian_pattern
+        return _in_order(source, rows * self.n_arguments + columns)
+
+
+def _in_order(source: Int[Array, " n"], place: Int[Array, " n"]) -> tuple[Array, Array]:
+    """Return them in the order of places: neighbours in memory are written together."""
+    order = np.argsort(place)
+    return source[order], place[order]
+
+
+_KEPT: dict[int, Derivatives] = {}
+_MOST = 32  # functions whose derivatives are kept
+_ARRAYS = 6  # that are kept of each, for as many numbers of nodes
+
+
+def derivatives_of(function: "casadi.Function") -> Derivatives:
+    """Return the derivatives of a function, made at the first call and kept.
+
+    The arrays they fill are shared by everybody who asks for the same function.
+    """
+    key = function.__hash__()
+    if key not in _KEPT:
+        if len(_KEPT) >= _MOST:
+            del _KEPT[next(iter(_KEPT))]
+        _KEPT[key] = Derivatives(function)  # holds the function, so that its key stays its own
+    return _KEPT[key]

@@ -1,0 +1,334 @@
+"""The paper's way to a solution: stages that activate constraints, and solvers to fall back on.
+
+The paper first looks for any motion within (17)–(21) with a zero objective, then adds the rest and
+the objective, and from there solves again; where one algorithm fails it takes the next. Here
+
+1. ``bounds``: zero objective, (17)–(21), as in the paper;
+2. ``contact``: (22), (23), (26) and (27) are added, by least squares with Levenberg's damping from
+   where stage 1 ended: conditions of geometry alone, for which that is faster than any solver of
+   programs, and whatever it leaves open is the next stage's;
+3. ``all``: all constraints and the objective.
+
+Stages 1 and 3 try the interior-point method (IPOPT), then sequential quadratic programming, then
+SLEQP, an active-set method with linear programs; each try is reported. If none succeeds, the stage
+ends at the point with the least violation, and the next one starts there.
+"""
+
+import time as clock
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.synthesize.problem.problem import Problem, Rows
+from plantigrade.synthesize.solvers.ipopt import IpoptResult, run, solve
+from plantigrade.synthesize.transcription.nlp import Program
+from plantigrade.synthesize.zhakatayev2023.conditions import EDGE
+from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem
+
+SOLVERS = ("ipopt", "sqpmethod", "sleqp")
+BOUNDS = ("boundary", "coordinates", "rates", "forces", "pelvis", "floor")
+CONTACT = ("places", "slip")
+STEPS = 15  # of least squares; what is still open then, the next stage closes
+_SETTINGS = {
+    "mu_strategy": "monotone",
+    "mu_init": 1e-2,
+    # few samples: the equations of a step are nearly dense, scaling and ordering only cost time
+    "mumps_scaling": 0,
+    "mumps_permuting_scaling": 0,
+    "mumps_pivot_order": 0,
+}
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What one try of one stage did.
+
+    Attributes:
+        name: Name of the stage.
+        solver: What solved it.
+        status: How it ended, in words.
+        success: Whether its constraints are satisfied, and where it has an objective, optimal.
+        iterations: Iterations.
+        seconds: Time, setting up included [s].
+        cpu_seconds: Time its thread was given a processor for [s].
+        objective: Objective of the whole problem at its end.
+        violation: Largest violation of the constraints active in it, in units where 1 is large.
+        worst: Which, when and by how much.
+        n_equations: Equations the solver saw.
+        n_inequalities: Inequalities the solver saw.
+        n_redundant: Equations left out.
+    """
+
+    name: str
+    solver: str
+    status: str
+    success: bool
+    iterations: int
+    seconds: float
+    cpu_seconds: float
+    objective: float
+    violation: float
+    worst: str
+    n_equations: int = 0
+    n_inequalities: int = 0
+    n_redundant: int = 0
+
+    def line(self) -> str:
+        """Return it in one line."""
+        text = (
+            f"{self.name:8s} {self.solver:13s} {self.status}: {self.iterations} iterations, "
+            f"{self.seconds:.2f} s ({self.cpu_seconds:.2f} s of processor), "
+            f"objective {self.objective:.4g}, violation {self.violation:.1e}"
+        )
+        return f"{text} ({self.worst})" if self.violation > 1e-5 else text
+
+
+@dataclass(frozen=True, eq=False)
+class StagedResult:
+    """Where all stages ended.
+
+    Attributes:
+        c: Coefficients.
+        stages: Every try, in order.
+        success: Whether the last stage succeeded.
+        objective: Objective.
+        violation: Largest violation over all constraints.
+        worst: Which, when and by how much.
+        iterations: Iterations of all tries.
+        seconds: Time of all tries, setting up included [s].
+        cpu_seconds: Time the thread was given a processor for [s].
+        history: Objective and violation of every iteration of the last try.
+    """
+
+    c: Float[Array, "n_coefficients nv"]
+    stages: tuple[Stage, ...]
+    success: bool
+    objective: float
+    violation: float
+    worst: str
+    iterations: int
+    seconds: float
+    cpu_seconds: float
+    history: Any
+
+
+def solve_staged(
+    paper: PaperProblem,
+    *,
+    tolerance: float = 1e-2,
+    feasibility: float = 1e-5,
+    max_seconds: float = 120.0,
+    solvers: Sequence[str] = SOLVERS,
+    say: Callable[[str], None] = lambda _: None,
+    callback: Callable[[Any], bool | None] | None = None,
+) -> StagedResult:
+    """Return the solution of a motion of the paper, stage by stage.
+
+    Args:
+        paper: The motion.
+        tolerance: Largest error of the optimality conditions, scaled.
+        feasibility: Largest violation.
+        max_seconds: Most time of one try [s].
+        solvers: What is tried, in order.
+        say: Called with a line after every try.
+        callback: Called after every iteration of a solver; True stops.
+    """
+    problem, c = paper.problem, paper.guess
+    judge = Program(problem, c)
+    done: list[Stage] = []
+
+    def note(stage: Stage) -> None:
+        done.append(stage)
+        say(stage.line())
+
+    def attempt(name: str, used: Problem, rows: Collection[str] | None, objective: bool) -> Any:
+        nonlocal c
+        best: IpoptResult | None = None
+        for solver in solvers:
+            began, busy = clock.perf_counter(), clock.thread_time()
+            program = Program(used, c, rows=rows, objective=objective)
+            result = _try(solver, program, c, tolerance, feasibility, max_seconds, callback)
+            note(
+                Stage(
+                    name,
+                    solver,
+                    result.status,
+                    result.success,
+                    result.iterations,
+                    clock.perf_counter() - began,
+                    clock.thread_time() - busy,
+                    float(judge.functions()["nlp_f"](judge.pack(result.c), [])),
+                    result.violation,
+                    result.worst,
+                    result.n_equations,
+                    result.n_inequalities,
+                    result.n_redundant,
+                )
+            )
+            if best is None or result.violation < best.violation or result.success:
+                best = result
+            if result.success or result.status == "stopped":
+                break
+        assert best is not None
+        c = best.c
+        return best
+
+    attempt("bounds", without_edges(problem), BOUNDS, False)
+    began, busy = clock.perf_counter(), clock.thread_time()
+    rows = (*(name for name in BOUNDS if name != "forces"), *CONTACT, "knee", "arms")
+    program = Program(problem, c, rows=rows, objective=False)
+    c, steps, left = least_squares(program, c, iterations=STEPS)
+    violation, worst = program.violation(program.pack(c))
+    note(
+        Stage(
+            "contact",
+            "least squares",
+            "solved" if left < 1e-6 else "nearest point",
+            left < 1e-6,
+            steps,
+            clock.perf_counter() - began,
+            clock.thread_time() - busy,
+            float(judge.functions()["nlp_f"](judge.pack(c), [])),
+            violation,
+            worst,
+            program.n_equations,
+            program.n_inequalities,
+            program.n_redundant,
+        )
+    )
+    last = attempt("all", problem, None, True)
+    violation, worst = judge.violation(judge.pack(c))
+    return StagedResult(
+        c=c,
+        stages=tuple(done),
+        success=bool(last.success),
+        objective=last.objective,
+        violation=violation,
+        worst=worst,
+        iterations=sum(s.iterations for s in done),
+        seconds=sum(s.seconds for s in done),
+        cpu_seconds=sum(s.cpu_seconds for s in done),
+        history=last.history,
+    )
+
+
+def without_edges(problem: Problem) -> Problem:
+    """Return the problem without the zero-moment point's condition."""
+
+    def relaxed(rows: Rows) -> Rows:
+        if rows.name != "forces":
+            return rows
+        upper = rows.upper.copy()
+        upper[:, [name.startswith(EDGE) for name in rows.names]] = np.inf
+        return replace(rows, upper=upper)
+
+    return replace(problem, rows=tuple(relaxed(rows) for rows in problem.rows))
+
+
+def least_squares(
+    program: Program,
+    c: Float[Array, "n_coefficients nv"],
+    *,
+    iterations: int = 40,
+    enough: float = 1e-7,
+) -> tuple[Float[Array, "n_coefficients nv"], int, float]:
+    """Return the nearest coefficients at which constraints hold, as far as damped steps find them.
+
+    Args:
+        program: The constraints; its objective is not looked at.
+        c: Where to start.
+        iterations: Most steps.
+        enough: Largest violation to stop at.
+
+    Returns:
+        Coefficients, steps taken, and the largest violation left.
+    """
+    made = program.functions()
+    low, high = program.lower, program.upper
+    x = np.clip(program.pack(c), *program.bounds)
+    free = program.bounds[0] < program.bounds[1]
+
+    def off(g: Array) -> Array:
+        return np.maximum(g - high, 0.0) - np.maximum(low - g, 0.0)
+
+    damping, steps = 1e-4, 0
+    g = np.array(made["nlp_g"](x, [])).ravel()
+    for steps in range(1, iterations + 1):
+        v = off(g)
+        if np.abs(v).max(initial=0.0) <= enough:
+            steps -= 1
+            break
+        _, J = made["nlp_jac_g"](x, [])
+        active = np.flatnonzero(v)
+        A = J.sparse().tocsr()[active][:, free].toarray()
+        normal = A @ A.T
+        while True:
+            normal_damped = normal + damping * np.eye(len(active))
+            step = np.zeros_like(x)
+            step[free] = -A.T @ np.linalg.solve(normal_damped, v[active])
+            trial = np.array(made["nlp_g"](x + step, [])).ravel()
+            better = np.sum(off(trial) ** 2) < np.sum(v**2)
+            if better or damping > 1e3:
+                break
+            damping *= 10.0
+        if not better:
+            break
+        x, g, damping = x + step, trial, max(damping / 10.0, 1e-9)
+    c, _ = program.unpack(x)
+    return c, steps, float(np.abs(off(g)).max(initial=0.0))
+
+
+def _try(
+    solver: str,
+    program: Program,
+    c: Array,
+    tolerance: float,
+    feasibility: float,
+    max_seconds: float,
+    callback: Any,
+) -> IpoptResult:
+    began = clock.perf_counter()
+
+    def watch(progress: Any) -> bool:
+        late = clock.perf_counter() - began > max_seconds
+        return late or bool(callback is not None and callback(progress))
+
+    if solver == "ipopt":
+        return solve(
+            program.problem,
+            c,
+            tolerance=tolerance,
+            feasibility=feasibility,
+            max_seconds=max_seconds,
+            settings=_SETTINGS,
+            callback=callback,
+            program=program,
+        )
+    options: dict[str, Any] = {}
+    if solver == "sqpmethod":
+        options = {
+            "qpsol": "osqp",
+            "qpsol_options": {
+                "osqp": {"verbose": False, "max_iter": 4000, "eps_abs": 1e-7, "eps_rel": 1e-7},
+                "error_on_fail": False,
+            },
+            "max_iter": 60,
+            "tol_du": tolerance,
+            "tol_pr": feasibility,
+            "convexify_strategy": "regularize",
+            "print_header": False,
+            "print_iteration": False,
+            "print_status": False,
+        }
+    return run(
+        solver,
+        options,
+        program.problem,
+        c,
+        feasibility=feasibility,
+        callback=watch,
+        program=program,
+    )

@@ -1,0 +1,1 @@
+"""Whole-body control: tasks, strict hierarchies of them, forces, friction, limits."""

@@ -1,0 +1,82 @@
+r"""Points that stay above the ground.
+
+An inequality, not a tracked height: with :math:`h` the height of a point,
+
+.. math:: \ddot h \ge -\lambda_p h - \lambda_d \dot h ,
+
+which leaves the point alone as long as it does not approach the ground too fast.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.kinematics.state import PointSet
+from plantigrade.wbc.hierarchy import Level
+from plantigrade.wbc.tasks.task import Task
+
+NEAR = 0.10  # a point higher above the ground than this needs no guard [m]
+SUNK = 0.001  # a point that touches is guarded too where it is deeper than this [m]
+
+
+class FloorTask(Task):
+    """Keeps points above the ground.
+
+    Args:
+        points: The points: centres of small spheres.
+        radius: Radius of each sphere [m].
+        guarded: Function of time that says which of them to guard (not those that touch, unless
+            they have sunk); all if absent.
+        name: Name.
+        gains: ``stiffness`` and ``damping``.
+    """
+
+    settles = True
+
+    settles = True
+
+    def __init__(
+        self,
+        points: PointSet,
+        radius: Float[Array, " n_points"],
+        guarded: Callable[[float], Bool[Array, " n_points"]] | None = None,
+        name: str = "floor",
+        stiffness: float = 1600.0,
+        **gains,
+    ):
+        super().__init__(name, stiffness=stiffness, **gains)
+        self.points, self.radius, self._guarded = points, radius, guarded
+        self._stamp, self._low = (-1, np.nan), np.zeros(len(points), dtype=bool)
+
+    def _which(self, state, time):
+        if self._stamp != (state.stamp, time):
+            height = state.position(self.points)[:, 2] - self.radius
+            which = height < NEAR
+            if self._guarded is not None:
+                which &= self._guarded(time) | (height < -SUNK)
+            self._stamp, self._low = (state.stamp, time), which
+        return self._low
+
+    def error(self, state, time):
+        """Return the heights of the points that are guarded [m]."""
+        which = self._which(state, time)
+        return state.position(self.points)[which, 2] - self.radius[which]
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of these heights."""
+        return state.jacobian(self.points)[self._which(state, time), 2]
+
+    def drift(self, state, time):
+        """Return the vertical acceleration of the points where nothing accelerates [m/s²]."""
+        return state.drift(self.points)[self._which(state, time), 2]
+
+    def level(self, state, time):
+        """Return the rows, as inequalities."""
+        rows = super().level(state, time)
+        return Level(rows.matrix, rows.lower, np.full(len(rows.lower), np.inf), self.name)
+
+    def position_level(self, state, time):
+        """Return the rows that lift sunken points out of the ground, as inequalities."""
+        rows = super().position_level(state, time)
+        return Level(rows.matrix, rows.lower, np.full(len(rows.lower), np.inf), self.name)

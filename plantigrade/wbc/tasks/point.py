@@ -1,0 +1,73 @@
+"""A point of the body."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.trajectory import Trajectory
+from plantigrade.wbc.tasks.task import Task
+
+Directions = Callable[[State, float], np.ndarray]
+
+
+class PointTask(Task):
+    r"""Moves one point of the body along a trajectory, in some or all directions.
+
+    Args:
+        point: One point.
+        target: Its trajectory [m].
+        directions: Unit vectors along which the point is controlled, one row each: an array
+            (rows of the identity for world axes), or a function of state and time. No rows means
+            that the task rests. Where directions turn with the body their own rate is neglected:
+            the error is projected on the directions of the moment.
+        name: Name.
+        farthest: Error beyond which the pull grows no further [m]: a point that cannot get where
+            it should must not be torn at.
+        gains: ``stiffness`` and ``damping``.
+    """
+
+    def __init__(
+        self,
+        point: PointSet,
+        target: Trajectory,
+        directions: Float[Array, "n_rows 3"] | Directions | None = None,
+        name: str = "point",
+        farthest: float = np.inf,
+        **gains,
+    ):
+        super().__init__(name, **gains)
+        self.farthest = farthest
+        self.point, self.target = point, target
+        self._wanted = np.eye(3) if directions is None else directions
+        self._stamp, self._now = (-1, np.nan), np.zeros((0, 3))
+
+    def _directions(self, state: State, time: float) -> np.ndarray:
+        if not callable(self._wanted):
+            return self._wanted
+        if self._stamp != (state.stamp, time):
+            self._stamp = (state.stamp, time)
+            self._now = self._wanted(state, time)
+        return self._now
+
+    def error(self, state, time):
+        """Return the way from the target to the point, along the directions [m]."""
+        directions = self._directions(state, time)
+        if not len(directions):
+            return np.zeros(0)
+        away = directions @ (state.position(self.point)[0] - self.target(time)[0])
+        return np.clip(away, -self.farthest, self.farthest)
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of the point along the directions."""
+        return self._directions(state, time) @ state.jacobian(self.point)[0]
+
+    def drift(self, state, time):
+        """Return its acceleration along them where nothing accelerates [m/s²]."""
+        return self._directions(state, time) @ state.drift(self.point)[0]
+
+    def target_rates(self, state, time):
+        """Return velocity and acceleration of the target along the directions."""
+        rates = self.target(time)[1:] @ self._directions(state, time).T
+        return rates[0], rates[1]

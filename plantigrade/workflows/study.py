@@ -1,0 +1,236 @@
+"""Several reproduced gaits as one study: a folder with statistics, the paper's table beside."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from plantigrade.workflows.reproduce import ReproduceSettings
+
+if TYPE_CHECKING:
+    from plantigrade.analyze.gait_study import Study
+    from plantigrade.analyze.reproduction import Comparison
+
+PAGE, TABLE = "study.html", "table.csv"
+KEPT = (  # of each gait, in the study's metrics
+    "status", "tasks", "height_m", "mass_kg", "walking_speed_m_s", "cycles_count", "duration_s",
+    "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "com_error_rms_mm",
+    "contact_drift_max_mm", "sole_lowest_mm", "toe_clearance_r_mm", "toe_clearance_reference_r_mm",
+    "toe_clearance_l_mm", "toe_clearance_reference_l_mm", "vertical_force_rmse_bw",
+    "vertical_force_correlation", "time_per_cycle_s",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Member:
+    """One reproduced gait of a study.
+
+    Attributes:
+        name: What it is called.
+        path: The recording.
+        folder: Its run folder.
+        comparison: The reproduced gait against the recorded one.
+        metrics: Those of its run.
+    """
+
+    name: str
+    path: Path
+    folder: Path
+    comparison: "Comparison" = field(repr=False)
+    metrics: dict[str, Any] = field(repr=False)
+
+    @property
+    def problem(self) -> str:
+        """Why it does not count in the statistics; empty where it does."""
+        if self.metrics["status"] != "ok":
+            return str(self.metrics["status"])
+        return "" if self.comparison.cycles else "it holds no whole gait cycle"
+
+    @property
+    def words(self) -> str:
+        """What came of it, in a few words."""
+        if self.metrics["status"] != "ok":
+            return str(self.metrics["status"])
+        return (
+            f"{self.metrics['cycles_count']} strides, ranges of motion "
+            f"{self.metrics['rom_error_mean_deg']:.1f}° off on the mean, centre of mass "
+            f"{self.metrics['com_error_max_mm']:.1f} mm"
+        )
+
+
+@dataclass(frozen=True)
+class GaitStudy:
+    """Several reproduced gaits.
+
+    Attributes:
+        members: Those that were reproduced.
+        left_out: Recording → why it could not be.
+    """
+
+    members: tuple[Member, ...]
+    left_out: dict[str, str]
+
+    @property
+    def counted(self) -> tuple[Member, ...]:
+        """Those whose figures count: valid, and with a whole gait cycle."""
+        return tuple(member for member in self.members if not member.problem)
+
+    @cached_property
+    def study(self) -> "Study | None":
+        """The statistics; None where no gait counts."""
+        from plantigrade.analyze.gait_study import study
+
+        counted = self.counted
+        if not counted:
+            return None
+        return study([m.name for m in counted], [m.comparison for m in counted])
+
+    def metrics(self, failed: Iterable[str] = ()) -> dict[str, Any]:
+        """Return the figures of the study.
+
+        Args:
+            failed: Recordings left out that count as failures, because they were named.
+        """
+        bad = [str(m.path) for m in self.members if m.metrics["status"] != "ok"]
+        bad += [path for path in failed if path not in bad]
+        of = len(self.members) + len(self.left_out)
+        found: dict[str, Any] = {
+            "status": "ok" if not bad else f"{len(bad)} of {of} recordings failed",
+            "recordings_count": of,
+            "reproduced_count": len(self.members),
+            "counted_count": len(self.counted),
+        }
+        if self.study is not None:
+            found |= self.study.metrics()
+        for key in ("time_per_cycle_s", "tick_solver_median_us", "tick_kinematics_median_us"):
+            values = [m.metrics[key] for m in self.counted if m.metrics.get(key) is not None]
+            if values:
+                found[key] = sum(values) / len(values)
+        found["gaits"] = {
+            m.name: {"file": m.path, "folder": m.folder}
+            | {key: m.metrics[key] for key in KEPT if key in m.metrics}
+            for m in self.members
+        }
+        found["left_out"] = self.left_out
+        return found
+
+    def table_rows(self) -> tuple[list[str], list[list[Any]]]:
+        """Return Table I as names of columns and rows of plain values; empty where none counts."""
+        header = [
+            "rotation", "coordinate", "simulated_deg", "simulated_sd_deg", "reference_deg",
+            "reference_sd_deg", "difference_deg", "difference_abs_deg", "low_95_deg",
+            "high_95_deg", "shapiro_p", "test", "p", "identical", "rmse_deg", "correlation",
+            "paper_simulated_deg", "paper_reference_deg", "paper_difference_deg",
+            "paper_identical",
+        ]  # fmt: skip
+        rows = []
+        for r in self.study.rows if self.study is not None else ():
+            rows.append(
+                [
+                    r.label, r.coordinate, r.simulated, r.simulated_sd, r.reference,
+                    r.reference_sd, r.difference, r.difference_abs, *r.interval, r.shapiro_p,
+                    r.test, r.p, r.identical, r.rmse, r.correlation, r.paper.simulated,
+                    r.paper.reference, r.paper.difference, r.paper.identical,
+                ]
+            )  # fmt: skip
+        return header, rows
+
+    def table_csv(self) -> str:
+        """Return Table I as CSV; what is not known is empty."""
+        header, rows = self.table_rows()
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(header)
+        for row in rows:
+            writer.writerow([_cell(value) for value in row])
+        return stream.getvalue()
+
+    def table_text(self) -> list[str]:
+        """Return Table I as lines to print."""
+        if self.study is None:
+            return ["  no gait counts in the statistics: none is valid with a whole cycle"]
+        lines = [
+            f"  {'range of motion [°]':22}{'sim':>6}{'ref':>6}{'diff':>7}{'RMSE':>6}{'r':>6}"
+            f"{'p':>7}   paper: sim ref diff"
+        ]
+        for r in self.study.rows:
+            p = "–" if r.p is None else f"{r.p:.3f}"
+            mark = "‡" if r.identical else " "
+            printed = "‡" if r.paper.identical else " "
+            lines.append(
+                f"  {r.label:22}{r.simulated:6.1f}{r.reference:6.1f}{r.difference:+7.1f}"
+                f"{r.rmse:6.1f}{r.correlation:6.2f}{p:>7}{mark}  {r.paper.simulated:9d}"
+                f"{r.paper.reference:4d}{r.paper.difference:5d}{printed}"
+            )
+        n = len(self.counted)
+        lines.append(f"  {n} gait{'' if n == 1 else 's'}; ‡ no significant difference at 5 %")
+        return lines
+
+
+def write(
+    found: GaitStudy,
+    metrics: dict[str, Any],
+    out: Path,
+    *,
+    command: Sequence[str],
+    settings: ReproduceSettings,
+    seed: int = 0,
+    overwrite: bool = False,
+) -> Path:
+    """Write the folder of a study: page, table and figures.
+
+    Args:
+        found: The study.
+        metrics: Its figures.
+        out: The folder.
+        command: The words it was asked for with.
+        settings: Of every gait.
+        seed: Of everything random.
+        overwrite: Replace an existing folder.
+    """
+    import os
+
+    from plantigrade import __version__
+    from plantigrade.record.folder import source_files, write_folder
+    from plantigrade.report.study import Gait, study_html
+
+    base = out.expanduser().absolute()
+    provenance = {
+        "version": __version__,
+        "command": " ".join(command),
+        "settings": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(settings).items()},
+        "source_files": source_files([m.path for m in found.members]),
+    }
+    page = study_html(
+        found.study,
+        [
+            Gait(
+                m.name,
+                m.problem,
+                m.metrics,
+                m.comparison,
+                os.path.relpath(m.folder.expanduser().absolute(), base),
+            )
+            for m in found.members
+        ],
+        found.left_out,
+        tasks=settings.tasks,
+        status=metrics["status"],
+        metrics=metrics,
+        provenance=provenance,
+    )
+    return write_folder(
+        out,
+        metrics={**provenance, "seed": seed, **metrics},
+        files={PAGE: page, TABLE: found.table_csv()},
+        overwrite=overwrite,
+    )
+
+
+def _cell(value: Any) -> Any:
+    if value is None or (isinstance(value, float) and value != value):
+        return ""
+    return f"{value:.6g}" if isinstance(value, float) else value

@@ -1,0 +1,241 @@
+"""Every task's Jacobian and drift against differences, and what its rows ask for."""
+
+import mujoco
+import numpy as np
+import pytest
+from plantigrade.wbc.tasks import (
+    ComTask,
+    ContactTask,
+    FloorTask,
+    OrientationTask,
+    PointTask,
+    PostureTask,
+)
+
+from plantigrade.kinematics.ground import contact_points
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.trajectory import Trajectory
+from plantigrade.wbc.hierarchy import solve_hierarchy
+from tests.models.presets import person, random_state
+
+BODIES = [("42", "two-segment"), ("66", "multi-segment"), ("43", "rigid"), ("58", "two-segment")]
+STEP = 1e-5
+NOW = 0.37
+
+
+def soles(human):
+    place = contact_points(human, human.standing()[None])
+    return PointSet(human, list(place.body), place.centre), place.radius
+
+
+def waving(rng, dimension=3):
+    time = np.linspace(0, 1, 20)
+    return Trajectory(time, rng.normal(size=(20, dimension)))
+
+
+def every_task(human, state, rng):
+    """One task of each kind, each with an error, at a state in which all of them are active."""
+    points, radius = soles(human)
+    hand = PointSet(human, [human.body_names[-1]], rng.normal(scale=0.1, size=(1, 3)))
+    all_on = np.ones(len(points), dtype=bool)
+    lowest = (state.position(points)[:, 2] - radius).min()
+    tasks = [
+        ComTask(waving(rng)),
+        ComTask(waving(rng), "zx"),
+        PointTask(hand, waving(rng)),
+        PointTask(hand, waving(rng), rng.normal(size=(2, 3))),
+        PointTask(hand, waving(rng), lambda state, time: np.eye(3)[:2]),
+        OrientationTask("head", state.rotation("head")),  # its rate is exact where it is small
+        FloorTask(points, radius - 0.05 + lowest),
+        ContactTask(points, radius, lambda time: all_on),
+        PostureTask(lambda time: (state.qpos, 1.0)),
+    ]
+    for task in tasks:
+        task.begin(state, NOW)
+    return tasks
+
+
+def along(human, q, v, h):
+    result = q.copy()
+    mujoco.mj_integratePos(human.model, result, v, h)
+    return State(human, result, v)
+
+
+@pytest.mark.parametrize("preset", BODIES, ids="-".join)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_jacobian_and_drift_are_rates(preset, seed):
+    human, rng = person(*preset), np.random.default_rng(seed)
+    q, v = random_state(human, rng)
+    state = State(human, q, v)
+    tasks = every_task(human, state, rng)
+    for task in tasks:
+        J = task.jacobian(state, NOW)
+        assert J.shape == (len(task.error(state, NOW)), human.model.nv)
+        assert len(J) > 0, task.name
+    # One step along every coordinate at once, with random sizes: as good as each alone.
+    for _ in range(6):
+        d = rng.normal(size=human.model.nv)
+        ahead, behind = along(human, q, d, STEP), along(human, q, d, -STEP)
+        for task in tasks:
+            rate = (task.error(ahead, NOW) - task.error(behind, NOW)) / (2 * STEP)
+            np.testing.assert_allclose(
+                task.jacobian(state, NOW) @ d, rate, atol=1e-6, err_msg=task.name
+            )
+    ahead, behind = along(human, q, v, STEP), along(human, q, v, -STEP)
+    for task in tasks:
+        after, before = task.jacobian(ahead, NOW) @ v, task.jacobian(behind, NOW) @ v
+        np.testing.assert_allclose(
+            task.drift(state, NOW), (after - before) / (2 * STEP), atol=1e-5, err_msg=task.name
+        )
+
+
+@pytest.mark.parametrize("axes", ["xyz", "xy", "z"])
+def test_target_rates_are_the_rates_of_the_error(axes):
+    human, rng = person("42", "two-segment"), np.random.default_rng(2)
+    state = State(human, *random_state(human, rng))
+    task = ComTask(waving(rng), axes)
+    velocity, acceleration = task.target_rates(state, NOW)
+    h = 1e-5
+    before, here, after = (task.error(state, NOW + d) for d in (-h, 0, h))
+    np.testing.assert_allclose(velocity, -(after - before) / (2 * h), atol=1e-5)
+    h = 1e-4
+    before, after = task.error(state, NOW - h), task.error(state, NOW + h)
+    np.testing.assert_allclose(
+        acceleration, -(after - 2 * here + before) / h**2, rtol=1e-2, atol=1.0
+    )
+
+
+@pytest.mark.parametrize("preset", BODIES, ids="-".join)
+def test_rows_ask_for_the_second_order_equation(preset):
+    """Whatever acceleration satisfies the rows: the error accelerates by -kp e - kd e'."""
+    human, rng = person(*preset), np.random.default_rng(3)
+    q, v = random_state(human, rng)
+    state = State(human, q, v)
+    hand = PointSet(human, [human.body_names[-1]], np.zeros((1, 3)))
+    for task in (
+        ComTask(waving(rng), stiffness=50.0, damping=3.0),
+        PointTask(hand, waving(rng), np.eye(3)[:2], stiffness=200.0),
+    ):
+        row = task.level(state, NOW)
+        wide = np.full(human.model.nv, 1e9)
+        a = solve_hierarchy([row], lower=-wide, upper=wide).x
+        h = 2e-4
+        errors = []
+        for d in (-h, 0.0, h):  # the true motion under that acceleration
+            there = q.copy()
+            mujoco.mj_integratePos(human.model, there, v + 0.5 * d * a, d)
+            errors.append(task.error(State(human, there), NOW + d))
+        rate = (errors[2] - errors[0]) / (2 * h)
+        acceleration = (errors[2] - 2 * errors[1] + errors[0]) / h**2
+        wanted = -task.stiffness * errors[1] - task.damping * rate
+        scale = max(1.0, np.abs(wanted).max())
+        np.testing.assert_allclose(acceleration, wanted, atol=2e-3 * scale, err_msg=task.name)
+
+
+def test_damping_is_critical_where_none_is_given():
+    task = ComTask(Trajectory.fixed(np.zeros(3)), stiffness=9.0)
+    assert task.damping == pytest.approx(2 * 3.0)  # (s + 3)² = s² + 6 s + 9
+
+
+def test_a_task_without_directions_rests():
+    human = person("42", "two-segment")
+    state = State(human, human.standing())
+    heel = PointSet(human, ["foot_r"], np.zeros((1, 3)))
+    task = PointTask(heel, Trajectory.fixed(np.zeros(3)), lambda state, time: np.zeros((0, 3)))
+    row = task.level(state, 0.0)
+    assert row.matrix.shape == (0, human.model.nv) and len(row.lower) == 0
+
+
+@pytest.mark.parametrize("preset", BODIES, ids="-".join)
+def test_contact_rows_are_as_many_as_a_segment_can_move_and_lose_nothing(preset):
+    """Reduced or not, the accelerations that leave all points at rest are the same."""
+    human = person(*preset)
+    points, radius = soles(human)
+    state = State(human, human.standing(), np.random.default_rng(4).normal(size=human.model.nv))
+    on = points.body == points.body[0]
+    task = ContactTask(points, radius + 1.0, lambda time: on)  # radius: they all reach the floor
+    task.begin(state, 0.0)
+    row = task.level(state, 0.0)
+    full = task.jacobian(state, 0.0)
+    assert len(row.lower) <= 6
+    assert len(row.lower) >= np.linalg.matrix_rank(full, tol=1e-6)
+    wide = np.full(human.model.nv, 1e9)
+    a = solve_hierarchy([row], lower=-wide, upper=wide).x
+    wanted = -task.stiffness * task.error(state, 0.0) - task.damping * full @ state.qvel
+    missed = full @ a + task.drift(state, 0.0) - wanted
+    best = np.linalg.lstsq(full, wanted - task.drift(state, 0.0), rcond=1e-10)[0]
+    expected = full @ best + task.drift(state, 0.0) - wanted
+    np.testing.assert_allclose(np.linalg.norm(missed), np.linalg.norm(expected), rtol=1e-6)
+
+
+def test_a_contact_is_held_where_it_landed():
+    human = person("42", "two-segment")
+    points, radius = soles(human)
+    state = State(human, human.standing())
+    landed = state.position(points).copy()
+    on = np.ones(len(points), dtype=bool)
+    task = ContactTask(points, radius, lambda time: on if time < 1.0 else ~on)
+    assert task.begin(state, 0.0)
+    moved = human.standing()
+    moved[:2] += 0.01, 0.02
+    state.move_to(moved, np.zeros(human.model.nv))
+    assert not task.begin(state, 0.5)  # nothing new touches
+    error = task.error(state, 0.5).reshape(-1, 3)
+    np.testing.assert_allclose(error, np.tile([0.01, 0.02, 0.0], (len(points), 1)), atol=2e-3)
+    assert not task.begin(state, 1.0)
+    assert not len(task.error(state, 1.0))
+    state.move_to(moved, np.zeros(human.model.nv))
+    task.reset()
+    assert task.begin(state, 0.0)
+    np.testing.assert_allclose(task.error(state, 0.0), 0.0, atol=2e-3)
+    assert np.abs(landed[:, 2] - radius).max() < 0.02
+
+
+def test_the_floor_pushes_up_and_never_down():
+    human = person("42", "two-segment")
+    points, radius = soles(human)
+    task = FloorTask(points, radius)
+    high = human.standing()
+    high[2] += 1.0
+    assert not len(task.level(State(human, high), 0.0).lower)  # far away: nothing to guard
+    for depth in (0.0, 0.005):
+        low = human.standing()
+        low[2] -= depth
+        state = State(human, low)
+        row = task.level(state, 0.0)
+        assert len(row.lower) and np.isinf(row.upper).all()
+        up = np.zeros(human.model.nv)
+        up[2] = 1e4
+        assert not row.residual(up).any()
+        assert row.residual(-up).all()
+
+
+@pytest.mark.parametrize("gains", [None, (12.0, 6.0)])
+def test_the_posture_arrives_in_time_with_nothing_left_over(gains):
+    """e'' = -k e / T² - d e' / T with T the time to go: a sum of powers of T, all above one."""
+    human = person("42", "two-segment")
+    goal = human.standing()
+    options = {} if gains is None else {"gains": gains}
+    task = PostureTask(lambda time: (goal, 1.0), shortest=1e-3, **options)
+    stiff, damp = task.gains
+    a, b = np.sort(np.roots([1.0, -(1.0 + damp), stiff]).real)  # T^p: p (p - 1) = -k + d p
+    assert a > 1
+    start = goal.copy()
+    start[7 + human.hinge("knee_angle_r")] += 0.5
+    state = State(human, start)
+    k, step = 6 + human.hinge("knee_angle_r"), 1e-3
+    for i in range(999):
+        state.integrate(task.acceleration(state, i * step), step)
+        left = 1.0 - (i + 1) * step
+        if i % 100 == 0:
+            expected = 0.5 * (b * left**a - a * left**b) / (b - a)
+            assert state.difference(goal)[k] == pytest.approx(expected, abs=2e-3)
+    assert abs(state.difference(goal)[k]) < 1e-3
+    assert abs(state.qvel[k]) < 0.05
+
+
+def test_every_public_task_is_tested_here():
+    import plantigrade.wbc.tasks as tasks
+
+    here = {name for name in tasks.__all__ if name in globals()}
+    assert set(tasks.__all__) - here == {"Task"}
