@@ -15,7 +15,6 @@ from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import Moments, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
-from plantigrade.kinematics.fit import remass
 from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
 from plantigrade.models import Human
@@ -79,7 +78,7 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
     human = fit.human
     warnings = list(fit.warnings)
     if mass is not None and abs(mass - human.mass) > 1e-9:
-        human = remass(human, mass)
+        human = human.with_mass(mass)
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
     qpos, qvel, qacc = smooth.qpos, smooth.qvel, smooth.qacc
@@ -98,7 +97,7 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
                 else mass_from_standing(fit.time, plates, over_plates(plates, soles) | forces.valid)
             )
             if found is not None:
-                human = remass(human, found)
+                human = human.with_mass(found)
                 warnings.append(
                     f"the body mass is not in the file; {found:.1f} kg was found from the plates."
                 )

@@ -35,6 +35,25 @@ class Arrays:
         """Return whether there is an array of this name."""
         return key in self._arrays
 
+    def keys(self, prefix: str = "") -> list[str]:
+        """Return the names of all arrays that start with ``prefix``."""
+        return [key for key in self._arrays if key.startswith(prefix)]
+
+    def shape(self, key: str) -> tuple[int, ...]:
+        """Return the shape of an array that is there."""
+        return self._arrays[key].shape
+
+    def any(self, key: str) -> np.ndarray:
+        """Return an array of numbers or words that is there.
+
+        Raises:
+            FileError: If it holds anything else.
+        """
+        value = self._arrays[key]
+        if value.dtype.kind not in "fiubUS":
+            self.refuse(f"holds {value.dtype}, neither numbers nor words", key)
+        return value
+
     def numbers(self, key: str, *shape: int | None) -> Any:
         """Return the numbers ``key`` as floats, None where absent.
 

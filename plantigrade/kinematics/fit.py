@@ -222,13 +222,6 @@ def unseen_toes_follow(
     return qpos
 
 
-def remass(human: Human, mass: float) -> Human:
-    """Return the same person with another body mass [kg]: lengths and stature stay."""
-    d = human.dimensions
-    lengths = {n: getattr(d, n) for n in d.names() if n != "head"}
-    return Human.create(human.height, mass, human.sex, human.joints, human.feet, lengths)
-
-
 def _solver(
     human: Human,
     names: Sequence[str],

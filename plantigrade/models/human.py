@@ -42,6 +42,7 @@ class Human:
         dimensions: All lengths.
         skeleton: Bodies and where every anatomical part is.
         xml: The model as MJCF text, which loads in plain MuJoCo.
+        soles: How far up contact spheres were moved (:meth:`with_soles`), by name [m].
     """
 
     height: float
@@ -52,6 +53,7 @@ class Human:
     dimensions: Dimensions
     skeleton: Skeleton = field(repr=False)
     xml: str = field(repr=False)
+    soles: Mapping[str, float] = field(default_factory=dict, repr=False)
 
     @classmethod
     def create(
@@ -237,7 +239,47 @@ class Human:
             for b in self.skeleton.bodies
         )
         skeleton = replace(self.skeleton, bodies=bodies)
-        return replace(self, skeleton=skeleton, xml=with_contact_heights(self.xml, offsets))
+        total = {n: self.soles.get(n, 0.0) + offsets.get(n, 0.0) for n in {*self.soles, *offsets}}
+        xml = with_contact_heights(self.xml, offsets)
+        return replace(self, skeleton=skeleton, xml=xml, soles=total)
+
+    def with_mass(self, mass: float) -> "Human":
+        """Return the same person with another body mass [kg]: lengths and stature stay.
+
+        Raises:
+            ParameterError: If the mass is not allowed.
+        """
+        return Human.from_dict({**self.to_dict(), "mass": mass})
+
+    def to_dict(self) -> dict:
+        """Return what this person is made from, as JSON can hold it; see :meth:`from_dict`."""
+        d = self.dimensions
+        return {
+            "height": self.height,
+            "mass": self.mass,
+            "sex": self.sex,
+            "joints": self.joints,
+            "feet": self.feet,
+            "lengths": {n: getattr(d, n) for n in d.names() if n != "head"},  # head: what is left
+            "soles": dict(self.soles),
+        }
+
+    @classmethod
+    def from_dict(cls, description: Mapping) -> "Human":
+        """Return the person of a description.
+
+        Raises:
+            ParameterError: If something is missing, of another kind, or not allowed.
+        """
+        try:
+            d = dict(description)
+            soles = {str(k): float(v) for k, v in d.pop("soles", {}).items()}
+            human = cls.create(**d)
+        except (TypeError, ValueError, AttributeError) as error:
+            if isinstance(error, ParameterError):
+                raise
+            raise ParameterError(f"this describes no person: {error}") from error
+        return human.with_soles(soles) if soles else human
 
     def body_positions(self, d: Dimensions) -> Float[Array, "n_bodies 3"]:
         """Return every body's origin in its parent for other lengths, in model order [m].

@@ -1,12 +1,19 @@
 """How a Human moves: time and configurations of one MuJoCo model."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.errors import CoordinateNotFound
 from plantigrade.motion.recording import GaitEvent, rate_of
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, quaternion_to_pelvis_angles
+
+PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
+"""Coordinates of the pelvis, as OpenSim orders them: angles, then translations in its axes."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Configurations of a Human over time.
 
@@ -36,3 +43,64 @@ class Motion:
     def rate(self) -> float:
         """Frames per second [Hz]; NaN for fewer than two frames."""
         return rate_of(self.time)
+
+    @property
+    def duration(self) -> float:
+        """From the first frame to the last [s]."""
+        return float(self.time[-1] - self.time[0]) if len(self.time) else 0.0
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates: OpenSim's six of the pelvis, then the hinges."""
+        return (*PELVIS, *self.joint_names[1:])
+
+    def hinge(self, name: str) -> int:
+        """Return the place of a hinge among the hinges: ``qpos[:, 7 + i]``, ``qvel[:, 6 + i]``.
+
+        Raises:
+            CoordinateNotFound: If there is no such hinge.
+        """
+        try:
+            return self.joint_names.index(name, 1) - 1
+        except ValueError:
+            raise CoordinateNotFound(
+                f"no coordinate {name!r} in this motion; there are {', '.join(self.coordinates)}"
+            ) from None
+
+    def __getitem__(self, name: str) -> Float[Array, " n_frames"]:
+        """Return a coordinate by name [rad, m]; the pelvis as in OpenSim, its angles continuous.
+
+        Raises:
+            CoordinateNotFound: If there is no such coordinate.
+        """
+        if name not in PELVIS:
+            return self.qpos[:, 7 + self.hinge(name)]
+        i = PELVIS.index(name)
+        if i >= 3:
+            return self.qpos[:, :3] @ OPENSIM_TO_WORLD[:, i - 3]
+        return np.unwrap(quaternion_to_pelvis_angles(self.qpos[:, 3:7])[:, i])
+
+    def velocity(self, hinge: str) -> Float[Array, " n_frames"]:
+        """Return the velocity of a hinge by name [rad/s].
+
+        Raises:
+            CoordinateNotFound: If there is no such hinge.
+        """
+        return self.qvel[:, 6 + self.hinge(hinge)]
+
+    def frames(self, keep: slice | Array) -> "Motion":
+        """Return some of the frames, with the events between the first and the last of them."""
+        time = self.time[keep]
+        inside = tuple(e for e in self.events if len(time) and time[0] <= e.time <= time[-1])
+        qacc = None if self.qacc is None else self.qacc[keep]
+        return replace(
+            self, time=time, qpos=self.qpos[keep], qvel=self.qvel[keep], qacc=qacc, events=inside
+        )
+
+    def __repr__(self) -> str:
+        """Return what it is in one line."""
+        rate = f" at {self.rate:.0f} Hz" if self.n_frames > 1 else ""
+        return (
+            f"Motion({self.n_frames} frames{rate}, {len(self.joint_names) - 1} hinges, "
+            f"{len(self.events)} gait events)"
+        )

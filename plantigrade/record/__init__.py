@@ -1,5 +1,7 @@
 """Record, what happened; Run, the folder that keeps it."""
 
-from plantigrade.record.record import Record
+from plantigrade.record.provenance import Provenance
+from plantigrade.record.record import FootForce, Limits, Record
+from plantigrade.record.run import Run
 
-__all__ = ["Record"]
+__all__ = ["FootForce", "Limits", "Provenance", "Record", "Run"]

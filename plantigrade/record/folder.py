@@ -1,105 +1,27 @@
-"""The run folder: what every command leaves behind, whole or not at all.
+"""A folder of results, whole or not at all.
 
 Everything is written into a temporary sibling that is renamed when it is complete, so a folder
 that has the final name is whole. An existing folder is refused unless ``overwrite`` is asked for;
 it is then moved aside, the new one takes its name, and only then is it deleted.
 """
 
-import hashlib
 import json
 import math
 import os
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from plantigrade.errors import FileError, RunExists
-from plantigrade.io.mot import write_mot
 from plantigrade.io.text import read_text
-from plantigrade.motion.recording import Table
-from plantigrade.record.npz import read_npz, write_npz
-from plantigrade.record.record import Record
 
-MODEL, MOTION, COORDINATES, METRICS = "model.xml", "motion.npz", "motion.mot", "metrics.json"
+METRICS = "metrics.json"
 
-_ALWAYS = ("status", "version", "command", "settings", "seed", "source_files")
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]*")
 _METRICS_LIMIT = 20 * 2**20  # [bytes]
-_MODEL_LIMIT = 100 * 2**20  # [bytes]
-
-
-def source_files(paths: Iterable[str | Path]) -> dict[str, str]:
-    """Return the SHA-256 of each file, by its name; equal names get their folder in front.
-
-    Raises:
-        FileError: If a file cannot be read.
-    """
-    paths = [Path(path) for path in paths]
-    names = [path.name for path in paths]
-    sums: dict[str, str] = {}
-    for path in paths:
-        name = (
-            path.name
-            if names.count(path.name) == 1
-            else f"{path.absolute().parent.name}/{path.name}"
-        )
-        try:
-            with path.open("rb") as stream:
-                sums[name] = hashlib.file_digest(stream, "sha256").hexdigest()
-        except OSError as error:
-            raise FileError(path, f"cannot be read ({error.strerror})") from error
-    return sums
-
-
-def write_run(
-    out: str | Path,
-    *,
-    model_xml: str,
-    record: Record,
-    metrics: Mapping[str, Any],
-    coordinates: Table | None = None,
-    files: Mapping[str, str | bytes] | None = None,
-    overwrite: bool = False,
-) -> Path:
-    """Write a run folder.
-
-    Args:
-        out: The folder.
-        model_xml: MJCF of the Human and its world.
-        record: What happened; becomes ``motion.npz``.
-        metrics: Figures of the run, flat; ``status``, ``version``, ``command``, ``settings``,
-            ``seed`` and ``source_files`` are added as null where absent (``status`` as ``"ok"``,
-            ``version`` as this package's). NaN and infinity become null.
-        coordinates: The same motion by OpenSim's coordinate names [rad, m]; becomes ``motion.mot``.
-        files: More files, by name (``report.html``, ``viewer.html``).
-        overwrite: Replace an existing folder.
-
-    Returns:
-        The folder.
-
-    Raises:
-        RunExists: If the folder exists and ``overwrite`` is not asked for, or what exists is not a
-            run folder (those are never replaced).
-        FileError: If the place cannot be written.
-    """
-    files = dict(files or {})
-    for name in files:
-        if name in (MODEL, MOTION, COORDINATES):
-            raise FileError(
-                Path(out) / name, "is not a name for an extra file", remedy="use a plain new name"
-            )
-
-    def motion(folder: Path) -> None:
-        (folder / MODEL).write_text(model_xml, encoding="utf-8")
-        write_npz(record, folder / MOTION)
-        if coordinates is not None:
-            write_mot(coordinates, folder / COORDINATES)
-
-    return write_folder(out, metrics=metrics, files=files, overwrite=overwrite, more=motion)
 
 
 def write_folder(
@@ -114,7 +36,7 @@ def write_folder(
 
     Args:
         out: The folder.
-        metrics: As in :func:`write_run`.
+        metrics: Figures and settings; NaN and infinity become null.
         files: The other files, by name.
         overwrite: Replace an existing folder.
         more: Writes further files into the folder it is given.
@@ -123,8 +45,9 @@ def write_folder(
         The folder.
 
     Raises:
-        RunExists: As in :func:`write_run`.
-        FileError: Likewise.
+        RunExists: If the folder exists and ``overwrite`` is not asked for, or what exists is not a
+            folder of results (those are never replaced).
+        FileError: If the place cannot be written.
     """
     out = Path(out).expanduser()
     for name in files:
@@ -133,7 +56,7 @@ def write_folder(
                 out / name, "is not a name for an extra file", remedy="use a plain new file name"
             )
     refuse_existing(out, overwrite)
-    text = metrics_json(_complete(metrics))
+    text = metrics_json(metrics)
     remedy = "choose another folder with --out, or free the disk"
     temporary = None
     try:
@@ -176,28 +99,28 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
     return json.dumps(_plain(metrics), indent=2, allow_nan=False, ensure_ascii=False)
 
 
-def read_run(folder: str | Path) -> tuple[str, Record, dict[str, Any]]:
-    """Return the MJCF text, the Record and the metrics of a run folder.
+def read_metrics(folder: str | Path) -> dict[str, Any]:
+    """Return what ``metrics.json`` of a folder of results holds.
 
     Raises:
-        FileError: If the folder is not a run folder or one of its files is broken.
+        FileError: If there is no such folder or file, or it is broken.
     """
     folder = Path(folder).expanduser()
     if not folder.is_dir():
         what = "is not a folder" if folder.exists() else "there is no such folder"
         raise FileError(folder, what, remedy="name a run folder, as --out made it")
-    missing = [name for name in (MODEL, MOTION, METRICS) if not (folder / name).is_file()]
-    if missing:
+    path = folder / METRICS
+    if not path.is_file():
         raise FileError(
             folder,
-            f"is not a run folder: {', '.join(missing)} missing",
+            f"is not a run folder: {METRICS} missing",
             remedy="name a folder a plantigrade command wrote",
         )
-    model_xml = read_text(folder / MODEL, _MODEL_LIMIT)
-    path = folder / METRICS
     try:
         metrics = json.loads(read_text(path, _METRICS_LIMIT))
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, FileError):
+            raise
         where = f"line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
         raise FileError(
             path, f"is not JSON ({error})", where=where, remedy="run the command again"
@@ -206,8 +129,7 @@ def read_run(folder: str | Path) -> tuple[str, Record, dict[str, Any]]:
         raise FileError(
             path, "holds no object of metrics", where="line 1", remedy="run the command again"
         )
-    record = read_npz(folder / MOTION)
-    return model_xml, replace(record, metrics=metrics), metrics
+    return metrics
 
 
 def refuse_existing(out: str | Path, overwrite: bool) -> None:
@@ -247,17 +169,6 @@ def _put_in_place(temporary: Path, out: Path) -> None:
     finally:
         if out.exists():  # the old one is deleted only where a whole one stands in its place
             shutil.rmtree(aside, ignore_errors=True)
-
-
-def _complete(metrics: Mapping[str, Any]) -> dict[str, Any]:
-    from plantigrade import __version__
-
-    whole: dict[str, Any] = dict(metrics)
-    whole.setdefault("status", "ok")
-    whole.setdefault("version", __version__)
-    for key in _ALWAYS:
-        whole.setdefault(key, {} if key in ("settings", "source_files") else None)
-    return whole
 
 
 def _plain(value: Any) -> Any:

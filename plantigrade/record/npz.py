@@ -1,24 +1,44 @@
 """``motion.npz``: a Record as plain NumPy arrays, one per key; no pickles in it, none read.
 
-Keys that are always there: ``time`` (n,), ``qpos`` (n, nq), ``qvel`` (n, nv), ``joint_names``.
-Where known: ``qacc``, ``qfrc_actuator`` (n, nv), ``contact_force``, ``contact_point``,
-``contact_torque`` (n, k, 3), ``contact_known`` (n, k) of zeros and ones, ``contact_side``,
-``contact_segment`` (k,), ``reference_qpos`` (n,
-nq); gait events as ``event_time``, ``event_side``, ``event_kind``; recorded markers as
-``marker_names``, ``marker_time``, ``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m,
-3); ``warnings``. The figures of a run are in ``metrics.json`` beside it.
+Keys that are always there: ``time`` (n,), ``qpos`` (n, nq), ``qvel`` (n, nv), ``joint_names``,
+``human`` and ``ground`` (JSON text), ``clock`` [s]. Where known: ``qacc``, ``qfrc_actuator`` (n,
+nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``contact_known``,
+``contact_planned`` (n, k) of zeros and ones; of the contact sites ``contact_name``,
+``contact_side``, ``contact_segment`` (the body of ``model.xml`` that is touched), ``contact_part``
+(k,), ``contact_position`` in that body's frame (k, 3), ``contact_radius``, ``contact_measured``
+(k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as ``limit_coordinate``,
+``limit_velocity``, ``limit_torque``, ``limit_force``; recorded markers as ``marker_names``,
+``marker_time``, ``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m, 3); ``notes``; every
+signal as ``signal/NAME``; every reference as ``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and
+the first of them on the frames of the motion as ``reference_qpos`` (n, nq). The figures of a run
+are in ``metrics.json`` beside it.
 """
 
 import io
+import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from plantigrade.errors import FileError
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.site import ContactSite
+from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import Arrays
+from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
-from plantigrade.record.record import Record
+from plantigrade.record.record import Limits, Record
+
+_ARRAYS = ("qfrc_actuator", "contact_force", "contact_point", "contact_torque")
+_FLAGS = ("contact_known", "contact_planned")
+
+
+def npz_bytes(record: Record) -> bytes:
+    """Return a record as the bytes of an npz file; equal records give equal bytes."""
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **{k: v for k, v in _arrays(record).items() if v is not None})
+    return stream.getvalue()
 
 
 def write_npz(record: Record, path: str | Path) -> Path:
@@ -37,83 +57,190 @@ def write_npz(record: Record, path: str | Path) -> Path:
     return path
 
 
-def npz_bytes(record: Record) -> bytes:
-    """Return what :func:`write_npz` writes."""
-    motion, markers = record.motion, record.recorded_markers
+def _arrays(record: Record) -> dict[str, Any]:
+    motion, markers, sites = record.motion, record.recorded_markers, record.sites
+    limits = record.limits
     arrays: dict[str, Any] = {
         "time": motion.time,
         "qpos": motion.qpos,
         "qvel": motion.qvel,
         "joint_names": _words(motion.joint_names),
         "qacc": motion.qacc,
-        "qfrc_actuator": record.qfrc_actuator,
-        "contact_force": record.contact_force,
-        "contact_point": record.contact_point,
-        "contact_torque": record.contact_torque,
-        "contact_known": record.contact_known,
-        "reference_qpos": record.reference_qpos,
+        "human": _text(record.human.to_dict()),
+        "ground": _text(record.ground.to_dict()),
+        "clock": np.array(record.clock),
+        **{name: getattr(record, name) for name in (*_ARRAYS, *_FLAGS)},
         "fitted_markers": record.fitted_markers,
+        "limit_coordinate": limits.coordinate,
+        "limit_torque": limits.torque,
+        "limit_velocity": None if limits.velocity is None else np.array(limits.velocity),
+        "limit_force": None if limits.force is None else np.array(limits.force),
     }
-    if record.contact_side:
-        arrays["contact_side"] = _words(record.contact_side)
-    if record.contact_segment:
-        arrays["contact_segment"] = _words(record.contact_segment)
+    if sites:
+        arrays |= {
+            "contact_name": _words([s.name for s in sites]),
+            "contact_side": _words([s.side for s in sites]),
+            "contact_segment": _words([s.body for s in sites]),
+            "contact_part": _words([s.part for s in sites]),
+            "contact_position": np.array([s.position for s in sites], dtype=float),
+            "contact_radius": np.array([s.radius for s in sites], dtype=float),
+            "contact_measured": np.array([s.measured for s in sites]),
+        }
     if motion.events:
-        arrays["event_time"] = np.array([event.time for event in motion.events], dtype=float)
-        arrays["event_side"] = _words([event.side for event in motion.events])
-        arrays["event_kind"] = _words([event.kind for event in motion.events])
+        arrays |= _events(motion)
     if markers is not None:
         arrays["marker_names"] = _words(markers.names)
         arrays["marker_time"] = markers.time
         arrays["recorded_markers"] = markers.positions
-    if record.warnings:
-        arrays["warnings"] = _words(record.warnings)
-    stream = io.BytesIO()
-    np.savez_compressed(stream, **{k: v for k, v in arrays.items() if v is not None})
-    return stream.getvalue()
+    if record.notes:
+        arrays["notes"] = _words(record.notes)
+    for name, value in record.signals.items():
+        arrays[f"signal/{name}"] = np.asarray(value)
+    for name, other in record.references.items():
+        arrays[f"reference/{name}/time"] = other.time
+        arrays[f"reference/{name}/qpos"] = other.qpos
+        arrays[f"reference/{name}/qvel"] = other.qvel
+        if len(other.time) == len(motion.time) and np.array_equal(other.time, motion.time):
+            arrays.setdefault("reference_qpos", other.qpos)
+    return arrays
+
+
+def _events(motion: Motion) -> dict[str, Any]:
+    return {
+        "event_time": np.array([event.time for event in motion.events], dtype=float),
+        "event_side": _words([event.side for event in motion.events]),
+        "event_kind": _words([event.kind for event in motion.events]),
+    }
 
 
 def read_npz(path: str | Path) -> Record:
-    """Read a ``motion.npz``; its ``metrics`` are empty (see :mod:`plantigrade.record.folder`).
+    """Read a Record.
 
     Raises:
         FileError: If the file is no such motion: the key is named.
     """
     arrays = Arrays(path)
-    for key in ("time", "qpos", "qvel", "joint_names"):
+    for key in ("time", "qpos", "qvel", "joint_names", "human"):
         if key not in arrays:
             arrays.refuse(f"there is no {key} in it", key)
     time = arrays.time()
     n = len(time)
     qpos, qvel = arrays.numbers("qpos", n, None), arrays.numbers("qvel", n, None)
-    nq, nv = qpos.shape[1], qvel.shape[1]
-    contact_force = arrays.numbers("contact_force", n, None, 3)
-    k = None if contact_force is None else contact_force.shape[1]
-    known = arrays.numbers("contact_known", n, k)
+    nv = qvel.shape[1]
+    sites = _sites(arrays)
+    k = len(sites)
     markers = arrays.markers(time)
     m = len(markers.names) if markers else None
-    return Record(
-        motion=Motion(
-            time=time,
-            qpos=qpos,
-            qvel=qvel,
-            joint_names=arrays.words("joint_names"),
-            qacc=arrays.numbers("qacc", n, nv),
-            events=arrays.events(),
-        ),
-        qfrc_actuator=arrays.numbers("qfrc_actuator", n, nv),
-        contact_force=contact_force,
-        contact_point=arrays.numbers("contact_point", n, k, 3),
-        contact_torque=arrays.numbers("contact_torque", n, k, 3),
-        contact_side=arrays.words("contact_side", k),
-        contact_segment=arrays.words("contact_segment", k),
-        contact_known=None if known is None else known > 0,
-        reference_qpos=arrays.numbers("reference_qpos", n, nq),
-        recorded_markers=markers,
-        fitted_markers=arrays.numbers("fitted_markers", n, m, 3),
-        warnings=arrays.words("warnings"),
+    flags = {name: arrays.numbers(name, n, k) for name in _FLAGS}
+    clock = arrays.numbers("clock")
+    try:
+        human = Human.from_dict(_json(arrays, "human"))
+        ground = Ground.from_dict(_json(arrays, "ground")) if "ground" in arrays else Ground()
+        names = arrays.words("joint_names")
+        return Record(
+            human,
+            Motion(time, qpos, qvel, names, arrays.numbers("qacc", n, nv), arrays.events()),
+            qfrc_actuator=arrays.numbers("qfrc_actuator", n, nv),
+            sites=sites,
+            **{name: arrays.numbers(name, n, k, 3) for name in _ARRAYS[1:]},
+            **{name: None if v is None else v > 0 for name, v in flags.items()},
+            ground=ground,
+            limits=_limits(arrays, nv - 6),
+            signals=_signals(arrays),
+            references=_references(arrays, names),
+            recorded_markers=markers,
+            fitted_markers=arrays.numbers("fitted_markers", n, m, 3),
+            clock=0.0 if clock is None else float(clock),
+            notes=arrays.words("notes"),
+        )
+    except ParameterError as error:
+        raise FileError(
+            path, f"holds no motion of a person: {error}", remedy="run the command again"
+        ) from error
+
+
+def _sites(arrays: Arrays) -> tuple[ContactSite, ...]:
+    names = arrays.words("contact_name")
+    k = len(names)
+    if not k:
+        return ()
+    sides, bodies = arrays.words("contact_side", k), arrays.words("contact_segment", k)
+    parts = arrays.words("contact_part", k)
+    position, radius = arrays.numbers("contact_position", k, 3), arrays.numbers("contact_radius", k)
+    measured = arrays.numbers("contact_measured", k)
+    for key, value in (
+        ("contact_side", sides or None),
+        ("contact_segment", bodies or None),
+        ("contact_part", parts or None),
+        ("contact_position", position),
+        ("contact_radius", radius),
+        ("contact_measured", measured),
+    ):
+        if value is None:
+            arrays.refuse(f"contact_name needs {key} too", key)
+    try:
+        return tuple(
+            ContactSite(
+                body=bodies[i],
+                position=tuple(position[i]),
+                radius=float(radius[i]),
+                name=names[i],
+                side=sides[i],
+                part=parts[i],
+                measured=bool(measured[i]),
+            )
+            for i in range(k)
+        )
+    except ParameterError as error:
+        arrays.refuse(f"is no contact site ({error})", "contact_position")
+        raise
+
+
+def _limits(arrays: Arrays, n_hinges: int) -> Limits:
+    velocity: Any = None
+    if "limit_velocity" in arrays:
+        shape = arrays.shape("limit_velocity")
+        velocity = arrays.numbers("limit_velocity", *(n_hinges,) * len(shape))
+        velocity = float(velocity) if velocity.ndim == 0 else velocity
+    force = arrays.numbers("limit_force")
+    return Limits(
+        coordinate=arrays.numbers("limit_coordinate", 2, n_hinges),
+        velocity=velocity,
+        torque=arrays.numbers("limit_torque", 2, n_hinges),
+        force=None if force is None else float(force),
     )
 
 
-def _words(words) -> np.ndarray:
+def _signals(arrays: Arrays) -> dict[str, np.ndarray]:
+    return {key.removeprefix("signal/"): arrays.any(key) for key in arrays.keys("signal/")}
+
+
+def _references(arrays: Arrays, joint_names: tuple[str, ...]) -> dict[str, Motion]:
+    found = {}
+    for key in arrays.keys("reference/"):
+        name, _, what = key.removeprefix("reference/").rpartition("/")
+        if what != "time":
+            continue
+        time = arrays.numbers(key, None)
+        qpos = arrays.numbers(f"reference/{name}/qpos", len(time), None)
+        qvel = arrays.numbers(f"reference/{name}/qvel", len(time), None)
+        if qpos is None or qvel is None:
+            arrays.refuse("needs qpos and qvel too", key)
+        found[name] = Motion(time, qpos, qvel, joint_names)
+    return found
+
+
+def _json(arrays: Arrays, key: str) -> Any:
+    try:
+        return json.loads(str(arrays.any(key)))
+    except (json.JSONDecodeError, RecursionError) as error:
+        arrays.refuse(f"is not JSON ({error})", key)
+        raise
+
+
+def _text(description: Any) -> np.ndarray:
+    return np.array(json.dumps(description, sort_keys=True), dtype=np.str_)
+
+
+def _words(words: Sequence[str]) -> np.ndarray:
     return np.array(list(words), dtype=np.str_) if len(words) else np.array([], dtype="U1")

@@ -1,44 +1,188 @@
-"""What happened: a Motion plus forces, torques, markers and what should be known about it."""
+"""What happened: a Human's motion with its forces, and all that should be known about it.
 
+Every engine returns a Record, and everything above the engines (the checker, the report, the
+viewer, export, comparison) reads nothing else.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import GRAVITY
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.site import ContactSite
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import Markers
 
 
-@dataclass(frozen=True)
-class Record:
-    """What one command produced; every engine returns it, every report reads it.
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """What a motion must keep to; None where the Human says it, or where nothing limits.
 
     Attributes:
+        coordinate: Lower and upper limits of the hinges [rad]; None: the Human's own.
+        velocity: Greatest speed of the hinges, one number or one each [rad/s]; None: no limit.
+        torque: Lower and upper limits of the hinges' torques [N m]; None: the Human's own.
+        force: Greatest normal force at one site [N]; None: no limit.
+    """
+
+    coordinate: Float[Array, "2 n_hinges"] | None = None
+    velocity: float | Float[Array, " n_hinges"] | None = None
+    torque: Float[Array, "2 n_hinges"] | None = None
+    force: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FootForce:
+    """Ground reaction on one foot.
+
+    Attributes:
+        force: Sum of the forces, world [N].
+        centre_of_pressure: Where it acts, world [m]; NaN without load.
+        torque: Free moment about that point, world [N m].
+        known: Where the force is known at all.
+    """
+
+    force: Float[Array, "n_frames 3"]
+    centre_of_pressure: Float[Array, "n_frames 3"]
+    torque: Float[Array, "n_frames 3"]
+    known: Bool[Array, " n_frames"]
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """What happened.
+
+    Attributes:
+        human: Who moved.
         motion: The motion.
         qfrc_actuator: Generalised force of the joints [N m]; its first six entries hold what the
             dynamics leave unexplained at the root (residual), world force [N], body moment [N m].
-        contact_force: Ground reaction on the body at each contact, world [N].
+        sites: Where the body was touched.
+        contact_force: Ground reaction on the body at each site, world [N].
         contact_point: Where it acts, world [m]; NaN where the force is zero.
         contact_torque: Free moment at that point, world [N m], where known.
-        contact_side: ``"l"`` or ``"r"`` of each contact.
-        contact_segment: Foot segment or plate name of each contact.
-        contact_known: Where the force of a contact is known at all; None: everywhere. A foot that
+        contact_known: Where the force at a site is known at all; None: everywhere. A foot that
             stands beside its force plate has a force, but nobody knows it.
-        reference_qpos: Another motion of the same Human to show beside this one.
+        contact_planned: When each site was planned to stand; None where there was no plan.
+        ground: What the body stood on.
+        limits: What the motion had to keep to.
+        signals: Further results by name, as arrays of numbers or words: residuals of tasks, the
+            history of a solver, the state of a controller. Names have dots: ``"solver.history"``.
+        references: Other motions of the same Human by name, on clocks of their own: the recorded
+            motion beside a reproduced one.
         recorded_markers: The recorded markers, on the frames of ``motion``.
         fitted_markers: The same markers on the body, world [m].
-        metrics: Every figure of the run: flat snake_case keys, unit as suffix; plus ``status``.
-        warnings: What the user should know, one sentence each.
+        clock: Time zero of ``motion`` on the clock of the recording [s].
+        notes: What the user should know, one sentence each.
     """
 
+    human: Human
     motion: Motion
     qfrc_actuator: Float[Array, "n_frames nv"] | None = None
-    contact_force: Float[Array, "n_frames n_contacts 3"] | None = None
-    contact_point: Float[Array, "n_frames n_contacts 3"] | None = None
-    contact_torque: Float[Array, "n_frames n_contacts 3"] | None = None
-    contact_side: tuple[str, ...] = ()
-    contact_segment: tuple[str, ...] = ()
-    contact_known: Bool[Array, "n_frames n_contacts"] | None = None
-    reference_qpos: Float[Array, "n_frames nq"] | None = None
+    sites: tuple[ContactSite, ...] = ()
+    contact_force: Float[Array, "n_frames n_sites 3"] | None = None
+    contact_point: Float[Array, "n_frames n_sites 3"] | None = None
+    contact_torque: Float[Array, "n_frames n_sites 3"] | None = None
+    contact_known: Bool[Array, "n_frames n_sites"] | None = None
+    contact_planned: Bool[Array, "n_frames n_sites"] | None = None
+    ground: Ground = field(default_factory=Ground)
+    limits: Limits = field(default_factory=Limits)
+    signals: Mapping[str, Array] = field(default_factory=dict)
+    references: Mapping[str, Motion] = field(default_factory=dict)
     recorded_markers: Markers | None = None
     fitted_markers: Float[Array, "n_frames n_markers 3"] | None = None
-    metrics: dict = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    clock: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        """Refuse arrays that do not belong together.
+
+        Raises:
+            ParameterError: If a shape does not fit the motion, the sites or the Human.
+        """
+        n, k, nv = self.motion.n_frames, len(self.sites), self.human.model.nv
+        if self.motion.joint_names != self.human.joint_names:
+            raise ParameterError(
+                f"a motion of {len(self.motion.joint_names) - 1} hinges is none of this person "
+                f"with {len(self.human.coordinates)}"
+            )
+        shapes = {
+            "qfrc_actuator": (n, nv),
+            "contact_force": (n, k, 3),
+            "contact_point": (n, k, 3),
+            "contact_torque": (n, k, 3),
+            "contact_known": (n, k),
+            "contact_planned": (n, k),
+        }
+        for name, shape in shapes.items():
+            value = getattr(self, name)
+            if value is not None and value.shape != shape:
+                raise ParameterError(f"{name} has shape {value.shape}; here it must be {shape}")
+
+    @property
+    def weight(self) -> float:
+        """Body weight [N]."""
+        return self.human.mass * GRAVITY
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether forces of the ground are part of it."""
+        return self.contact_force is not None and len(self.sites) > 0
+
+    def torque(self, hinge: str) -> Float[Array, " n_frames"]:
+        """Return the torque of a hinge by name [N m].
+
+        Raises:
+            ParameterError: If the record has no torques.
+            CoordinateNotFound: If there is no such hinge.
+        """
+        if self.qfrc_actuator is None:
+            raise ParameterError("this record has no joint torques: no forces were known")
+        return self.qfrc_actuator[:, 6 + self.motion.hinge(hinge)]
+
+    def foot(self, side: str) -> FootForce:
+        """Return the ground reaction on a foot, ``"r"`` or ``"l"``; zero where nothing touches it.
+
+        The centre of pressure is the mean of the points, weighted by the force along the normal.
+        """
+        n = self.motion.n_frames
+        mine = [k for k, site in enumerate(self.sites) if site.side == side]
+        if self.contact_force is None or not mine:
+            zero = np.zeros((n, 3))
+            return FootForce(zero, np.full((n, 3), np.nan), zero.copy(), np.ones(n, dtype=bool))
+        force = np.nan_to_num(self.contact_force[:, mine])
+        point = np.zeros_like(force)
+        if self.contact_point is not None:
+            point = np.nan_to_num(self.contact_point[:, mine])
+        load = force @ self.ground.normal
+        total, whole = force.sum(axis=1), load.sum(axis=1)[:, None]
+        moved = (load[..., None] * point).sum(axis=1)
+        centre = np.divide(moved, whole, out=np.full_like(moved, np.nan), where=whole > 1e-6)
+        torque = np.cross(point - np.nan_to_num(centre)[:, None], force).sum(axis=1)
+        if self.contact_torque is not None:
+            torque += np.nan_to_num(self.contact_torque[:, mine]).sum(axis=1)
+        torque[np.isnan(centre[:, 0])] = 0.0
+        known = np.ones(n, dtype=bool)
+        if self.contact_known is not None:
+            known = self.contact_known[:, mine].all(axis=1)
+        return FootForce(total, centre, torque, known)
+
+    def group(self, prefix: str) -> dict[str, Any]:
+        """Return the signals whose names start with ``prefix`` and a dot, by what follows it."""
+        start = prefix + "."
+        return {k.removeprefix(start): v for k, v in self.signals.items() if k.startswith(start)}
+
+    def __repr__(self) -> str:
+        """Return what it is in one line."""
+        known = [f"{len(self.sites)} contact sites"] if self.sites else []
+        known += ["torques"] if self.qfrc_actuator is not None else []
+        known += [f"references {', '.join(self.references)}"] if self.references else []
+        known += [f"{len(self.signals)} signals"] if self.signals else []
+        human = f"{self.human.height:.2f} m, {self.human.mass:.1f} kg"
+        return f"Record({human}, {self.motion!r}{''.join(', ' + word for word in known)})"

@@ -40,9 +40,8 @@ class PlatedWalk:
 
     def fit(self, *, known_mass: bool = True, mass: float | None = None) -> Fit:
         """Return the walk as a fit, on a person of its mass or another."""
-        from plantigrade.kinematics.fit import remass
 
-        human = self.walk.human if mass is None else remass(self.walk.human, mass)
+        human = self.walk.human if mass is None else self.walk.human.with_mass(mass)
         subject = Subject(mass=human.mass if known_mass else None)
         recording = Recording(Path("walk.c3d"), plates=self.plates, subject=subject)
         return Fit(human, self.walk.time, self.walk.qpos, recording, "coordinates")

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.trial import analyse
-from plantigrade.kinematics.fit import remass
 from plantigrade.models import Human
 from plantigrade.motion import ForcePlate
 from tests.analyze.plated_walk import MASS, plain, plated_walk, standing_fit, without_plates
@@ -203,7 +202,7 @@ def test_a_few_frames_are_analysed_without_a_filter():
 
 def test_another_mass_keeps_the_lengths():
     human = Human.create(1.70, 60.0, "female", lengths={"thigh": 0.45, "hand": 0.16})
-    heavier = remass(human, 80.0)
+    heavier = human.with_mass(80.0)
     assert heavier.mass == pytest.approx(80.0) and heavier.height == human.height
     np.testing.assert_allclose(heavier.model.body_pos, human.model.body_pos, atol=1e-12)
 

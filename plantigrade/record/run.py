@@ -1,0 +1,175 @@
+"""A run: one or more Records with their figures and where they come from, and its folder."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from plantigrade.contact.scene import scene_xml
+from plantigrade.errors import FileError
+from plantigrade.io.mot import write_mot
+from plantigrade.motion.recording import Table
+from plantigrade.record.folder import METRICS, metrics_json, read_metrics, write_folder
+from plantigrade.record.npz import read_npz, write_npz
+from plantigrade.record.provenance import Provenance
+from plantigrade.record.record import Record
+
+MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
+FORMAT = 2
+"""Version of the run folder; runs of another one are refused."""
+
+_META = ("status", "format", "version", "kind", "title", "sentence", "command", "settings", "seed",
+         "source_files", "notes")  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What a command made.
+
+    Attributes:
+        record: What happened.
+        kind: The engine or command: ``"fit"``, ``"reproduce"``, ``"synthesize"``, ``"track"``.
+        title: Heading of its pages.
+        sentence: What was done, in one sentence.
+        status: ``"ok"``, or what is wrong, where and when.
+        figures: Every figure: flat keys in snake_case, unit as suffix.
+        provenance: Where it comes from.
+        others: Further records by name (``"forces"``), kept as ``NAME.npz``.
+        folder: Where it lies; None as long as it is not saved.
+
+    Example:
+        >>> run = Run.load("runs/fit-walk")  # doctest: +SKIP
+        >>> run.record.motion["knee_angle_r"].max()  # doctest: +SKIP
+    """
+
+    record: Record
+    kind: str
+    title: str = ""
+    sentence: str = ""
+    status: str = "ok"
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Provenance = field(default_factory=Provenance)
+    others: Mapping[str, Record] = field(default_factory=dict)
+    folder: Path | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether everything that was asked for was reached."""
+        return self.status == "ok"
+
+    @property
+    def metrics(self) -> dict[str, Any]:
+        """Everything ``metrics.json`` holds."""
+        from plantigrade import __version__
+
+        p = self.provenance
+        return {
+            "status": self.status,
+            "format": FORMAT,
+            "version": __version__,
+            "kind": self.kind,
+            "title": self.title,
+            "sentence": self.sentence,
+            "command": p.command,
+            "settings": dict(p.settings),
+            "seed": p.seed,
+            "source_files": dict(p.source_files),
+            **self.figures,
+            "notes": list(self.record.notes),
+        }
+
+    def save(
+        self,
+        out: str | Path,
+        *,
+        files: Mapping[str, str | bytes] | None = None,
+        overwrite: bool = False,
+    ) -> "Run":
+        """Write the run folder, whole or not at all, and return the run in it.
+
+        Args:
+            out: The folder.
+            files: Pages and other files, by name.
+            overwrite: Replace an existing run.
+
+        Raises:
+            RunExists: If the folder exists and is not to be replaced, or is no run.
+            FileError: If the place cannot be written, or a name is taken.
+        """
+        names = {MODEL, MOTION, COORDINATES, METRICS, *(f"{name}.npz" for name in self.others)}
+        for name in files or {}:
+            if name in names:
+                raise FileError(
+                    Path(out) / name, "is a file of every run", remedy="use a plain new name"
+                )
+
+        def contents(folder: Path) -> None:
+            record = self.record
+            xml = scene_xml(record.human, record.ground)
+            (folder / MODEL).write_text(xml, encoding="utf-8")
+            write_npz(record, folder / MOTION)
+            columns, values = record.human.to_coordinates(record.motion.qpos)
+            write_mot(Table(columns, record.motion.time, values), folder / COORDINATES)
+            for name, other in self.others.items():
+                write_npz(other, folder / f"{name}.npz")
+
+        folder = write_folder(
+            out, metrics=self.metrics, files=files or {}, overwrite=overwrite, more=contents
+        )
+        return replace(self, folder=folder)
+
+    @classmethod
+    def load(cls, folder: str | Path) -> "Run":
+        """Return the run of a folder.
+
+        Raises:
+            FileError: If the folder is no run, is of another version, or one of its files is
+                broken.
+        """
+        folder = Path(folder).expanduser()
+        metrics = read_metrics(folder)
+        if metrics.get("format") != FORMAT or not isinstance(metrics.get("kind"), str):
+            raise FileError(
+                folder / METRICS,
+                f"is of format {metrics.get('format', 1)}; this version reads format {FORMAT}",
+                remedy="make the run again",
+            )
+        missing = [name for name in (MODEL, MOTION) if not (folder / name).is_file()]
+        if missing:
+            raise FileError(
+                folder,
+                f"is not a whole run: {', '.join(missing)} missing",
+                remedy="name a folder a plantigrade command wrote",
+            )
+        others = {
+            path.stem: read_npz(path)
+            for path in sorted(folder.glob("*.npz"))
+            if path.name != MOTION
+        }
+        settings, sources = metrics.get("settings"), metrics.get("source_files")
+        seed = metrics.get("seed")
+        return cls(
+            read_npz(folder / MOTION),
+            metrics["kind"],
+            title=str(metrics.get("title", "")),
+            sentence=str(metrics.get("sentence", "")),
+            status=str(metrics.get("status", "")),
+            figures={k: v for k, v in metrics.items() if k not in _META},
+            provenance=Provenance(
+                str(metrics.get("command", "")),
+                settings if isinstance(settings, dict) else {},
+                sources if isinstance(sources, dict) else {},
+                seed if isinstance(seed, int) else None,
+            ),
+            others=others,
+            folder=folder,
+        )
+
+    def to_json(self) -> str:
+        """Return ``metrics.json``."""
+        return metrics_json(self.metrics)
+
+    def __repr__(self) -> str:
+        """Return what it is in a few lines."""
+        where = f" in {self.folder}" if self.folder else ""
+        return f"Run({self.kind}{where}, {self.status}: {self.sentence or self.record!r})"
