@@ -267,7 +267,7 @@ class Human:
             "sex": self.sex,
             "joints": self.joints,
             "feet": self.feet,
-            "lengths": {n: getattr(d, n) for n in d.names() if n != "head"},  # head: what is left
+            "lengths": {name: getattr(d, name) for name in d.names()},
             "soles": dict(self.soles),
         }
 
