@@ -1,10 +1,12 @@
 """Who somebody is, as far as it is known: what becomes a Human."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from plantigrade.models.human import Human
 from plantigrade.options import Feet, Joints, Kilograms, Metres, Sex
+
+if TYPE_CHECKING:
+    from plantigrade.models.human import Human
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,10 +33,12 @@ class Person:
         fields = ("height", "mass", "sex", "joints", "feet")
         return {name: getattr(self, name) for name in fields if getattr(self, name) is not None}
 
-    def human(self) -> Human:
+    def human(self) -> "Human":
         """Return this person; what is left open takes the defaults of :meth:`Human.create`.
 
         Raises:
             ParameterError: If a value is not allowed.
         """
+        from plantigrade.models.human import Human
+
         return Human.create(**self.known)

@@ -1,7 +1,7 @@
 """Many independent runs side by side: files, subjects, seeds, pushes.
 
-joblib does the work, here or on a cluster (ray, dask). Whatever goes wrong with one item is a row of
-the result and never the end of the others.
+joblib does the work, here or on a cluster (ray, dask). Whatever goes wrong with one item is a row
+of the result and never the end of the others.
 """
 
 import time

@@ -1,4 +1,4 @@
-"""The settings of every job on a recording: dataclasses whose fields are options of the commands."""
+"""The settings of jobs on recordings: dataclasses whose fields are options of the commands."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
