@@ -182,6 +182,18 @@ def numbers(
     return values
 
 
+def parse_numbers(text: str) -> Float[Array, " n"] | None:
+    """Return all numbers of a text in one pass, None if it holds anything else."""
+    if not text.strip():
+        return np.empty(0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return np.fromstring(text, sep=" ")
+        except (DeprecationWarning, ValueError, UnicodeError):
+            return None
+
+
 def number(word: str, path: str | Path, *, where: str, what: str) -> float:
     """Return one number of a header.
 
@@ -249,15 +261,10 @@ def _parse_plain(rows, plain, delimiter, count) -> np.ndarray | None:
     text = "\n".join(row for row, good in zip(rows, plain, strict=True) if good)
     if delimiter is not None and not delimiter.isspace():
         text = text.replace(delimiter, " ")
-    if not text:
-        return np.empty((0, count))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        try:
-            flat = np.fromstring(text, sep=" ")
-        except (DeprecationWarning, ValueError, UnicodeError):
-            return None
-    return flat.reshape(-1, count) if flat.size == count * int(plain.sum()) else None
+    flat = parse_numbers(text)
+    if flat is None or flat.size != count * int(plain.sum()):
+        return None
+    return flat.reshape(-1, count)
 
 
 def _parse_row(row, path, line, count, delimiter, short, names) -> np.ndarray:

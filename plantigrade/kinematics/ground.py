@@ -16,8 +16,8 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.terms import Terms, follow
 from plantigrade.models import Human
-from plantigrade.motion.events import ground_velocity
 from plantigrade.motion.filters import lowpass, runs
+from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import even_clock
 from plantigrade.spatial.conventions import rotation_matrix
 

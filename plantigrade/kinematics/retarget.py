@@ -25,6 +25,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground import (
     contact_points,
@@ -40,7 +41,7 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.terms import Terms
 from plantigrade.models import Human
 from plantigrade.models.anthropometry import Dimensions, dimensions
-from plantigrade.models.joint_names import SIDES, JointMap, identify
+from plantigrade.models.joint_names import JointMap, identify
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import derivative, lowpass
 from plantigrade.motion.recording import SkeletonMotion, rate_of

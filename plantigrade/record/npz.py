@@ -225,7 +225,7 @@ def _references(
             state.append(arrays.numbers(f"reference/{name}/{part}", len(time), width))
             if state[-1] is None:
                 arrays.refuse(f"is missing, but {key} is there", f"reference/{name}/{part}")
-        found[name] = Motion(time, *state, joint_names)
+        found[name] = Motion(time, state[0], state[1], joint_names)
     return found
 
 

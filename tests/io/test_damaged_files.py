@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from plantigrade.errors import FileError
-from plantigrade.io.asf_amc import read_amc
+from plantigrade.io.amc import read_amc
 from plantigrade.io.bvh import read_bvh
 from plantigrade.io.deepmimic import read_deepmimic
 from plantigrade.io.mot import read_mot
