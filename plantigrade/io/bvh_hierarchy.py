@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.errors import FileError
+from plantigrade.io.text import count_of
 
 MAX_JOINTS = 2000
 
@@ -143,10 +144,11 @@ class _Hierarchy:
         return numbers
 
     def channels(self, words: list[str]) -> tuple[tuple[str, str], ...]:
-        if not words or not (words[0].isdigit() and words[0].isascii()):
+        count = count_of(words[0]) if words else None
+        if count is None:
             raise self.error("CHANNELS needs a count")
-        if int(words[0]) != len(words) - 1:
-            raise self.error(f"CHANNELS says {words[0][:9]} and lists {len(words) - 1}")
+        if count != len(words) - 1:
+            raise self.error(f"CHANNELS says {count} and lists {len(words) - 1}")
         channels = []
         for word in words[1:]:
             known = _CHANNEL.fullmatch(word)

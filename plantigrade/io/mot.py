@@ -33,7 +33,7 @@ from plantigrade.io.opensim_coordinates import (
     turn_knees,
 )
 from plantigrade.io.opensim_forces import force_groups, plate_of, plates_table
-from plantigrade.io.text import numbers, parse_numbers, read_text, write_text
+from plantigrade.io.text import count_of, numbers, parse_numbers, read_text, write_text
 from plantigrade.motion.recording import ForcePlate, Recording, Table
 
 MAX_COLUMNS = 5000
@@ -152,8 +152,8 @@ def _read(path: Path) -> MotFile:
     values = _rows(path, text[labels.end() :], line, paths, warnings)
     values = _checked_time(path, values, warnings)
     stated = header.get("nrows", header.get("datarows", ""))
-    if stated.isdigit() and int(stated[:9]) > len(values):
-        warnings.append(f"the header says {stated[:9]} rows, the file holds {len(values)}")
+    if (count_of(stated) or 0) > len(values):
+        warnings.append(f"the header says {stated} rows, the file holds {len(values)}")
     names = _unique([_reduced(p) for p in paths[1:]], paths[1:])
     yes = header.get("indegrees", "").lower()
     return MotFile(

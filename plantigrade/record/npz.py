@@ -26,6 +26,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import Arrays
+from plantigrade.io.text import not_written
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.record.record import Limits, Record
@@ -54,9 +55,7 @@ def write_npz(record: Record, path: str | Path) -> Path:
     try:
         path.write_bytes(npz_bytes(record))
     except OSError as error:
-        raise FileError(
-            path, f"cannot be written ({error.strerror or error})", remedy="choose another place"
-        ) from error
+        raise not_written(path, error) from error
     return path
 
 
