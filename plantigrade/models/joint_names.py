@@ -138,7 +138,8 @@ def identify(
     if missing:
         raise FitError(
             f"the joints {', '.join(missing)} cannot be identified by name or shape; "
-            f"the skeleton has {', '.join(names[:60])}{' …' if len(names) > 60 else ''}. Name them like "
+            f"the skeleton has {', '.join(names[:60])}{' …' if len(names) > 60 else ''}. "
+            "Name them like "
             "LeftUpLeg, LeftLeg, LeftFoot, RightUpLeg, … (or hip_l, knee_l, ankle_l), or "
             'assign them: {"hip_l": "name in the file", …}'
         )

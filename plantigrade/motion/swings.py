@@ -38,7 +38,7 @@ SHORTEST_WAY = 1.0
 """Shortest way of the foot in a step, as a multiple of its length: footprints do not overlap."""
 
 MOST_LIFT = 0.6
-"""Largest lift of the foot in a step, as a fraction of its way; 0.25 in sprinting, 0.5 on stairs."""
+"""Largest lift of the foot in a step, as a fraction of its way; 0.25 sprinting, 0.5 on stairs."""
 
 PELVIS_FOLLOWS = 0.1
 """Shortest way of the pelvis in a swing, as a fraction of the foot's; 0.4 in steady walking."""
@@ -79,7 +79,7 @@ def swings(time, speed, middle, height, length):
             left = int(low[-1]) if len(low) else -1
             right = int(top + high[0]) if len(high) else len(s)
             clash = taken[max(left, 0) : right].any()
-            # A shoulder of a higher hump does not count: the speed must fall to stance on both sides.
+            # A shoulder of a higher hump does not count: speed must fall to stance on both sides.
             taken[max(left, 0) : min(right + 1, len(s))] = True
             if clash:
                 continue

@@ -168,6 +168,6 @@ def test_convert_what_cannot_be(data, tmp_path):
     """A target that cannot hold the source: one sentence, nothing written."""
     with pytest.raises(FileError, match="TRC files store markers; .* has coordinates"):
         convert(data / "opensim" / "rajagopal_walk" / "coordinates.sto", tmp_path / "a.trc")
-    with pytest.raises(FileError, match="'.amc' is not written"):
+    with pytest.raises(FileError, match="'.amc' cannot be written"):
         convert(data / "opensim" / "rajagopal_walk" / "markers_walk.trc", tmp_path / "a.amc")
     assert not list(tmp_path.iterdir())
