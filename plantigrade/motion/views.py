@@ -1,8 +1,11 @@
-"""A Motion as a reader wants it: curves in degrees, a figure, a table."""
+"""A Motion as a reader wants it: curves in degrees, a figure, a table.
+
+The class calls these functions, so nothing here imports it.
+"""
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,14 +14,11 @@ from plantigrade.charts import Figure, grid, panel_plot, panels_of
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.extras import require
 
-if TYPE_CHECKING:
-    from plantigrade.motion.motion import Motion
-
 MOST = 12  # panels of a figure where no names are given
 TRANSLATIONS = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 
-def curves_of(motion: "Motion", names: Sequence[str] = ()) -> dict[str, Float[Array, " n_frames"]]:
+def curves_of(motion: Any, names: Sequence[str] = ()) -> dict[str, Float[Array, " n_frames"]]:
     """Return coordinates in degrees (the pelvis's place: metres), by name and unit.
 
     Args:
@@ -65,7 +65,7 @@ def table_html(title: str, rows: Mapping[str, object]) -> str:
     return f"<table><caption>{escape(title)}</caption><tbody>{cells}</tbody></table>"
 
 
-def summary(motion: "Motion") -> dict[str, object]:
+def summary(motion: Any) -> dict[str, object]:
     """Return a motion in a few rows."""
     return {
         "frames": motion.n_frames,

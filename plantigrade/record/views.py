@@ -1,7 +1,10 @@
-"""A Record and a Run as a reader wants them: figures and tables."""
+"""A Record and a Run as a reader wants them: figures and tables.
+
+The classes call these functions, so nothing here imports them.
+"""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,15 +15,11 @@ from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.extras import require
 from plantigrade.motion.views import curves_of, dataframe, plot_curves, summary
 
-if TYPE_CHECKING:
-    from plantigrade.record.record import Record
-    from plantigrade.record.run import Run
-
 AXES = {"forward": 0, "sideways": 1, "up": 2}
 _MOMENT, _FORCE = "_moment", "ground_force_"
 
 
-def plot(record: "Record", names: Sequence[str]) -> Figure:
+def plot(record: Any, names: Sequence[str]) -> Figure:
     """Return a figure of coordinates, joint moments, ground forces or signals over time.
 
     Args:
@@ -39,7 +38,7 @@ def plot(record: "Record", names: Sequence[str]) -> Figure:
     return plot_curves(curves, record.motion.time, asked=bool(names))
 
 
-def _curves(record: "Record", name: str) -> dict[str, Array]:
+def _curves(record: Any, name: str) -> dict[str, Array]:
     value = record.signals.get(name)
     if value is not None:
         if value.shape != (record.motion.n_frames,) or value.dtype.kind not in "fiub":
@@ -66,7 +65,7 @@ def _curves(record: "Record", name: str) -> dict[str, Array]:
     return curves_of(record.motion, [name])
 
 
-def record_summary(record: "Record") -> dict[str, object]:
+def record_summary(record: Any) -> dict[str, object]:
     """Return a record in a few rows."""
     human = record.human
     return {
@@ -80,7 +79,7 @@ def record_summary(record: "Record") -> dict[str, object]:
     }
 
 
-def run_summary(run: "Run") -> dict[str, object]:
+def run_summary(run: Any) -> dict[str, object]:
     """Return a run in a few rows."""
     return {
         "kind": run.kind,
@@ -91,7 +90,7 @@ def run_summary(run: "Run") -> dict[str, object]:
     }
 
 
-def columns_of(record: "Record") -> dict[str, Array]:
+def columns_of(record: Any) -> dict[str, Array]:
     """Return every number there is one of a frame, by name [rad, m, N m, N]."""
     motion = record.motion
     found = {name: motion[name] for name in motion.coordinates}
@@ -108,12 +107,12 @@ def columns_of(record: "Record") -> dict[str, Array]:
     return found | plain
 
 
-def to_dataframe(record: "Record") -> Any:
+def to_dataframe(record: Any) -> Any:
     """Return the record as a pandas DataFrame, one row a frame."""
     return dataframe(record.motion.time, columns_of(record))
 
 
-def to_xarray(record: "Record") -> Any:
+def to_xarray(record: Any) -> Any:
     """Return the record as an xarray Dataset with named dimensions.
 
     Raises:
