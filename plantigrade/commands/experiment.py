@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import Flag, OptionalPath, PrintOptions
+from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
+from plantigrade.options import Flag, OptionalPath
 
 EXPERIMENTS = {
     "fit-accuracy": "fit_accuracy",

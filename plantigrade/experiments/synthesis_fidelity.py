@@ -228,7 +228,7 @@ def shape_of(made: "Synthesized") -> dict[str, Any]:
     """Return the figures and curves of a periodic walk."""
     from plantigrade.analyze import norms
     from plantigrade.analyze.curves import gait_curves
-    from plantigrade.analyze.synthesised_gait import gait_shape, muscle_work
+    from plantigrade.analyze.gait_shape import gait_shape, muscle_work
     from plantigrade.synthesize.tasks.gait_parameters import leg_length
 
     human, s, check = made.human, made.sampled, made.check
