@@ -90,7 +90,9 @@ def title_of_run(run: Run) -> str:
 
 def _has_arrows(subject: Subject) -> bool:
     total, cop = subject.side_forces
-    return total is not None and bool(np.any(total)) and bool(np.isfinite(cop).any())
+    if total is None or cop is None:
+        return False
+    return bool(np.any(total)) and bool(np.isfinite(cop).any())
 
 
 def _strip(subject: Subject) -> str:

@@ -23,11 +23,15 @@ def path_section(subject: Subject) -> list[Section]:
         bodies = np.flatnonzero(foot_bodies(model, side))
         if len(bodies):
             feet.append((f"{SIDE_NAMES[side]} foot", STROKES[side], positions[:, bodies[0]]))
-    plane = {"x_label": "forward [m]"}
     sway = "In walking, the centre of mass sways towards the standing foot."
     figures = [
         Figure(
-            path_plot(_paths(feet, com, 1), title="From above", y_label="left [m]", **plane),
+            path_plot(
+                _paths(feet, com, 1),
+                title="From above",
+                x_label="forward [m]",
+                y_label="left [m]",
+            ),
             sway if record.motion.events else "",
             wide=True,
         ),
@@ -35,9 +39,9 @@ def path_section(subject: Subject) -> list[Section]:
             path_plot(
                 _paths(feet, com, 2),
                 title="From the right",
+                x_label="forward [m]",
                 y_label="height [m]",
                 ground=True,
-                **plane,
             ),
             "Drawn to one scale. The origin of each foot is its ankle.",
             wide=True,
