@@ -57,14 +57,14 @@ class Extent:
         guesses: First guesses of each size of noise.
         sizes: Sizes of noise [rad].
         random: Random tasks.
-        density: Nodes a second; the tasks' own if absent.
+        nodes_per_second: Nodes a second; the tasks' own if absent.
         steps: Steps of the walk.
     """
 
     guesses: int = GUESSES
     sizes: tuple[float, ...] = SIZES
     random: int = RANDOM
-    density: float | None = None
+    nodes_per_second: float | None = None
     steps: int = STEPS
 
 
@@ -152,17 +152,21 @@ def walk_of(human: "Human", extent: Extent, *, duration: float = DURATION) -> "T
         longer = plan.duration > duration
         low, high = (speed, high) if longer else (low, speed)
     task = walk(human, speed=(low + high) / 2, steps=extent.steps)
-    return task if extent.density is None else replace(task, density=extent.density)
+    return (
+        task
+        if extent.nodes_per_second is None
+        else replace(task, nodes_per_second=extent.nodes_per_second)
+    )
 
 
 def with_nodes(task: "Task", nodes: int) -> "Task":
     """Return a task on the coarsest even mesh of at least so many nodes."""
     from plantigrade.synthesize.transcription.mesh import nodes_of
 
-    density = task.density
-    while len(nodes_of(task.plan, density)) < nodes:
-        density += 0.5
-    return replace(task, density=density)
+    nodes_per_second = task.nodes_per_second
+    while len(nodes_of(task.plan, nodes_per_second)) < nodes:
+        nodes_per_second += 0.5
+    return replace(task, nodes_per_second=nodes_per_second)
 
 
 def person() -> "Human":
@@ -218,7 +222,11 @@ def named(name: str, **parameters: Any) -> Callable[["Human", Extent], "Task"]:
         from plantigrade.synthesize.tasks.registry import make_task
 
         task = make_task(name, human, parameters)
-        return task if extent.density is None else replace(task, density=extent.density)
+        return (
+            task
+            if extent.nodes_per_second is None
+            else replace(task, nodes_per_second=extent.nodes_per_second)
+        )
 
     return make
 
@@ -291,7 +299,11 @@ def warm(kept: KeptResults, extent: Extent) -> None:
 
         def task_of(speed: float, step: float | None = None, periodic: bool = periodic) -> "Task":
             task = walk(human, speed=speed, step_length=step, steps=extent.steps, periodic=periodic)
-            return task if extent.density is None else replace(task, density=extent.density)
+            return (
+                task
+                if extent.nodes_per_second is None
+                else replace(task, nodes_per_second=extent.nodes_per_second)
+            )
 
         keys = [f"warm/{kind}, {name}" for name, _, _ in changes]
         if all(key in kept.results for key in keys):

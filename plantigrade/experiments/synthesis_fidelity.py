@@ -82,7 +82,7 @@ class Extent:
         masses: Of people [kg].
         feet: Foot models.
         others: Other tasks.
-        density: Nodes a second; the tasks' own if absent.
+        nodes_per_second: Nodes a second; the tasks' own if absent.
     """
 
     speeds: tuple[float, ...] = SPEEDS
@@ -90,7 +90,7 @@ class Extent:
     masses: tuple[float, ...] = MASSES
     feet: tuple[str, ...] = FEET
     others: tuple[str, ...] = OTHERS
-    density: float | None = None
+    nodes_per_second: float | None = None
 
 
 QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("sit-to-stand",))
@@ -201,8 +201,8 @@ def measure(
 
         human = Human.create(who.height, who.mass, joints="43", feet=who.feet)
         asked = make_task(task, human, told)
-        if extent.density is not None:
-            asked = replace(asked, density=extent.density)
+        if extent.nodes_per_second is not None:
+            asked = replace(asked, nodes_per_second=extent.nodes_per_second)
         timed = solve(human, asked)
         made = judge(timed, strides=2)
         found = outcome(timed, made) | {"person": asdict(who), "task": task, "told": told}

@@ -59,7 +59,7 @@ def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGH
         stop = min(walked) + LONGEST if max(walked) - min(walked) > LONGEST else None
         settings = TrackSettings(stop=stop, tracking=tracking)
         tracked = track_trial(
-            trial, settings if words == "default" else replace(settings, rounds=0)
+            trial, settings if words == "default" else replace(settings, refinements=0)
         )
         c = tracked.against_plates()
         if words != "default":

@@ -36,7 +36,7 @@ def solve(
     human: "Human",
     task: "Task",
     *,
-    solver: str = "band",
+    solver: str = "interior-point",
     warm: "Synthesis | None" = None,
     noise: float = 0.0,
     seed: int = 0,
@@ -48,7 +48,7 @@ def solve(
     Args:
         human: The person.
         task: What is to be done.
-        solver: ``"band"`` or ``"ipopt"``.
+        solver: ``"interior-point"`` or ``"ipopt"``.
         warm: A motion to start from.
         noise: On the first guess, root mean square [rad]; it is made outside the time.
         seed: Of the noise.

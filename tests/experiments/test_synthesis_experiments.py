@@ -14,7 +14,13 @@ from plantigrade.experiments.kept_results import KeptResults, code_version
 from plantigrade.experiments.synthesis_trial import crude, tried, why
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
-STAGE = {"name": "first try", "solver": "band", "nodes": 61, "status": "solved", "end": []}
+STAGE = {
+    "name": "first try",
+    "solver": "interior-point",
+    "nodes": 61,
+    "status": "solved",
+    "end": [],
+}
 GOOD = {
     "success": True, "ok": True, "good": True, "status": "solved", "verdict": "ok", "cpu": 2.0,
     "wall": 3.0, "nodes": 61, "duration": 3.0, "iterations": 30, "objective": 1.0,
@@ -88,9 +94,9 @@ def human():
 def test_the_walk_takes_three_seconds_on_enough_nodes(human):
     task = bench.walk_of(human, bench.Extent())
     assert task.plan.duration == pytest.approx(3.0, abs=1e-3)
-    assert len(nodes_of(task.plan, task.density)) >= bench.NODES
+    assert len(nodes_of(task.plan, task.nodes_per_second)) >= bench.NODES
     fine = bench.with_nodes(task, bench.FINE_NODES)
-    assert 301 <= len(nodes_of(fine.plan, fine.density)) < 330
+    assert 301 <= len(nodes_of(fine.plan, fine.nodes_per_second)) < 330
 
 
 def test_the_crude_guess_knows_nothing_of_walking(human):
@@ -148,7 +154,7 @@ def test_different_minima_are_counted():
 
 
 def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
-    extent = bench.Extent(guesses=1, sizes=(), density=10.0)
+    extent = bench.Extent(guesses=1, sizes=(), nodes_per_second=10.0)
     said = []
     how = {"parts": ("sit-to-stand",), "extent": extent, "folder": tmp_path}
     table = bench.run(**how, say=said.append)
@@ -212,7 +218,7 @@ def test_a_walk_is_described_and_held_against_goals(synthesized):
 
 
 def test_other_tasks_are_measured_end_to_end(tmp_path):
-    extent = fidelity.Extent(others=("reach",), density=10.0)
+    extent = fidelity.Extent(others=("reach",), nodes_per_second=10.0)
     table = fidelity.run(parts=("tasks",), extent=extent, folder=tmp_path)
     result = json.loads((tmp_path / fidelity.FILE).read_text())["tasks/reach"]
     assert result["success"] and result["check"]["check_slip_max_mm"] < 10

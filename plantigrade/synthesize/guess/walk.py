@@ -34,7 +34,7 @@ from plantigrade.synthesize.guess.foot_motion import (
     toe_coordinates,
 )
 from plantigrade.synthesize.guess.legs import Leg
-from plantigrade.synthesize.problem.problem import Closure
+from plantigrade.synthesize.problem.nlp import PeriodicClosure
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters
 from plantigrade.synthesize.tasks.walking_plan import unrolled
 
@@ -138,7 +138,7 @@ def perturbed(
     size: float,
     reach: float = 0.3,
     harmonics: int = 4,
-    closure: Closure | None = None,
+    closure: PeriodicClosure | None = None,
 ) -> Float[Array, "n n_coordinates"]:
     """Return coefficients, or samples, with smooth noise added to every coordinate.
 

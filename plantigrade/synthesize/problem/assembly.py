@@ -14,10 +14,10 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem import formulation
 from plantigrade.synthesize.problem.formulation import Body
-from plantigrade.synthesize.problem.problem import Closure, Problem, Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
 from plantigrade.synthesize.splines.basis import Basis
 
-_BUILDERS: Mapping[str, Callable[["Assembly"], Rows]] = {
+_BUILDERS: Mapping[str, Callable[["Assembly"], ConstraintFamily]] = {
     "dynamics": lambda a: formulation.dynamics_rows(a.body, len(a.nodes)),
     "contact": lambda a: formulation.place_rows(a.body, a.headings, rates=False),
     "contact speed": lambda a: formulation.place_rows(a.body, a.headings, rates=True),
@@ -66,14 +66,14 @@ class Assembly:
         self.u_upper = np.zeros((len(nodes), n_u))
         self.u_smooth = np.zeros((len(step), n_u))
         self.jerk = np.zeros(body.symbolic.nv)
-        self._rows: dict[str, Rows] = {}
+        self._rows: dict[str, ConstraintFamily] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates."""
         return self.body.symbolic.names
 
-    def rows(self, name: str) -> Rows:
+    def rows(self, name: str) -> ConstraintFamily:
         """Return rows by name, made where nobody asked for them before.
 
         Args:
@@ -91,7 +91,7 @@ class Assembly:
             self._rows[name] = _BUILDERS[name](self)
         return self._rows[name]
 
-    def add(self, rows: Rows) -> Rows:
+    def add(self, rows: ConstraintFamily) -> ConstraintFamily:
         """Add rows of one's own, or return those of the same name that were added before."""
         return self._rows.setdefault(rows.name, rows)
 
@@ -107,7 +107,7 @@ class Assembly:
 
     def pull(
         self,
-        rows: Rows,
+        rows: ConstraintFamily,
         weight: Float[Array, "n_nodes n_rows"],
         target: Float[Array, "n_nodes n_rows"] | float = 0.0,
     ) -> None:
@@ -128,7 +128,7 @@ class Assembly:
 
     def limit(
         self,
-        rows: Rows,
+        rows: ConstraintFamily,
         lower: Float[Array, "..."] | float = -np.inf,
         upper: Float[Array, "..."] | float = np.inf,
         *,
@@ -142,7 +142,7 @@ class Assembly:
         rows.lower[grid] = np.where(fixed, low, np.maximum(low, lower))
         rows.upper[grid] = np.where(fixed, high, np.minimum(high, upper))
 
-    def problem(self, basis: Basis, closure: Closure | None = None) -> Problem:
+    def problem(self, basis: Basis, closure: PeriodicClosure | None = None) -> Problem:
         """Return the problem; rows without limits and costs are left out."""
         used = tuple(
             r

@@ -18,7 +18,7 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.problem import Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class Body:
         return tuple(f"force {axis} of {s.name}" for s in self.sites for axis in "xyz")
 
 
-def dynamics_rows(body: Body, n_nodes: int) -> Rows:
+def dynamics_rows(body: Body, n_nodes: int) -> ConstraintFamily:
     r"""Return what is missing at the root, what muscles do, and how hard they work.
 
     The first six rows are force [body weights] and moment [body weight · m] that nothing explains;
@@ -145,12 +145,14 @@ def dynamics_rows(body: Body, n_nodes: int) -> Rows:
     names += tuple(f"work rate of {n}" for n in sym.names[6:])
     names += tuple(f"whole torque of {n}" for n in body.stiff)
     function = body.function("dynamics", expression)
-    rows = Rows.free("dynamics", function, names, n_nodes, scale=body.torque)
+    rows = ConstraintFamily.free("dynamics", function, names, n_nodes, scale=body.torque)
     rows.lower[:, :6] = rows.upper[:, :6] = 0.0
     return rows
 
 
-def place_rows(body: Body, headings: Float[Array, "n_nodes n_sites"], *, rates: bool) -> Rows:
+def place_rows(
+    body: Body, headings: Float[Array, "n_nodes n_sites"], *, rates: bool
+) -> ConstraintFamily:
     r"""Return where every site is, the rolling of its sphere taken off; or how fast that moves.
 
     A sphere of radius :math:`\rho` on a foot pitched by :math:`\theta` and rolled by
@@ -184,10 +186,10 @@ def place_rows(body: Body, headings: Float[Array, "n_nodes n_sites"], *, rates: 
         names = tuple(f"speed {n}" for n in names)
     parameters = np.stack([np.cos(headings), np.sin(headings)], axis=2).reshape(len(headings), -1)
     function = body.function(name, expression, 2 * len(body.sites))
-    return Rows.free(name, function, names, len(headings), parameters, unit, 1000.0)
+    return ConstraintFamily.free(name, function, names, len(headings), parameters, unit, 1000.0)
 
 
-def friction_rows(body: Body, n_nodes: int, friction: float) -> Rows:
+def friction_rows(body: Body, n_nodes: int, friction: float) -> ConstraintFamily:
     r"""Return a pyramid inside the friction cone: :math:`|f_x|, |f_y| \le \mu f_z / \sqrt 2`."""
     side = friction / np.sqrt(2.0)
 
@@ -202,16 +204,16 @@ def friction_rows(body: Body, n_nodes: int, friction: float) -> Rows:
         f"friction {axis} at {s.name}" for s in body.sites for axis in ("+x", "-x", "+y", "-y")
     )
     function = body.function(("friction", side), expression)
-    return Rows.free("friction", function, names, n_nodes, unit="body weights")
+    return ConstraintFamily.free("friction", function, names, n_nodes, unit="body weights")
 
 
-def force_rows(body: Body, n_nodes: int) -> Rows:
+def force_rows(body: Body, n_nodes: int) -> ConstraintFamily:
     """Return contact forces themselves, to weigh them [body weights]."""
     function = body.function("forces", lambda ca, q, v, a, u, p: u)
-    return Rows.free("forces", function, body.force_names, n_nodes, unit="body weights")
+    return ConstraintFamily.free("forces", function, body.force_names, n_nodes, unit="body weights")
 
 
-def motion_rows(body: Body, n_nodes: int, what: str) -> Rows:
+def motion_rows(body: Body, n_nodes: int, what: str) -> ConstraintFamily:
     """Return coordinates, their rates or accelerations as rows, to limit or weigh them.
 
     Args:
@@ -222,7 +224,9 @@ def motion_rows(body: Body, n_nodes: int, what: str) -> Rows:
     i = ("coordinates", "speeds", "accelerations").index(what)
     function = body.function(what, lambda ca, *states: states[i])
     prefix = ("", "speed of ", "acceleration of ")[i]
-    return Rows.free(what, function, tuple(prefix + n for n in body.symbolic.names), n_nodes)
+    return ConstraintFamily.free(
+        what, function, tuple(prefix + n for n in body.symbolic.names), n_nodes
+    )
 
 
 def site_targets(body: Body, footprint: Footprint) -> dict[str, Float[Array, " 3"]]:
@@ -239,7 +243,11 @@ def site_targets(body: Body, footprint: Footprint) -> dict[str, Float[Array, " 3
 
 
 def hold_contacts(
-    body: Body, plan: ContactPlan, nodes: Float[Array, " n_nodes"], place: Rows, speed: Rows
+    body: Body,
+    plan: ContactPlan,
+    nodes: Float[Array, " n_nodes"],
+    place: ConstraintFamily,
+    speed: ConstraintFamily,
 ) -> None:
     """Fix every standing site where the plan has it, and keep the others above the ground.
 
@@ -292,8 +300,8 @@ def _hold(
     nodes: Float[Array, " n_nodes"],
     spans: dict[int, tuple[float, float]],
     targets: dict[int, Float[Array, " 3"]],
-    place: Rows,
-    speed: Rows,
+    place: ConstraintFamily,
+    speed: ConstraintFamily,
     heading: float = 0.0,
 ) -> None:
     """Fix sites that move as one while they stand: site → from when to when, and where."""

@@ -14,9 +14,9 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky_banded
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.families import Family, limits_of_unknowns
-from plantigrade.synthesize.transcription.transcription import PART, Transcription
+from plantigrade.synthesize.transcription.linear_map import PART, Transcription
 
 GROWTH = 8.0
 """By how much more is added to the diagonal where that was not enough."""

@@ -73,7 +73,9 @@ def free_timing(
             return np.inf
         p = _varied(start, np.clip(x, -1.0, 1.0))
         warm = best[0][1] if best else None
-        made = synthesize(body, task_of(p), warm=warm, progress=told, rounds=0, rescue=not best)
+        made = synthesize(
+            body, task_of(p), warm=warm, progress=told, refinements=0, rescue=not best
+        )
         way = p.speed * made.task.plan.duration
         value = made.objective / way if made.success else np.inf
         costs.append(value)

@@ -49,7 +49,7 @@ LEAN = float(np.deg2rad(-15.0))  # the pelvis leans forward in push and landing,
 MEAN = 0.62  # of the person's strengths, which are those of strong people: mean + 2 SD
 POWER = 10.0  # of a joint [W/kg]
 HIGHEST = 1.2  # nobody jumps higher [m]
-DENSITY = 40.0  # nodes a second: at 25, flight is off by a quarter of body weight between nodes
+NODES_PER_SECOND = 40.0  # at 25, flight is off by a quarter of body weight between nodes
 
 
 def jump(
@@ -121,7 +121,7 @@ def jump(
         ),
         lift=height,
     )
-    return Task("jump", plan, terms, guess, density=DENSITY)
+    return Task("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
 def take_off(
@@ -174,7 +174,7 @@ def take_off(
         ),
         lift=0.0,
     )
-    return Task("take-off", plan, terms, guess, density=DENSITY)
+    return Task("take-off", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
 def highest_jump(

@@ -71,7 +71,7 @@ TERMS: Mapping[str, type] = {
 """Name of a term in a file → its class, whose fields are the keys."""
 
 STANDING = "standing"
-_TASK = ("name", "base", "without", "density", "basis")
+_TASK = ("name", "base", "without", "nodes_per_second", "basis")
 _STANDING = ("duration",)
 _STANCE = ("side", "x", "y", "height", "heading", "strike", "flat", "heel_off", "ball_off", "off")
 _TOP = ("task", "parameters", "term", "stance")
@@ -88,7 +88,7 @@ class TaskFile:
         without: Names of terms of the base that are left out.
         added: Names and arguments of terms that are added.
         stances: Stances as they are written, instead of the base's.
-        density: Nodes a second; the base's if None.
+        nodes_per_second: Nodes a second; the base's if None.
         basis: ``"trigonometric"`` or ``"polynomial"``; the base's if None.
     """
 
@@ -98,7 +98,7 @@ class TaskFile:
     without: tuple[str, ...] = ()
     added: tuple[tuple[str, Mapping[str, Any]], ...] = ()
     stances: tuple[Mapping[str, Any], ...] = ()
-    density: float | None = None
+    nodes_per_second: float | None = None
     basis: str | None = None
 
     def task(self, human: Human) -> Task:
@@ -118,8 +118,8 @@ class TaskFile:
         if self.stances:
             ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.strike)
             task = replace(task, plan=replace(task.plan, stances=tuple(ordered)))
-        if self.density is not None:
-            task = replace(task, density=float(self.density))
+        if self.nodes_per_second is not None:
+            task = replace(task, nodes_per_second=float(self.nodes_per_second))
         if self.basis is not None:
             task = replace(task, basis=self.basis)
         return task
@@ -129,7 +129,7 @@ class TaskFile:
         head: dict[str, Any] = {"name": self.name, "base": self.base}
         if self.without:
             head["without"] = list(self.without)
-        for key in ("density", "basis"):
+        for key in ("nodes_per_second", "basis"):
             if getattr(self, key) is not None:
                 head[key] = getattr(self, key)
         parts = [_table("[task]", head)]
@@ -195,9 +195,13 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     name = head.get("name", base)
     if not isinstance(name, str) or not name:
         raise wrong("[task] name", f"is {name!r}", "write a name in quotes")
-    density = head.get("density")
-    if density is not None and not (_is_number(density) and density > 0):
-        raise wrong("[task] density", f"is {density!r}", "nodes a second, a positive number")
+    nodes_per_second = head.get("nodes_per_second")
+    if nodes_per_second is not None and not (_is_number(nodes_per_second) and nodes_per_second > 0):
+        raise wrong(
+            "[task] nodes_per_second",
+            f"is {nodes_per_second!r}",
+            "nodes a second, a positive number",
+        )
     basis = head.get("basis")
     if basis is not None and basis not in BASES:
         raise wrong("[task] basis", f"is {basis!r}", f"allowed are {', '.join(BASES)}")
@@ -239,7 +243,14 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
                 raise wrong(f"{where} {key}", f"is {value!r}", "a number is needed")
         stances.append(given)
     return TaskFile(
-        name, base, parameters, tuple(without), tuple(added), tuple(stances), density, basis
+        name,
+        base,
+        parameters,
+        tuple(without),
+        tuple(added),
+        tuple(stances),
+        nodes_per_second,
+        basis,
     )
 
 

@@ -48,8 +48,8 @@ from plantigrade.synthesize.terms.terms import (
     Track,
 )
 
-DENSITY = 50.0  # nodes a second
-GRID = 1.0 / DENSITY  # contact changes at multiples of this, so that nodes are even [s]
+NODES_PER_SECOND = 50.0  # nodes a second
+GRID = 1.0 / NODES_PER_SECOND  # contact changes at multiples of this, so that nodes are even [s]
 APART = 2 * GRID  # at least this lies between two changes of one foot [s]
 BEYOND = 10.0  # a change outside the motion is put this far from it [s]
 DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
@@ -228,7 +228,7 @@ def track(
         return resample(moved, q, np.clip(times, moved[0], moved[-1]))
 
     terms = (tracking or Tracking()).terms(moved, q, *wrenches(human, motion))
-    return Task(name, plan, terms, guess, density=DENSITY)
+    return Task(name, plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
 def wrenches(

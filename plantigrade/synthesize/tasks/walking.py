@@ -72,7 +72,7 @@ HANGING = {"elbow_flex": 0.35}
 
 CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
 STEEPEST = 0.35  # [rad]
-DENSITY = {True: 60.0, False: 20.0}
+NODES_PER_SECOND = {True: 60.0, False: 20.0}
 """Nodes a second up to :data:`USUAL` speed, periodic and from standing; in proportion above it."""
 
 USUAL = 1.3
@@ -164,7 +164,7 @@ def walk(
         plan,
         tuple(terms),
         guess_from_standing,
-        density=DENSITY[False] * max(1.0, speed / USUAL),
+        nodes_per_second=NODES_PER_SECOND[False] * max(1.0, speed / USUAL),
     )
 
 
@@ -187,6 +187,6 @@ def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.
         plan,
         walking_terms(slope),
         guess,
-        density=DENSITY[True] * max(1.0, parameters.speed / USUAL),
+        nodes_per_second=NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL),
         step=step,
     )

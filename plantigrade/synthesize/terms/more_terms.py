@@ -10,7 +10,7 @@ from plantigrade.contact.site import Point
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.synthesize.problem.assembly import Assembly
 from plantigrade.synthesize.problem.formulation import site_targets
-from plantigrade.synthesize.problem.problem import Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily
 from plantigrade.synthesize.tasks.walking_plan import unrolled
 
 
@@ -29,7 +29,9 @@ def node_at(a: Assembly, time: float) -> int:
     return k
 
 
-def rows_of(a: Assembly, name: str, names: tuple[str, ...], expression, unit: str = "") -> Rows:
+def rows_of(
+    a: Assembly, name: str, names: tuple[str, ...], expression, unit: str = ""
+) -> ConstraintFamily:
     """Return rows of one's own, made where they were not asked for before.
 
     Args:
@@ -45,7 +47,7 @@ def rows_of(a: Assembly, name: str, names: tuple[str, ...], expression, unit: st
     q, v, acc = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
     u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
     function = ca.Function("rows", [q, v, acc, u, p], [expression(q, v, acc, u)])
-    return a.add(Rows.free(name, function, names, len(a.nodes), unit=unit))
+    return a.add(ConstraintFamily.free(name, function, names, len(a.nodes), unit=unit))
 
 
 BESIDE = 0.06

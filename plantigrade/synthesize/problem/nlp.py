@@ -2,8 +2,8 @@ r"""A trajectory problem as arrays: rows at nodes, what they must be, and what t
 
 Coordinates are a spline with coefficients :math:`c`; at every node :math:`t_k` they give
 :math:`q, \dot q, \ddot q`, and unknowns :math:`u_k` (contact forces) belong to the node alone. A
-:class:`Rows` is one function of these, evaluated at every node alike; arrays say, for every node
-and row, between what limits it must lie and what it costs:
+:class:`ConstraintFamily` is one function of these, evaluated at every node alike; arrays say, for
+every node and row, between what limits it must lie and what it costs:
 
 .. math:: \min_{c, u} \sum_k \sum_r g_{kr} r_{kr} + \tfrac12 w_{kr} (r_{kr} - \bar r_{kr})^2
     + \tfrac12 \sum_k \sigma_k \lVert u_{k+1} - u_k \rVert^2
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class ConstraintFamily:
     """One function, evaluated at every node, and what its rows must be there.
 
     Attributes:
@@ -73,7 +73,7 @@ class Rows:
         parameters: Float[Array, "n_nodes n_parameters"] | None = None,
         unit: str = "",
         scale: float = 1.0,
-    ) -> "Rows":
+    ) -> "ConstraintFamily":
         """Return rows without limits and without cost; fill the arrays to give them some."""
         shape = (n_nodes, len(names))
         return cls(
@@ -102,7 +102,7 @@ class Rows:
 
 
 @dataclass(frozen=True, eq=False)
-class Closure:
+class PeriodicClosure:
     """How a motion goes on after its end: as at its beginning, mirrored and moved on.
 
     Coefficient ``n_coefficients + i`` of coordinate ``j`` is ``sign[j]`` times coefficient ``i`` of
@@ -148,12 +148,12 @@ class Problem:
     basis: Basis
     nodes: Float[Array, " n_nodes"]
     names: tuple[str, ...]
-    rows: tuple[Rows, ...]
+    rows: tuple[ConstraintFamily, ...]
     u_names: tuple[str, ...] = ()
     u_lower: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
     u_upper: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
     u_smooth: Float[Array, "n_steps n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
-    closure: Closure | None = None
+    closure: PeriodicClosure | None = None
     jerk: Float[Array, " n_coordinates"] = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self):
