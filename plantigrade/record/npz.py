@@ -6,12 +6,12 @@ nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``conta
 ``contact_planned`` (n, k) of zeros and ones; of the contact sites ``contact_name``,
 ``contact_side``, ``contact_segment`` (the body of ``model.xml`` that is touched), ``contact_part``
 (k,), ``contact_position`` in that body's frame (k, 3), ``contact_radius``, ``contact_measured``
-(k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as ``limit_coordinate``,
-``limit_velocity``, ``limit_torque``, ``limit_force``; recorded markers as ``marker_names``,
-``marker_time``, ``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m, 3); ``notes``; every
-signal as ``signal/NAME``; every reference as ``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and
-the first of them on the frames of the motion as ``reference_qpos`` (n, nq). The figures of a run
-are in ``metrics.json`` beside it.
+(k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as
+``limit_coordinate``, ``limit_velocity``, ``limit_torque``, ``limit_force``; ``conditions`` of the
+task (JSON text); recorded markers as ``marker_names``, ``marker_time``, ``recorded_markers`` (n, m,
+3) and ``fitted_markers`` (n, m, 3); ``notes``; every signal as ``signal/NAME``; every reference as
+``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and the first of them on the frames of the motion
+as ``reference_qpos`` (n, nq). The figures of a run are in ``metrics.json`` beside it.
 """
 
 import io
@@ -28,6 +28,7 @@ from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import Arrays
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
+from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
 
 _ARRAYS = ("qfrc_actuator", "contact_force", "contact_point", "contact_torque")
@@ -86,6 +87,8 @@ def _arrays(record: Record) -> dict[str, Any]:
             "contact_radius": np.array([s.radius for s in sites], dtype=float),
             "contact_measured": np.array([s.measured for s in sites]),
         }
+    if record.conditions:
+        arrays["conditions"] = _text([c.to_dict() for c in record.conditions])
     if motion.events:
         arrays |= _events(motion)
     if markers is not None:
@@ -146,6 +149,7 @@ def read_npz(path: str | Path) -> Record:
             **{name: None if v is None else v > 0 for name, v in flags.items()},
             ground=ground,
             limits=_limits(arrays, nv - 6),
+            conditions=_conditions(arrays),
             signals=_signals(arrays),
             references=_references(arrays, names),
             recorded_markers=markers,
@@ -209,6 +213,15 @@ def _limits(arrays: Arrays, n_hinges: int) -> Limits:
         torque=arrays.numbers("limit_torque", 2, n_hinges),
         force=None if force is None else float(force),
     )
+
+
+def _conditions(arrays: Arrays) -> tuple[Condition, ...]:
+    if "conditions" not in arrays:
+        return ()
+    held = _json(arrays, "conditions")
+    if not (isinstance(held, list) and all(isinstance(c, dict) for c in held)):
+        arrays.refuse("is no list of conditions", "conditions")
+    return tuple(Condition.from_dict(c) for c in held)
 
 
 def _signals(arrays: Arrays) -> dict[str, np.ndarray]:
