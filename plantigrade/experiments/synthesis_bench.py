@@ -69,6 +69,7 @@ class Extent:
 
 
 QUICK = Extent(guesses=1, sizes=(0.05,), random=1)
+QUICK_PARTS = ("periodic", "sit-to-stand", "random periodic")
 
 
 def run(
@@ -76,16 +77,19 @@ def run(
     parts: Sequence[str] = (),
     extent: Extent | None = None,
     quick: bool = False,
-    folder: Path | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
     """Return the table of the parts, and of all that was measured before.
 
     Args:
-        parts: Names of :data:`PARTS`; all if empty.
+        parts: Names of :data:`PARTS`; all if empty, :data:`QUICK_PARTS` of a short form.
         extent: How much is measured; 20 guesses of three sizes and 50 random tasks if absent.
         quick: One guess and one random task instead.
-        folder: Where results are kept; those that are there are not measured again.
+        out: Folder where results are kept and the page is written; those that are there are not
+            measured again.
+        overwrite: They are.
         say: Called with one line per motion as it is made.
 
     Raises:
@@ -95,8 +99,8 @@ def run(
     for part in parts:
         if part not in PARTS:
             raise ParameterError(f"no part {part!r}; there are {', '.join(PARTS)}")
-    kept = KeptResults(folder / FILE if folder else None, say)
-    for name in parts or PARTS:
+    kept = KeptResults(out / FILE if out else None, say, anew=overwrite)
+    for name in parts or (QUICK_PARTS if quick else PARTS):
         PARTS[name].measure(kept, extent)
     shown = {n: kept.beginning(f"{n}/") for n in PARTS}
     rows = [row for n, found in shown.items() if found for row in rows_of(PARTS[n], found)]
@@ -108,12 +112,12 @@ def run(
         sheets.append("\n".join(["What failed, and why", *lines]))
     notes = [*NOTES, *filter(None, [kept.note()])]
     found = ResultTable("Motions from tasks: time and success", rows, notes, sheets)
-    if folder is not None:
+    if out is not None:
         sections = [g(x).section() for g, x in (
             (summary, shown), (loading_grid, loading), (every_motion, shown)
         )]  # fmt: skip
-        write_page(folder / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
-        say(f"{folder / PAGE}")
+        write_page(out / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
+        say(f"{out / PAGE}")
     return found
 
 

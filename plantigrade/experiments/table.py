@@ -33,6 +33,12 @@ class Row:
     met: bool | None = None
     note: str = ""
 
+    @property
+    def key(self) -> str:
+        """Its name among flat figures: snake_case, the unit as suffix."""
+        words = f"{self.subject} {self.quantity} {_UNIT_WORDS.get(self.unit, self.unit)}"
+        return re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")
+
 
 @dataclass(frozen=True)
 class ResultTable:
@@ -57,8 +63,7 @@ class ResultTable:
         """Return the rows as flat figures and a status."""
         flat: dict[str, Any] = {"status": "ok", **self.figures}
         for row in self.rows:
-            words = f"{row.subject} {row.quantity} {_UNIT_WORDS.get(row.unit, row.unit)}"
-            flat[re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")] = row.value
+            flat[row.key] = row.value
         judged = [row for row in self.rows if row.met is not None]
         flat["goals"] = len(judged)
         flat["goals_met"] = sum(bool(row.met) for row in judged)
