@@ -119,8 +119,8 @@ def read_figures(path: Path) -> Figures:
     remedy = "make one with `plantigrade experiment --all`"
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-        for e in found["experiments"].values():
-            e["status"], dict(e["figures"]), dict(e["goals"])
+        if not all({"status", "figures", "goals"} <= {*e} for e in found["experiments"].values()):
+            raise ValueError
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})", remedy=remedy) from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:

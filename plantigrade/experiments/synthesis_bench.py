@@ -16,7 +16,16 @@ import numpy as np
 from plantigrade.errors import ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
-from plantigrade.experiments.synthesis_trial import crude, judge, load, outcome, solve, tried, why
+from plantigrade.experiments.synthesis_trial import (
+    crude,
+    judge,
+    load,
+    motion_rows,
+    outcome,
+    solve,
+    tried,
+    why,
+)
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
@@ -69,7 +78,7 @@ class Extent:
 
 
 QUICK = Extent(guesses=1, sizes=(0.05,), random=1)
-QUICK_PARTS = ("periodic", "sit-to-stand", "random periodic")
+QUICK_PARTS = ("crude walk", "periodic", "sit-to-stand", "random periodic", "warm")
 
 
 def run(
@@ -364,6 +373,8 @@ def rows_of(part: Part, found: dict[str, Result]) -> Iterator[Row]:
         yield at_most(part.name, "time, median", float(np.median(times)), part.seconds, "s")
         yield at_most(part.name, "time, most", float(times.max()), part.seconds, "s")
         yield Row(part.name, "iterations, median", float(np.median(_of(found, "iterations"))))
+    for key, result in found.items():
+        yield from motion_rows(key, result)
 
 
 def summary(shown: dict[str, dict[str, Result]]) -> Grid:

@@ -15,7 +15,7 @@ import numpy as np
 from plantigrade.errors import ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
-from plantigrade.experiments.synthesis_trial import judge, outcome, solve, tried, why
+from plantigrade.experiments.synthesis_trial import judge, motion_rows, outcome, solve, tried, why
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Extent:
     density: float | None = None
 
 
-QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat",))
+QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat", "reach", "jump"))
 QUICK_PARTS = ("speeds", "tasks")
 
 
@@ -111,7 +111,7 @@ def run(
     Args:
         parts: Names of :data:`PARTS`; all if empty, :data:`QUICK_PARTS` of a short form.
         extent: How much is measured; everything if absent.
-        quick: One speed, one person and one other task instead.
+        quick: One speed, one person and three other tasks instead.
         out: Folder where results are kept and the page is written; those that are there are not
             measured again.
         overwrite: They are.
@@ -379,6 +379,7 @@ def rows_of(results: Mapping[str, Result]) -> Iterator[Row]:
     good = sum(bool(r["good"]) for r in results.values())
     yield at_least("all", "made with the same settings", good, len(results))
     for key, r in results.items():
+        yield from motion_rows(key, r)
         speed = r.get("told", {}).get("speed")
         if "check" in r and (speed is None or speed <= FREE):
             yield from check_rows(key, r["check"])

@@ -8,7 +8,11 @@ from typing import Any
 
 from plantigrade.errors import ParameterError, PlantigradeError
 
-_UNIT_WORDS = {"%": "pct", "ms/frame": "ms_per_frame"}  # as a suffix of a key
+_UNIT_WORDS = {
+    "%": "pct",
+    "ms/frame": "ms_per_frame",
+    "% of body weight": "bw_percent",
+}  # as a suffix of a key
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,7 @@ class Row:
     def key(self) -> str:
         """Its name among flat figures: snake_case, the unit as suffix."""
         words = f"{self.subject} {self.quantity} {_UNIT_WORDS.get(self.unit, self.unit)}"
+        words = re.sub(r"(?<!\S)\+(?=\d)", "plus ", re.sub(r"(?<!\S)-(?=\d)", "minus ", words))
         return re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")
 
 
