@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -12,6 +12,9 @@ from plantigrade.commands.options import Flag, OptionalPath, PrintOptions, optio
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError, RunExists
 from plantigrade.experiments.registry import EXPERIMENTS, Experiment
+
+if TYPE_CHECKING:
+    from plantigrade.experiments.table import ResultTable
 
 OPTIONS = {"data": "--data", "out": "--out", "parts": "--part", "overwrite": "--overwrite"}
 """What an experiment may take, and what the command line calls it."""
@@ -81,15 +84,14 @@ class Command(PrintOptions):
             if getattr(self, option) and option not in allowed:
                 raise ParameterError(f"{flag} means nothing for {what}")
 
-    def _table(self, experiment: Experiment, out: Path, *, overwrite: bool, say) -> Any:
+    def _table(
+        self, experiment: Experiment, out: Path, *, overwrite: bool, say: Callable[[str], None]
+    ) -> "ResultTable":
         """Run an experiment with what it needs and takes."""
-        options = {
-            "data": data_folder if "data" in experiment.needs else optional_data_folder,
-            "out": lambda _: out,
-            "parts": lambda parts: parts,
-            "overwrite": lambda _: overwrite,
-        }
-        given = {name: options[name](getattr(self, name)) for name in experiment.options}
+        values = {"out": out, "parts": self.parts, "overwrite": overwrite}
+        if "data" in experiment.options:
+            values["data"] = data_folder(self.data, needed="data" in experiment.needs)
+        given = {option: values[option] for option in experiment.options}
         return experiment.run(**given, quick=self.quick, say=say)
 
     def _all(self, say: Callable[[str], None]) -> Outcome:
@@ -140,22 +142,8 @@ def command_figures(words: tuple[str, ...], out: Path) -> dict[str, Any]:
     return {"status": metrics["status"], "figures": figures, "goals": {}}
 
 
-def optional_data_folder(given: Path | None) -> Path | None:
-    """Return the folder of recordings for an experiment that can do without: None if absent.
-
-    Raises:
-        ParameterError: If one was named and is not there.
-    """
-    if given is not None:
-        return data_folder(given)
-    try:
-        return data_folder(None)
-    except ParameterError:
-        return None
-
-
-def data_folder(given: Path | None) -> Path:
-    """Return the folder of recordings.
+def data_folder(given: Path | None, *, needed: bool) -> Path | None:
+    """Return the folder of recordings; None if it is not there and nobody needs or named it.
 
     Raises:
         ParameterError: If it is not there.
@@ -163,8 +151,10 @@ def data_folder(given: Path | None) -> Path:
     import os
 
     folder = given or Path(os.environ.get("PLANTIGRADE_DATA", "../shared/data"))
-    if not folder.is_dir():
-        raise ParameterError(
-            f"no folder of recordings at {folder}; name one with --data or PLANTIGRADE_DATA"
-        )
-    return folder
+    if folder.is_dir():
+        return folder
+    if given is None and not needed:
+        return None
+    raise ParameterError(
+        f"no folder of recordings at {folder}; name one with --data or PLANTIGRADE_DATA"
+    )
