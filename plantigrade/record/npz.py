@@ -214,10 +214,9 @@ def _limits(arrays: Arrays, n_hinges: int) -> Limits:
 def _conditions(arrays: Arrays) -> tuple[Condition, ...]:
     if "conditions" not in arrays:
         return ()
-    held = _json(arrays, "conditions")
-    if not (isinstance(held, list) and all(isinstance(c, dict) for c in held)):
-        arrays.refuse("is no list of conditions", "conditions")
-    return tuple(Condition.from_dict(c) for c in held)
+    return _described(
+        arrays, "conditions", lambda held: tuple(Condition.from_dict(c) for c in held), list
+    )
 
 
 def _signals(arrays: Arrays) -> dict[str, np.ndarray]:
@@ -242,14 +241,14 @@ def _references(
     return found
 
 
-def _described(arrays: Arrays, key: str, build: Callable[[Any], _T]) -> _T:
+def _described(arrays: Arrays, key: str, build: Callable[[Any], _T], kind: type = dict) -> _T:
     """Return what the JSON text ``key`` describes."""
     try:
         description = json.loads(str(arrays.any(key)))
-        if not isinstance(description, dict):
-            arrays.refuse("is no JSON object", key)
+        if not isinstance(description, kind):
+            arrays.refuse(f"is no JSON {'object' if kind is dict else 'list'}", key)
         return build(description)
-    except (ValueError, RecursionError) as error:
+    except (ValueError, TypeError, RecursionError) as error:
         if isinstance(error, FileError):
             raise
         arrays.refuse(f"is damaged ({error})", key)
