@@ -57,10 +57,10 @@ def textbook() -> Reference:
 
 def recording(path: Path) -> Reference:
     """Return a recorded gait as the tasks see it."""
-    from plantigrade.workflows.fit import fit_file
+    from plantigrade.workflows.fit import fit_trial
     from plantigrade.workflows.reproduce import reference_of_trial
 
-    return reference_of_trial(fit_file(path))
+    return reference_of_trial(fit_trial(path)[1])
 
 
 def gait_rows(subject: str, reference: Reference, tasks: str) -> Iterator[Row]:
