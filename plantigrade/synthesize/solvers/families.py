@@ -46,6 +46,7 @@ class Family:
         self.costs = bool(np.any(self.weight) or np.any(self.gain))
         shape = self.lower.shape
         self.J = np.zeros((0, 0, 0))  # until it is evaluated
+        self.whole = np.zeros((len(self.at), len(rows.names), n_local))
         self.only = np.zeros(shape, int), np.zeros(shape)  # of a single row: column in J, value
         self.r, self.s, self.y = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self.zl, self.zu = np.zeros(shape), np.zeros(shape)

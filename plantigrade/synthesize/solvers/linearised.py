@@ -61,8 +61,8 @@ class Linearised:
             if f.linear and f.J.size:
                 f.r = f.d.values(*here, f.parameters)
                 continue
-            f.r, J = f.d.jacobian(*here, f.parameters)
-            f.J = np.array(J[:, :, f.columns])  # J's own array is filled anew
+            f.r, J = f.d.jacobian(*here, f.parameters, out=f.whole)
+            f.J = J[:, :, f.columns]
             if f.single:
                 column = np.abs(f.J).argmax(axis=2)
                 f.only = column, np.take_along_axis(f.J, column[..., None], 2)[..., 0]

@@ -15,7 +15,7 @@ for what the ground cannot give, a remainder stays, and the checker sees it.
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.batched.functions import Batched
+from plantigrade.batched import BatchedFunction
 from plantigrade.synthesize.problem.formulation import Body
 
 FRICTION = 0.8
@@ -90,9 +90,9 @@ def remainder(
 def _wrenches(body: Body, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
     """Return the wrench a motion asks for [body weights], and the matrix from forces to it."""
     if "wrench" not in body.kept:
-        body.kept["wrench"] = Batched(body.symbolic.root_wrench())
-        body.kept["points"] = Batched(body.symbolic.positions(list(body.sites)))
-        body.kept["pelvis"] = Batched(body.symbolic.frames())
+        body.kept["wrench"] = BatchedFunction(body.symbolic.root_wrench())
+        body.kept["points"] = BatchedFunction(body.symbolic.positions(list(body.sites)))
+        body.kept["pelvis"] = BatchedFunction(body.symbolic.frames())
     n, k = len(q), len(body.sites)
     asked = body.kept["wrench"](q, v, a)[0] / body.weight
     place = body.kept["points"](q)[0].reshape(n, k, 3)
