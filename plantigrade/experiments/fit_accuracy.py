@@ -17,7 +17,7 @@ from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, o
 from plantigrade.io import read
 from plantigrade.io.mot import read_table
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet
 from plantigrade.motion import Recording, Table
 from plantigrade.motion.events import plate_events
 from plantigrade.motion.filters import lowpass
@@ -153,7 +153,7 @@ def frame_time_ms(trial: Trial) -> float:
     """Return the median time of inverse kinematics per frame, warm-started [ms]."""
     fit = trial.fit
     assert fit.markers is not None
-    points = Points(
+    points = PointSet(
         fit.human, [p.body for p in fit.places], np.array([p.position for p in fit.places])
     )
     solver = InverseKinematics(points)

@@ -122,15 +122,15 @@ def test_a_mirror_twice_is_the_motion_itself(human, walk):
 
 def test_the_mirror_image_moves_as_the_mirrored_points_do(human, walk):
     """The right ankle of the image is where the left one is, on the other side of the plane."""
-    from plantigrade.kinematics.points import Points
+    from plantigrade.kinematics.state import PointSet
 
     for qpos in walk.qpos[::40]:
         of = {
-            s: Points(human, [f"foot_{s}", f"hand_{s}", "head"], np.zeros((3, 3)))
+            s: PointSet(human, [f"foot_{s}", f"hand_{s}", "head"], np.zeros((3, 3)))
             for s in ("r", "l")
         }
         image = mirror(human, qpos[None])[0]
-        np.testing.assert_allclose(of["r"].at(image), of["l"].at(qpos) * [1, -1, 1], atol=1e-9)
+        np.testing.assert_allclose(of["r"].path(image[None]), of["l"].path(qpos[None]) * [1, -1, 1], atol=1e-9)
 
 
 def test_events_of_the_repetition_make_whole_strides(data):

@@ -25,8 +25,11 @@ from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.contacts import Contact, foot_contacts
-from plantigrade.kinematics.ground import ContactPoints, contact_points, find_rests
+from plantigrade.kinematics.contacts import ContactInterval as Contact
+from plantigrade.kinematics.contacts import foot_contacts
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import SolePaths as ContactPoints
+from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.kinematics.soles import on_own_soles
 from plantigrade.models import Human
 from plantigrade.motion import Motion
