@@ -30,10 +30,8 @@ from importlib.resources import files
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
-
-GRAVITY = 9.80665
-"""Standard gravity [m/s²]."""
 
 PELVIC_PLANE = 10.0
 """Forward lean of the plane through the four iliac spines in upright standing [deg]."""

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.analyze import norms
-from plantigrade.analyze.curves import GRAVITY, GaitCurves
+from plantigrade.analyze.curves import GaitCurves
 from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
 from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.errors import ParameterError
 

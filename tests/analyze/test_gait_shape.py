@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import GaitCurves
-from plantigrade.analyze.synthesised_gait import (
+from plantigrade.analyze.gait_shape import (
     COMPARED,
     LEG,
     agreement_with_norm,
