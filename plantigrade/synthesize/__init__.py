@@ -21,9 +21,9 @@ from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
 if TYPE_CHECKING:
     from plantigrade.synthesize.diagnose.post_mortem import Broken, broken_rows
     from plantigrade.synthesize.problem.assembly import Assembly
-    from plantigrade.synthesize.problem.formulation import Body
+    from plantigrade.synthesize.problem.contact_body import ContactBody
     from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
-    from plantigrade.synthesize.solution import Sampled, Stage, Synthesis
+    from plantigrade.synthesize.solution import Sampled, Stage, Solution
     from plantigrade.synthesize.solve import synthesize
     from plantigrade.synthesize.solvers.interior_point import (
         InteriorPoint,
@@ -33,19 +33,19 @@ if TYPE_CHECKING:
         Result,
     )
     from plantigrade.synthesize.tasks.registry import TASKS, body_for, make_task
-    from plantigrade.synthesize.tasks.task import Task
+    from plantigrade.synthesize.tasks.task import MotionTask
     from plantigrade.synthesize.tasks.task_file import TaskFile, parse_task_file, read_task_file
     from plantigrade.synthesize.terms.terms import Term
 
 _HOMES = {
     "problem.assembly": ("Assembly",),
-    "problem.formulation": ("Body",),
+    "problem.formulation": ("ContactBody",),
     "solvers.interior_point": ("InteriorPoint", "Iterate", "Multipliers", "Options", "Result"),
     "diagnose.post_mortem": ("Broken", "broken_rows"),
     "problem.nlp": ("PeriodicClosure", "Problem", "ConstraintFamily"),
     "solve": ("synthesize",),
-    "solution": ("Sampled", "Stage", "Synthesis"),
-    "tasks.task": ("Task",),
+    "solution": ("Sampled", "Stage", "Solution"),
+    "tasks.task": ("MotionTask",),
     "tasks.task_file": ("TaskFile", "parse_task_file", "read_task_file"),
     "tasks.registry": ("TASKS", "body_for", "make_task"),
     "terms.terms": ("Term",),
@@ -57,7 +57,7 @@ __all__ = [
     "Assembly",
     "BandedMatrix",
     "Basis",
-    "Body",
+    "ContactBody",
     "Broken",
     "PeriodicClosure",
     "InteriorPoint",
@@ -70,8 +70,8 @@ __all__ = [
     "ConstraintFamily",
     "Sampled",
     "Stage",
-    "Synthesis",
-    "Task",
+    "Solution",
+    "MotionTask",
     "TaskFile",
     "Term",
     "TrigonometricBasis",

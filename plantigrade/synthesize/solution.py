@@ -8,10 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.synthesize.diagnose.post_mortem import values
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.interior_point import Iterate, Multipliers
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.terms import Contact
 from plantigrade.synthesize.transcription.forces_between import FRICTION, explaining, remainder
 from plantigrade.synthesize.transcription.linear_map import Transcription
@@ -62,7 +62,7 @@ class Sampled:
 
 
 @dataclass(frozen=True)
-class Synthesis:
+class Solution:
     """A motion from a task.
 
     Attributes:
@@ -78,8 +78,8 @@ class Synthesis:
         multipliers: For a warm start.
     """
 
-    body: Body
-    task: Task
+    body: ContactBody
+    task: MotionTask
     problem: Problem
     c: Float[Array, "n_coefficients nv"]
     u: Float[Array, "n_nodes n_unknowns"]

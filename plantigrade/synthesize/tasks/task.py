@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.synthesize.problem.assembly import Assembly
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots
@@ -19,12 +19,12 @@ from plantigrade.synthesize.transcription.mesh import nodes_of
 
 BASES = {"trigonometric": TrigonometricBasis, "polynomial": PolynomialBasis}
 
-Guess = Callable[[Body, ContactPlan, Array], Array]
+Guess = Callable[[ContactBody, ContactPlan, Array], Array]
 """Coordinates (n_times, nv) at times, for a body and a plan."""
 
 
 @dataclass(frozen=True)
-class Task:
+class MotionTask:
     """What is to be done.
 
     Attributes:
@@ -45,11 +45,11 @@ class Task:
     basis: str = "trigonometric"
     step: float = 0.0
 
-    def with_terms(self, *terms: Term) -> "Task":
+    def with_terms(self, *terms: Term) -> "MotionTask":
         """Return the task with more terms."""
         return replace(self, terms=(*self.terms, *terms))
 
-    def problem(self, body: Body, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:
+    def problem(self, body: ContactBody, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:
         """Return the problem of a person who does it.
 
         Args:
@@ -72,7 +72,7 @@ class Task:
         return assembly.problem(basis, closure)
 
     def start(
-        self, body: Body, problem: Problem
+        self, body: ContactBody, problem: Problem
     ) -> tuple[Float[Array, "n_coefficients nv"], Float[Array, "n_nodes n_unknowns"]]:
         """Return coefficients and forces of the first guess."""
         times = sample_times(problem)
@@ -139,7 +139,7 @@ def shared_weight(problem: Problem) -> Float[Array, "n_nodes n_unknowns"]:
     return u
 
 
-def mirror(body: Body, step: float) -> PeriodicClosure:
+def mirror(body: ContactBody, step: float) -> PeriodicClosure:
     """Return how a symmetric gait goes on after half a stride: mirrored, and a step further."""
     names = body.symbolic.names
     source = np.array([names.index(mirrored_name(n)) for n in names])

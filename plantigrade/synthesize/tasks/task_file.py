@@ -43,7 +43,7 @@ from plantigrade.synthesize.guess.postures import (
 )
 from plantigrade.synthesize.tasks.registry import TASKS, make_task, parameters_of
 from plantigrade.synthesize.tasks.standing import basics
-from plantigrade.synthesize.tasks.task import BASES, Task
+from plantigrade.synthesize.tasks.task import BASES, MotionTask
 from plantigrade.synthesize.terms import more_terms, terms
 
 TERMS: Mapping[str, type] = {
@@ -73,7 +73,7 @@ TERMS: Mapping[str, type] = {
 STANDING = "standing"
 _TASK = ("name", "base", "without", "nodes_per_second", "basis")
 _STANDING = ("duration",)
-_STANCE = ("side", "x", "y", "height", "heading", "strike", "flat", "heel_off", "ball_off", "off")
+_STANCE = ("side", "x", "y", "height", "heading", "strike", "flat", "heel_off", "forefoot_off", "off")
 _TOP = ("task", "parameters", "term", "stance")
 
 
@@ -101,7 +101,7 @@ class TaskFile:
     nodes_per_second: float | None = None
     basis: str | None = None
 
-    def task(self, human: Human) -> Task:
+    def task(self, human: Human) -> MotionTask:
         """Return the task of a person.
 
         Raises:
@@ -116,7 +116,7 @@ class TaskFile:
         more = tuple(TERMS[n](**dict(arguments)) for n, arguments in self.added)
         task = replace(task, name=self.name, terms=(*kept, *more))
         if self.stances:
-            ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.strike)
+            ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.heel_strike)
             task = replace(task, plan=replace(task.plan, stances=tuple(ordered)))
         if self.nodes_per_second is not None:
             task = replace(task, nodes_per_second=float(self.nodes_per_second))
@@ -254,13 +254,13 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     )
 
 
-def _standing(human: Human, duration: float = 2.0) -> Task:
+def _standing(human: Human, duration: float = 2.0) -> MotionTask:
     """Return a person who stands on both feet, with the usual conditions and costs."""
     if not 0.1 <= duration <= 60.0:
         raise ParameterError(f"{duration=} [s] must be 0.1 to 60")
     plan = ContactPlan(duration, standing_stances(standing_feet(human), duration))
     q = standing_posture(human)
-    return Task(STANDING, plan, basics(), KeyPostures((0.0, duration), (q, q)))
+    return MotionTask(STANDING, plan, basics(), KeyPostures((0.0, duration), (q, q)))
 
 
 def _stance(human: Human, given: Mapping[str, Any]) -> Stance:
@@ -274,7 +274,7 @@ def _stance(human: Human, given: Mapping[str, Any]) -> Stance:
     )
     strike = float(given.get("strike", -1.0))
     off = float(given.get("off", 1e3))
-    ball = float(given.get("ball_off", off))
+    ball = float(given.get("forefoot_off", off))
     heel = float(given.get("heel_off", ball))
     return Stance(print_, strike, float(given.get("flat", strike)), heel, ball, off)
 

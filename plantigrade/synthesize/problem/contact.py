@@ -1,157 +1,24 @@
-r"""The rows of a motion on true contact forces: dynamics, contact, friction, limits, costs.
+r"""Contact as families of rows: where every site is, how fast it moves, friction, forces.
 
-At every node the six equations of the root hold exactly with the forces of the ground, so every
-joint torque is the one the joint really does. A place of the foot that stands is held where the
-footprint has it; its sphere rolls, so that material on the ground is at rest.
+A site of the foot that stands is held where the footprint has it; its sphere rolls, so that
+material on the ground is at rest.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import SAME, ContactPlan, Footprint
-from plantigrade.contact.site import ContactSite
-from plantigrade.dynamics.passive import passive_moments, scale
-from plantigrade.dynamics.symbolic import SymbolicHuman
-from plantigrade.models import Human
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import ConstraintFamily
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 
-if TYPE_CHECKING:
-    import casadi
 
-TORQUE = 100.0
-"""A torque of 1 in rows, and a work rate of 1, of a person of the reference mass and height
-[N m, W]; others' go with mass times height, as strengths do."""
-
-STIFF = ("hip_flexion", "knee_angle", "ankle_angle", "mtp_angle")
-
-EDGE = 0.5
-"""Where work rates are rounded off, in units of rows."""
-
-
-@dataclass(frozen=True)
-class Body:
-    """A person with the places that can carry force, ready to be made rows of.
-
-    Attributes:
-        human: The person.
-        sites: Places that can carry force.
-        symbolic: Equations of motion.
-        passive: Whether tissue bears part of the torques, so that muscles bear the rest.
-        kept: What was made once for this body and is used again.
-    """
-
-    human: Human
-    sites: tuple[ContactSite, ...]
-    symbolic: SymbolicHuman
-    passive: bool = True
-    kept: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
-
-    @classmethod
-    def of(
-        cls,
-        human: Human,
-        sites: Sequence[ContactSite],
-        *,
-        passive: bool = True,
-        plan: ContactPlan | None = None,
-    ) -> "Body":
-        """Return the body of a person.
-
-        Args:
-            human: The person.
-            sites: Places that can carry force.
-            passive: Whether tissue bears part of the torques.
-            plan: Says how the ground slopes; level if absent. Motions are in the axes of the
-                ground, in which gravity leans.
-        """
-        symbolic = SymbolicHuman(human)
-        if plan is not None:
-            symbolic.gravity = plan.to_world.T @ symbolic.gravity
-        return cls(human, tuple(sites), symbolic, passive)
-
-    def function(
-        self, key: Any, expression: Callable[..., Any], n_parameters: int = 0
-    ) -> "casadi.Function":
-        """Return a function of a node, made where it has not been before.
-
-        Args:
-            key: What it is called; with numbers where it depends on them.
-            expression: (ca, q, qd, qdd, u, p) ↦ column of rows.
-            n_parameters: Length of p.
-        """
-        import casadi as ca
-
-        if ("function", key) not in self.kept:
-            q, v, a = (ca.SX.sym(x, self.symbolic.nv) for x in ("q", "qd", "qdd"))
-            u, p = ca.SX.sym("u", 3 * len(self.sites)), ca.SX.sym("p", n_parameters)
-            r = expression(ca, q, v, a, u, p)
-            self.kept["function", key] = ca.Function("rows", [q, v, a, u, p], [r])
-        return self.kept["function", key]
-
-    @property
-    def weight(self) -> float:
-        """Body weight [N]."""
-        return self.symbolic.mass * float(np.linalg.norm(self.symbolic.gravity))
-
-    @property
-    def torque(self) -> float:
-        """A torque of 1 in rows [N m], and a work rate of 1 [W]."""
-        return TORQUE * scale(self.human.mass, self.human.height)
-
-    @property
-    def stiff(self) -> tuple[str, ...]:
-        """Hinges at which tissue bears a part of the torque that counts beside its limit."""
-        stems = STIFF if self.passive else ()
-        return tuple(n for n in self.symbolic.names[6:] if n.rsplit("_", 1)[0] in stems)
-
-    @property
-    def force_names(self) -> tuple[str, ...]:
-        """Names of node unknowns, three forces a site."""
-        return tuple(f"force {axis} of {s.name}" for s in self.sites for axis in "xyz")
-
-
-def dynamics_rows(body: Body, n_nodes: int) -> ConstraintFamily:
-    r"""Return what is missing at the root, what muscles do, and how hard they work.
-
-    The first six rows are force [body weights] and moment [body weight · m] that nothing explains;
-    they are set to zero here. Then come the torques of muscles, :math:`\tau` less what tissue
-    bears [:attr:`Body.torque`], and their work rates, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2}`
-    less :math:`\epsilon`; last the whole torques of joints whose tissue bears much
-    (:attr:`Body.stiff`). All these are left free.
-    """
-    sym = body.symbolic
-
-    def expression(ca, q, v, a, u, p):
-        forces = ca.reshape(u, 3, len(body.sites)) * body.weight
-        tau = sym.inverse_dynamics(list(body.sites))(q, v, a, forces)
-        muscle = tau[6:]
-        if body.passive:
-            factor = scale(body.human.mass, body.human.height)
-            muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
-        muscle = muscle / body.torque
-        power = muscle * v[6:]
-        work = ca.sqrt(power * power + EDGE**2) - EDGE
-        whole = [tau[sym.names.index(n)] / body.torque for n in body.stiff]
-        return ca.vertcat(tau[:6] / body.weight, muscle, work, *whole)
-
-    names = tuple(f"root {w} {x}" for w in ("force", "moment") for x in "xyz")
-    names += tuple(f"torque of {n}" for n in sym.names[6:])
-    names += tuple(f"work rate of {n}" for n in sym.names[6:])
-    names += tuple(f"whole torque of {n}" for n in body.stiff)
-    function = body.function("dynamics", expression)
-    rows = ConstraintFamily.free("dynamics", function, names, n_nodes, scale=body.torque)
-    rows.lower[:, :6] = rows.upper[:, :6] = 0.0
-    return rows
-
-
-def place_rows(
-    body: Body, headings: Float[Array, "n_nodes n_sites"], *, rates: bool
+def site_places(
+    body: ContactBody, headings: Float[Array, "n_nodes n_sites"], *, rates: bool
 ) -> ConstraintFamily:
     r"""Return where every site is, the rolling of its sphere taken off; or how fast that moves.
 
@@ -189,7 +56,7 @@ def place_rows(
     return ConstraintFamily.free(name, function, names, len(headings), parameters, unit, 1000.0)
 
 
-def friction_rows(body: Body, n_nodes: int, friction: float) -> ConstraintFamily:
+def friction_pyramid(body: ContactBody, n_nodes: int, friction: float) -> ConstraintFamily:
     r"""Return a pyramid inside the friction cone: :math:`|f_x|, |f_y| \le \mu f_z / \sqrt 2`."""
     side = friction / np.sqrt(2.0)
 
@@ -207,43 +74,27 @@ def friction_rows(body: Body, n_nodes: int, friction: float) -> ConstraintFamily
     return ConstraintFamily.free("friction", function, names, n_nodes, unit="body weights")
 
 
-def force_rows(body: Body, n_nodes: int) -> ConstraintFamily:
+def site_forces(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     """Return contact forces themselves, to weigh them [body weights]."""
     function = body.function("forces", lambda ca, q, v, a, u, p: u)
     return ConstraintFamily.free("forces", function, body.force_names, n_nodes, unit="body weights")
 
 
-def motion_rows(body: Body, n_nodes: int, what: str) -> ConstraintFamily:
-    """Return coordinates, their rates or accelerations as rows, to limit or weigh them.
-
-    Args:
-        body: The person.
-        n_nodes: Number of nodes.
-        what: ``"coordinates"``, ``"speeds"`` or ``"accelerations"``.
-    """
-    i = ("coordinates", "speeds", "accelerations").index(what)
-    function = body.function(what, lambda ca, *states: states[i])
-    prefix = ("", "speed of ", "acceleration of ")[i]
-    return ConstraintFamily.free(
-        what, function, tuple(prefix + n for n in body.symbolic.names), n_nodes
-    )
-
-
-def site_targets(body: Body, footprint: Footprint) -> dict[str, Float[Array, " 3"]]:
+def site_targets(body: ContactBody, footprint: Footprint) -> dict[str, Float[Array, " 3"]]:
     """Return where the sites of a flat foot on a footprint are: x, y and height [m].
 
-    In x and y the rolling of the spheres is taken off, as in :func:`place_rows`.
+    In x and y the rolling of the spheres is taken off, as in :func:`site_places`.
     """
-    kept = f"flat {footprint.side}"
-    if kept not in body.kept:
-        body.kept[kept] = flat_sites(body.human, body.sites, footprint.side)
+    flat = body.cache.get(
+        ("flat foot", footprint.side), lambda: flat_sites(body.human, body.sites, footprint.side)
+    )
     c, s = np.cos(footprint.heading), np.sin(footprint.heading)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return {n: np.array(footprint.position) + turn @ x for n, x in body.kept[kept].items()}
+    return {n: np.array(footprint.position) + turn @ x for n, x in flat.items()}
 
 
 def hold_contacts(
-    body: Body,
+    body: ContactBody,
     plan: ContactPlan,
     nodes: Float[Array, " n_nodes"],
     place: ConstraintFamily,
@@ -261,7 +112,7 @@ def hold_contacts(
         if site.side:
             place.lower[:, 3 * k + 2] = lowest
     for stance in plan.stances:
-        during = (nodes >= stance.strike - SAME) & (nodes <= stance.off + SAME)
+        during = (nodes >= stance.heel_strike - SAME) & (nodes <= stance.toe_off + SAME)
         for k, site in enumerate(body.sites):  # a heel that has risen does not sink into its tread
             if site.side == stance.footprint.side:
                 place.lower[during, 3 * k + 2] = stance.footprint.position[2]
@@ -296,7 +147,7 @@ def _lasting(
 
 
 def _hold(
-    body: Body,
+    body: ContactBody,
     nodes: Float[Array, " n_nodes"],
     spans: dict[int, tuple[float, float]],
     targets: dict[int, Float[Array, " 3"]],
@@ -310,11 +161,10 @@ def _hold(
     for i, t in enumerate(nodes):
         down = [k for k, (start, stop) in spans.items() if start - SAME <= t <= stop + SAME]
         through = [k for k in down if spans[k][0] < t - SAME and t + SAME < spans[k][1]]
-        key = ("rows", tuple(through), tuple(down), round(heading, 3))
-        if key not in body.kept:
-            first = _independent(jacobian, through, [])
-            body.kept[key] = first, _independent(jacobian, down, first)
-        first, every = body.kept[key]
+        first, every = body.cache.get(
+            ("independent rows", tuple(through), tuple(down), round(heading, 3)),
+            partial(_independent_rows, jacobian, through, down),
+        )
         for row in every:
             place.lower[i, row] = place.upper[i, row] = targets[row // 3][row % 3]
         for k in down:  # those that follow need no limit
@@ -324,7 +174,7 @@ def _hold(
             speed.lower[i, row] = speed.upper[i, row] = 0.0
 
 
-def _rows_at_rest(body: Body, heading: float = 0.0) -> Float[Array, "n_rows nv"]:
+def _rows_at_rest(body: ContactBody, heading: float = 0.0) -> Float[Array, "n_rows nv"]:
     """Return the Jacobian of all place rows in quiet standing.
 
     Rows are along world axes, so which of them are independent depends on where the feet point: two
@@ -334,17 +184,24 @@ def _rows_at_rest(body: Body, heading: float = 0.0) -> Float[Array, "n_rows nv"]
         body: The person.
         heading: Where the person stands to, from x towards y [rad].
     """
-    key = ("at rest", round(heading, 3))
-    if key not in body.kept:
-        towards = np.full((1, len(body.sites)), key[1])
-        place = place_rows(body, towards, rates=False)
+    angle = round(heading, 3)
+
+    def make() -> Array:
+        place = site_places(body, np.full((1, len(body.sites)), angle), rates=False)
         standing, nv = body.human.standing()[None], body.symbolic.nv
         q, v, a = body.symbolic.from_mujoco(standing, np.zeros((1, nv)), np.zeros((1, nv)))
-        q[:, body.symbolic.names.index("pelvis_rotation")] += key[1]
+        q[:, body.symbolic.names.index("pelvis_rotation")] += angle
         u = np.zeros((1, 3 * len(body.sites)))
         J = derivatives_of(place.function).jacobian(q, v, a, u, place.parameters)[1]
-        body.kept[key] = J[0, :, :nv].copy()
-    return body.kept[key]
+        return J[0, :, :nv].copy()
+
+    return body.cache.get(("contact jacobian at rest", angle), make)
+
+
+def _independent_rows(jacobian: Array, through: list[int], down: list[int]):
+    """Return independent rows of sites that stand on, then those and the ones of all sites."""
+    first = _independent(jacobian, through, [])
+    return first, _independent(jacobian, down, first)
 
 
 def _independent(
@@ -377,12 +234,12 @@ def _with(base: Array, row: Array) -> Array:
 
 
 def headings(
-    body: Body, plan: ContactPlan, nodes: Float[Array, " n_nodes"]
+    body: ContactBody, plan: ContactPlan, nodes: Float[Array, " n_nodes"]
 ) -> Float[Array, "n_nodes n_sites"]:
     """Return the heading of the footprint each site stands on, or stood on last [rad]."""
     out = np.zeros((len(nodes), len(body.sites)))
     for k, site in enumerate(body.sites):
         for stance in plan.stances:
             if stance.footprint.side == site.side:
-                out[nodes >= stance.strike - 1e-9, k] = stance.footprint.heading
+                out[nodes >= stance.heel_strike - 1e-9, k] = stance.footprint.heading
     return out
