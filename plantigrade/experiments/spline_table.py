@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.analyze.norms import CITATION, norm
 from plantigrade.experiments.table import ResultTable, Row, at_most, sheet
-from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Band, Series, line_plot
+from plantigrade.charts import LEFT, MIDDLE, RIGHT, Band, Series, line_plot
 from plantigrade.synthesize.zhakatayev2023 import (
     BASES,
     MOTIONS,

@@ -321,7 +321,7 @@ def gait_grid(results: Mapping[str, Result]) -> Grid:
 def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
     """Return angles and ground reactions over norms, a section for every speed."""
     from plantigrade.analyze import norms
-    from plantigrade.report.plots import RIGHT, Band, Series, line_plot
+    from plantigrade.charts import RIGHT, Band, Series, line_plot
     from plantigrade.report.sections import Figure, Section
     from plantigrade.report.theme import title_of
 

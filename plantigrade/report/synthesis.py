@@ -11,7 +11,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import FileError
 from plantigrade.record import Record
-from plantigrade.report.plots import (
+from plantigrade.charts import (
     LEFT,
     MIDDLE,
     RIGHT,
@@ -479,7 +479,7 @@ def power_section(model: mujoco.MjModel, record: Record) -> Section:
 
 def use_section(model: mujoco.MjModel, record: Record) -> Section:
     """Return how much of each joint's strength the motion takes."""
-    from plantigrade.report.plots import bar_plot
+    from plantigrade.charts import bar_plot
 
     title = "Strength that is used"
     limited = [

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from plantigrade.synthesize.problem.assembly import Assembly
     from plantigrade.synthesize.problem.contact_body import ContactBody
     from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
-    from plantigrade.synthesize.solution import Sampled, Stage, Solution
+    from plantigrade.synthesize.solution import Sampled, Solution, Stage
     from plantigrade.synthesize.solve import synthesize
     from plantigrade.synthesize.solvers.interior_point import (
         InteriorPoint,

@@ -18,7 +18,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.solution import Stage, Solution
+from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solvers.interior_point import (
     InteriorPoint,
     Iterate,
