@@ -21,6 +21,7 @@ from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import Markers
 from plantigrade.motion.views import table_html
 from plantigrade.record import views
+from plantigrade.record.conditions import Condition
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +76,7 @@ class Record:
         contact_planned: When each site was planned to stand; None where there was no plan.
         ground: What the body stood on.
         limits: What the motion had to keep to.
+        conditions: What the task demanded besides, at times of ``motion``.
         signals: Further results by name, as arrays of numbers or words: residuals of tasks, the
             history of a solver, the state of a controller. Names have dots: ``"solver.history"``.
         references: Other motions of the same Human by name, on clocks of their own: the recorded
@@ -96,6 +98,7 @@ class Record:
     contact_planned: Bool[Array, "n_frames n_sites"] | None = None
     ground: Ground = field(default_factory=Ground)
     limits: Limits = field(default_factory=Limits)
+    conditions: tuple[Condition, ...] = ()
     signals: Mapping[str, Array] = field(default_factory=dict)
     references: Mapping[str, Motion] = field(default_factory=dict)
     recorded_markers: Markers | None = None
