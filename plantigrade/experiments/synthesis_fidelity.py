@@ -323,7 +323,7 @@ def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
     from plantigrade.analyze import norms
     from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
     from plantigrade.charts.labels import title_of
-        from plantigrade.report.section import Section
+    from plantigrade.report.section import Section
 
     titles = {"vertical_grf": "Vertical ground reaction", "anterior_grf": "Forward ground reaction"}
     sections = []
