@@ -28,8 +28,9 @@ from plantigrade.dynamics.carriers import SIDES, Carriers
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
-from plantigrade.motion.events import contact_events, ground_velocity
 from plantigrade.motion.filters import derivative, lowpass, runs
+from plantigrade.motion.ground_velocity import ground_velocity
+from plantigrade.motion.plate_events import contact_events
 from plantigrade.motion.recording import ForcePlate, rate_of
 
 NEAR = 0.20  # furthest a centre of pressure may be from the sole it is given to [m]

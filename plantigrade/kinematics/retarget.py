@@ -26,6 +26,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import level, moving_ground
 from plantigrade.kinematics.inverse import InverseKinematics
@@ -36,7 +37,7 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.terms import Terms
 from plantigrade.models import Human
 from plantigrade.models.anthropometry import Dimensions, dimensions
-from plantigrade.models.joint_names import SIDES, JointMap, identify
+from plantigrade.models.joint_names import JointMap, identify
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import derivative, lowpass
 from plantigrade.motion.recording import SkeletonMotion, rate_of

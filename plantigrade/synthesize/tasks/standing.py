@@ -56,7 +56,7 @@ def basics() -> tuple[Term, ...]:
 
 def at_rest(human: Human, time: float, q: Float[Array, " nv"]) -> tuple[Term, ...]:
     """Return the terms of a posture that is held."""
-    from plantigrade.models.human import PELVIS
+    from plantigrade.spatial.conventions import PELVIS
 
     names = PELVIS + human.coordinates
     return (
