@@ -173,7 +173,7 @@ class Ground:
         heights = np.array([self.height, *(step.height for step in self.steps)])
         edges = np.array([step.x for step in self.steps])
         near = (x - margin, x + margin)
-        return np.maximum(*(heights[np.searchsorted(edges, each)] for each in near))
+        return np.asarray(np.maximum(*(heights[np.searchsorted(edges, each)] for each in near)))
 
     def under(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
         """Return the height of the ground along its normal, under world points [m]."""
