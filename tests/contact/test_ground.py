@@ -82,7 +82,7 @@ def test_relief_is_bilinear_and_ends_at_its_edge():
     x = np.array([[1.5, 1.0, 0.0], [1.75, 0.0, 0.0], [0.9, 0.0, 0.0]])
     np.testing.assert_allclose(ground.under(x), [0.12, 0.115, 0.1])
     normal = ground.normal_at(x[1])
-    np.testing.assert_allclose(normal[:2] / normal[2], [-0.02, -0.0075], rtol=1e-4)
+    np.testing.assert_allclose(normal[:2] / normal[2], [-0.02, -0.015], rtol=1e-4)
 
 
 def test_a_ground_is_the_same_after_json():
