@@ -179,7 +179,7 @@ class Ground:
         """Return the height of the ground along its normal, under world points [m]."""
         x = points @ self.to_world
         level = self.along(x[..., 0])
-        return np.maximum(level, self._relief(x)) if self._uneven else level
+        return np.asarray(np.maximum(level, self._relief(x))) if self._uneven else level
 
     def normal_at(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
         """Return in which direction the ground under world points pushes, world."""

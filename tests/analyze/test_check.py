@@ -15,6 +15,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Condition, Limits, Record, Run
 from tests.analyze.bodies import MOTION, having, person, record_of, sites_of, still
+from tests.analyze.standing import balancing_forces, free_of_limits, standing_record
 
 BALL = """
 <mujoco><worldbody><body name="ball_r" pos="0 0 0.1"><freejoint/>
@@ -37,68 +38,15 @@ def plateau(corner, height) -> HeightField:
     return HeightField(corner, (4.0, 4.0), ((height, height), (height, height)))
 
 
-def balancing_forces(model, sites, qpos, qvel, qacc, sideways=0.2):
-    """Least forces at the sites that explain the root of a motion, found with MuJoCo's mj_jac.
-
-    ``sideways``: how readily the ground pushes along itself.
-    """
-    data = mujoco.MjData(model)
-    n, k = len(qpos), len(sites)
-    forces = np.empty((n, k, 3))
-    W = np.tile([sideways**2, sideways**2, 1.0], k)
-    for f in range(n):
-        data.qpos[:], data.qvel[:], data.qacc[:] = qpos[f], qvel[f], qacc[f]
-        mujoco.mj_inverse(model, data)
-        A = np.empty((6, 3 * k))
-        for i, site in enumerate(sites):
-            b = model.body(site.body).id
-            point = data.xpos[b] + data.xmat[b].reshape(3, 3) @ site.position
-            point[2] -= site.radius
-            J = np.zeros((3, model.nv))
-            mujoco.mj_jac(model, data, J, None, point, b)
-            A[:, 3 * i : 3 * i + 3] = J[:, :6].T
-        forces[f] = (W * (A.T @ np.linalg.solve((A * W) @ A.T, data.qfrc_inverse[:6])).T).reshape(
-            k, 3
-        )
-    return forces
-
-
 @pytest.fixture(scope="module")
 def human() -> Human:
-    return Human.create(1.74, 70.0, joints="43")
-
-
-def free_of_limits(human):
-    """The compiled model without contacts, as the laws of motion have it."""
-    import copy
-
-    model = copy.deepcopy(human.model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    return model
+    return standing_record().human
 
 
 @pytest.fixture(scope="module")
-def standing(human) -> Record:
+def standing() -> Record:
     """A person who stands still on both feet, weight shared, and swings the arms a little."""
-    n = 241
-    t = np.linspace(0.0, 1.2, n)
-    model = human.model
-    qpos = np.tile(human.standing(), (n, 1))
-    qvel, qacc = np.zeros((n, model.nv)), np.zeros((n, model.nv))
-    for name, amplitude, pace in (("arm_flex_r", 0.3, 6.0), ("arm_flex_l", -0.2, 5.0)):
-        i = human.hinge(name)
-        qpos[:, 7 + i] += amplitude * np.sin(pace * t)
-        qvel[:, 6 + i] = amplitude * pace * np.cos(pace * t)
-        qacc[:, 6 + i] = -amplitude * pace**2 * np.sin(pace * t)
-    data = mujoco.MjData(model)
-    data.qpos[:] = qpos[0]
-    mujoco.mj_kinematics(model, data)
-    sites = sites_of(human)
-    low = min(data.geom(f"contact_{s}").xpos[2] for s in ("foot_metatarsal_1_r",))
-    low -= model.geom("contact_foot_metatarsal_1_r").size[0]
-    qpos[:, 2] -= low
-    forces = balancing_forces(free_of_limits(human), sites, qpos, qvel, qacc)
-    return record_of(human, t, qpos, qvel, qacc, sites, forces, np.ones((n, len(sites)), bool))
+    return having(standing_record(), qfrc_actuator=None, contact_point=None)
 
 
 def test_standing_with_the_weight_shared_is_fine(standing):

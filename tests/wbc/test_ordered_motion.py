@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, PostureTask
 
 from plantigrade.kinematics.ground import contact_points
 from plantigrade.kinematics.state import PointSet, State
@@ -12,6 +11,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.ordered_motion import SINGULAR, STEP, TaskOrder, arrest, move, stack
+from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, PostureTask
 from tests.models.presets import person
 
 HAND = (0.0, 0.0, -0.08)
