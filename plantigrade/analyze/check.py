@@ -209,7 +209,7 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
         return
     h = np.diff(motion.time)[:, None]
     middle = motion.time[:-1] + 0.5 * h[:, 0]
-    v, a = motion.qvel, motion.qacc
+    v, a = motion.qvel, s.qacc
     rate = np.empty((n - 1, nv))
     for f in range(n - 1):
         mujoco.mj_differentiatePos(model, rate[f], h[f, 0], motion.qpos[f], motion.qpos[f + 1])

@@ -21,6 +21,7 @@ class Sweep:
 
     Attributes:
         weight: Body weight [N].
+        qacc: Accelerations, as recorded.
         force: Contact forces, zero where none is known [N].
         torque: Free moments with them [N m].
         standing: Which site was planned to stand; without a plan, which one carries.
@@ -48,6 +49,7 @@ class Sweep:
     """
 
     weight: float
+    qacc: Float[Array, "n nv"]
     force: Float[Array, "n k 3"]
     torque: Float[Array, "n k 3"]
     standing: Bool[Array, "n k"]
@@ -79,7 +81,7 @@ def sweep(record: Record) -> Sweep:
         ParameterError: If the motion cannot be checked: it has no accelerations, missing values,
             times that do not increase, or a site on no body.
     """
-    refuse(record)
+    qacc = _accelerations(record)
     motion, human, ground = record.motion, record.human, record.ground
     model = copy.copy(human.model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
@@ -107,7 +109,7 @@ def sweep(record: Record) -> Sweep:
     momentum, energy, power = np.empty((n, 6)), np.empty(n), np.empty(n)
     loaded = np.any(force != 0.0, axis=2) | np.any(torque != 0.0, axis=2)
     for f in range(n):
-        data.qpos[:], data.qvel[:], data.qacc[:] = motion.qpos[f], motion.qvel[f], motion.qacc[f]
+        data.qpos[:], data.qvel[:], data.qacc[:] = motion.qpos[f], motion.qvel[f], qacc[f]
         mujoco.mj_inverse(model, data)
         mujoco.mj_subtreeVel(model, data)
         mujoco.mj_energyPos(model, data)
@@ -137,16 +139,15 @@ def sweep(record: Record) -> Sweep:
     low = np.array([s.radius for s in spheres]).reshape(-1, 1) * ground.normal
     under = [human.body(s.body) for s in spheres]
     inside = np.array([s.position for s in spheres]).reshape(-1, 3)
-    if record.contact_force is None:
-        known = np.zeros(n, bool)
-    else:
-        known = np.ones((n, k), bool) if record.contact_known is None else record.contact_known
-        known = known.all(axis=1)
+    known = np.full(n, record.contact_force is not None)
+    if record.contact_known is not None:
+        known &= record.contact_known.all(axis=1)
     standing = record.contact_planned
     if standing is None:
         standing = np.linalg.norm(force, axis=2) > CARRIES * weight
     return Sweep(
         weight=weight,
+        qacc=qacc,
         force=force,
         torque=torque,
         standing=standing & ~measured,
@@ -172,8 +173,8 @@ def sweep(record: Record) -> Sweep:
     )
 
 
-def refuse(record: Record) -> None:
-    """Raise where a record cannot be checked."""
+def _accelerations(record: Record) -> Float[Array, "n nv"]:
+    """Return the accelerations of a record that can be checked; raise for any other."""
     motion, n = record.motion, record.motion.n_frames
     if motion.qacc is None:
         raise ParameterError("cannot check a record without accelerations (motion.qacc)")
@@ -192,6 +193,7 @@ def refuse(record: Record) -> None:
         if site.body not in record.human.body_names:
             known = ", ".join(record.human.body_names)
             raise ParameterError(f"{site.name}: no body {site.body!r}; there are {known}")
+    return motion.qacc
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

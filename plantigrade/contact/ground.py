@@ -231,8 +231,8 @@ class Ground:
             )
             if field := d.get("field"):
                 heights = tuple(_numbers(row) for row in field["heights"])
-                sizes = (_numbers(field[name], 2) for name in ("corner", "spacing"))
-                d["field"] = HeightField(*sizes, heights)
+                corner, spacing = (_numbers(field[name], 2) for name in ("corner", "spacing"))
+                d["field"] = HeightField(corner, spacing, heights)
             return cls(**d)
         except (TypeError, ValueError, KeyError) as error:
             if isinstance(error, ParameterError):

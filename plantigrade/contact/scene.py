@@ -54,7 +54,7 @@ def scene_xml(human: Human, ground: Ground, sites: Sequence[ContactSite] = ()) -
     """
     root = ET.fromstring(human.xml)
     bodies = {body.get("name"): body for body in root.iter("body")}
-    root.find("option").attrib.update(cone="elliptic", impratio="10")
+    next(root.iter("option")).attrib.update(cone="elliptic", impratio="10")
     feet = {GEOM + site.name for site in contact_sites(human)}
     for geom in root.iter("geom"):
         if geom.get("name") in feet:
@@ -90,7 +90,7 @@ def _surface(ground: Ground) -> dict[str, str]:
 
 def _replace_floor(root: ET.Element, ground: Ground) -> None:
     """Put the ground where the floor of the person's own model was."""
-    world = root.find("worldbody")
+    world = next(root.iter("worldbody"))
     floor = next(g for g in world.findall("geom") if g.get("name") == "floor")
     place = list(world).index(floor)
     world.remove(floor)
@@ -145,7 +145,7 @@ def _relief(root: ET.Element, ground: Ground) -> list[dict[str, str]]:
             nrow=str(z.shape[0]),
             ncol=str(z.shape[1]),
             size=numbers(size),
-            elevation=numbers(z.ravel()),
+            elevation=numbers(z[::-1].ravel()),  # MJCF starts at the far side of y
         )
         shapes.append(
             {
