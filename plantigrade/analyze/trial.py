@@ -80,7 +80,9 @@ class Trial:
         if self.fit.residual is not None:
             signals["markers.residual"] = self.fit.residual
         markers, fitted = _markers(self.fit, self.motion)
-        contact: dict[str, Any] = {} if self.forces is None else _contact(self)
+        contact: dict[str, Any] = {}
+        if self.forces is not None:
+            contact = _contact(self.fit.human, self.motion, self.forces)
         return Record(
             self.fit.human,
             self.motion,
@@ -235,10 +237,9 @@ def _possible_cutoff(time, cutoff: float | None) -> float | None:
     return cutoff if cutoff < 0.45 * rate else None
 
 
-def _contact(trial: Trial) -> dict[str, Any]:
+def _contact(human: Human, motion: Motion, forces: FootForces) -> dict[str, Any]:
     """Return the measured forces by the segments that carry them, as fields of a Record."""
-    forces, human = trial.forces, trial.fit.human
-    carried = segment_forces(human, trial.motion.qpos, forces.force, forces.point, forces.torque)
+    carried = segment_forces(human, motion.qpos, forces.force, forces.point, forces.torque)
     sites = tuple(
         ContactSite(body=f"{segment}_{side}", name=f"{segment}_{side}", side=side, measured=True)
         for segment, side in zip(carried.segment, carried.side, strict=True)

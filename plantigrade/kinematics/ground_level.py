@@ -7,7 +7,7 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.rests import SHORTEST, STILL, point_speed
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
-from plantigrade.motion.events import ground_velocity
+from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.filters import runs
 from plantigrade.motion.recording import even_clock
 
