@@ -23,6 +23,7 @@ from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import GaitEvent, Motion
+from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import even_clock
 from plantigrade.reproduce.phases import Phase, phases_between, walking_events
 
@@ -67,12 +68,14 @@ class Reference:
 
     def at(self, time: float | Float[Array, " n"]) -> Float[Array, "*n nq"]:
         """Return the recorded configuration at a time or times."""
-        qpos = self.motion.at(np.atleast_1d(np.asarray(time, float))).qpos
+        times = np.atleast_1d(np.asarray(time, float))
+        qpos = resample(self.motion.time, self.motion.qpos, times)
+        qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
         return qpos[0] if np.ndim(time) == 0 else qpos
 
     def velocity_at(self, time: float) -> Float[Array, " nv"]:
         """Return the recorded velocity at a time."""
-        return self.motion.at(np.array([time])).qvel[0]
+        return resample(self.motion.time, self.motion.qvel, np.array([time]))[0]
 
 
 def reference_of(
