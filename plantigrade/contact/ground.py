@@ -135,8 +135,8 @@ class Ground:
                 Seat(str(s["site"]), tuple(float(x) for x in s["position"]))  # type: ignore[arg-type]
                 for s in d.get("seats", ())
             )
-            return cls(**d)
-        except (TypeError, ValueError, KeyError) as error:
+            return cls(**d | {k: float(d[k]) for k in ("height", "slope", "friction") if k in d})
+        except (TypeError, ValueError, KeyError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise
-            raise ParameterError(f"this describes no ground: {error}") from error
+            raise ParameterError(f"not a description of a ground: {error}") from error

@@ -29,7 +29,9 @@ def to_mjcf(
     """
     root = ET.Element("mujoco", model=name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true", inertiagrouprange="5 5")
-    ET.SubElement(root, "option", gravity=f"0 0 {-GRAVITY}", timestep="0.001", integrator="implicitfast")
+    ET.SubElement(
+        root, "option", gravity=f"0 0 {-GRAVITY}", timestep="0.001", integrator="implicitfast"
+    )
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "headlight", ambient="0.4 0.4 0.4", diffuse="0.5 0.5 0.5")
     world = ET.SubElement(root, "worldbody")

@@ -134,7 +134,7 @@ def test_the_mirror_image_moves_as_the_mirrored_points_do(human, walk):
 
 
 def test_events_of_the_repetition_make_whole_strides(data):
-    from plantigrade.workflows.fit import fit_file
+    from plantigrade.workflows.fit import fit_trial
     from plantigrade.workflows.walks import whole_cycles
 
     for name, mirrored in (
@@ -142,7 +142,7 @@ def test_events_of_the_repetition_make_whole_strides(data):
         ("deepmimic/humanoid3d_walk.txt", False),
         ("opensim/moco_2d_walking/referenceCoordinates.sto", True),
     ):
-        trial = fit_file(data / name)
+        trial = fit_trial(data / name)[1]
         assert not cut_cycles(trial.record.motion.events)
         whole = whole_cycles(trial)
         assert len(cut_cycles(whole.record.motion.events)) >= 2, name

@@ -2,6 +2,10 @@
 
 import numpy as np
 import pytest
+
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.synthesize.transcription.nlp import Program
 from plantigrade.synthesize.zhakatayev2023 import (
     MOTIONS,
     PaperBody,
@@ -14,10 +18,6 @@ from plantigrade.synthesize.zhakatayev2023.conditions import SLIP, footholds, st
 from plantigrade.synthesize.zhakatayev2023.formulation import spline
 from plantigrade.synthesize.zhakatayev2023.polygons import corners, edges, outside
 from plantigrade.synthesize.zhakatayev2023.staged import least_squares
-
-from plantigrade.errors import ParameterError
-from plantigrade.models import Human
-from plantigrade.synthesize.transcription.nlp import Program
 
 
 @pytest.fixture(scope="module")
