@@ -4,7 +4,7 @@ import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.plate_loadings import Loading
-from plantigrade.motion.events import ground_velocity
+from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.filters import derivative, lowpass, runs
 from plantigrade.motion.recording import rate_of
 
