@@ -7,12 +7,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.synthesize.diagnose.post_mortem import values
+from plantigrade.synthesize.diagnose.violations import values
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.interior_point import Iterate, Multipliers
 from plantigrade.synthesize.tasks.task import MotionTask
-from plantigrade.synthesize.terms.terms import Contact
+from plantigrade.synthesize.terms.contact import Contact
 from plantigrade.synthesize.transcription.forces_between import FRICTION, explaining, remainder
 from plantigrade.synthesize.transcription.linear_map import Transcription
 

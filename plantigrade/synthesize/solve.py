@@ -18,7 +18,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.solution import Stage, Solution
+from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solvers.interior_point import (
     InteriorPoint,
     Iterate,
@@ -26,7 +26,7 @@ from plantigrade.synthesize.solvers.interior_point import (
     Options,
 )
 from plantigrade.synthesize.tasks.task import MotionTask, coefficients, sample_times
-from plantigrade.synthesize.terms.terms import Acceleration, Work
+from plantigrade.synthesize.terms.effort import Acceleration, Work
 from plantigrade.synthesize.transcription.mesh import nodes_like, split
 
 Solver = Literal["interior-point", "ipopt"]
@@ -144,7 +144,9 @@ def synthesize(
     return _made(body, task, at, run)
 
 
-def _rescued(run: "_Runner", body: ContactBody, task: MotionTask, problem: Problem, at: _Point) -> _Point:
+def _rescued(
+    run: "_Runner", body: ContactBody, task: MotionTask, problem: Problem, at: _Point
+) -> _Point:
     """Return what easier problems lead to, the first that succeeds."""
     coarse = replace(task, nodes_per_second=task.nodes_per_second / 2)
     easy = replace(

@@ -9,8 +9,8 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.problem.formulation import site_targets
 from plantigrade.synthesize.tasks.walking import walk
-from plantigrade.synthesize.terms.more_terms import Rest
-from plantigrade.synthesize.terms.terms import Posture
+from plantigrade.synthesize.terms.posture import Rest
+from plantigrade.synthesize.terms.posture import Posture
 from plantigrade.synthesize.transcription.mesh import nodes_of
 from plantigrade.workflows.synthesize import under_test
 from tests.models.presets import other_side
