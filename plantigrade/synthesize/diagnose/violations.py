@@ -13,7 +13,7 @@ from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
 from plantigrade.synthesize.solvers.interior_point import Multipliers
 
 TOLERANCE = 1e-4
-"""A row is violated where it is further outside of its limits, in its own unit (where 1 is large)."""
+"""How far outside of its limits a row is violated, in its own unit (where 1 is large)."""
 
 _SIDES = {"_r": "right", "_l": "left"}
 _DEGREE, _MILLIMETRE = float(np.rad2deg(1.0)), 1000.0

@@ -46,8 +46,8 @@ def reach(human: Human, told: settings.Reach) -> MotionTask:
     furthest = arm + 0.25 * human.height
     if away > furthest or not 0.0 <= place[2] <= shoulder[2] + arm + 0.05 * human.height:
         raise ParameterError(
-            f"the target {target} m is {away:.2f} m from the shoulder along the ground; this person "
-            f"reaches about {furthest:.2f} m, from the ground up to "
+            f"the target {target} m is {away:.2f} m from the shoulder along the ground; this "
+            f"person reaches about {furthest:.2f} m, from the ground up to "
             f"{shoulder[2] + arm + 0.05 * human.height:.2f} m"
         )
     feet, standing = standing_feet(human), standing_posture(human)

@@ -1,6 +1,6 @@
 """A task: contacts, terms and a first guess; everything a motion is made from but the person."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -106,14 +106,15 @@ class MotionTask:
             nodes: Times of nodes, see :meth:`nodes`.
         """
         nodes = self.nodes(nodes)
-        basis: Basis
-        closure = None
+        basis, closure = spline_basis(self.basis, nodes, self.plan.periodic), None
         if self.plan.periodic:
-            basis = BASES[self.basis](3, periodic_knots(nodes, 3), periodic=True)
-            nodes = nodes[:-1]
-            closure = periodic_closure(body, self.plan)
-        else:
-            basis = BASES[self.basis](3, clamped_knots(nodes, 3))
+            nodes, names = nodes[:-1], body.symbolic.names
+            closure = closure_of(
+                names,
+                [s.name for s in body.sites],
+                mirrored=self.plan.mirrored,
+                advance=self.plan.advance,
+            )
         builder = ProblemBuilder(body, self.plan, nodes)
         for term in self.terms:
             term.add_to(builder)
@@ -128,16 +129,31 @@ class MotionTask:
         return c, shared_weight(problem)
 
 
-def periodic_closure(body: ContactBody, plan: ContactPlan) -> PeriodicClosure:
-    """Return how a gait goes on after its period: translated, and mirrored after half a stride."""
-    names, sites = body.symbolic.names, [s.name for s in body.sites]
+def spline_basis(name: str, nodes: Float[Array, " n"], periodic: bool) -> Basis:
+    """Return the cubic spline on nodes, start and end among them."""
+    if periodic:
+        return BASES[name](3, periodic_knots(nodes, 3), periodic=True)
+    return BASES[name](3, clamped_knots(nodes, 3))
+
+
+def closure_of(
+    names: Sequence[str], sites: Sequence[str], *, mirrored: bool, advance: float
+) -> PeriodicClosure:
+    """Return how a gait goes on after its period: translated, and mirrored after half a stride.
+
+    Args:
+        names: Coordinates.
+        sites: Names of the contact sites.
+        mirrored: Whether the period is half a stride.
+        advance: How far the gait goes in a period [m].
+    """
     source, sign = np.arange(len(names)), np.ones(len(names))
     pair, across = list(range(len(sites))), 1.0
-    if plan.mirrored:
+    if mirrored:
         source = np.array([names.index(mirrored_name(n)) for n in names])
         sign = np.array([mirror_sign(n) for n in names])
         pair, across = [sites.index(mirrored_name(s)) for s in sites], -1.0
-    shift = np.array([plan.advance if n == "pelvis_tx" else 0.0 for n in names])
+    shift = np.array([advance if n == "pelvis_tx" else 0.0 for n in names])
     u_source = np.array([3 * k + i for k in pair for i in range(3)], int)
     u_sign = np.tile([1.0, across, 1.0], len(sites))
     return PeriodicClosure(source, sign, shift, u_source, u_sign)
