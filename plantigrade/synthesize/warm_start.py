@@ -63,9 +63,8 @@ class WarmStart:
             if c.shape != (basis.n_coefficients, len(names)) or u.shape != none.shape:
                 raise ParameterError("coefficients and nodes do not belong together")
         except (ValueError, TypeError, IndexError) as error:
-            raise ParameterError(
-                f"cannot warm-start: the run's spline is broken ({error})"
-            ) from error
+            problem = f"cannot warm-start: the spline of the run is broken ({error})"
+            raise ParameterError(problem) from error
         pushing = {
             name.removeprefix("multipliers."): np.asarray(value, float)
             for name, value in kept.items()
