@@ -11,16 +11,16 @@ from plantigrade.constants import FRICTION
 from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
 from plantigrade.synthesize.contact_record import contact_record
-from plantigrade.synthesize.diagnose.violations import Violation, pressing, values, violations
+from plantigrade.synthesize.diagnose.violations import Violation, pressing, violations
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.sampling import Sampled, sample
-from plantigrade.synthesize.solvers.interior_point import Iterate, Multipliers
+from plantigrade.synthesize.solvers.result import Iterate, Multipliers
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Contact
 from plantigrade.synthesize.terms.limits import Limits
+from plantigrade.synthesize.transcription.evaluation import Evaluation
 from plantigrade.synthesize.transcription.forces_between import remainder
-from plantigrade.synthesize.transcription.linear_map import Transcription
 
 SAMPLES_PER_INTERVAL = 10
 """Frames of a Record between two nodes."""
@@ -82,16 +82,10 @@ class Solution:
     @cached_property
     def objective(self) -> float:
         """Cost of this motion; the last stage may have ended elsewhere."""
-        p, u = self.problem, self.forces[:, : self.problem.n_unknowns]
-        states = p.states(self.coefficients, p.nodes)
-        transcription = Transcription(p)
-        cost = transcription.smoothness(transcription.join(self.coefficients, u))[0]
-        for family in p.rows:
-            if family.weight.any() or family.gain.any():
-                r = values(family, *states, u)
-                off = r - family.target
-                cost += float(np.sum(family.gain * r + 0.5 * family.weight * off**2))
-        return cost
+        evaluation = Evaluation(self.problem)
+        u = self.forces[:, : self.problem.n_unknowns]
+        x = evaluation.t.join(self.coefficients, u)
+        return evaluation.objective(x, evaluation.values(x))
 
     @cached_property
     def violations(self) -> tuple[Violation, ...]:

@@ -8,7 +8,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.solvers.interior_point import Multipliers
+from plantigrade.synthesize.solvers.result import Multipliers
 from plantigrade.synthesize.tasks.task import closure_of, spline_basis
 
 _NEEDED = ("coefficients", "forces", "nodes", "coordinates", "unknowns", "switches", "basis")

@@ -10,7 +10,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
-from plantigrade.synthesize.solvers.interior_point import Multipliers
+from plantigrade.synthesize.solvers.result import Multipliers
 
 TOLERANCE = 1e-4
 """How far outside of its limits a row is violated, in its own unit (where 1 is large)."""

@@ -15,7 +15,7 @@ for what the ground cannot give, a remainder stays, and the checker sees it.
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.batched.functions import Batched
+from plantigrade.batched import BatchedFunction
 from plantigrade.synthesize.problem.contact_body import ContactBody
 
 FRICTION = 0.8
@@ -90,9 +90,9 @@ def remainder(
 def _wrenches(body: ContactBody, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
     """Return the wrench a motion asks for [body weights], and the matrix from forces to it."""
     symbolic, sites = body.symbolic, list(body.sites)
-    wrench = body.cache.get("root wrench", lambda: Batched(symbolic.root_wrench()))
-    places = body.cache.get("site positions", lambda: Batched(symbolic.positions(sites)))
-    frames = body.cache.get("frames", lambda: Batched(symbolic.frames()))
+    wrench = body.cache.get("root wrench", lambda: BatchedFunction(symbolic.root_wrench()))
+    places = body.cache.get("site positions", lambda: BatchedFunction(symbolic.positions(sites)))
+    frames = body.cache.get("frames", lambda: BatchedFunction(symbolic.frames()))
     n, k = len(q), len(body.sites)
     asked = wrench(q, v, a)[0] / body.weight
     place = places(q)[0].reshape(n, k, 3)
