@@ -24,7 +24,6 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.contacts import ContactInterval as Contact
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.kinematics.soles import on_own_soles
