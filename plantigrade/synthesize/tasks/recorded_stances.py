@@ -11,7 +11,8 @@ from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
-from plantigrade.kinematics.ground import ContactPoints, contact_points, find_rests
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 
@@ -30,7 +31,7 @@ def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     Where a motion has no gait events, what rests touches. What is slow but has already risen by
     :data:`DOWN`, as a heel that takes its time, touches no more.
     """
-    points = contact_points(human, motion.qpos)
+    points = sole_paths(human, motion.qpos)
     rests = find_rests(points, motion.rate)
     time = np.asarray(motion.time, float)
     found = foot_contacts(time, motion.events, rests)
@@ -44,7 +45,7 @@ def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
 
 
 def _settled(
-    contact: ContactInterval, points: ContactPoints, time: Float[Array, " n_frames"]
+    contact: ContactInterval, points: SolePaths, time: Float[Array, " n_frames"]
 ) -> ContactInterval:
     """Return a contact without what is too high at its ends; heel strikes and toe offs stay."""
     index = points.of(contact.side, contact.region)
