@@ -18,6 +18,7 @@ LAYERS = (
     ("errors",),
     ("arrays", "constants", "extras", "options"),
     ("spatial",),
+    ("charts",),
     ("models", "motion"),
     ("contact",),
     ("io",),

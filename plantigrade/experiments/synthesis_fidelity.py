@@ -19,7 +19,7 @@ from plantigrade.experiments.synthesis_trial import judge, outcome, solve, tried
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
-    from plantigrade.report.sections import Section
+    from plantigrade.report.section import Section
     from plantigrade.workflows.synthesize import Synthesized
 
 FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
@@ -318,9 +318,9 @@ def gait_grid(results: Mapping[str, Result]) -> Grid:
 def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
     """Return angles and ground reactions over norms, a section for every speed."""
     from plantigrade.analyze import norms
-    from plantigrade.report.plots import RIGHT, Band, Series, line_plot
-    from plantigrade.report.sections import Figure, Section
-    from plantigrade.report.theme import title_of
+    from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
+    from plantigrade.charts.labels import title_of
+    from plantigrade.report.section import Section
 
     titles = {"vertical_grf": "Vertical ground reaction", "anterior_grf": "Forward ground reaction"}
     sections = []
@@ -341,7 +341,7 @@ def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
                         title=titles.get(name, title_of(name)),
                         x_label="gait cycle [%]",
                         y_label="[BW]" if name in FORCES else "[°]",
-                        bands=[Band(band.percent, band.mean - band.sd, band.mean + band.sd)],
+                        bands=[Ribbon(band.percent, band.mean - band.sd, band.mean + band.sd)],
                         marks=[(r["gait"]["stance"], RIGHT)],
                         zero=True,
                     )

@@ -6,12 +6,12 @@ nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``conta
 ``contact_planned`` (n, k) of zeros and ones; of the contact sites ``contact_name``,
 ``contact_side``, ``contact_segment`` (the body of ``model.xml`` that is touched), ``contact_part``
 (k,), ``contact_position`` in that body's frame (k, 3), ``contact_radius``, ``contact_measured``
-(k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as ``limit_coordinate``,
-``limit_velocity``, ``limit_torque``, ``limit_force``; recorded markers as ``marker_names``,
-``marker_time``, ``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m, 3); ``notes``; every
-signal as ``signal/NAME``; every reference as ``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and
-the first of them on the frames of the motion as ``reference_qpos`` (n, nq). The figures of a run
-are in ``metrics.json`` beside it.
+(k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as
+``limit_coordinate``, ``limit_velocity``, ``limit_torque``, ``limit_force``; ``conditions`` of the
+task (JSON text); recorded markers as ``marker_names``, ``marker_time``, ``recorded_markers`` (n, m,
+3) and ``fitted_markers`` (n, m, 3); ``notes``; every signal as ``signal/NAME``; every reference as
+``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and the first of them on the frames of the motion
+as ``reference_qpos`` (n, nq). The figures of a run are in ``metrics.json`` beside it.
 """
 
 import io
@@ -29,6 +29,7 @@ from plantigrade.io.npz import Arrays
 from plantigrade.io.text import not_written
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
+from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
 
 _T = TypeVar("_T")
@@ -88,6 +89,8 @@ def _arrays(record: Record) -> dict[str, Any]:
             "contact_radius": np.array([s.radius for s in sites], dtype=float),
             "contact_measured": np.array([s.measured for s in sites]),
         }
+    if record.conditions:
+        arrays["conditions"] = _text([c.to_dict() for c in record.conditions])
     if motion.events:
         arrays |= _events(motion)
     if markers is not None:
@@ -148,6 +151,7 @@ def read_npz(path: str | Path) -> Record:
             **{name: None if v is None else v > 0 for name, v in flags.items()},
             ground=ground,
             limits=_limits(arrays, nv - 6),
+            conditions=_conditions(arrays),
             signals=_signals(arrays),
             references=_references(arrays, names, nq, nv),
             recorded_markers=markers,
@@ -206,6 +210,14 @@ def _limits(arrays: Arrays, n_hinges: int) -> Limits:
     )
 
 
+def _conditions(arrays: Arrays) -> tuple[Condition, ...]:
+    if "conditions" not in arrays:
+        return ()
+    return _described(
+        arrays, "conditions", lambda held: tuple(Condition.from_dict(c) for c in held), list
+    )
+
+
 def _signals(arrays: Arrays) -> dict[str, np.ndarray]:
     return {key.removeprefix("signal/"): arrays.any(key) for key in arrays.keys("signal/")}
 
@@ -228,14 +240,14 @@ def _references(
     return found
 
 
-def _described(arrays: Arrays, key: str, build: Callable[[Any], _T]) -> _T:
+def _described(arrays: Arrays, key: str, build: Callable[[Any], _T], kind: type = dict) -> _T:
     """Return what the JSON text ``key`` describes."""
     try:
         description = json.loads(str(arrays.any(key)))
-        if not isinstance(description, dict):
-            arrays.refuse("is no JSON object", key)
+        if not isinstance(description, kind):
+            arrays.refuse(f"is no JSON {'object' if kind is dict else 'list'}", key)
         return build(description)
-    except (ValueError, RecursionError) as error:
+    except (ValueError, TypeError, RecursionError) as error:
         if isinstance(error, FileError):
             raise
         arrays.refuse(f"is damaged ({error})", key)

@@ -9,10 +9,12 @@ from plantigrade.contact.scene import scene_xml
 from plantigrade.errors import FileError
 from plantigrade.io.mot import write_mot
 from plantigrade.motion.recording import Table
+from plantigrade.motion.views import table_html
 from plantigrade.record.folder import FORMAT, METRICS, metrics_json, read_metrics, write_folder
 from plantigrade.record.npz import read_npz, write_npz
 from plantigrade.record.provenance import Provenance
 from plantigrade.record.record import Record
+from plantigrade.record.views import run_summary
 
 MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
 
@@ -103,7 +105,7 @@ class Run:
 
         def contents(folder: Path) -> None:
             record = self.record
-            xml = scene_xml(record.human, record.ground)
+            xml = scene_xml(record.human, record.ground, record.sites)
             (folder / MODEL).write_text(xml, encoding="utf-8")
             write_npz(record, folder / MOTION)
             columns, values = record.human.to_coordinates(record.motion.qpos)
@@ -170,6 +172,9 @@ class Run:
     def to_json(self) -> str:
         """Return ``metrics.json``."""
         return metrics_json(self.metrics)
+
+    def _repr_html_(self) -> str:
+        return table_html(self.title or "Run", run_summary(self))
 
     def __repr__(self) -> str:
         """Return what it is in a few lines."""

@@ -63,7 +63,8 @@ def as_synthesis(solution: "PaperSolution") -> "Synthesis":
     from plantigrade.synthesize.solution import Stage, Synthesis
     from plantigrade.synthesize.solvers.interior_point import Iterate
     from plantigrade.synthesize.tasks.task import Task
-    from plantigrade.synthesize.terms.terms import Contact, Limits
+    from plantigrade.synthesize.terms.contact import Contact
+    from plantigrade.synthesize.terms.limits import Limits
 
     paper, result = solution.paper, solution.result
     body = Body.of(solution.human, foot_sites(solution.human))
@@ -73,7 +74,7 @@ def as_synthesis(solution: "PaperSolution") -> "Synthesis":
         plan,
         (Contact(friction=FRICTION), Limits()),
         lambda body, plan, times: paper.problem.states(paper.guess, times)[0],
-        density=1.0 / paper.motion.step,
+        nodes_per_second=1.0 / paper.motion.step,
         basis=paper.basis,
     )
     last = len(result.stages) - 1

@@ -1,0 +1,317 @@
+r"""A trajectory problem as arrays: rows at nodes, what they must be, and what they cost.
+
+Coordinates are a spline with coefficients :math:`c`; at every node :math:`t_k` they give
+:math:`q, \dot q, \ddot q`, and unknowns :math:`u_k` (contact forces) belong to the node alone. A
+:class:`ConstraintFamily` is one function of these, evaluated at every node alike; arrays say, for
+every node and row, between what limits it must lie and what it costs:
+
+.. math:: \min_{c, u} \sum_k \sum_r g_{kr} r_{kr} + \tfrac12 w_{kr} (r_{kr} - \bar r_{kr})^2
+    + \tfrac12 \sum_k \sigma_k \lVert u_{k+1} - u_k \rVert^2
+    \quad \text{with} \quad l_{kr} \le r_{kr} \le h_{kr}.
+
+So a task is nothing but arrays, both solvers read the same ones, and the exact Hessian of
+everything is :math:`\nabla^2 (\lambda^\top r) + J^\top W J` with
+:math:`\lambda = y + g + w (r - \bar r)`: no function but the rows themselves is differentiated.
+
+Because a spline has local support, node :math:`k` touches few coefficients, and every matrix of
+the problem is banded (Eqs. 4 and 9 to 14 of [Zhakatayev2023]_).
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from plantigrade.arrays import Array, Bool, Float, Int
+from plantigrade.errors import ParameterError
+from plantigrade.synthesize.splines.basis import Basis
+
+if TYPE_CHECKING:
+    import casadi
+
+
+@dataclass(frozen=True, eq=False)
+class ConstraintFamily:
+    """One function, evaluated at every node, and what its rows must be there.
+
+    Attributes:
+        name: What the rows are, one word for progress and post-mortem: ``"ground"``.
+        function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,), in units in which
+            1 is large (body weights, radians, metres).
+        names: A name for every row.
+        lower: Lower limits (n_nodes, n_rows); -inf where there is none.
+        upper: Upper limits (n_nodes, n_rows); a row whose limits are equal is an equation.
+        weight: Weight of the squared distance to ``target`` (n_nodes, n_rows).
+        target: Where the squared cost is least (n_nodes, n_rows).
+        gain: Linear cost (n_nodes, n_rows).
+        parameters: Numbers the function is told at each node (n_nodes, n_parameters).
+        unit: Unit of a row as shown to people.
+        scale: What a row of 1 is in that unit.
+        parts: Families whose rows these are, one after the other, where they share one function
+            because what it computes they share; see :meth:`stacked`.
+    """
+
+    name: str
+    function: "casadi.Function"
+    names: tuple[str, ...]
+    lower: Float[Array, "n_nodes n_rows"]
+    upper: Float[Array, "n_nodes n_rows"]
+    weight: Float[Array, "n_nodes n_rows"]
+    target: Float[Array, "n_nodes n_rows"]
+    gain: Float[Array, "n_nodes n_rows"]
+    parameters: Float[Array, "n_nodes n_parameters"]
+    unit: str = ""
+    scale: float = 1.0
+    parts: tuple["ConstraintFamily", ...] = ()
+
+    @classmethod
+    def free(
+        cls,
+        name: str,
+        function: "casadi.Function",
+        names: tuple[str, ...],
+        n_nodes: int,
+        parameters: Float[Array, "n_nodes n_parameters"] | None = None,
+        unit: str = "",
+        scale: float = 1.0,
+    ) -> "ConstraintFamily":
+        """Return rows without limits and without cost; fill the arrays to give them some."""
+        shape = (n_nodes, len(names))
+        return cls(
+            name,
+            function,
+            names,
+            np.full(shape, -np.inf),
+            np.full(shape, np.inf),
+            np.zeros(shape),
+            np.zeros(shape),
+            np.zeros(shape),
+            np.zeros((n_nodes, 0)) if parameters is None else parameters,
+            unit,
+            scale,
+        )
+
+    @classmethod
+    def stacked(
+        cls, name: str, function: "casadi.Function", parts: Sequence["ConstraintFamily"]
+    ) -> "ConstraintFamily":
+        """Return families as one that is evaluated at once.
+
+        Its ``parts`` are the families on the same memory: what limits or weighs one of them does
+        so in the whole.
+
+        Args:
+            name: Of the whole.
+            function: Gives the rows of all, in their order.
+            parts: The families; none has parameters.
+        """
+        whole = cls.free(name, function, sum((p.names for p in parts), ()), len(parts[0].lower))
+        views, first = [], 0
+        for part in parts:
+            columns = slice(first, first + len(part.names))
+            arrays = {}
+            for what in ("lower", "upper", "weight", "target", "gain"):
+                arrays[what] = getattr(whole, what)[:, columns]
+                arrays[what][:] = getattr(part, what)
+            views.append(replace(part, **arrays))
+            first = columns.stop
+        return replace(whole, parts=tuple(views))
+
+    @property
+    def equations(self) -> Bool[Array, "n_nodes n_rows"]:
+        """Which rows are equations."""
+        return self.lower == self.upper
+
+    @property
+    def inequalities(self) -> Bool[Array, "n_nodes n_rows"]:
+        """Which rows have a limit but are no equation."""
+        return (np.isfinite(self.lower) | np.isfinite(self.upper)) & ~self.equations
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicClosure:
+    """How a motion goes on after its end: as at its beginning, mirrored and moved on.
+
+    Coefficient ``n_coefficients + i`` of coordinate ``j`` is ``sign[j]`` times coefficient ``i`` of
+    coordinate ``source[j]``. The way moved on is no part of the spline (trigonometric splines of
+    odd degree hold no constants): it is added at a constant rate. Node unknowns go over in the same
+    way.
+
+    Attributes:
+        source: Which coordinate each one continues (n_coordinates,).
+        sign: 1 or -1 (n_coordinates,).
+        shift: How far on in one lap (n_coordinates,) [rad, m]; the same when mirrored, so that
+            velocities go on.
+        u_source: The same for node unknowns (n_unknowns,).
+        u_sign: 1 or -1 (n_unknowns,).
+    """
+
+    source: Int[Array, " n_coordinates"]
+    sign: Float[Array, " n_coordinates"]
+    shift: Float[Array, " n_coordinates"]
+    u_source: Int[Array, " n_unknowns"]
+    u_sign: Float[Array, " n_unknowns"]
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What a solver is given.
+
+    Attributes:
+        basis: The spline; where ``closure`` is given, a periodic one.
+        nodes: Times of the nodes [s].
+        names: Names of the coordinates.
+        rows: What must hold and what it costs.
+        u_names: Names of the node unknowns.
+        u_lower: Their lower limits (n_nodes, n_unknowns).
+        u_upper: Their upper limits; where equal, the unknown is fixed there.
+        u_smooth: Weight of the squared step of each unknown from a node to the next
+            (n_nodes - 1, n_unknowns); (n_nodes, n_unknowns) with a closure.
+        closure: How the motion goes on after its end; None for a motion that ends.
+        jerk: Weight of the squared third derivative of each coordinate, integrated over time: what
+            keeps a spline quiet between nodes (n_coordinates,); empty for none.
+    """
+
+    basis: Basis
+    nodes: Float[Array, " n_nodes"]
+    names: tuple[str, ...]
+    rows: tuple[ConstraintFamily, ...]
+    u_names: tuple[str, ...] = ()
+    u_lower: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
+    u_upper: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
+    u_smooth: Float[Array, "n_steps n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
+    closure: PeriodicClosure | None = None
+    jerk: Float[Array, " n_coordinates"] = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self):
+        """Refuse arrays that do not belong together."""
+        n, names = len(self.nodes), {r.name for r in self.rows}
+        if len(names) != len(self.rows):
+            raise ParameterError("two families of rows have the same name")
+        for r in self.rows:
+            shape = (n, len(r.names))
+            for what in ("lower", "upper", "weight", "target", "gain"):
+                if getattr(r, what).shape != shape:
+                    raise ParameterError(
+                        f"{what} of {r.name!r} is {getattr(r, what).shape}; {n} nodes and "
+                        f"{len(r.names)} rows need {shape}"
+                    )
+            self._check_order(r.names, r.lower, r.upper)
+        if self.u_names:
+            shape, n_steps = (n, self.n_unknowns), n - (self.closure is None)
+            for what in ("u_lower", "u_upper", "u_smooth"):
+                wanted = (n_steps, self.n_unknowns) if what == "u_smooth" else shape
+                given = getattr(self, what)
+                if given.shape != wanted and (what != "u_smooth" or given.size):
+                    raise ParameterError(
+                        f"{what} is {given.shape}; {n} nodes and {self.n_unknowns} unknowns need "
+                        f"{wanted}"
+                    )
+            self._check_order(self.u_names, self.u_lower, self.u_upper)
+        if (self.closure is not None) != self.basis.periodic:
+            raise ParameterError("a closure needs a periodic basis, and a periodic basis a closure")
+
+    def _check_order(self, names: tuple[str, ...], lower: Array, upper: Array) -> None:
+        """Refuse limits that leave no room."""
+        if np.any(lower > upper):
+            k, i = np.argwhere(lower > upper)[0]
+            raise ParameterError(
+                f"{names[i]} at {self.nodes[k]:.3f} s must be at least {lower[k, i]:g} and at most "
+                f"{upper[k, i]:g}"
+            )
+
+    @property
+    def n_unknowns(self) -> int:
+        """Unknowns at each node, fixed ones included."""
+        return len(self.u_names)
+
+    @cached_property
+    def u_active(self) -> Bool[Array, "n_nodes n_unknowns"]:
+        """Which unknowns may move."""
+        return self.u_lower < self.u_upper
+
+    def part(self, rows: Collection[str] | None = None, *, costs: bool = True) -> "Problem":
+        """Return the problem with some of its families only, or without costs.
+
+        Args:
+            rows: Names of the families; all if None.
+            costs: Whether anything costs.
+
+        Raises:
+            ParameterError: If a name is not that of a family.
+        """
+        names = [r.name for r in self.rows]
+        missing = sorted(set(rows or ()) - set(names))
+        if missing:
+            raise ParameterError(f"no rows {missing[0]!r}; there are {', '.join(names)}")
+        chosen = tuple(r for r in self.rows if rows is None or r.name in rows)
+        if costs:
+            return replace(self, rows=chosen)
+        chosen = tuple(replace(r, weight=0 * r.weight, gain=0 * r.gain) for r in chosen)
+        return replace(self, rows=chosen, u_smooth=0 * self.u_smooth, jerk=0 * self.jerk)
+
+    def roughness(self) -> sparse.csr_matrix:
+        r"""Return D with :math:`\tfrac12 \lVert D\, c \rVert^2` the cost of jerk.
+
+        Coefficients are in rows of ``c``, one row after the other. The third derivative is taken
+        in the middle of every piece; it is nearly constant there.
+        """
+        nv, n_c = len(self.names), self.basis.n_coefficients
+        if not self.jerk.size:
+            return sparse.csr_matrix((0, n_c * nv))
+        breaks = self.basis.breaks
+        band = self.basis.band((breaks[1:] + breaks[:-1]) / 2, 3)
+        index = band.first[:, None] + np.arange(band.values.shape[1])
+        lap, index = np.divmod(index, n_c) if self.closure is not None else (0 * index, index)
+        root = np.sqrt(np.diff(breaks)[:, None] * self.jerk)  # (n_pieces, nv)
+        every = np.arange(nv)
+        source, sign = every, np.ones(nv)
+        if self.closure is not None:
+            source, sign = self.closure.source, self.closure.sign
+        turned = lap[:, :, None] > 0
+        columns = index[:, :, None] * nv + np.where(turned, source, every)
+        values = band.values[:, :, None] * root[:, None, :] * np.where(turned, sign, 1.0)
+        rows = np.arange(len(root))[:, None, None] * nv + every
+        rows = np.broadcast_to(rows, columns.shape)
+        entries = values.ravel(), (rows.ravel(), columns.ravel())
+        return sparse.csr_matrix(entries, shape=(len(root) * nv, n_c * nv))
+
+    def states(
+        self, c: Float[Array, "n_coefficients n_coordinates"], times: Float[Array, " n_times"]
+    ) -> tuple[
+        Float[Array, "n_times n_coordinates"],
+        Float[Array, "n_times n_coordinates"],
+        Float[Array, "n_times n_coordinates"],
+    ]:
+        """Return q, qd and qdd of coefficients at any times."""
+        out = []
+        for derivative in range(3):
+            band = self.basis.band(times, derivative)
+            columns = band.first[:, None] + np.arange(band.values.shape[1])
+            drift = self.drift(times, derivative)
+            out.append(np.einsum("ij,ijk->ik", band.values, self.continued(c, columns)) + drift)
+        return out[0], out[1], out[2]
+
+    def drift(
+        self, times: Float[Array, " n_times"], derivative: int = 0
+    ) -> Float[Array, "n_times n_coordinates"]:
+        """Return what the closure adds to the spline at times: its shift at a constant rate."""
+        out = np.zeros((len(times), len(self.names)))
+        if self.closure is not None and derivative < 2:
+            rate = self.closure.shift / self.basis.span
+            out += rate if derivative else np.outer(times - self.basis.start, rate)
+        return out
+
+    def continued(
+        self, c: Float[Array, "n_coefficients n_coordinates"], index: Int[Array, "..."]
+    ) -> Float[Array, "... n_coordinates"]:
+        """Return coefficients by index, those after the last as the closure says."""
+        if self.closure is None:
+            return c[index]
+        lap, i = np.divmod(index, len(c))
+        k = self.closure
+        once = k.sign * c[:, k.source]
+        return np.where((lap > 0)[..., None], once[i], c[i])
