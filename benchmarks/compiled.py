@@ -12,12 +12,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
+from plantigrade.synthesize.problem.formulation import Body, dynamics_rows
 
-from plantigrade.batched.functions import unavailable
+from plantigrade.batched import BatchedFunction
 from plantigrade.contact.site import foot_sites
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.formulation import Body, dynamics_rows
 from plantigrade.synthesize.transcription.derivatives import Derivatives
 
 NODES = 61
@@ -29,8 +29,8 @@ WHAT = ("values", "jacobian", "hessian")
 def rows() -> Iterator[Row]:
     """Yield seconds to make and to find them, and microseconds a node both ways."""
     subject = f"dynamics, 43 coordinates, {NODES} nodes"
-    if unavailable():
-        yield Row(subject, "vectors", None, note=unavailable())
+    if BatchedFunction.unavailable():
+        yield Row(subject, "vectors", None, note=BatchedFunction.unavailable())
         return
     with empty_cache():
         person = function(Human.create(1.74, 70.0, joints="43", feet="two-segment"))

@@ -27,7 +27,7 @@ from plantigrade.synthesize import (
     make_task,
 )
 from plantigrade.synthesize.transcription.derivatives import Derivatives
-from plantigrade.synthesize.transcription.transcription import Transcription
+from plantigrade.synthesize.transcription.linear_map import Transcription
 
 NODES = (61, 121, 301)
 ITERATIONS = 5  # that are timed, after as many that are not
@@ -67,12 +67,12 @@ def rows_of(body: Body, task: Task, n: int) -> Iterator[Row]:
 
 def meshed(body: Body, task: Task, n: int) -> Problem:
     """Return the problem on the mesh whose number of nodes is nearest to n."""
-    density = n / task.plan.duration
+    nodes_per_second = n / task.plan.duration
     for _ in range(20):
-        problem = replace(task, density=density).problem(body)
+        problem = replace(task, nodes_per_second=nodes_per_second).problem(body)
         if abs(len(problem.nodes) - n) <= 1:
             break
-        density *= 1 + 0.7 * (n / len(problem.nodes) - 1)
+        nodes_per_second *= 1 + 0.7 * (n / len(problem.nodes) - 1)
     return problem
 
 

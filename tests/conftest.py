@@ -43,7 +43,7 @@ def synthesized(tmp_path_factory):
     told = []
     settings = SynthesizeSettings(
         parameters={"speed": 1.0, "periodic": True}, height=1.7, mass=65.0, joints="42",
-        basis="polynomial", density=28.0, file=QUICK_WALK,
+        basis="polynomial", nodes_per_second=28.0, file=QUICK_WALK,
     )  # fmt: skip
     made = synthesize_task(settings, lambda stage, it: told.append((stage, it)))
     folder = tmp_path_factory.mktemp("synthesized") / "walk"

@@ -53,7 +53,7 @@ def test_the_task_file_shifts_the_weight(page):
     (text,) = blocks("toml")
     told = parse_task_file(text)
     task = told.task(page["human"])
-    made = synthesize(page["body"], page["replace"](task, density=10.0))
+    made = synthesize(page["body"], page["replace"](task, nodes_per_second=10.0))
     com = judged(SynthesizeSettings(task="standing"), made).check.com
     middle = com[np.argmin(np.abs(made.times() - 1.0))]
     assert middle[1] == pytest.approx(-0.06, abs=1e-3)

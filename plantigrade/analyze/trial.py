@@ -18,8 +18,8 @@ from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import Moments, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
-from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers, Motion
@@ -163,10 +163,10 @@ def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     names = ["heel_l", "heel_r", "metatarsal_2_head_l", "metatarsal_2_head_r"]
     names += ["hallux_l", "hallux_r"]
     names += ["asis_l", "asis_r", "psis_l", "psis_r"]
-    points = Points(
+    points = PointSet(
         human, [table[n].body for n in names], np.array([table[n].position for n in names])
     )
-    x = np.array([points.at(q) for q in qpos])
+    x = points.path(qpos)
     return FootPath(x[:, 0:2], (x[:, 2:4] + x[:, 4:6]) / 2, x[:, 6:].mean(axis=1))
 
 
@@ -261,9 +261,8 @@ def _markers(fit: Fit, motion: Motion) -> tuple[Markers | None, np.ndarray | Non
     if fit.kept is not None:
         seen = np.where(fit.kept[..., None], seen, np.nan)
     places = np.array([place.position for place in fit.places])
-    points = Points(fit.human, [place.body for place in fit.places], places)
-    fitted = np.array([points.at(q) for q in motion.qpos])
-    return Markers(fit.markers.names, fit.markers.time, seen), fitted
+    points = PointSet(fit.human, [place.body for place in fit.places], places)
+    return Markers(fit.markers.names, fit.markers.time, seen), points.path(motion.qpos)
 
 
 def _peak_moments(human: Human, forces: FootForces, moments: Moments) -> dict[str, float]:

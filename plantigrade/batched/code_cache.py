@@ -1,23 +1,30 @@
-"""A folder of files that can be made again: found by name, believed only if whole.
+"""A cache folder of this user: machine code and tables that can always be made again.
 
-The folder is named by the environment variable ``PLANTIGRADE_CACHE`` (empty: nothing is kept),
-else it is where the operating system wants such files of a user.
+The folder is named by the environment variable ``PLANTIGRADE_CACHE`` (empty: no cache), else it is
+the operating system's cache folder for the user.
+
+What is read here runs as machine code, or says where machine code reads and writes memory. So
+nothing is read unless folder and file belong to the user and nobody else can write to them, and a
+file is used only if its checksum, which covers its name, is right. In every other case the caller
+does without the cache.
 """
 
 import contextlib
 import hashlib
 import os
+import stat
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 VARIABLE = "PLANTIGRADE_CACHE"
-LIMIT = 256 * 2**20  # bytes; the files not used for longest go first
+LIMIT = 256 * 2**20  # bytes; the least recently used files go first
 _MARK = b"plantigrade cache\n"
 
 
 def folder() -> Path | None:
-    """Return the folder; None if nothing is to be kept."""
+    """Return the folder; None if there is to be no cache."""
     named = os.environ.get(VARIABLE)
     if named is not None:
         return Path(named).expanduser() / "functions" if named else None
@@ -35,12 +42,12 @@ def folder() -> Path | None:
 
 
 def read(name: str) -> bytes | None:
-    """Return what was written under a name; None if there is nothing, or nothing to be believed."""
-    path = _path(name)
+    """Return what was written under a name; None if there is nothing that can be trusted."""
+    path = path_of(name)
     if path is None:
         return None
     try:
-        content = path.read_bytes()
+        content = _trusted_content(path)
     except OSError:
         return None
     head, body = content[: len(_MARK) + 32], content[len(_MARK) + 32 :]
@@ -52,14 +59,15 @@ def read(name: str) -> bytes | None:
 
 
 def write(name: str, body: bytes) -> None:
-    """Keep bytes under a name, all or nothing; where that is impossible, keep nothing."""
-    path = _path(name)
+    """Store bytes under a name, all or nothing; do nothing where that is not possible."""
+    path = path_of(name)
     if path is None:
         return
     head = _MARK + hashlib.sha256(name.encode() + body).digest()
     part = None
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _require_private(path.parent.stat())
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
             part = Path(file.name)
             file.write(head + body)
@@ -71,12 +79,50 @@ def write(name: str, body: bytes) -> None:
                 part.unlink(missing_ok=True)
 
 
-def _path(name: str) -> Path | None:
+def path_of(name: str) -> Path | None:
+    """Return the file that holds what is written under a name; None if there is no cache."""
     base = folder()
     return None if base is None else base / (hashlib.sha256(name.encode()).hexdigest() + ".bin")
 
 
+def _trusted_content(path: Path) -> bytes:
+    """Return the content of a file that only this user can have written.
+
+    File and folder are examined through open descriptors, so that neither can be exchanged between
+    the examination and the reading.
+
+    Raises:
+        OSError: If there is no such file.
+    """
+    with _opened(path.parent, os.O_DIRECTORY) as folder_of_it:
+        _require_private(os.fstat(folder_of_it))
+        with _opened(path.name, os.O_NOFOLLOW, dir_fd=folder_of_it) as descriptor:
+            status = os.fstat(descriptor)
+            _require_private(status)
+            if not stat.S_ISREG(status.st_mode):
+                raise PermissionError(f"{path} is not a regular file")
+            with open(descriptor, "rb", closefd=False) as file:
+                return file.read()
+
+
+@contextlib.contextmanager
+def _opened(path: Path | str, flags: int, *, dir_fd: int | None = None) -> Iterator[int]:
+    """Open a file or folder for reading, as a descriptor."""
+    descriptor = os.open(path, os.O_RDONLY | flags, dir_fd=dir_fd)
+    try:
+        yield descriptor
+    finally:
+        os.close(descriptor)
+
+
+def _require_private(status: os.stat_result) -> None:
+    """Refuse what another user owns, or what the group or everybody can write to."""
+    if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        raise PermissionError("other users could have written this")
+
+
 def _prune(newest: Path) -> None:
+    """Delete the least recently used files beyond the limit."""
     files = [p for p in newest.parent.iterdir() if p != newest and p.suffix in (".bin", ".part")]
     facts = sorted(((p.stat().st_mtime, p.stat().st_size, p) for p in files), reverse=True)
     total = newest.stat().st_size

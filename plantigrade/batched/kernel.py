@@ -1,4 +1,4 @@
-"""The text, in LLVM's language, of a machine that steps through tables.
+"""The source, in LLVM's language, of the machine that steps through tables.
 
 Memory is a row of places, each of which holds some vectors (blocks), each of them the numbers of
 four or eight nodes (lanes). ``run`` takes arrays of nodes into the places of inputs, has ``tile``

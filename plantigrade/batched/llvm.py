@@ -1,6 +1,6 @@
-"""LLVM as it comes with llvmlite: text in its language made machine code in memory.
+"""LLVM, as llvmlite provides it: from text in its language to machine code in memory.
 
-Nothing here knows what the code is for; see :mod:`plantigrade.batched.vector_machine`.
+What the code is for is the concern of :mod:`plantigrade.batched.vector_machine`.
 """
 
 import ctypes
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class Untranslatable(Exception):
-    """There is no machine code for this; the message says why."""
+    """A function that cannot become machine code; the message says why."""
 
 
 def engine(content: bytes) -> Any:
@@ -49,7 +49,7 @@ def emitted(text: str) -> bytes:
 
 def unavailable() -> str:
     """Return why there is no machine code here; empty if there is."""
-    if sys.platform == "win32":  # nobody has tried it
+    if sys.platform == "win32":  # untested
         return "machine code is not made on Windows"
     try:
         import llvmlite.binding  # noqa: F401

@@ -1,10 +1,10 @@
-"""Functions of CasADi as tables of operations on places of memory.
+"""CasADi functions as tables of operations on memory slots.
 
-A table is what the machine of :mod:`plantigrade.batched.vector_machine` steps through. It holds
-no body's numbers, and nothing of a processor.
+A table is what the machine of :mod:`plantigrade.batched.vector_machine` steps through. It depends
+neither on the parameters of a body nor on the processor.
 
-A product that is used once, in a sum or difference, is one operation with it, rounded once where
-the processor can do that.
+A product that is used once, in a sum or difference, is fused with it into one operation, rounded
+once where the processor supports that.
 """
 
 from dataclasses import dataclass

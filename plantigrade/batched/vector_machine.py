@@ -1,33 +1,35 @@
-"""A machine that steps through tables of operations, every one of them for many nodes at once.
+"""A virtual machine that steps through a table of operations, each for many nodes at once.
 
-Finding out what to do next costs little beside doing it for 64 nodes. The machine is machine code,
-made by LLVM in a fifth of a second and kept on disk, and the same for all tables; translating a
-table of 400 000 operations itself would take ten seconds and more, for code that was measured to be
-less than twice as fast.
+Decoding an operation costs little beside doing it for 64 nodes. The machine itself is machine code,
+made by LLVM in a fifth of a second, stored on disk, and the same for all tables; compiling a table
+of 400 000 operations would take ten seconds or more, for code measured to be less than twice as
+fast.
 """
 
 import ctypes
+import threading
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from plantigrade.batched import code_cache as _code_cache
-from plantigrade.batched import llvm as _llvm
+from plantigrade.batched import code_cache, llvm
 from plantigrade.batched.kernel import kernel
 from plantigrade.batched.tables import LIBRARY_NAMES, Table
 
-LANES = (16, 32, 64)  # nodes done at once: the fewest that are enough, else the most
-VERSION = 2  # of the machine: one of another version is not used
+LANES = (16, 32, 64)  # nodes at a time: the fewest that suffice, else the most
+VERSION = 2  # of the machine; raise it whenever the kernel changes
 
 
 class Machine:
-    """A machine with a table in it.
+    """A machine with a table loaded.
+
+    Every thread that calls it works in memory of its own.
 
     Args:
-        table: What it steps through.
-        constants: What the constants are.
+        table: The operations.
+        constants: Values of the constants.
 
     Raises:
         Untranslatable: If LLVM refuses.
@@ -35,11 +37,11 @@ class Machine:
 
     def __init__(self, table: Table, constants: np.ndarray):
         self._table, self._constants = table, constants
-        self._library = np.array(_llvm.addresses(LIBRARY_NAMES), dtype=np.uint64)
+        self._library = np.array(llvm.addresses(LIBRARY_NAMES), dtype=np.uint64)
         self._starts = np.cumsum([0, *table.sizes]).tolist()
-        self._made: dict[int, tuple[Any, np.ndarray]] = {}
-        self._engines: list[Any] = []  # what is run lives as long as these
-        self._with(LANES[-1])  # what is refused is refused now
+        self._engines: dict[int, tuple[Any, Any]] = {}  # code lives as long as its engine
+        self._own = threading.local()
+        self._with(LANES[-1])  # so that LLVM refuses now rather than at the first call
 
     def __call__(
         self,
@@ -74,28 +76,29 @@ class Machine:
         run(*(each.ctypes.data for each in arrays), n, len(inputs), len(outputs))
 
     def _with(self, lanes: int) -> tuple[Any, np.ndarray]:
-        """Return the machine for so many nodes at once, and its memory with constants in it."""
-        if lanes not in self._made:
+        """Return the code for so many nodes at a time, and this thread's memory for it."""
+        if lanes not in self._engines:
+            self._engines[lanes] = _machine(lanes)
+        memories = self._own.__dict__
+        if lanes not in memories:
             memory = np.zeros(self._table.n_places * lanes + 8)
-            memory = memory[(-memory.ctypes.data // 8) % 8 :]  # at an address that vectors want
+            memory = memory[(-memory.ctypes.data // 8) % 8 :]  # aligned for vector instructions
             filled = np.repeat(self._constants, lanes)
             first = self._starts[-1] * lanes
             memory[first : first + len(filled)] = filled
-            engine, run = _machine(lanes)
-            self._engines.append(engine)
-            self._made[lanes] = run, memory
-        return self._made[lanes]
+            memories[lanes] = memory
+        return self._engines[lanes][1], memories[lanes]
 
 
 @cache
 def _machine(lanes: int) -> tuple[Any, Any]:
-    """Return the machine for so many nodes at once: what keeps it in memory, and what runs it."""
-    width = _llvm.vector_width()
-    name = f"vector machine {VERSION} {lanes} {LIBRARY_NAMES} for {_llvm.target()}"
-    content = _code_cache.read(name)
+    """Return the engine that holds the code for so many nodes at a time, and the code."""
+    width = llvm.vector_width()
+    name = f"vector machine {VERSION} {lanes} {LIBRARY_NAMES} for {llvm.target()}"
+    content = code_cache.read(name)
     if content is None:
-        content = _llvm.emitted(kernel(width, lanes // width))
-        _code_cache.write(name, content)
-    engine = _llvm.engine(content)
+        content = llvm.emitted(kernel(width, lanes // width))
+        code_cache.write(name, content)
+    engine = llvm.engine(content)
     kinds = [ctypes.c_void_p] * 5 + [ctypes.c_int64] * 3
     return engine, ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address("run"))

@@ -34,7 +34,7 @@ Degrees = Annotated[float | None, optional("DEG")]
 Seconds = Annotated[float | None, optional("S")]
 Speed = Annotated[float | None, optional("M/S")]
 Formulation = Annotated[Literal["default", "paper"] | None, optional("{default,paper}")]
-Solver = Annotated[Literal["band", "ipopt"] | None, optional("{band,ipopt}")]
+Solver = Annotated[Literal["interior-point", "ipopt"] | None, optional("{interior-point,ipopt}")]
 Basis = Annotated[
     Literal["trigonometric", "polynomial"] | None, optional("{trigonometric,polynomial}")
 ]
@@ -120,7 +120,7 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
     """The banded interior point, or IPOPT as the reference."""
     basis: Basis = None
     """Splines the motion is made of."""
-    density: Number = None
+    nodes_per_second: Number = None
     """Nodes a second; more are finer and slower."""
     warm: OptionalPath = None
     """Run folder of a similar motion to start from."""
@@ -178,7 +178,7 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
 
         others = [
             o
-            for o in (*OPTIONS, "warm", "density", "basis", "solver", "formulation")
+            for o in (*OPTIONS, "warm", "nodes_per_second", "basis", "solver", "formulation")
             if _given(getattr(self, o))
         ]
         if others:
@@ -248,7 +248,7 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
             OPTIONS[o]: math.radians(v) if o in ANGLES else v for o, v in told.items()
         } | told_words(self.tell)
         chosen = ("height", "mass", "sex", "joints", "feet", "formulation", "solver", "basis")
-        mine = {n: getattr(self, n) for n in (*chosen, "density", "warm")}
+        mine = {n: getattr(self, n) for n in (*chosen, "nodes_per_second", "warm")}
         settings = SynthesizeSettings(
             **{n: v for n, v in mine.items() if v is not None},
             task=base,

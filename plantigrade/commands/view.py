@@ -6,8 +6,9 @@ from typing import Annotated
 
 import tyro
 
-from plantigrade.commands.options import Flag, PrintOptions
+from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
+from plantigrade.options import Flag
 
 
 @dataclass(frozen=True, kw_only=True)

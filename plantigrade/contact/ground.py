@@ -233,11 +233,11 @@ class Ground:
                 heights = tuple(_numbers(row) for row in field["heights"])
                 corner, spacing = (_numbers(field[name], 2) for name in ("corner", "spacing"))
                 d["field"] = HeightField(corner, spacing, heights)
-            return cls(**d)
-        except (TypeError, ValueError, KeyError) as error:
+            return cls(**d | {k: float(d[k]) for k in ("height", "slope", "friction") if k in d})
+        except (TypeError, ValueError, KeyError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise
-            raise ParameterError(f"this describes no ground: {error}") from error
+            raise ParameterError(f"not a description of a ground: {error}") from error
 
 
 def _numbers(values: Any, n: int | None = None) -> Any:

@@ -26,7 +26,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.dynamics.carriers import SIDES, Carriers
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.motion.events import contact_events, ground_velocity
 from plantigrade.motion.filters import derivative, lowpass, runs
@@ -210,9 +210,9 @@ def sole_points(
     for side in SIDES:
         geoms = carriers.geoms[side]
         bodies = [human.body_names[b - 1] for b in model.geom_bodyid[geoms]]
-        evaluator = Points(human, bodies, model.geom_pos[geoms])
-        order = np.argsort(evaluator.at(human.standing())[:, 0], kind="stable")
-        places = np.array([evaluator.at(q) for q in qpos]).reshape(len(qpos), len(geoms), 3)
+        spheres = PointSet(human, bodies, model.geom_pos[geoms])
+        order = np.argsort(spheres.path(human.standing()[None])[0, :, 0], kind="stable")
+        places = spheres.path(qpos)
         places[..., 2] -= model.geom_size[geoms, 0]
         result[side] = places[:, order]
     return result

@@ -17,7 +17,7 @@ from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, o
 from plantigrade.io import read
 from plantigrade.io.mot import read_table
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet
 from plantigrade.motion import Recording, Table
 from plantigrade.motion.events import plate_events
 from plantigrade.motion.filters import lowpass
@@ -50,6 +50,15 @@ WALKS = (
     "opensim/rajagopal_walk/markers_walk.trc",
     "opensim/gait2392_subject01/subject01_walk1.trc",
 )
+# One of each kind: Plug-in Gait's outputs, OpenSim's angles and moments, each sort of skeleton.
+QUICK = (
+    "c3d/HC032A03.c3d",
+    "opensim/rajagopal_walk/markers_walk.trc",
+    "opensim/gait2392_subject01/subject01_walk1.trc",
+    "cmu_asfamc/16_21.amc",
+    "cmu_bvh/07_01.bvh",
+    "deepmimic/humanoid3d_walk.txt",
+)
 # The gait2392 solution has its toes and subtalar joints locked: it is held against rigid feet.
 OPENSIM = {
     "opensim/rajagopal_walk/markers_walk.trc": ("coordinates.sto", "id_walk.sto", None),
@@ -67,20 +76,24 @@ PLUG_IN_GAIT = {
 }
 
 
-def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
     """Return the table over every walking trial in a data folder.
 
     Args:
         data: The folder (layout as in its README).
+        quick: A few trials of different kinds instead.
         say: Called with one line per trial as it is done.
     """
     title = "Accuracy of fits, each called with its file name alone"
     others = [p.relative_to(data).as_posix() for s in SKELETONS for p in sorted(data.glob(s))]
+    names = QUICK if quick else (*WALKS, *others)
 
     def rows(path: Path, name: str) -> list[Row]:
         return trial_rows(path, name) if name in WALKS else skeleton_rows(path, name)
 
-    return over_trials(title, data, (*WALKS, *others), rows, say=say, notes=NOTES)
+    return over_trials(title, data, names, rows, say=say, notes=NOTES)
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -140,7 +153,7 @@ def frame_time_ms(trial: Trial) -> float:
     """Return the median time of inverse kinematics per frame, warm-started [ms]."""
     fit = trial.fit
     assert fit.markers is not None
-    points = Points(
+    points = PointSet(
         fit.human, [p.body for p in fit.places], np.array([p.position for p in fit.places])
     )
     solver = InverseKinematics(points)

@@ -15,7 +15,7 @@ import numpy as np
 from plantigrade.errors import ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
-from plantigrade.experiments.synthesis_trial import judge, outcome, solve, tried, why
+from plantigrade.experiments.synthesis_trial import judge, motion_rows, outcome, solve, tried, why
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Extent:
         masses: Of people [kg].
         feet: Foot models.
         others: Other tasks.
-        density: Nodes a second; the tasks' own if absent.
+        nodes_per_second: Nodes a second; the tasks' own if absent.
     """
 
     speeds: tuple[float, ...] = SPEEDS
@@ -90,10 +90,11 @@ class Extent:
     masses: tuple[float, ...] = MASSES
     feet: tuple[str, ...] = FEET
     others: tuple[str, ...] = OTHERS
-    density: float | None = None
+    nodes_per_second: float | None = None
 
 
-QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("sit-to-stand",))
+QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat", "reach", "jump"))
+QUICK_PARTS = ("speeds", "tasks")
 
 
 def run(
@@ -101,17 +102,19 @@ def run(
     parts: Sequence[str] = (),
     extent: Extent | None = None,
     quick: bool = False,
-    folder: Path | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
     """Return the table of the parts, and of all that was measured before.
 
     Args:
-        parts: Names of :data:`PARTS`; all if empty.
+        parts: Names of :data:`PARTS`; all if empty, :data:`QUICK_PARTS` of a short form.
         extent: How much is measured; everything if absent.
-        quick: One speed, one person and one other task instead.
-        folder: Where results are kept and the page is written; those that are there are not
+        quick: One speed, one person and three other tasks instead.
+        out: Folder where results are kept and the page is written; those that are there are not
             measured again.
+        overwrite: They are.
         say: Called with one line per motion as it is made.
 
     Raises:
@@ -121,17 +124,17 @@ def run(
     for part in parts:
         if part not in PARTS:
             raise ParameterError(f"no part {part!r}; there are {', '.join(PARTS)}")
-    kept = KeptResults(folder / FILE if folder else None, say)
-    for name in parts or PARTS:
+    kept = KeptResults(out / FILE if out else None, say, anew=overwrite)
+    for name in parts or (QUICK_PARTS if quick else PARTS):
         for key, who, task, told in PARTS[name](extent):
             measure(kept, f"{name}/{key}", who, task, told, extent)
     found = table(kept)
-    if folder is not None:
+    if out is not None:
         grids = (check_grid(kept.results), gait_grid(kept.results))
         failed = {k: why(r) for k, r in kept.results.items() if not r["good"]}
         sections = [*curve_sections(kept.results), *(g.section() for g in grids)]
-        write_page(folder / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
-        say(f"{folder / PAGE}")
+        write_page(out / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
+        say(f"{out / PAGE}")
     return found
 
 
@@ -201,8 +204,8 @@ def measure(
 
         human = Human.create(who.height, who.mass, joints="43", feet=who.feet)
         asked = make_task(task, human, told)
-        if extent.density is not None:
-            asked = replace(asked, density=extent.density)
+        if extent.nodes_per_second is not None:
+            asked = replace(asked, nodes_per_second=extent.nodes_per_second)
         timed = solve(human, asked)
         made = judge(timed, strides=2)
         found = outcome(timed, made) | {"person": asdict(who), "task": task, "told": told}
@@ -318,7 +321,7 @@ def gait_grid(results: Mapping[str, Result]) -> Grid:
 def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
     """Return angles and ground reactions over norms, a section for every speed."""
     from plantigrade.analyze import norms
-    from plantigrade.report.plots import RIGHT, Band, Series, line_plot
+    from plantigrade.charts import RIGHT, Band, Series, line_plot
     from plantigrade.report.sections import Figure, Section
     from plantigrade.report.theme import title_of
 
@@ -376,6 +379,7 @@ def rows_of(results: Mapping[str, Result]) -> Iterator[Row]:
     good = sum(bool(r["good"]) for r in results.values())
     yield at_least("all", "made with the same settings", good, len(results))
     for key, r in results.items():
+        yield from motion_rows(key, r)
         speed = r.get("told", {}).get("speed")
         if "check" in r and (speed is None or speed <= FREE):
             yield from check_rows(key, r["check"])

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     import mujoco
 
 PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
+MAX_SOLE = 0.1
+"""Greatest displacement of a contact sphere from the table's [m]."""
+
 _STANDING = {"pro_sup": 1.4}  # palms to the thighs [rad]
 
 
@@ -221,14 +224,18 @@ class Human:
                 centre moves in its segment's frame [m]; negative for a thicker sole.
 
         Raises:
-            ParameterError: If there is no such sphere, or one would move by more than 0.1 m.
+            ParameterError: If there is no such sphere, or one moves by more than :data:`MAX_SOLE`
+                in all.
         """
         names = [name for name, _, _ in self.contact_points]
         for name, offset in offsets.items():
             if name not in names:
                 raise ParameterError(f"no contact sphere {name!r}; there are {', '.join(names)}")
-            if not abs(offset) <= 0.1:
-                raise ParameterError(f"the sole at {name} is {offset} m off; allowed are ±0.1 m")
+            total = self.soles.get(name, 0.0) + offset
+            if not abs(total) <= MAX_SOLE:
+                raise ParameterError(
+                    f"the sole at {name} would be moved by {total:.3g} m; allowed are ±{MAX_SOLE} m"
+                )
 
         def moved(contact, side: str):
             up = offsets.get(f"contact_{contact.segment}_{contact.name}_{side}", 0.0)
@@ -260,7 +267,7 @@ class Human:
             "sex": self.sex,
             "joints": self.joints,
             "feet": self.feet,
-            "lengths": {n: getattr(d, n) for n in d.names() if n != "head"},  # head: what is left
+            "lengths": {name: getattr(d, name) for name in d.names()},
             "soles": dict(self.soles),
         }
 
@@ -275,10 +282,10 @@ class Human:
             d = dict(description)
             soles = {str(k): float(v) for k, v in d.pop("soles", {}).items()}
             human = cls.create(**d)
-        except (TypeError, ValueError, AttributeError) as error:
+        except (TypeError, ValueError, AttributeError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise
-            raise ParameterError(f"this describes no person: {error}") from error
+            raise ParameterError(f"not a description of a person: {error}") from error
         return human.with_soles(soles) if soles else human
 
     def body_positions(self, d: Dimensions) -> Float[Array, "n_bodies 3"]:

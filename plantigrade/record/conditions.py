@@ -14,7 +14,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import ParameterError
 
 Quantity = Literal[
-    "coordinate", "speed", "rest", "point", "com", "com speed", "displacement", "power"
+    "coordinate", "speed", "rest", "point", "clearance", "com", "com speed", "displacement", "power"
 ]
 """What is bounded:
 
@@ -23,6 +23,7 @@ Quantity = Literal[
 - ``"rest"``: the largest absolute rate of all coordinates [rad/s, m/s];
 - ``"point"``: where the lowest point of a sphere of ``radius`` at ``position`` on body ``of`` is
   along ``axis`` [m]; a point of the body where the radius is zero;
+- ``"clearance"``: how far that lowest point is above the ground below it [m];
 - ``"com"``, ``"com speed"``: centre of mass along ``axis`` [m], and its velocity [m/s];
 - ``"displacement"``: how far the coordinate ``of`` goes from the first of ``time`` to the last;
 - ``"power"``: joint power at the hinge ``of`` without what passive tissue does [W].
@@ -79,7 +80,7 @@ class Condition:
     @property
     def unit(self) -> str:
         """SI unit of the bounds."""
-        metres = self.quantity in ("point", "com", "com speed")
+        metres = self.quantity in ("point", "clearance", "com", "com speed")
         metres = metres or self.of in ("pelvis_tx", "pelvis_ty", "pelvis_tz")
         rate = "/s" if self.quantity in ("speed", "rest", "com speed") else ""
         return "W" if self.quantity == "power" else ("m" if metres else "rad") + rate

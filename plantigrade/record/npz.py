@@ -1,6 +1,6 @@
-"""``motion.npz``: a Record as plain NumPy arrays, one per key; no pickles in it, none read.
+"""``motion.npz``: a Record as plain NumPy arrays, one per key, without pickles.
 
-Keys that are always there: ``time`` (n,), ``qpos`` (n, nq), ``qvel`` (n, nv), ``joint_names``,
+Keys that are always present: ``time`` (n,), ``qpos`` (n, nq), ``qvel`` (n, nv), ``joint_names``,
 ``human`` and ``ground`` (JSON text), ``clock`` [s]. Where known: ``qacc``, ``qfrc_actuator`` (n,
 nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``contact_known``,
 ``contact_planned`` (n, k) of zeros and ones; of the contact sites ``contact_name``,
@@ -16,9 +16,9 @@ as ``reference_qpos`` (n, nq). The figures of a run are in ``metrics.json`` besi
 
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -31,8 +31,11 @@ from plantigrade.motion.motion import Motion
 from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
 
+_T = TypeVar("_T")
 _ARRAYS = ("qfrc_actuator", "contact_force", "contact_point", "contact_torque")
 _FLAGS = ("contact_known", "contact_planned")
+_SITES = ("contact_side", "contact_segment", "contact_part", "contact_position", "contact_radius",
+          "contact_measured")  # fmt: skip
 
 
 def npz_bytes(record: Record) -> bytes:
@@ -120,16 +123,18 @@ def read_npz(path: str | Path) -> Record:
     """Read a Record.
 
     Raises:
-        FileError: If the file is no such motion: the key is named.
+        FileError: If the file does not hold a whole Record; the key is named.
     """
     arrays = Arrays(path)
     for key in ("time", "qpos", "qvel", "joint_names", "human"):
         if key not in arrays:
-            arrays.refuse(f"there is no {key} in it", key)
+            arrays.refuse("is missing", key)
+    human = _described(arrays, "human", Human.from_dict)
+    ground = _described(arrays, "ground", Ground.from_dict) if "ground" in arrays else Ground()
+    nq, nv = human.model.nq, human.model.nv
     time = arrays.time()
     n = len(time)
-    qpos, qvel = arrays.numbers("qpos", n, None), arrays.numbers("qvel", n, None)
-    nv = qvel.shape[1]
+    qpos, qvel = arrays.numbers("qpos", n, nq), arrays.numbers("qvel", n, nv)
     sites = _sites(arrays)
     k = len(sites)
     markers = arrays.markers(time)
@@ -137,8 +142,6 @@ def read_npz(path: str | Path) -> Record:
     flags = {name: arrays.numbers(name, n, k) for name in _FLAGS}
     clock = arrays.numbers("clock")
     try:
-        human = Human.from_dict(_json(arrays, "human"))
-        ground = Ground.from_dict(_json(arrays, "ground")) if "ground" in arrays else Ground()
         names = arrays.words("joint_names")
         return Record(
             human,
@@ -151,7 +154,7 @@ def read_npz(path: str | Path) -> Record:
             limits=_limits(arrays, nv - 6),
             conditions=_conditions(arrays),
             signals=_signals(arrays),
-            references=_references(arrays, names),
+            references=_references(arrays, names, nq, nv),
             recorded_markers=markers,
             fitted_markers=arrays.numbers("fitted_markers", n, m, 3),
             clock=0.0 if clock is None else float(clock),
@@ -159,7 +162,7 @@ def read_npz(path: str | Path) -> Record:
         )
     except ParameterError as error:
         raise FileError(
-            path, f"holds no motion of a person: {error}", remedy="run the command again"
+            path, f"does not hold one motion of one person: {error}", remedy="run the command again"
         ) from error
 
 
@@ -172,16 +175,9 @@ def _sites(arrays: Arrays) -> tuple[ContactSite, ...]:
     parts = arrays.words("contact_part", k)
     position, radius = arrays.numbers("contact_position", k, 3), arrays.numbers("contact_radius", k)
     measured = arrays.numbers("contact_measured", k)
-    for key, value in (
-        ("contact_side", sides or None),
-        ("contact_segment", bodies or None),
-        ("contact_part", parts or None),
-        ("contact_position", position),
-        ("contact_radius", radius),
-        ("contact_measured", measured),
-    ):
-        if value is None:
-            arrays.refuse(f"contact_name needs {key} too", key)
+    for key in _SITES:
+        if key not in arrays:
+            arrays.refuse("is missing, but contact_name is there", key)
     try:
         return tuple(
             ContactSite(
@@ -196,7 +192,7 @@ def _sites(arrays: Arrays) -> tuple[ContactSite, ...]:
             for i in range(k)
         )
     except ParameterError as error:
-        arrays.refuse(f"is no contact site ({error})", "contact_position")
+        arrays.refuse(f"does not describe contact sites ({error})", "contact_name")
         raise
 
 
@@ -218,36 +214,44 @@ def _limits(arrays: Arrays, n_hinges: int) -> Limits:
 def _conditions(arrays: Arrays) -> tuple[Condition, ...]:
     if "conditions" not in arrays:
         return ()
-    held = _json(arrays, "conditions")
-    if not (isinstance(held, list) and all(isinstance(c, dict) for c in held)):
-        arrays.refuse("is no list of conditions", "conditions")
-    return tuple(Condition.from_dict(c) for c in held)
+    return _described(
+        arrays, "conditions", lambda held: tuple(Condition.from_dict(c) for c in held), list
+    )
 
 
 def _signals(arrays: Arrays) -> dict[str, np.ndarray]:
     return {key.removeprefix("signal/"): arrays.any(key) for key in arrays.keys("signal/")}
 
 
-def _references(arrays: Arrays, joint_names: tuple[str, ...]) -> dict[str, Motion]:
+def _references(
+    arrays: Arrays, joint_names: tuple[str, ...], nq: int, nv: int
+) -> dict[str, Motion]:
     found = {}
     for key in arrays.keys("reference/"):
         name, _, what = key.removeprefix("reference/").rpartition("/")
         if what != "time":
             continue
-        time = arrays.numbers(key, None)
-        qpos = arrays.numbers(f"reference/{name}/qpos", len(time), None)
-        qvel = arrays.numbers(f"reference/{name}/qvel", len(time), None)
-        if qpos is None or qvel is None:
-            arrays.refuse("needs qpos and qvel too", key)
-        found[name] = Motion(time, qpos, qvel, joint_names)
+        time = arrays.increasing(key, arrays.numbers(key, None))
+        state = []
+        for part, width in (("qpos", nq), ("qvel", nv)):
+            state.append(arrays.numbers(f"reference/{name}/{part}", len(time), width))
+            if state[-1] is None:
+                arrays.refuse(f"is missing, but {key} is there", f"reference/{name}/{part}")
+        found[name] = Motion(time, *state, joint_names)
     return found
 
 
-def _json(arrays: Arrays, key: str) -> Any:
+def _described(arrays: Arrays, key: str, build: Callable[[Any], _T], kind: type = dict) -> _T:
+    """Return what the JSON text ``key`` describes."""
     try:
-        return json.loads(str(arrays.any(key)))
-    except (json.JSONDecodeError, RecursionError) as error:
-        arrays.refuse(f"is not JSON ({error})", key)
+        description = json.loads(str(arrays.any(key)))
+        if not isinstance(description, kind):
+            arrays.refuse(f"is no JSON {'object' if kind is dict else 'list'}", key)
+        return build(description)
+    except (ValueError, TypeError, RecursionError) as error:
+        if isinstance(error, FileError):
+            raise
+        arrays.refuse(f"is damaged ({error})", key)
         raise
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.motion import Table
 from plantigrade.record import Record
 from plantigrade.report.curves import panels_of
-from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Series, line_plot
+from plantigrade.charts import LEFT, MIDDLE, RIGHT, Series, line_plot
 from plantigrade.report.scene import body_weight, check, side_forces
 from plantigrade.report.sections import (
     LEAST,

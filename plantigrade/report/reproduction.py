@@ -13,7 +13,7 @@ from plantigrade.analyze.reproduction import ROTATIONS
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import FileError
 from plantigrade.report import theme
-from plantigrade.report.plots import (
+from plantigrade.charts import (
     LEFT,
     MIDDLE,
     RIGHT,

@@ -11,7 +11,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.motion import Table
 from plantigrade.record import Record
 from plantigrade.report.curves import hinge_table, panels_of
-from plantigrade.report.plots import (
+from plantigrade.charts import (
     LEFT,
     MIDDLE,
     RIGHT,

@@ -11,7 +11,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import FileError
 from plantigrade.record import Record
-from plantigrade.report.plots import (
+from plantigrade.charts import (
     LEFT,
     MIDDLE,
     RIGHT,
@@ -63,7 +63,7 @@ class SynthesisDrawing:
     Attributes:
         task: Name of the task.
         stage_names: Runs of a solver.
-        stage_solvers: ``"band"`` or ``"ipopt"``, by stage.
+        stage_solvers: ``"interior-point"`` or ``"ipopt"``, by stage.
         stage_status: How each ended.
         stage_nodes: Nodes of each.
         stage_seconds: How long each took [s].
@@ -303,7 +303,7 @@ def convergence_section(drawn: SynthesisDrawing) -> Section:
         rows.append(
             [
                 name,
-                {"band": "banded interior point", "ipopt": "IPOPT"}.get(
+                {"interior-point": "banded interior point", "ipopt": "IPOPT"}.get(
                     drawn.stage_solvers[k], drawn.stage_solvers[k]
                 ),
                 str(int(drawn.stage_nodes[k])),
@@ -479,7 +479,7 @@ def power_section(model: mujoco.MjModel, record: Record) -> Section:
 
 def use_section(model: mujoco.MjModel, record: Record) -> Section:
     """Return how much of each joint's strength the motion takes."""
-    from plantigrade.report.plots import bar_plot
+    from plantigrade.charts import bar_plot
 
     title = "Strength that is used"
     limited = [

@@ -28,7 +28,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.ground import ContactPoints, contact_points
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 from plantigrade.reproduce.phases import Phase
@@ -131,7 +131,7 @@ class ContactSchedule:
 
     def __init__(self, reference: Reference):
         human = reference.human
-        place = contact_points(human, human.standing()[None])
+        place = sole_paths(human, human.standing()[None])
         self.points = PointSet(human, list(place.body), place.centre)
         self.radius = place.radius
         self.side, self.region = np.array(place.side), np.array(place.region)
@@ -202,7 +202,7 @@ class ContactSchedule:
         return step / length if length > 0 else np.array([1.0, 0.0, 0.0])
 
 
-def _rolls(human: Human, place: ContactPoints, i: int) -> bool:
+def _rolls(human: Human, place: SolePaths, i: int) -> bool:
     """Return whether a point of the forefoot can stay on the ground while the heel is up.
 
     Toes that are hinged to the foot stay. A foot in one piece turns about the tips of its foremost

@@ -13,8 +13,9 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.derivatives import continuous, differentiate
 from plantigrade.errors import ReproduceError
-from plantigrade.kinematics.contacts import Contact, foot_contacts
-from plantigrade.kinematics.ground import ContactPoints, contact_points, find_rests
+from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.soles import on_own_soles
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
@@ -48,7 +49,7 @@ class Reference:
     human: Human
     events: tuple[GaitEvent, ...]
     phases: tuple[Phase, ...]
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactInterval, ...]
     com: Trajectory
     heel: dict[str, Trajectory]
     heel_point: dict[str, PointSet]
@@ -111,7 +112,7 @@ def reference_of(
     if ground is not None:
         qpos[:, :3] -= ground
     rate = (len(time) - 1) / (time[-1] - time[0])
-    contact = contact_points(human, qpos)
+    contact = sole_paths(human, qpos)
     rests = find_rests(contact, rate)
     human = on_own_soles(human, contact, rests)
     smooth = differentiate(human, time, qpos, None)
@@ -132,7 +133,7 @@ def reference_of(
     )
 
 
-def _heel(human: Human, contact: ContactPoints, side: str) -> PointSet:
+def _heel(human: Human, contact: SolePaths, side: str) -> PointSet:
     """Return the heel: the middle of its contact points, on the soles of the person."""
     index = contact.of(side, "heel")
     geoms = [human.contact_points[i][0] for i in index]

@@ -20,7 +20,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.centroid import centroid
-from plantigrade.kinematics.ground import contact_points
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.reproduce.gait import ContactSchedule
 from plantigrade.reproduce.reference import Reference
@@ -39,7 +39,7 @@ def carried_path(reference: Reference, schedule: ContactSchedule) -> Trajectory:
     whole = centroid(human, reference.qpos, reference.qvel, reference.qacc)
     assert whole.force is not None and whole.zmp is not None
     weight = human.mass * float(np.linalg.norm(human.model.opt.gravity))
-    place = contact_points(human, reference.qpos).position[:, :, :2]
+    place = sole_paths(human, reference.qpos).position[:, :, :2]
     away = np.zeros((len(time), 2))
     for k, t in enumerate(time):
         on = schedule(float(t))

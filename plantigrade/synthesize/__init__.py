@@ -12,17 +12,18 @@ What is named here is loaded when it is first used.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from plantigrade.synthesize.splines.band import Band
+from plantigrade.synthesize.splines.banded import BandedMatrix
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots, uniform_knots
-from plantigrade.synthesize.splines.splines import PolynomialBasis, TrigonometricBasis
+from plantigrade.synthesize.splines.polynomial import PolynomialBasis
+from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
 
 if TYPE_CHECKING:
     from plantigrade.synthesize.diagnose.post_mortem import Broken, broken_rows
     from plantigrade.synthesize.problem.assembly import Assembly
-    from plantigrade.synthesize.problem.formulation import Body
-    from plantigrade.synthesize.problem.problem import Closure, Problem, Rows
-    from plantigrade.synthesize.solution import Sampled, Stage, Synthesis
+    from plantigrade.synthesize.problem.contact_body import ContactBody
+    from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
+    from plantigrade.synthesize.solution import Sampled, Solution, Stage
     from plantigrade.synthesize.solve import synthesize
     from plantigrade.synthesize.solvers.interior_point import (
         InteriorPoint,
@@ -32,19 +33,19 @@ if TYPE_CHECKING:
         Result,
     )
     from plantigrade.synthesize.tasks.registry import TASKS, body_for, make_task
-    from plantigrade.synthesize.tasks.task import Task
+    from plantigrade.synthesize.tasks.task import MotionTask
     from plantigrade.synthesize.tasks.task_file import TaskFile, parse_task_file, read_task_file
     from plantigrade.synthesize.terms.terms import Term
 
 _HOMES = {
     "problem.assembly": ("Assembly",),
-    "problem.formulation": ("Body",),
+    "problem.formulation": ("ContactBody",),
     "solvers.interior_point": ("InteriorPoint", "Iterate", "Multipliers", "Options", "Result"),
     "diagnose.post_mortem": ("Broken", "broken_rows"),
-    "problem.problem": ("Closure", "Problem", "Rows"),
+    "problem.nlp": ("PeriodicClosure", "Problem", "ConstraintFamily"),
     "solve": ("synthesize",),
-    "solution": ("Sampled", "Stage", "Synthesis"),
-    "tasks.task": ("Task",),
+    "solution": ("Sampled", "Stage", "Solution"),
+    "tasks.task": ("MotionTask",),
     "tasks.task_file": ("TaskFile", "parse_task_file", "read_task_file"),
     "tasks.registry": ("TASKS", "body_for", "make_task"),
     "terms.terms": ("Term",),
@@ -54,11 +55,11 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 __all__ = [
     "TASKS",
     "Assembly",
-    "Band",
+    "BandedMatrix",
     "Basis",
-    "Body",
+    "ContactBody",
     "Broken",
-    "Closure",
+    "PeriodicClosure",
     "InteriorPoint",
     "Iterate",
     "Multipliers",
@@ -66,11 +67,11 @@ __all__ = [
     "PolynomialBasis",
     "Problem",
     "Result",
-    "Rows",
+    "ConstraintFamily",
     "Sampled",
     "Stage",
-    "Synthesis",
-    "Task",
+    "Solution",
+    "MotionTask",
     "TaskFile",
     "Term",
     "TrigonometricBasis",

@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.synthesize.diagnose.post_mortem import values
-from plantigrade.synthesize.problem.formulation import Body
-from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.interior_point import Iterate, Multipliers
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.terms import Contact
 from plantigrade.synthesize.transcription.forces_between import FRICTION, explaining, remainder
-from plantigrade.synthesize.transcription.transcription import Transcription
+from plantigrade.synthesize.transcription.linear_map import Transcription
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Stage:
 
     Attributes:
         name: What was solved: ``"first mesh"``, ``"refined"``, ``"IPOPT"``.
-        solver: ``"band"`` or ``"ipopt"``.
+        solver: ``"interior-point"`` or ``"ipopt"``.
         nodes: Number of nodes.
         status: How it ended.
         seconds: How long it took [s].
@@ -62,7 +62,7 @@ class Sampled:
 
 
 @dataclass(frozen=True)
-class Synthesis:
+class Solution:
     """A motion from a task.
 
     Attributes:
@@ -78,8 +78,8 @@ class Synthesis:
         multipliers: For a warm start.
     """
 
-    body: Body
-    task: Task
+    body: ContactBody
+    task: MotionTask
     problem: Problem
     c: Float[Array, "n_coefficients nv"]
     u: Float[Array, "n_nodes n_unknowns"]
@@ -116,15 +116,15 @@ class Synthesis:
         """Time of all stages [s]."""
         return sum(s.seconds for s in self.stages)
 
-    def times(self, fineness: int = 10, laps: int = 1) -> Float[Array, " n_times"]:
+    def times(self, samples_per_interval: int = 10, laps: int = 1) -> Float[Array, " n_times"]:
         """Return the times of a grid finer than the nodes [s].
 
         Args:
-            fineness: Intervals for each one between nodes.
+            samples_per_interval: Intervals for each one between nodes.
             laps: Laps of a periodic motion; two are a stride.
         """
         ends = self.nodes
-        part = np.arange(fineness) / fineness
+        part = np.arange(samples_per_interval) / samples_per_interval
         inner = (ends[:-1, None] + np.diff(ends)[:, None] * part).ravel()
         all_ = [inner + lap * self.task.plan.duration for lap in range(laps)]
         return np.concatenate([*all_, [laps * self.task.plan.duration]])
@@ -136,13 +136,15 @@ class Synthesis:
             return self.problem.nodes
         return np.append(self.problem.nodes, self.task.plan.duration)
 
-    def unexplained(self, fineness: int = 6) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def unexplained(
+        self, samples_per_interval: int = 6
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Return times between the nodes [s], and the wrench there that no contact can give.
 
         Returns:
             Times, and the larger of force [body weights] and moment [body weight · m].
         """
-        times = self.times(fineness)[:-1]
+        times = self.times(samples_per_interval)[:-1]
         p = self.problem
         q, v, a = p.states(self.c, times)
         sampled = self.sample(times)

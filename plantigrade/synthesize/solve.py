@@ -16,24 +16,24 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.formulation import Body
-from plantigrade.synthesize.problem.problem import Problem
-from plantigrade.synthesize.solution import Stage, Synthesis
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.nlp import Problem
+from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solvers.interior_point import (
     InteriorPoint,
     Iterate,
     Multipliers,
     Options,
 )
-from plantigrade.synthesize.tasks.task import Task, coefficients, sample_times
+from plantigrade.synthesize.tasks.task import MotionTask, coefficients, sample_times
 from plantigrade.synthesize.terms.terms import Acceleration, Work
 from plantigrade.synthesize.transcription.mesh import nodes_like, split
 
-Solver = Literal["band", "ipopt"]
+Solver = Literal["interior-point", "ipopt"]
 Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 8e-4  # wrench between nodes that asks for more nodes [body weights]
-ROUNDS = 4  # of adding nodes
+REFINEMENTS = 4  # of adding nodes
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 
@@ -55,29 +55,29 @@ class _Point:
 
 
 def synthesize(
-    body: Body,
-    task: Task,
+    body: ContactBody,
+    task: MotionTask,
     *,
-    solver: Solver = "band",
-    warm: Synthesis | None = None,
+    solver: Solver = "interior-point",
+    warm: Solution | None = None,
     options: Options | None = None,
     progress: Progress | None = None,
     c0: Float[Array, "n_coefficients nv"] | None = None,
-    rounds: int = ROUNDS,
+    refinements: int = REFINEMENTS,
     rescue: bool = True,
-) -> Synthesis:
+) -> Solution:
     """Return the motion of a person who does a task.
 
     Args:
         body: The person with the places that can carry force.
         task: What is to be done.
-        solver: ``"band"``, or ``"ipopt"`` as the reference.
+        solver: ``"interior-point"``, or ``"ipopt"`` as the reference.
         warm: A motion of a task much like this one, to start from.
         options: Of the banded solver.
         progress: Told every iteration; returning True stops with the best so far.
         c0: Coefficients to start from instead of the task's guess.
-        rounds: How often nodes are added where the motion asks between nodes for what no contact
-            can give.
+        refinements: How often nodes are added where the motion asks between nodes for what no
+            contact can give.
         rescue: Whether an easier problem is tried where the solver fails.
 
     Returns:
@@ -86,8 +86,8 @@ def synthesize(
     Raises:
         ParameterError: If the solver is unknown, or the motion to start from is of other joints.
     """
-    if solver not in ("band", "ipopt"):
-        raise ParameterError(f"solver is {solver!r}; allowed are 'band' and 'ipopt'")
+    if solver not in ("interior-point", "ipopt"):
+        raise ParameterError(f"solver is {solver!r}; allowed are 'interior-point' and 'ipopt'")
     if warm is not None and warm.problem.names != body.symbolic.names:
         raise ParameterError(
             f"a motion of {len(warm.problem.names)} coordinates is no start for a body of "
@@ -111,7 +111,9 @@ def synthesize(
         at = run.ipopt("IPOPT", problem, c, u)
     else:
         if warm is None and c0 is None and len(problem.nodes) > MANY:
-            coarse = replace(task, density=task.density * FEW / len(problem.nodes))
+            coarse = replace(
+                task, nodes_per_second=task.nodes_per_second * FEW / len(problem.nodes)
+            )
             p = coarse.problem(body)
             at = run.band("coarse mesh", p, *coarse.start(body, p))
             if at.success:
@@ -122,7 +124,7 @@ def synthesize(
             at = run.band("first try", problem, *task.start(body, problem))
         if not at.success and not at.stopped and rescue:
             at = _rescued(run, body, task, problem, at)
-    for _ in range(rounds if at.success else 0):
+    for _ in range(refinements if at.success else 0):
         made = _made(body, task, at, run)
         times, missing = made.unexplained()
         finer = split(made.nodes, times[missing > UNEXPLAINED])
@@ -142,9 +144,9 @@ def synthesize(
     return _made(body, task, at, run)
 
 
-def _rescued(run: "_Runner", body: Body, task: Task, problem: Problem, at: _Point) -> _Point:
+def _rescued(run: "_Runner", body: ContactBody, task: MotionTask, problem: Problem, at: _Point) -> _Point:
     """Return what easier problems lead to, the first that succeeds."""
-    coarse = replace(task, density=task.density / 2)
+    coarse = replace(task, nodes_per_second=task.nodes_per_second / 2)
     easy = replace(
         task,
         terms=(*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4)),
@@ -167,7 +169,7 @@ def _rescued(run: "_Runner", body: Body, task: Task, problem: Problem, at: _Poin
 class _Runner:
     """Runs solvers and keeps account of it."""
 
-    def __init__(self, body: Body, options: Options | None, progress: Progress | None):
+    def __init__(self, body: ContactBody, options: Options | None, progress: Progress | None):
         self.body, self.options, self.progress = body, options, progress
         self.stages: list[Stage] = []
 
@@ -179,7 +181,7 @@ class _Runner:
         progress = self.progress
         told = None if progress is None else lambda it: progress(name, it)
         r = InteriorPoint(problem, self.options).solve(c, u, m, told)
-        self._note(name, "band", problem, r.status, started, r.history)
+        self._note(name, "interior-point", problem, r.status, started, r.history)
         return _Point(problem, r.c, r.u, r.status, r.success, r.multipliers)
 
     def ipopt(self, name: str, problem: Problem, c: Array, u: Array) -> _Point:
@@ -215,8 +217,8 @@ class _Runner:
         self.stages.append(Stage(name, solver, len(problem.nodes), status, seconds, tuple(history)))
 
 
-def _made(body: Body, task: Task, at: _Point, run: _Runner) -> Synthesis:
-    return Synthesis(
+def _made(body: ContactBody, task: MotionTask, at: _Point, run: _Runner) -> Solution:
+    return Solution(
         body, task, at.problem, at.c, at.u, at.status, at.success, tuple(run.stages), at.multipliers
     )
 

@@ -180,7 +180,7 @@ def sentence(made: Synthesized) -> str:
     what = f"{synthesis.task.name} ({told})" if told else synthesis.task.name
     what = f"{what[0].upper()}{what[1:]}, {m['duration_s']:.2f} s, of"
     verdict = "it passed the check" if made.status == "ok" else "it did not pass the check"
-    solver = {"band": "the banded interior point", "ipopt": "IPOPT"}[made.settings.solver]
+    solver = {"interior-point": "the banded interior point", "ipopt": "IPOPT"}[made.settings.solver]
     if made.settings.formulation == "paper":
         solver = "the paper's stages"
     source = "from a recording" if synthesis.task.name == "track" else "from the task alone"

@@ -44,9 +44,9 @@ class SynthesizeSettings:
         joints: Joint set.
         feet: Foot model; the joint set's own if absent.
         formulation: ``"default"`` or ``"paper"``.
-        solver: ``"band"`` or ``"ipopt"``.
+        solver: ``"interior-point"`` or ``"ipopt"``.
         basis: ``"trigonometric"`` or ``"polynomial"``; the task's own if absent.
-        density: Nodes a second; the task's own if absent.
+        nodes_per_second: Nodes a second; the task's own if absent.
         seed: Of the noise on the guesses of further tries.
         tries: First guesses; the cheapest motion that succeeds is taken.
         free_timing: Whether a periodic walk chooses its own step length, stance and heel rise.
@@ -63,9 +63,9 @@ class SynthesizeSettings:
     joints: str = "43"
     feet: str | None = None
     formulation: str = "default"
-    solver: str = "band"
+    solver: str = "interior-point"
     basis: str | None = None
-    density: float | None = None
+    nodes_per_second: float | None = None
     seed: int = 0
     tries: int = 1
     free_timing: bool = False
@@ -80,7 +80,7 @@ class SynthesizeSettings:
         """
         for name, allowed in (
             ("formulation", ("default", "paper")),
-            ("solver", ("band", "ipopt")),
+            ("solver", ("interior-point", "ipopt")),
             ("basis", (None, "trigonometric", "polynomial")),
         ):
             value = getattr(self, name)
@@ -91,8 +91,10 @@ class SynthesizeSettings:
             value = getattr(self, name)
             if not (value == int(value) and 1 <= value <= most):
                 raise ParameterError(f"{name}={value}: allowed are whole numbers from 1 to {most}")
-        if self.density is not None and not 2 <= self.density <= 500:
-            raise ParameterError(f"density={self.density:g} [1/s]: allowed are 2 to 500")
+        if self.nodes_per_second is not None and not 2 <= self.nodes_per_second <= 500:
+            raise ParameterError(
+                f"nodes_per_second={self.nodes_per_second:g} [1/s]: allowed are 2 to 500"
+            )
 
     def human(self) -> "Human":
         """Return the person."""
@@ -292,7 +294,7 @@ def _on_its_own_times(settings, human: "Human", body, progress: Progress | None)
 
     def task(p):
         made = periodic_walk(human, p, slope=slope)
-        named = {"basis": settings.basis, "density": settings.density}
+        named = {"basis": settings.basis, "nodes_per_second": settings.nodes_per_second}
         return replace(made, **{k: v for k, v in named.items() if v is not None})
 
     found = free_timing(body, task, start, progress=progress)
@@ -312,7 +314,7 @@ def _as_the_paper(settings: SynthesizeSettings, progress: Progress | None) -> Sy
         "a task file": settings.file,
         "parameters of tasks": settings.parameters,
         "--warm": settings.warm,
-        "--density": settings.density,
+        "--nodes-per-second": settings.nodes_per_second,
         "--tries": settings.tries > 1,
         "--free-timing": settings.free_timing,
     }
@@ -417,6 +419,6 @@ def task_of(human: "Human", settings: SynthesizeSettings) -> Task:
         task = make_task(settings.task, human, settings.parameters)
     if settings.basis is not None:
         task = replace(task, basis=settings.basis)
-    if settings.density is not None:
-        task = replace(task, density=float(settings.density))
+    if settings.nodes_per_second is not None:
+        task = replace(task, nodes_per_second=float(settings.nodes_per_second))
     return task

@@ -37,14 +37,14 @@ class TrackSettings:
         start: From when [s]; the first gait event if absent, or the first frame where nobody walks.
         stop: To when [s]; the last gait event or frame if absent.
         tracking: Weights; the default ones if absent.
-        rounds: How often nodes are added where the motion asks for what no contact can give.
+        refinements: How often nodes are added where the motion asks for what no contact can give.
     """
 
     fit: FitSettings = field(default_factory=FitSettings)
     start: float | None = None
     stop: float | None = None
     tracking: "Tracking | None" = None
-    rounds: int = 3
+    refinements: int = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +211,7 @@ def track_trial(
     end = min(stop + MARGIN, max(last - EDGE, stop))
     task = track(human, motion, start=begin, stop=end, tracking=settings.tracking)
     synthesis = synthesize(
-        Body.of(human, foot_sites(human)), task, progress=progress, rounds=settings.rounds
+        Body.of(human, foot_sites(human)), task, progress=progress, refinements=settings.refinements
     )
     seconds = clock.perf_counter() - began
     told = SynthesizeSettings(
@@ -244,6 +244,6 @@ def motion_of(trial: "Trial") -> "Motion":
 
 
 def _way(trial: "Trial") -> Float[Array, "n_frames 3"]:
-    from plantigrade.kinematics.ground import moving_ground
+    from plantigrade.kinematics.ground_level import moving_ground
 
     return moving_ground(trial.fit.time, trial.feet.heel, trial.feet.toe)

@@ -73,7 +73,7 @@ def as_synthesis(solution: "PaperSolution") -> "Synthesis":
         plan,
         (Contact(friction=FRICTION), Limits()),
         lambda body, plan, times: paper.problem.states(paper.guess, times)[0],
-        density=1.0 / paper.motion.step,
+        nodes_per_second=1.0 / paper.motion.step,
         basis=paper.basis,
     )
     last = len(result.stages) - 1

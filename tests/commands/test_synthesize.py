@@ -22,7 +22,17 @@ def test_a_warm_start_writes_its_folder(synthesized, tmp_path, capsys):
     warm, out = str(synthesized[1]), tmp_path / "walk"
     task = tmp_path / "mine.toml"
     task.write_text(QUICK_WALK)
-    words = [str(task), "--periodic", "--speed", "1", *PERSON, "--density", "28", "--warm", warm]
+    words = [
+        str(task),
+        "--periodic",
+        "--speed",
+        "1",
+        *PERSON,
+        "--nodes-per-second",
+        "28",
+        "--warm",
+        warm,
+    ]
     code = cli.main(["synthesize", *words, "--strides", "1", "--out", str(out), "--json"])
     printed = capsys.readouterr()
     assert code == 0, printed.err
@@ -45,7 +55,7 @@ def test_an_interrupted_run_is_checked_and_written(synthesized, tmp_path, capsys
     ask = lambda self, stage, iterate: True  # noqa: E731
     monkeypatch.setattr(Watch, "__call__", ask)
     out = tmp_path / "guess"
-    words = ["walk", "--periodic", *PERSON, "--strides", "1", "--density", "15"]
+    words = ["walk", "--periodic", *PERSON, "--strides", "1", "--nodes-per-second", "15"]
     assert cli.main(["synthesize", *words, "--out", str(out)]) == 3
     printed = capsys.readouterr()
     assert "DID NOT PASS" in printed.out
@@ -71,7 +81,7 @@ def test_an_interrupted_run_is_checked_and_written(synthesized, tmp_path, capsys
         (["track"], "track needs --recording FILE"),
         (["track", "--recording", "none.c3d", "--speed", "1"], "--speed means nothing to track"),
         (["squat", "--free-timing"], "only a periodic walk chooses its own times"),
-        (["walk", "--density", "1"], "density=1"),
+        (["walk", "--nodes-per-second", "1"], "nodes_per_second=1"),
         (["walk", "--warm", "nowhere"], "synthesize"),
         (["none.toml"], "none.toml"),
         (["walk", "--tell", "speed"], "NAME=VALUE"),

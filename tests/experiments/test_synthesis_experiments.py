@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.commands.experiment import EXPERIMENTS, LONG, Command
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.experiments import synthesis_bench as bench
 from plantigrade.experiments import synthesis_fidelity as fidelity
@@ -14,7 +13,13 @@ from plantigrade.experiments.kept_results import KeptResults, code_version
 from plantigrade.experiments.synthesis_trial import crude, tried, why
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
-STAGE = {"name": "first try", "solver": "band", "nodes": 61, "status": "solved", "end": []}
+STAGE = {
+    "name": "first try",
+    "solver": "interior-point",
+    "nodes": 61,
+    "status": "solved",
+    "end": [],
+}
 GOOD = {
     "success": True, "ok": True, "good": True, "status": "solved", "verdict": "ok", "cpu": 2.0,
     "wall": 3.0, "nodes": 61, "duration": 3.0, "iterations": 30, "objective": 1.0,
@@ -65,6 +70,7 @@ def test_a_broken_file_is_refused(tmp_path):
     path.write_text("[1, 2")
     with pytest.raises(FileError, match="delete it to start anew"):
         KeptResults(path)
+    assert KeptResults(path, anew=True).results == {}
 
 
 def test_what_cannot_be_asked_for_is_a_result():
@@ -88,9 +94,9 @@ def human():
 def test_the_walk_takes_three_seconds_on_enough_nodes(human):
     task = bench.walk_of(human, bench.Extent())
     assert task.plan.duration == pytest.approx(3.0, abs=1e-3)
-    assert len(nodes_of(task.plan, task.density)) >= bench.NODES
+    assert len(nodes_of(task.plan, task.nodes_per_second)) >= bench.NODES
     fine = bench.with_nodes(task, bench.FINE_NODES)
-    assert 301 <= len(nodes_of(fine.plan, fine.density)) < 330
+    assert 301 <= len(nodes_of(fine.plan, fine.nodes_per_second)) < 330
 
 
 def test_the_crude_guess_knows_nothing_of_walking(human):
@@ -148,9 +154,9 @@ def test_different_minima_are_counted():
 
 
 def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
-    extent = bench.Extent(guesses=1, sizes=(), density=10.0)
+    extent = bench.Extent(guesses=1, sizes=(), nodes_per_second=10.0)
     said = []
-    how = {"parts": ("sit-to-stand",), "extent": extent, "folder": tmp_path}
+    how = {"parts": ("sit-to-stand",), "extent": extent, "out": tmp_path}
     table = bench.run(**how, say=said.append)
     results = json.loads((tmp_path / bench.FILE).read_text())
     assert set(results) == {"loading/sit-to-stand", "sit-to-stand/no noise"}
@@ -162,6 +168,19 @@ def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
     before, said = len(said), []
     bench.run(**how, say=said.append)
     assert before > len(said) == 1, "nothing is measured twice"
+
+
+def test_the_short_form_is_a_part_of_the_whole(monkeypatch):
+    assert set(bench.QUICK_PARTS) < set(bench.PARTS)
+    assert set(fidelity.QUICK_PARTS) < set(fidelity.PARTS)
+    asked = []
+    part = replace(bench.PARTS["walk"], measure=lambda kept, extent: asked.append(extent))
+    monkeypatch.setattr(bench, "PARTS", {"walk": part, "ipopt": part})
+    monkeypatch.setattr(bench, "QUICK_PARTS", ("walk",))
+    bench.run(quick=True)
+    assert asked == [bench.QUICK]
+    bench.run(quick=True, parts=("ipopt", "walk"))
+    assert len(asked) == 3, "what is named is done"
 
 
 def test_an_unknown_part_is_refused():
@@ -212,31 +231,8 @@ def test_a_walk_is_described_and_held_against_goals(synthesized):
 
 
 def test_other_tasks_are_measured_end_to_end(tmp_path):
-    extent = fidelity.Extent(others=("reach",), density=10.0)
-    table = fidelity.run(parts=("tasks",), extent=extent, folder=tmp_path)
+    extent = fidelity.Extent(others=("reach",), nodes_per_second=10.0)
+    table = fidelity.run(parts=("tasks",), extent=extent, out=tmp_path)
     result = json.loads((tmp_path / fidelity.FILE).read_text())["tasks/reach"]
     assert result["success"] and result["check"]["check_slip_max_mm"] < 10
     assert "tasks/reach" in table.text() and (tmp_path / fidelity.PAGE).exists()
-
-
-# Command ------------------------------------------------------------------------------------------
-
-
-def test_the_command_runs_parts_and_refuses_them_elsewhere(tmp_path, monkeypatch):
-    calls = []
-
-    def run(**how):
-        calls.append(how)
-        return fidelity.table(KeptResults())
-
-    monkeypatch.setattr(fidelity, "run", run)
-    file = tmp_path / fidelity.FILE
-    file.write_text("{}")
-    how = {"quiet": True, "out": tmp_path, "part": ("speeds",)}
-    Command(name="synthesis-fidelity", **how).run()
-    assert calls[0]["parts"] == ("speeds",) and calls[0]["folder"] == tmp_path and file.exists()
-    Command(name="synthesis-fidelity", **how, overwrite=True, quick=True).run()
-    assert calls[1]["quick"] and not file.exists()
-    with pytest.raises(ParameterError, match="--part is for synthesis-bench"):
-        Command(name="gait-table", part=("speeds",)).run()
-    assert set(LONG) < set(EXPERIMENTS)

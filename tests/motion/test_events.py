@@ -162,12 +162,12 @@ def test_a_leap_is_no_running_step():
 
 
 def test_jumps_and_hops_of_the_collection(data):
-    from plantigrade.workflows.fit import fit_file
+    from plantigrade.workflows.fit import fit_trial
 
-    jump = fit_file(data / "cmu_asfamc" / "02_04.amc")
+    jump = fit_trial(data / "cmu_asfamc" / "02_04.amc")[1]
     assert jump.record.motion.events == ()
     # Kicks, a leap and a few real steps: each lands well after the other foot's.
-    hop = fit_file(data / "cmu_asfamc" / "131_03.amc").record.motion.events
+    hop = fit_trial(data / "cmu_asfamc" / "131_03.amc")[1].record().motion.events
     landings = [e for e in hop if e.kind == "heel_strike"]
     assert not [e for e in hop if 1.0 < e.time < 2.0 or 6.0 < e.time < 7.3]  # kick, leap
     for a, b in zip(landings, landings[1:], strict=False):

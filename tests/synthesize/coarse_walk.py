@@ -11,7 +11,7 @@ from plantigrade.synthesize.tasks.registry import body_for
 from plantigrade.synthesize.tasks.task import Task
 from plantigrade.synthesize.tasks.walking import walk
 
-DENSITY = 24.0
+NODES_PER_SECOND = 24.0
 SPEED = 1.2
 
 
@@ -23,7 +23,7 @@ def person() -> Human:
 
 def task(speed: float = SPEED) -> Task:
     """A periodic walk."""
-    return replace(walk(person(), speed=speed, periodic=True), density=DENSITY)
+    return replace(walk(person(), speed=speed, periodic=True), nodes_per_second=NODES_PER_SECOND)
 
 
 @cache

@@ -1,10 +1,12 @@
 """Derivatives of rows: against differences, and of a body with forces at its feet."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import casadi as ca
 import numpy as np
 import pytest
 
-from plantigrade.batched.functions import unavailable
+from plantigrade.batched import BatchedFunction
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
@@ -32,8 +34,8 @@ def some_state(function, n, seed=0):
 
 @pytest.fixture(scope="module", params=["vectors", "interpreter"])
 def leg(request):
-    if request.param == "vectors" and unavailable():
-        pytest.skip(unavailable())
+    if request.param == "vectors" and BatchedFunction.unavailable():
+        pytest.skip(BatchedFunction.unavailable())
     return Derivatives(leg_rows(person("42", "two-segment")), backend=request.param)
 
 
@@ -91,12 +93,26 @@ def test_a_hessian_is_added_where_that_is_asked_for(leg):
         leg.hessian(lam, *state, onto=H[:, :-1, :-1])
 
 
+def test_threads_do_not_share_arrays(leg):
+    every = [some_state(leg.function, 7, seed) for seed in range(24)]
+    lam = np.ones((7, leg.n_rows))
+
+    def both(state):
+        return leg.jacobian(*state)[1], leg.hessian(lam, *state)
+
+    alone = [both(state) for state in every]
+    with ThreadPoolExecutor(6) as pool:
+        for ours, wanted in zip(pool.map(both, every), alone, strict=True):
+            for one, other in zip(ours, wanted, strict=True):
+                np.testing.assert_array_equal(one, other)
+
+
 def test_a_small_function_is_interpreted_without_waiting(leg):
     symbols = [ca.SX.sym(n, 1) for n in ("q", "v", "a", "u", "p")]
     f = ca.Function("f", symbols, [0.3 * symbols[0] * symbols[3]])
     assert Derivatives(f).backend == "interpreter"
     assert leg.function.n_instructions() > 300
-    if not unavailable():
+    if not BatchedFunction.unavailable():
         assert Derivatives(leg.function).backend == "vectors"
 
 

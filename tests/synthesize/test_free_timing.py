@@ -16,7 +16,7 @@ def test_free_times_cost_no_more_and_stay_within_their_bounds():
     start = gait_parameters(human, 1.1)
 
     def task(p):
-        return replace(periodic_walk(human, p), density=12.0, basis="polynomial")
+        return replace(periodic_walk(human, p), nodes_per_second=12.0, basis="polynomial")
 
     body = body_for(human, task(start).plan)
     found = free_timing(body, task, start, trials=5)
@@ -36,7 +36,7 @@ def test_stopping_gives_the_best_so_far():
     start = gait_parameters(human, 1.1)
 
     def task(p):
-        return replace(periodic_walk(human, p), density=12.0, basis="polynomial")
+        return replace(periodic_walk(human, p), nodes_per_second=12.0, basis="polynomial")
 
     body = body_for(human, task(start).plan)
     seen = []

@@ -14,7 +14,7 @@ from plantigrade.models.human import PELVIS
 from plantigrade.models.textbook_gait import textbook_gait
 from plantigrade.synthesize.guess.legs import Leg
 from plantigrade.synthesize.guess.walk import crude_guess, perturbed, walking_guess
-from plantigrade.synthesize.problem.problem import Closure
+from plantigrade.synthesize.problem.nlp import PeriodicClosure
 from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
 from plantigrade.synthesize.tasks.walking_plan import advance, periodic_walk_plan, walk_plan
 from plantigrade.synthesize.transcription.mesh import nodes_of
@@ -164,7 +164,7 @@ def mirror(human, step):
               for i, n in enumerate(names)]  # fmt: skip
     turned = [n[-2:] not in other and n.endswith(("list", "bending", "rotation", "tz"))
               for n in names]  # fmt: skip
-    return Closure(
+    return PeriodicClosure(
         np.array(source),
         np.where(turned, -1.0, 1.0),
         np.array([step if n == "pelvis_tx" else 0.0 for n in names]),

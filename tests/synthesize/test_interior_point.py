@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.problem import Closure, Problem
+from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
 from plantigrade.synthesize.solvers import ipopt
 from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Multipliers, Options
-from plantigrade.synthesize.transcription.transcription import Transcription
+from plantigrade.synthesize.transcription.linear_map import Transcription
 from tests.synthesize.toys import cubic, inputs, mass_on_a_line, pendulum, rows, swing, uneven
 
 FINE = Options(tolerance=1e-8, feasibility=1e-8)
@@ -42,7 +42,7 @@ def quadratic(seed: int, *, periodic: bool) -> Problem:
     every.weight[:] = 0.05
     closure = None
     if periodic:
-        closure = Closure(
+        closure = PeriodicClosure(
             np.array([1, 0]), np.array([1.0, -1.0]), np.zeros(2), np.array([1, 0]),
             np.array([1.0, -1.0]),
         )  # fmt: skip

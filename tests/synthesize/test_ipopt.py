@@ -6,7 +6,7 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize import PolynomialBasis, clamped_knots, periodic_knots
-from plantigrade.synthesize.problem.problem import Closure, Problem, Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
 from plantigrade.synthesize.solvers.ipopt import run, solve
 from plantigrade.synthesize.transcription.nlp import Program
 
@@ -16,10 +16,10 @@ def inputs(nv: int, nu: int = 0) -> list:
     return [ca.SX.sym(name, n) for name, n in sizes]
 
 
-def rows(name: str, symbols: list, expression, n_nodes: int) -> Rows:
+def rows(name: str, symbols: list, expression, n_nodes: int) -> ConstraintFamily:
     function = ca.Function(name, symbols, [expression])
     names = tuple(f"{name} {i}" for i in range(expression.shape[0]))
-    return Rows.free(name, function, names, n_nodes)
+    return ConstraintFamily.free(name, function, names, n_nodes)
 
 
 def mass_on_a_line(n: int = 21, *, twice: bool = False) -> Problem:
@@ -51,7 +51,7 @@ def pendulum(n: int = 9) -> Problem:
     law.upper[:, 1] = 5.0
     cost = rows("cost", symbols, ca.vertcat(q[0] * q[1], qd[0] ** 2 + u[1]), n)
     cost.weight[:, 0], cost.target[:, 0], cost.gain[:, 1] = 2.0, 0.3, 0.7
-    mirror = Closure(
+    mirror = PeriodicClosure(
         np.array([1, 0]), np.array([1.0, -1.0]), np.array([0.5, 0.2]), np.array([1, 0]),
         np.array([-1.0, 1.0]),
     )  # fmt: skip

@@ -16,7 +16,7 @@ from plantigrade.synthesize.tasks.registry import body_for, make_task
 from plantigrade.synthesize.tasks.walking import walk
 from plantigrade.synthesize.terms.terms import Contact, Limits
 from plantigrade.synthesize.transcription.mesh import nodes_like, nodes_of, split
-from tests.synthesize.coarse_walk import DENSITY, SPEED, body, person, solved, task
+from tests.synthesize.coarse_walk import NODES_PER_SECOND, SPEED, body, person, solved, task
 
 
 def weak():
@@ -43,7 +43,7 @@ def test_the_objective_is_that_of_the_motion():
 
 
 def test_nodes_are_added_where_contact_cannot_give_what_is_asked():
-    one = synthesize(body(), task(), rounds=0)
+    one = synthesize(body(), task(), refinements=0)
     assert len(one.stages) == 1
     _, before = one.unexplained()
     _, after = solved().unexplained()
@@ -64,8 +64,8 @@ def test_the_motion_at_nodes_is_the_solution():
 
 def test_a_warm_start_to_another_speed_is_quicker_and_as_good():
     other = task(SPEED + 0.1)
-    cold = synthesize(body(), other, rounds=0)
-    warm = synthesize(body(), other, warm=solved(), rounds=0)
+    cold = synthesize(body(), other, refinements=0)
+    warm = synthesize(body(), other, warm=solved(), refinements=0)
     assert cold.success and warm.success
     assert [x.name for x in warm.stages] == ["warm start"]
     assert warm.iterations <= cold.iterations / 2
@@ -77,18 +77,18 @@ def test_a_warm_start_to_another_speed_is_quicker_and_as_good():
 
 
 def test_from_itself_a_motion_is_found_at_once():
-    again = synthesize(body(), task(), warm=solved(), rounds=0)
+    again = synthesize(body(), task(), warm=solved(), refinements=0)
     assert again.success and again.iterations <= 1
     assert again.objective == pytest.approx(solved().objective, rel=1e-3)
 
 
 def test_a_warm_start_of_other_joints_is_refused_and_other_places_are_matched_by_name():
     other = Human.create(1.72, 68.0, joints="43", feet="two-segment")
-    given = replace(walk(other, periodic=True), density=DENSITY)
+    given = replace(walk(other, periodic=True), nodes_per_second=NODES_PER_SECOND)
     with pytest.raises(ParameterError, match="of 42 coordinates is no start for a body of 43"):
         synthesize(body_for(other, given.plan), given, warm=solved())
     fewer = Body.of(person(), [s for s in body().sites if s.name[:-2] != "toe_5"])
-    made = synthesize(fewer, task(), warm=solved(), rounds=0)
+    made = synthesize(fewer, task(), warm=solved(), refinements=0)
     assert made.success and made.u.shape[1] == solved().u.shape[1] - 6
 
 
@@ -96,7 +96,7 @@ def test_a_warm_start_that_leads_nowhere_is_followed_by_a_first_try():
     s = solved()
     rng = np.random.default_rng(0)
     astray = replace(s, c=s.c + 3.0 * rng.normal(size=s.c.shape), multipliers=None)
-    made = synthesize(body(), task(), warm=astray, rounds=0, options=Options(iterations=25))
+    made = synthesize(body(), task(), warm=astray, refinements=0, options=Options(iterations=25))
     assert made.success
     assert [x.name for x in made.stages] == ["warm start", "first try"]
     assert made.objective == pytest.approx(s.objective, rel=1e-3)
@@ -112,7 +112,7 @@ def test_who_is_too_weak_does_not_walk_and_is_told_why(monkeypatch):
     names = [x.name for x in s.stages]
     assert names == ["first try", "coarse mesh", "smooth first", "IPOPT"]
     assert list(dict.fromkeys(told)) == names
-    assert [x.solver for x in s.stages] == ["band"] * 3 + ["ipopt"]
+    assert [x.solver for x in s.stages] == ["interior-point"] * 3 + ["ipopt"]
     assert s.stages[1].nodes < s.stages[0].nodes
     for stage in s.stages[:3]:
         assert stage.status in ("too many iterations", "stalled")
@@ -154,7 +154,7 @@ def test_rougher_ground_is_not_taken_for_granted():
     """Forces between nodes stay inside the friction that the task says."""
     given = task()
     terms = [replace(t, friction=0.4) if isinstance(t, Contact) else t for t in given.terms]
-    s = synthesize(body(), replace(given, terms=tuple(terms)), rounds=0)
+    s = synthesize(body(), replace(given, terms=tuple(terms)), refinements=0)
     assert s.success and s.friction == 0.4
     force = s.sample(s.times(8)).force
     side = np.hypot(force[..., 0], force[..., 1])
@@ -178,14 +178,14 @@ def test_a_body_made_for_other_ground_is_refused():
 
 def test_nodes_are_even_between_changes_and_as_dense_as_asked():
     plan = task().plan
-    for density, least in ((5.0, 2), (24.0, 2), (60.0, 3)):
-        nodes = nodes_of(plan, density, least=least)
+    for nodes_per_second, least in ((5.0, 2), (24.0, 2), (60.0, 3)):
+        nodes = nodes_of(plan, nodes_per_second, least=least)
         assert nodes[0] == 0.0 and nodes[-1] == plan.duration
         for a, b in zip(plan.switches[:-1], plan.switches[1:], strict=True):
             steps = np.diff(nodes[(nodes >= a - 1e-9) & (nodes <= b + 1e-9)])
-            assert len(steps) >= least and steps.max() <= 1 / density + 1e-9
+            assert len(steps) >= least and steps.max() <= 1 / nodes_per_second + 1e-9
             np.testing.assert_allclose(steps, steps[0])
-    for bad in ({"density": 0.0}, {"density": np.inf}, {"least": 0}):
+    for bad in ({"nodes_per_second": 0.0}, {"nodes_per_second": np.inf}, {"least": 0}):
         with pytest.raises(ParameterError):
             nodes_of(plan, **bad)
 

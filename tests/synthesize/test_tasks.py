@@ -23,8 +23,8 @@ def person() -> Human:
 
 
 @cache
-def solved(name: str, density: float):
-    task = replace(make_task(name, person()), density=density)
+def solved(name: str, nodes_per_second: float):
+    task = replace(make_task(name, person()), nodes_per_second=nodes_per_second)
     return synthesize(body_for(person(), task.plan), task)
 
 

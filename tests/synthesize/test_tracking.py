@@ -4,18 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plantigrade.synthesize.problem.formulation import Body
 
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.contacts import Contact
-from plantigrade.kinematics.ground import contact_points, lowest
+from plantigrade.kinematics.contacts import ContactInterval as Contact
+from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
-from plantigrade.synthesize.problem.formulation import Body
 from plantigrade.synthesize.solve import synthesize
 from plantigrade.synthesize.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
 from plantigrade.workflows.textbook import textbook_walk
@@ -42,7 +43,7 @@ def tracked(human, walk):
     """One stride, tracked."""
     strikes = [e.time for e in walk.events if e.kind == "heel_strike" and e.side == "l"]
     task = track(human, walk, start=strikes[0] - 0.1, stop=strikes[0] + 1.1)
-    return synthesize(Body.of(human, foot_sites(human)), task, rounds=0), strikes[0] - 0.1
+    return synthesize(Body.of(human, foot_sites(human)), task, refinements=0), strikes[0] - 0.1
 
 
 def test_stances_are_those_of_the_events(human, walk):
@@ -159,7 +160,7 @@ def test_a_recording_gives_ground_reactions(data):
 
     found = track_recording(
         data / "opensim/gait2392_subject01/subject01_walk1.trc",
-        TrackSettings(start=0.62, stop=1.41, rounds=0),
+        TrackSettings(start=0.62, stop=1.41, refinements=0),
     )
     c = found.against_plates()
     assert found.made.synthesis.success

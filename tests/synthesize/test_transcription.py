@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.problem import Problem
-from plantigrade.synthesize.transcription.transcription import Transcription
+from plantigrade.synthesize.problem.nlp import Problem
+from plantigrade.synthesize.transcription.linear_map import Transcription
 from tests.synthesize.toys import cubic, shape
 
 CASES = [

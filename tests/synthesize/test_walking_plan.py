@@ -229,21 +229,23 @@ def test_only_a_periodic_plan_advances():
         advance(walk_plan(HUMAN, gait_parameters(HUMAN, 1.0), steps=3))
 
 
-@pytest.mark.parametrize("density", [10.0, 20.0, 47.0])
+@pytest.mark.parametrize("nodes_per_second", [10.0, 20.0, 47.0])
 @pytest.mark.parametrize("speed", [0.6, 1.3, 2.0])
-def test_nodes(speed, density):
+def test_nodes(speed, nodes_per_second):
     p = gait_parameters(HUMAN, speed)
     for plan in (walk_plan(HUMAN, p, steps=4), periodic_walk_plan(HUMAN, p)):
-        nodes = nodes_of(plan, density)
+        nodes = nodes_of(plan, nodes_per_second)
         gaps = np.diff(nodes)
-        assert gaps.min() > 0 and gaps.max() <= 1 / density + 1e-12
+        assert gaps.min() > 0 and gaps.max() <= 1 / nodes_per_second + 1e-12
         at = np.searchsorted(nodes, plan.switches)
         np.testing.assert_array_equal(nodes[at], plan.switches)
         assert np.diff(at).min() >= 2
         assert at[0] == 0 and at[-1] == len(nodes) - 1
 
 
-@pytest.mark.parametrize("options", [{"density": 0.0}, {"density": np.inf}, {"least": 0}])
+@pytest.mark.parametrize(
+    "options", [{"nodes_per_second": 0.0}, {"nodes_per_second": np.inf}, {"least": 0}]
+)
 def test_nodes_refuse(options):
     with pytest.raises(ParameterError):
         nodes_of(periodic_walk_plan(HUMAN, gait_parameters(HUMAN, 1.0)), **options)

@@ -3,10 +3,11 @@
 import casadi as ca
 import numpy as np
 
-from plantigrade.synthesize.problem.problem import Closure, Problem, Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots
-from plantigrade.synthesize.splines.splines import PolynomialBasis, TrigonometricBasis
+from plantigrade.synthesize.splines.polynomial import PolynomialBasis
+from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
 
 BASES = {"trigonometric": TrigonometricBasis, "polynomial": PolynomialBasis}
 
@@ -17,11 +18,11 @@ def inputs(nv: int, nu: int = 0, n_parameters: int = 0) -> list:
     return [ca.SX.sym(name, n) for name, n in sizes]
 
 
-def rows(name: str, symbols: list, expression, n_nodes: int, parameters=None) -> Rows:
+def rows(name: str, symbols: list, expression, n_nodes: int, parameters=None) -> ConstraintFamily:
     """Rows without limits or cost."""
     function = ca.Function("rows", symbols, [expression])
     names = tuple(f"{name} {i}" for i in range(expression.shape[0]))
-    return Rows.free(name, function, names, n_nodes, parameters)
+    return ConstraintFamily.free(name, function, names, n_nodes, parameters)
 
 
 def cubic(nodes, basis: str = "polynomial", *, periodic: bool = False) -> Basis:
@@ -59,7 +60,7 @@ def shape(n: int, seed: int, basis: str, turns: str | None) -> Problem:
             "mirror": ([1, 0, 2], [0.4, 0.4, 0.0]),
             "ring": ([1, 2, 0], [0.0, 0.0, 0.0]),
         }[turns]
-        closure = Closure(
+        closure = PeriodicClosure(
             np.array(source),
             np.array([1.0, 1.0, -1.0]),
             np.array(shift),

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.ground import contact_points
+from plantigrade.kinematics.sole_paths import points_of, sole_paths
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
@@ -24,8 +24,8 @@ NOW = 0.37
 
 
 def soles(human):
-    place = contact_points(human, human.standing()[None])
-    return PointSet(human, list(place.body), place.centre), place.radius
+    place = sole_paths(human, human.standing()[None])
+    return points_of(human, place.sites), place.radius
 
 
 def waving(rng, dimension=3):

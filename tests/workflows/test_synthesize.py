@@ -221,7 +221,7 @@ def test_steps_and_slopes_are_to_be_seen_where_the_feet_stand(synthesized):
         ({"basis": "wavelets"}, "trigonometric, polynomial"),
         ({"tries": 0}, "from 1 to"),
         ({"strides": 0}, "from 1 to"),
-        ({"density": 0.0}, "2 to 500"),
+        ({"nodes_per_second": 0.0}, "2 to 500"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(given, match):
@@ -231,9 +231,11 @@ def test_settings_that_cannot_be_are_refused(given, match):
 
 def test_a_task_is_made_from_its_name_or_from_a_file_and_options_go_over_it(synthesized):
     made = synthesized[0]
-    plain = SynthesizeSettings(parameters={"periodic": True}, basis="polynomial", density=11.0)
+    plain = SynthesizeSettings(
+        parameters={"periodic": True}, basis="polynomial", nodes_per_second=11.0
+    )
     task = task_of(made.human, plain)
-    assert (task.basis, task.density) == ("polynomial", 11.0)
+    assert (task.basis, task.nodes_per_second) == ("polynomial", 11.0)
     assert len(task.terms) == len(made.synthesis.task.terms) + 1  # the file left one out
     slower = replace(made.settings, parameters={"speed": 0.8, "periodic": True})
     assert task_of(made.human, slower).plan.duration > made.synthesis.task.plan.duration
@@ -275,7 +277,10 @@ def test_motions_of_the_paper_stand_where_its_contact_matrix_says():
 
 @pytest.mark.parametrize(
     ("given", "match"),
-    [({"task": "squat"}, "has no 'squat'"), ({"density": 30.0}, "knows no --density")],
+    [
+        ({"task": "squat"}, "has no 'squat'"),
+        ({"nodes_per_second": 30.0}, "knows no --nodes-per-second"),
+    ],
 )
 def test_the_paper_has_its_own_motions_only(given, match):
     with pytest.raises(ParameterError, match=match):

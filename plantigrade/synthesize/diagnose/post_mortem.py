@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.synthesize.problem.problem import Problem, Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
 from plantigrade.synthesize.solvers.interior_point import Multipliers
 
 TOLERANCE = 1e-4
@@ -16,7 +16,7 @@ TOLERANCE = 1e-4
 
 _SIDES = {"_r": "right", "_l": "left"}
 _DEGREE, _MILLIMETRE = float(np.rad2deg(1.0)), 1000.0
-_REFINE = "refine the mesh (--density)"
+_REFINE = "refine the mesh (--nodes-per-second)"
 _STRONGER = (
     "give the motion more time, or take a stronger person (a term Limits with a larger strength)"
 )
@@ -146,7 +146,7 @@ def pressing(problem: Problem, multipliers: Multipliers | None, count: int = 3) 
     return tuple(words for _, words in sorted(found, reverse=True)[:count])
 
 
-def _advised(broken: Broken, rows: Rows, problem: Problem) -> Broken:
+def _advised(broken: Broken, rows: ConstraintFamily, problem: Problem) -> Broken:
     """Return what is broken with other advice where it was fixed rather than limited."""
     k = int(np.argmin(np.abs(problem.nodes - broken.time)))
     fixed = rows.equations[k, rows.names.index(broken.name)]
@@ -156,7 +156,7 @@ def _advised(broken: Broken, rows: Rows, problem: Problem) -> Broken:
 
 
 def values(
-    rows: Rows,
+    rows: ConstraintFamily,
     q: Float[Array, "n_nodes nv"],
     v: Float[Array, "n_nodes nv"],
     a: Float[Array, "n_nodes nv"],

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.problem.problem import Problem, Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ CLEAR = 1e-15
 class Family:
     """Rows of one kind, with derivatives, masks and slacks, at the nodes where they matter."""
 
-    def __init__(self, rows: Rows, n_local: int):
+    def __init__(self, rows: ConstraintFamily, n_local: int):
         self.rows = rows
         self.d = derivatives_of(rows.function)
         eq, ineq = rows.equations, rows.inequalities
@@ -46,6 +46,7 @@ class Family:
         self.costs = bool(np.any(self.weight) or np.any(self.gain))
         shape = self.lower.shape
         self.J = np.zeros((0, 0, 0))  # until it is evaluated
+        self.whole = np.zeros((len(self.at), len(rows.names), n_local))
         self.only = np.zeros(shape, int), np.zeros(shape)  # of a single row: column in J, value
         self.r, self.s, self.y = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self.zl, self.zu = np.zeros(shape), np.zeros(shape)
@@ -108,13 +109,13 @@ def most(room: Array, step: Array, mask: Array, tau: float) -> float:
     return min(1.0, float(np.min(-tau * room[shrink] / step[shrink])))
 
 
-def limits_of_unknowns(problem: Problem) -> Rows | None:
+def limits_of_unknowns(problem: Problem) -> ConstraintFamily | None:
     """Return the limits of node unknowns as rows."""
     if not problem.n_unknowns:
         return None
     nv, n = len(problem.names), len(problem.nodes)
     function = _unknowns(nv, problem.n_unknowns)
-    rows = Rows.free("limits of unknowns", function, problem.u_names, n)
+    rows = ConstraintFamily.free("limits of unknowns", function, problem.u_names, n)
     active = problem.u_active
     rows.lower[active] = problem.u_lower[active]
     rows.upper[active] = problem.u_upper[active]

@@ -1,6 +1,6 @@
 r"""A primal-dual interior point method whose every matrix is a band.
 
-The problem of :mod:`~plantigrade.synthesize.problem.problem` with slacks :math:`s` for rows that
+The problem of :mod:`~plantigrade.synthesize.problem.nlp` with slacks :math:`s` for rows that
 are inequalities is
 
 .. math:: \min f(x) - \mu \sum \log(s - l) - \mu \sum \log(h - s)
@@ -28,7 +28,7 @@ from scipy.linalg import cho_solve_banded
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.families import Family, inside, most
 from plantigrade.synthesize.solvers.linearised import Linearised
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.transcription.nlp import Program
 
 _WORDS = {

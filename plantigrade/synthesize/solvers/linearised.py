@@ -14,9 +14,9 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky_banded
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.families import Family, limits_of_unknowns
-from plantigrade.synthesize.transcription.transcription import PART, Transcription
+from plantigrade.synthesize.transcription.linear_map import PART, Transcription
 
 GROWTH = 8.0
 """By how much more is added to the diagonal where that was not enough."""
@@ -61,8 +61,8 @@ class Linearised:
             if f.linear and f.J.size:
                 f.r = f.d.values(*here, f.parameters)
                 continue
-            f.r, J = f.d.jacobian(*here, f.parameters)
-            f.J = np.array(J[:, :, f.columns])  # J's own array is filled anew
+            f.r, J = f.d.jacobian(*here, f.parameters, out=f.whole)
+            f.J = J[:, :, f.columns]
             if f.single:
                 column = np.abs(f.J).argmax(axis=2)
                 f.only = column, np.take_along_axis(f.J, column[..., None], 2)[..., 0]

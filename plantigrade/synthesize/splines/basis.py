@@ -20,7 +20,7 @@ from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.splines.band import Band
+from plantigrade.synthesize.splines.banded import BandedMatrix
 from plantigrade.synthesize.splines.knots import SAME, require_knots
 
 Side = Literal["left", "right"]
@@ -44,7 +44,7 @@ class Basis(ABC):
         self.degree, self.periodic = int(degree), periodic
         self.knots = np.array(knots, dtype=float)
         self.knots.flags.writeable = False
-        self._bands: dict[tuple[bytes, int, Side], Band] = {}
+        self._bands: dict[tuple[bytes, int, Side], BandedMatrix] = {}
         self._matrices: dict[tuple[bytes, int, Side], sparse.csr_array] = {}
 
     @abstractmethod
@@ -122,7 +122,7 @@ class Basis(ABC):
 
     def band(
         self, times: Float[Array, " n_times"], derivative: int = 0, *, side: Side = "right"
-    ) -> Band:
+    ) -> BandedMatrix:
         """Return the non-zero entries of :meth:`matrix`, for a solver that uses the band itself.
 
         Args:
@@ -147,7 +147,7 @@ class Basis(ABC):
             if self.periodic:
                 first = first % self.n_coefficients
             values.flags.writeable = first.flags.writeable = False
-            remember(self._bands, key, Band(values, first, self.n_coefficients))
+            remember(self._bands, key, BandedMatrix(values, first, self.n_coefficients))
         return self._bands[key]
 
     def matrix(

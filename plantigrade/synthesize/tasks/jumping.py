@@ -26,16 +26,16 @@ from plantigrade.models.textbook_gait import GRAVITY
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
 from plantigrade.synthesize.tasks.standing import at_rest, basics, crouch
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.more_terms import CentreOfMass, PowerLimit, Symmetry, Within
 from plantigrade.synthesize.terms.terms import Limits, Pose, Posture, Term
 
 if TYPE_CHECKING:
-    from plantigrade.synthesize.problem.formulation import Body
-    from plantigrade.synthesize.solution import Synthesis
+    from plantigrade.synthesize.problem.contact_body import ContactBody
+    from plantigrade.synthesize.solution import Solution
 
 PUSH, LANDING = 0.9, 0.9  # from standing to take-off, and from landing to standing [s]
-HEEL_OFF, BALL_OFF = 0.11, 0.035  # before take-off [s]
+HEEL_OFF, FOREFOOT_OFF = 0.11, 0.035  # before take-off [s]
 HEEL_DOWN = 0.06  # after the toes have landed [s]
 # The centre of mass at take-off above that in standing, of stature: no measurement, people stretch
 # further. At 3 % light and strong jumpers whip the trunk faster than the mesh can follow.
@@ -49,7 +49,7 @@ LEAN = float(np.deg2rad(-15.0))  # the pelvis leans forward in push and landing,
 MEAN = 0.62  # of the person's strengths, which are those of strong people: mean + 2 SD
 POWER = 10.0  # of a joint [W/kg]
 HIGHEST = 1.2  # nobody jumps higher [m]
-DENSITY = 40.0  # nodes a second: at 25, flight is off by a quarter of body weight between nodes
+NODES_PER_SECOND = 40.0  # at 25, flight is off by a quarter of body weight between nodes
 
 
 def jump(
@@ -60,7 +60,7 @@ def jump(
     depth: float | None = None,
     push: float = PUSH,
     landing: float = LANDING,
-) -> Task:
+) -> MotionTask:
     """Return the task of a jump.
 
     Args:
@@ -121,7 +121,7 @@ def jump(
         ),
         lift=height,
     )
-    return Task("jump", plan, terms, guess, density=DENSITY)
+    return MotionTask("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
 def take_off(
@@ -131,7 +131,7 @@ def take_off(
     push: float = PUSH,
     strength: float = MEAN,
     gain: float = 150.0,
-) -> Task:
+) -> MotionTask:
     """Return the task of leaving the ground as high as can be; it ends in the air.
 
     Args:
@@ -174,17 +174,17 @@ def take_off(
         ),
         lift=0.0,
     )
-    return Task("take-off", plan, terms, guess, density=DENSITY)
+    return MotionTask("take-off", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
 def highest_jump(
-    body: "Body",
+    body: "ContactBody",
     *,
     push: float = PUSH,
     landing: float = LANDING,
     strength: float = MEAN,
     part: float = 0.95,
-) -> "tuple[Synthesis, Synthesis]":
+) -> "tuple[Solution, Solution]":
     """Return the push that goes highest, and the whole jump of that height.
 
     Args:
@@ -201,7 +201,7 @@ def highest_jump(
     return first, synthesize(body, jump(body.human, height=height, push=push, landing=landing))
 
 
-def rise_after(synthesis: "Synthesis", time: float) -> float:
+def rise_after(synthesis: "Solution", time: float) -> float:
     """Return how far the centre of mass would rise freely from a time on [m]."""
     q, v, _ = synthesis.problem.states(synthesis.c, np.array([time]))
     symbolic = synthesis.body.symbolic
@@ -210,7 +210,7 @@ def rise_after(synthesis: "Synthesis", time: float) -> float:
 
 
 def _pushing(foot: Footprint, push: float) -> Stance:
-    return Stance(foot, -1.0, -1.0, push - HEEL_OFF, push - BALL_OFF, push)
+    return Stance(foot, -1.0, -1.0, push - HEEL_OFF, push - FOREFOOT_OFF, push)
 
 
 def _countermovement(human: Human, push: float, depth: float) -> tuple[Term, ...]:

@@ -10,14 +10,14 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.tasks.jumping import jump, take_off
 from plantigrade.synthesize.tasks.side_step import side_step
 from plantigrade.synthesize.tasks.standing import reach, sit_to_stand, squat, stand_to_sit
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.tasks.walking import walk
 
-TASKS: Mapping[str, Callable[..., Task]] = {
+TASKS: Mapping[str, Callable[..., MotionTask]] = {
     "walk": walk,
     "sit-to-stand": sit_to_stand,
     "stand-to-sit": stand_to_sit,
@@ -43,7 +43,7 @@ def parameters_of(name: str) -> Mapping[str, inspect.Parameter]:
     return found
 
 
-def make_task(name: str, human: Human, parameters: Mapping[str, Any] | None = None) -> Task:
+def make_task(name: str, human: Human, parameters: Mapping[str, Any] | None = None) -> MotionTask:
     """Return a task by name.
 
     Args:
@@ -91,7 +91,7 @@ def _check_kind(name: str, key: str, value: Any, kind: str) -> None:
         raise ParameterError(f"{key} of {name} is {value!r}; {needed} needed")
 
 
-def body_for(human: Human, plan: ContactPlan) -> Body:
+def body_for(human: Human, plan: ContactPlan) -> ContactBody:
     """Return a person with all places that carry force in a plan: both feet, and its supports."""
     places = {s.site.name: s.site for s in plan.supports}
-    return Body.of(human, (*foot_sites(human), *places.values()), plan=plan)
+    return ContactBody(human, (*foot_sites(human), *places.values()), plan=plan)

@@ -8,7 +8,7 @@ from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
 from plantigrade.synthesize.tasks.standing import at_rest, basics
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.more_terms import Clearance
 from plantigrade.synthesize.terms.terms import Posture, Work
 
@@ -34,7 +34,7 @@ def side_step(
     side: str = "r",
     duration: float = 2.4,
     clearance: float = 0.02,
-) -> Task:
+) -> MotionTask:
     """Return the task of a step to the side, from standing to standing.
 
     Args:
@@ -71,7 +71,7 @@ def side_step(
         end = duration + 1.0
         stances.append(Stance(here, -1.0, -1.0, off, off, off))
         stances.append(Stance(there, strike, strike, end, end, end))
-    stances.sort(key=lambda s: s.strike)
+    stances.sort(key=lambda s: s.heel_strike)
     plan = ContactPlan(duration, tuple(stances))
     before = standing_posture(human)
     after = before.copy()
@@ -97,4 +97,4 @@ def side_step(
         Work(0.5),
         Posture({**UPRIGHT, "pelvis_ty": LEVEL}, {"pelvis_ty": float(before[4]) - 0.01}),
     )
-    return Task("side-step", plan, terms, guess)
+    return MotionTask("side-step", plan, terms, guess)

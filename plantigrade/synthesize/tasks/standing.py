@@ -27,7 +27,7 @@ from plantigrade.synthesize.guess.postures import (
     standing_posture,
     standing_stances,
 )
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.more_terms import Above, Quiet, Reach, Rest, Symmetry
 from plantigrade.synthesize.terms.terms import (
     Acceleration,
@@ -128,7 +128,7 @@ def sit_to_stand(
     duration: float = 2.0,
     seat_off: float = SEAT_OFF,
     reverse: bool = False,
-) -> Task:
+) -> MotionTask:
     """Return the task of rising from a chair, or of sitting down on it.
 
     The pelvis rests on two points below the hip joints, which roll on the seat without slipping;
@@ -172,7 +172,7 @@ def sit_to_stand(
         Symmetry(),
     )
     name = "stand-to-sit" if reverse else "sit-to-stand"
-    return Task(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
+    return MotionTask(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
 
 
 def stand_to_sit(
@@ -181,7 +181,7 @@ def stand_to_sit(
     chair_height: float | None = None,
     duration: float = 2.0,
     seat_off: float = SEAT_OFF,
-) -> Task:
+) -> MotionTask:
     """Return the task of sitting down: :func:`sit_to_stand` in reverse, with the same arguments."""
     return sit_to_stand(
         human, chair_height=chair_height, duration=duration, seat_off=seat_off, reverse=True
@@ -197,7 +197,7 @@ def _leaning(human: Human, seated: Float[Array, " nv"]) -> Float[Array, " nv"]:
     return out
 
 
-def squat(human: Human, *, depth: float | None = None, duration: float = 2.5) -> Task:
+def squat(human: Human, *, depth: float | None = None, duration: float = 2.5) -> MotionTask:
     """Return the task of going down on both feet and coming up again.
 
     Only how deep the pelvis is halfway through is said; how knees, hips and trunk share that, the
@@ -233,7 +233,7 @@ def squat(human: Human, *, depth: float | None = None, duration: float = 2.5) ->
         Symmetry(),  # without it legs may turn in opposite ways: another minimum, no better
     )
     keys = KeyPostures((0.0, half, duration), (standing, low, standing))
-    return Task("squat", plan, terms, keys)
+    return MotionTask("squat", plan, terms, keys)
 
 
 def crouch(human: Human, feet: Mapping[str, Footprint], depth: float) -> Float[Array, " nv"]:
@@ -258,7 +258,7 @@ def reach(
     side: str = "r",
     duration: float = 1.5,
     back: bool = False,
-) -> Task:
+) -> MotionTask:
     """Return the task of bringing a hand to a place, feet where they are.
 
     Args:
@@ -314,7 +314,7 @@ def reach(
         terms = (*terms, *at_rest(human, total, standing))
     keys = [standing, low, standing] if back else [standing, low]
     times = (0.0, duration, total) if back else (0.0, duration)
-    return Task("reach", plan, terms, KeyPostures(times, tuple(keys)))
+    return MotionTask("reach", plan, terms, KeyPostures(times, tuple(keys)))
 
 
 def _reaching(human: Human, side: str, away: Float[Array, " 3"], arm: float) -> Float[Array, " nv"]:

@@ -8,22 +8,23 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.synthesize.problem.assembly import Assembly
-from plantigrade.synthesize.problem.formulation import Body
-from plantigrade.synthesize.problem.problem import Closure, Problem
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots
-from plantigrade.synthesize.splines.splines import PolynomialBasis, TrigonometricBasis
+from plantigrade.synthesize.splines.polynomial import PolynomialBasis
+from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
 from plantigrade.synthesize.terms.terms import Term
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
 BASES = {"trigonometric": TrigonometricBasis, "polynomial": PolynomialBasis}
 
-Guess = Callable[[Body, ContactPlan, Array], Array]
+Guess = Callable[[ContactBody, ContactPlan, Array], Array]
 """Coordinates (n_times, nv) at times, for a body and a plan."""
 
 
 @dataclass(frozen=True)
-class Task:
+class MotionTask:
     """What is to be done.
 
     Attributes:
@@ -31,7 +32,7 @@ class Task:
         plan: Contacts.
         terms: Conditions and costs.
         guess: Coordinates to start from.
-        density: Nodes a second.
+        nodes_per_second: Nodes a second.
         basis: ``"trigonometric"`` or ``"polynomial"``.
         step: How far a periodic motion goes in one lap [m].
     """
@@ -40,23 +41,23 @@ class Task:
     plan: ContactPlan
     terms: tuple[Term, ...]
     guess: Guess
-    density: float = 20.0
+    nodes_per_second: float = 20.0
     basis: str = "trigonometric"
     step: float = 0.0
 
-    def with_terms(self, *terms: Term) -> "Task":
+    def with_terms(self, *terms: Term) -> "MotionTask":
         """Return the task with more terms."""
         return replace(self, terms=(*self.terms, *terms))
 
-    def problem(self, body: Body, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:
+    def problem(self, body: ContactBody, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:
         """Return the problem of a person who does it.
 
         Args:
             body: The person.
             nodes: Times of nodes, start, end and all changes of contact among them [s]; spaced by
-                ``density`` if absent.
+                ``nodes_per_second`` if absent.
         """
-        nodes = nodes_of(self.plan, self.density) if nodes is None else nodes
+        nodes = nodes_of(self.plan, self.nodes_per_second) if nodes is None else nodes
         basis: Basis
         closure = None
         if self.plan.periodic:
@@ -71,7 +72,7 @@ class Task:
         return assembly.problem(basis, closure)
 
     def start(
-        self, body: Body, problem: Problem
+        self, body: ContactBody, problem: Problem
     ) -> tuple[Float[Array, "n_coefficients nv"], Float[Array, "n_nodes n_unknowns"]]:
         """Return coefficients and forces of the first guess."""
         times = sample_times(problem)
@@ -138,7 +139,7 @@ def shared_weight(problem: Problem) -> Float[Array, "n_nodes n_unknowns"]:
     return u
 
 
-def mirror(body: Body, step: float) -> Closure:
+def mirror(body: ContactBody, step: float) -> PeriodicClosure:
     """Return how a symmetric gait goes on after half a stride: mirrored, and a step further."""
     names = body.symbolic.names
     source = np.array([names.index(mirrored_name(n)) for n in names])
@@ -151,7 +152,7 @@ def mirror(body: Body, step: float) -> Closure:
     pair = [sites.index(mirrored_name(s)) for s in sites]
     u_source = np.array([3 * k + i for k in pair for i in range(3)], int)
     u_sign = np.tile([1.0, -1.0, 1.0], len(sites))
-    return Closure(source, sign, shift, u_source, u_sign)
+    return PeriodicClosure(source, sign, shift, u_source, u_sign)
 
 
 def mirrored_name(name: str) -> str:

@@ -43,7 +43,7 @@ from plantigrade.synthesize.guess.postures import (
 )
 from plantigrade.synthesize.tasks.registry import TASKS, make_task, parameters_of
 from plantigrade.synthesize.tasks.standing import basics
-from plantigrade.synthesize.tasks.task import BASES, Task
+from plantigrade.synthesize.tasks.task import BASES, MotionTask
 from plantigrade.synthesize.terms import more_terms, terms
 
 TERMS: Mapping[str, type] = {
@@ -71,9 +71,9 @@ TERMS: Mapping[str, type] = {
 """Name of a term in a file → its class, whose fields are the keys."""
 
 STANDING = "standing"
-_TASK = ("name", "base", "without", "density", "basis")
+_TASK = ("name", "base", "without", "nodes_per_second", "basis")
 _STANDING = ("duration",)
-_STANCE = ("side", "x", "y", "height", "heading", "strike", "flat", "heel_off", "ball_off", "off")
+_STANCE = ("side", "x", "y", "height", "heading", "strike", "flat", "heel_off", "forefoot_off", "off")
 _TOP = ("task", "parameters", "term", "stance")
 
 
@@ -88,7 +88,7 @@ class TaskFile:
         without: Names of terms of the base that are left out.
         added: Names and arguments of terms that are added.
         stances: Stances as they are written, instead of the base's.
-        density: Nodes a second; the base's if None.
+        nodes_per_second: Nodes a second; the base's if None.
         basis: ``"trigonometric"`` or ``"polynomial"``; the base's if None.
     """
 
@@ -98,10 +98,10 @@ class TaskFile:
     without: tuple[str, ...] = ()
     added: tuple[tuple[str, Mapping[str, Any]], ...] = ()
     stances: tuple[Mapping[str, Any], ...] = ()
-    density: float | None = None
+    nodes_per_second: float | None = None
     basis: str | None = None
 
-    def task(self, human: Human) -> Task:
+    def task(self, human: Human) -> MotionTask:
         """Return the task of a person.
 
         Raises:
@@ -116,10 +116,10 @@ class TaskFile:
         more = tuple(TERMS[n](**dict(arguments)) for n, arguments in self.added)
         task = replace(task, name=self.name, terms=(*kept, *more))
         if self.stances:
-            ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.strike)
+            ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.heel_strike)
             task = replace(task, plan=replace(task.plan, stances=tuple(ordered)))
-        if self.density is not None:
-            task = replace(task, density=float(self.density))
+        if self.nodes_per_second is not None:
+            task = replace(task, nodes_per_second=float(self.nodes_per_second))
         if self.basis is not None:
             task = replace(task, basis=self.basis)
         return task
@@ -129,7 +129,7 @@ class TaskFile:
         head: dict[str, Any] = {"name": self.name, "base": self.base}
         if self.without:
             head["without"] = list(self.without)
-        for key in ("density", "basis"):
+        for key in ("nodes_per_second", "basis"):
             if getattr(self, key) is not None:
                 head[key] = getattr(self, key)
         parts = [_table("[task]", head)]
@@ -195,9 +195,13 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     name = head.get("name", base)
     if not isinstance(name, str) or not name:
         raise wrong("[task] name", f"is {name!r}", "write a name in quotes")
-    density = head.get("density")
-    if density is not None and not (_is_number(density) and density > 0):
-        raise wrong("[task] density", f"is {density!r}", "nodes a second, a positive number")
+    nodes_per_second = head.get("nodes_per_second")
+    if nodes_per_second is not None and not (_is_number(nodes_per_second) and nodes_per_second > 0):
+        raise wrong(
+            "[task] nodes_per_second",
+            f"is {nodes_per_second!r}",
+            "nodes a second, a positive number",
+        )
     basis = head.get("basis")
     if basis is not None and basis not in BASES:
         raise wrong("[task] basis", f"is {basis!r}", f"allowed are {', '.join(BASES)}")
@@ -239,17 +243,24 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
                 raise wrong(f"{where} {key}", f"is {value!r}", "a number is needed")
         stances.append(given)
     return TaskFile(
-        name, base, parameters, tuple(without), tuple(added), tuple(stances), density, basis
+        name,
+        base,
+        parameters,
+        tuple(without),
+        tuple(added),
+        tuple(stances),
+        nodes_per_second,
+        basis,
     )
 
 
-def _standing(human: Human, duration: float = 2.0) -> Task:
+def _standing(human: Human, duration: float = 2.0) -> MotionTask:
     """Return a person who stands on both feet, with the usual conditions and costs."""
     if not 0.1 <= duration <= 60.0:
         raise ParameterError(f"{duration=} [s] must be 0.1 to 60")
     plan = ContactPlan(duration, standing_stances(standing_feet(human), duration))
     q = standing_posture(human)
-    return Task(STANDING, plan, basics(), KeyPostures((0.0, duration), (q, q)))
+    return MotionTask(STANDING, plan, basics(), KeyPostures((0.0, duration), (q, q)))
 
 
 def _stance(human: Human, given: Mapping[str, Any]) -> Stance:
@@ -263,7 +274,7 @@ def _stance(human: Human, given: Mapping[str, Any]) -> Stance:
     )
     strike = float(given.get("strike", -1.0))
     off = float(given.get("off", 1e3))
-    ball = float(given.get("ball_off", off))
+    ball = float(given.get("forefoot_off", off))
     heel = float(given.get("heel_off", ball))
     return Stance(print_, strike, float(given.get("flat", strike)), heel, ball, off)
 

@@ -25,15 +25,18 @@ from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.contacts import Contact, foot_contacts
-from plantigrade.kinematics.ground import ContactPoints, contact_points, find_rests
+from plantigrade.kinematics.contacts import ContactInterval as Contact
+from plantigrade.kinematics.contacts import foot_contacts
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import SolePaths as ContactPoints
+from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.kinematics.soles import on_own_soles
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import resample
 from plantigrade.synthesize.problem.assembly import Assembly
-from plantigrade.synthesize.problem.formulation import Body
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.more_terms import rows_of
 from plantigrade.synthesize.terms.terms import (
     Contact as OnGround,
@@ -48,8 +51,8 @@ from plantigrade.synthesize.terms.terms import (
     Track,
 )
 
-DENSITY = 50.0  # nodes a second
-GRID = 1.0 / DENSITY  # contact changes at multiples of this, so that nodes are even [s]
+NODES_PER_SECOND = 50.0  # nodes a second
+GRID = 1.0 / NODES_PER_SECOND  # contact changes at multiples of this, so that nodes are even [s]
 APART = 2 * GRID  # at least this lies between two changes of one foot [s]
 BEYOND = 10.0  # a change outside the motion is put this far from it [s]
 DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
@@ -183,7 +186,7 @@ def track(
     stop: float | None = None,
     tracking: Tracking | None = None,
     name: str = "track",
-) -> Task:
+) -> MotionTask:
     """Return the task of moving as a motion does, as far as forces of the ground allow.
 
     Args:
@@ -224,11 +227,11 @@ def track(
     q[:, :3] = np.unwrap(q[:, :3], axis=0)
     moved = time - start
 
-    def guess(body: Body, plan: ContactPlan, times: Array) -> Array:
+    def guess(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
         return resample(moved, q, np.clip(times, moved[0], moved[-1]))
 
     terms = (tracking or Tracking()).terms(moved, q, *wrenches(human, motion))
-    return Task(name, plan, terms, guess, density=DENSITY)
+    return MotionTask(name, plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
 def wrenches(
@@ -330,11 +333,11 @@ def stances_of(
             snapped = _snapped(np.array(times) - start)
             if snapped[-1] <= APART or snapped[0] >= duration - APART:
                 continue  # hardly begun, or nearly over
-            strike, flat, heel_off, ball_off, off = (float(t) for t in snapped)
+            strike, flat, heel_off, forefoot_off, off = (float(t) for t in snapped)
             nowhere = Footprint(side, (0.0, 0.0, 0.0))
-            stance = Stance(nowhere, strike, flat, heel_off, ball_off, off)
+            stance = Stance(nowhere, strike, flat, heel_off, forefoot_off, off)
             found.append(replace(stance, footprint=paths.footprint(side, stance, start)))
-    return tuple(sorted(found, key=lambda s: (s.strike, s.footprint.side)))
+    return tuple(sorted(found, key=lambda s: (s.heel_strike, s.footprint.side)))
 
 
 def _groups(contacts: list[Contact]) -> list[list[Contact]]:
@@ -379,8 +382,8 @@ def _times(group: list[Contact], first: float, last: float) -> tuple[float, ...]
         return after if when[region][1] >= last - near else when[region][1]
 
     heel_off = end("heel", before if begun else flat)
-    ball_off = end("ball", before if begun and not open_ else off)
-    return strike, flat, heel_off, ball_off, off
+    forefoot_off = end("ball", before if begun and not open_ else off)
+    return strike, flat, heel_off, forefoot_off, off
 
 
 def _snapped(times: Float[Array, " 5"]) -> Float[Array, " 5"]:
@@ -426,7 +429,7 @@ class _Paths:
         The foot flat on the ground counts if it is seen so, else whatever stands.
         """
         time = self.time - start
-        flat = (time >= stance.flat) & (time <= stance.heel_off)
+        flat = (time >= stance.foot_flat) & (time <= stance.heel_off)
         inner = flat.copy()
         if flat.sum() >= 8:
             quarter = flat.sum() // 4
@@ -441,7 +444,7 @@ class _Paths:
             target.append(np.tile(self.flat[side][site.name][:2], (frames.sum(), 1)))
         x, y = np.concatenate(target), np.concatenate(seen)
         if not len(x):
-            nearest = int(np.argmin(np.abs(time - (stance.strike + stance.off) / 2)))
+            nearest = int(np.argmin(np.abs(time - (stance.heel_strike + stance.toe_off) / 2)))
             names = [k for k, s in enumerate(self.sites) if s.side == side]
             x = np.array([self.flat[side][self.sites[k].name][:2] for k in names])
             y = self.place[nearest, names]

@@ -24,9 +24,9 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.guess.walk import walking_guess
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters, gait_parameters
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.tasks.walking_plan import advance, periodic_walk_plan, walk_plan
 from plantigrade.synthesize.terms.more_terms import Clearance, Quiet, Rest
 from plantigrade.synthesize.terms.terms import (
@@ -72,7 +72,7 @@ HANGING = {"elbow_flex": 0.35}
 
 CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
 STEEPEST = 0.35  # [rad]
-DENSITY = {True: 60.0, False: 20.0}
+NODES_PER_SECOND = {True: 60.0, False: 20.0}
 """Nodes a second up to :data:`USUAL` speed, periodic and from standing; in proportion above it."""
 
 USUAL = 1.3
@@ -110,7 +110,7 @@ def walk(
     step_height: float = 0.0,
     heights: Sequence[float] | None = None,
     slope: float = 0.0,
-) -> Task:
+) -> MotionTask:
     """Return the task of walking.
 
     Args:
@@ -151,7 +151,7 @@ def walk(
     plan = walk_plan(human, p, steps=steps, turn=turn, heights=heights)
     plan = replace(plan, slope=slope)
 
-    def guess_from_standing(body: Body, plan: ContactPlan, times: Array) -> Array:
+    def guess_from_standing(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
         return walking_guess(body.human, plan, p, times)
 
     ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
@@ -159,16 +159,16 @@ def walk(
     terms: list[Term] = [*walking_terms(slope)]
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
-    return Task(
+    return MotionTask(
         "walk",
         plan,
         tuple(terms),
         guess_from_standing,
-        density=DENSITY[False] * max(1.0, speed / USUAL),
+        nodes_per_second=NODES_PER_SECOND[False] * max(1.0, speed / USUAL),
     )
 
 
-def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> Task:
+def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> MotionTask:
     """Return the task of a walk that goes on for ever, of which half a stride is solved.
 
     Args:
@@ -178,15 +178,15 @@ def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.
     """
     plan = replace(periodic_walk_plan(human, parameters), slope=slope)
 
-    def guess(body: Body, plan: ContactPlan, times: Array) -> Array:
+    def guess(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
         return walking_guess(body.human, plan, parameters, times)
 
     step = advance(plan)[0]
-    return Task(
+    return MotionTask(
         "walk",
         plan,
         walking_terms(slope),
         guess,
-        density=DENSITY[True] * max(1.0, parameters.speed / USUAL),
+        nodes_per_second=NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL),
         step=step,
     )

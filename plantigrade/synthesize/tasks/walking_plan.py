@@ -113,16 +113,16 @@ def walk_plan(
     bend = turn / distance if distance > 0 else 0.0
     stances = []
     for k, fall in enumerate(falls):
-        strike = fall.strike
+        strike = fall.heel_strike
         flat, heel, ball, off = (
             strike + x * p.stride_time
-            for x in (p.foot_flat, p.heel_off, p.ball_off, p.stance_fraction)
+            for x in (p.foot_flat, p.heel_off, p.forefoot_off, p.stance_fraction)
         )
         if still and k < 2:
             strike = flat = 0.0
             off = rest if k == 1 else begin + p.double_support
             heel = off - (p.stance_fraction - p.heel_off) * p.stride_time
-            ball = off - (p.stance_fraction - p.ball_off) * p.stride_time
+            ball = off - (p.stance_fraction - p.forefoot_off) * p.stride_time
             if k == 1:
                 heel = max(heel, 0.5 * rest)
                 ball = max(ball, heel)
@@ -195,9 +195,9 @@ def _moved(stance: Stance, laps: int, time: float, forward: float, up: float) ->
     moved = Footprint(
         other(f.side) if odd else f.side, (x + forward, sign * y, z + up), sign * f.heading
     )
-    times = (stance.strike, stance.flat, stance.heel_off, stance.ball_off, stance.off)
-    strike, flat, heel_off, ball_off, off = (t + time for t in times)
-    return Stance(moved, strike, flat, heel_off, ball_off, off, toes_first=stance.toes_first)
+    times = (stance.heel_strike, stance.foot_flat, stance.heel_off, stance.forefoot_off, stance.toe_off)
+    strike, flat, heel_off, forefoot_off, off = (t + time for t in times)
+    return Stance(moved, strike, flat, heel_off, forefoot_off, off, toes_first=stance.toes_first)
 
 
 def _footprint(fall: _Fall, toe_out: float, bend: float) -> Footprint:

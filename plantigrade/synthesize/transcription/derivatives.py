@@ -6,6 +6,7 @@ and :math:`\nabla_z^2 (\lambda^\top r)`. The last is the Jacobian of the gradien
 :math:`(\partial r / \partial z)^\top \lambda`, whose lower triangle is enough.
 """
 
+import threading
 from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,27 +14,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.batched.functions import Batched, lifted, unavailable
+from plantigrade.batched import BatchedFunction
 from plantigrade.errors import ParameterError
 
 if TYPE_CHECKING:
     import casadi
 
-_SMALL = 300  # operations of a function that is evaluated sooner than its code is found
-_VERSION = 1  # of how derivatives are made below: code of another one is not used
+_SMALL = 300  # operations of a function that is interpreted sooner than its code is found
+_VERSION = 1  # raise it whenever the derivatives below are built differently
 
 
 class Derivatives:
     """A function of a node with its derivatives, evaluated at all nodes at once.
 
-    Derivatives are made when first asked for: for a function of some thousand operations that
-    takes a few seconds, and a tenth of one where they are found on disk. A function that differs
-    in its numbers only, like that of a person of another height, finds them.
+    Derivatives are made when first needed: for a function of some thousand operations that takes a
+    few seconds, or a tenth of one if they are found on disk. A function that differs in its numbers
+    only, like that of a person of another height, finds them there.
 
     Args:
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
-        backend: ``"vectors"`` or ``"interpreter"``; if not said, vectors where they can be had
-            (:mod:`plantigrade.batched.functions`), and the interpreter for small functions.
+        backend: ``"vectors"`` or ``"interpreter"``; by default vectors where they are available
+            (:mod:`plantigrade.batched`), and the interpreter for small functions.
 
     Attributes:
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
@@ -91,10 +92,19 @@ class Derivatives:
         a: Float[Array, "n_nodes nv"],
         u: Float[Array, "n_nodes n_unknowns"],
         p: Float[Array, "n_nodes n_parameters"],
+        *,
+        out: Float[Array, "n_nodes n_rows nz"] | None = None,
     ) -> tuple[Float[Array, "n_nodes n_rows"], Float[Array, "n_nodes n_rows nz"]]:
-        """Return the rows and dr/dz; the latter's array is filled anew by the next call."""
+        """Return the rows and dr/dz.
+
+        The latter is written to the contiguous array ``out`` if that is given: entries of the
+        pattern are overwritten, all others left as they are.
+        """
         r = np.empty((len(q), self.n_rows))
-        J = self._keep("jacobian", (len(q), self.n_rows, self.n_arguments))
+        shape = (len(q), self.n_rows, self.n_arguments)
+        J = np.zeros(shape) if out is None else out
+        if J.shape != shape:
+            raise ParameterError(f"a Jacobian of shape {shape} does not fit into {J.shape}")
         self._jacobian.scatter((q, v, a, u, p), (r, J), (self._rows, self._jacobian_places))
         return r, J
 
@@ -109,41 +119,32 @@ class Derivatives:
         *,
         onto: Float[Array, "n_nodes nz nz"] | None = None,
     ) -> Float[Array, "n_nodes nz nz"]:
-        """Return the Hessian of lam'r, symmetric.
+        """Return the Hessian of lam'r, both triangles.
 
-        It is added to the contiguous array ``onto`` if that is given, which is then what is
-        returned; otherwise it is an array that is filled anew by the next call.
+        It is added to the contiguous array ``onto`` if that is given, which is then returned.
         """
         shape = (len(q), self.n_arguments, self.n_arguments)
-        H = self._keep("hessian", shape) if onto is None else onto
+        H = np.zeros(shape) if onto is None else onto
         if H.shape != shape:
             raise ParameterError(f"a Hessian cannot be added to {H.shape}; it is {shape}")
         add = onto is not None
         self._hessian.scatter((lam, q, v, a, u, p), (H,), (self._hessian_places,), add=add)
         return H
 
-    def _keep(self, name: str, shape: tuple[int, ...]) -> Array:
-        """Return the array of zeros that is filled at every call with this many nodes."""
-        if (name, shape[0]) not in self._kept:
-            while len(self._kept) >= _ARRAYS:
-                del self._kept[next(iter(self._kept))]
-            self._kept[name, shape[0]] = np.zeros(shape)
-        return self._kept[name, shape[0]]
-
     # Functions, each made when it is first asked for -------------------------------------------
 
     @cached_property
-    def _values(self) -> Batched:
+    def _values(self) -> BatchedFunction:
         return self._batched("values", lambda ca, symbols, z, r: (symbols, [r]))
 
     @cached_property
-    def _jacobian(self) -> Batched:
+    def _jacobian(self) -> BatchedFunction:
         return self._batched(
             "jacobian", lambda ca, symbols, z, r: (symbols, [r, ca.jacobian(r, z)])
         )
 
     @cached_property
-    def _hessian(self) -> Batched:
+    def _hessian(self) -> BatchedFunction:
         def build(ca: Any, symbols: list[Any], z: Any, r: Any):
             lam = ca.SX.sym("lam", self.n_rows)
             gradient = ca.gradient(ca.dot(lam, r), z)
@@ -151,7 +152,7 @@ class Derivatives:
 
         return self._batched("hessian", build)
 
-    def _batched(self, name: str, build: Callable) -> Batched:
+    def _batched(self, name: str, build: Callable) -> BatchedFunction:
         """Return a function made from symbols of all inputs, z and the rows."""
 
         def make() -> "casadi.Function":
@@ -163,15 +164,15 @@ class Derivatives:
 
         function, numbers, structure = self._source
         key = f"{name} {_VERSION} of {structure}" if structure else ""
-        return Batched(make, key=key, parameters=numbers, backend=self._backend)
+        return BatchedFunction(make, key=key, parameters=numbers, backend=self._backend)
 
     @cached_property
     def _source(self) -> "tuple[casadi.Function, Array | None, str]":
         """Function, what its last input is if its numbers were made one, and what is left."""
         f = self.function if self.function.is_a("SXFunction") else self.function.expand()
-        if self._backend is None and (f.n_instructions() < _SMALL or unavailable()):
+        if self._backend is None and (f.n_instructions() < _SMALL or BatchedFunction.unavailable()):
             self._backend = "interpreter"
-        return (f, None, "") if self._backend == "interpreter" else lifted(f)
+        return (f, None, "") if self._backend == "interpreter" else BatchedFunction.parametrised(f)
 
     @cached_property
     def _rows(self) -> tuple[Array, Array]:
@@ -199,17 +200,15 @@ def _in_order(source: Int[Array, " n"], place: Int[Array, " n"]) -> tuple[Array,
 
 _KEPT: dict[int, Derivatives] = {}
 _MOST = 32  # functions whose derivatives are kept
-_ARRAYS = 6  # that are kept of each, for as many numbers of nodes
+_keeping = threading.Lock()
 
 
 def derivatives_of(function: "casadi.Function") -> Derivatives:
-    """Return the derivatives of a function, made at the first call and kept.
-
-    The arrays they fill are shared by everybody who asks for the same function.
-    """
+    """Return the derivatives of a function, made at the first call and kept."""
     key = function.__hash__()
-    if key not in _KEPT:
-        if len(_KEPT) >= _MOST:
-            del _KEPT[next(iter(_KEPT))]
-        _KEPT[key] = Derivatives(function)  # holds the function, so that its key stays its own
-    return _KEPT[key]
+    with _keeping:
+        if key not in _KEPT:
+            if len(_KEPT) >= _MOST:
+                del _KEPT[next(iter(_KEPT))]
+            _KEPT[key] = Derivatives(function)  # holds the function, so that its key stays its own
+        return _KEPT[key]

@@ -15,8 +15,8 @@ for what the ground cannot give, a remainder stays, and the checker sees it.
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.batched.functions import Batched
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.batched import BatchedFunction
+from plantigrade.synthesize.problem.contact_body import ContactBody
 
 FRICTION = 0.8
 """Coefficient of friction where nobody says another: shoes on a dry floor."""
@@ -26,7 +26,7 @@ _EXACT = 1e8  # what a missing wrench costs beside a change of forces
 
 
 def explaining(
-    body: Body,
+    body: ContactBody,
     q: Float[Array, "n nv"],
     v: Float[Array, "n nv"],
     a: Float[Array, "n nv"],
@@ -70,7 +70,7 @@ def explaining(
 
 
 def remainder(
-    body: Body,
+    body: ContactBody,
     q: Float[Array, "n nv"],
     v: Float[Array, "n nv"],
     a: Float[Array, "n nv"],
@@ -87,12 +87,12 @@ def remainder(
     return np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
 
 
-def _wrenches(body: Body, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
+def _wrenches(body: ContactBody, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
     """Return the wrench a motion asks for [body weights], and the matrix from forces to it."""
     if "wrench" not in body.kept:
-        body.kept["wrench"] = Batched(body.symbolic.root_wrench())
-        body.kept["points"] = Batched(body.symbolic.positions(list(body.sites)))
-        body.kept["pelvis"] = Batched(body.symbolic.frames())
+        body.kept["wrench"] = BatchedFunction(body.symbolic.root_wrench())
+        body.kept["points"] = BatchedFunction(body.symbolic.positions(list(body.sites)))
+        body.kept["pelvis"] = BatchedFunction(body.symbolic.frames())
     n, k = len(q), len(body.sites)
     asked = body.kept["wrench"](q, v, a)[0] / body.weight
     place = body.kept["points"](q)[0].reshape(n, k, 3)

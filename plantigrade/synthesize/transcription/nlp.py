@@ -29,7 +29,7 @@ from scipy.linalg import qr
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.problem import Problem, Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
 
 if TYPE_CHECKING:
     import casadi
@@ -101,7 +101,7 @@ class _Family:
         limited: Which of its rows (n_nodes n_rows, flat) are constraints, by index.
     """
 
-    rows: Rows
+    rows: ConstraintFamily
     made: Differentiated
     nodes: Int[Array, " n_nodes"]
     z: Int[Array, " n_z"]
@@ -346,7 +346,7 @@ class Program:
         return np.concatenate(each) if each else np.zeros(0)
 
     def _fixed(
-        self, chosen: Sequence[Rows], kept: dict[str, Bool[Array, "n_nodes n_rows"]]
+        self, chosen: Sequence[ConstraintFamily], kept: dict[str, Bool[Array, "n_nodes n_rows"]]
     ) -> dict[int, float]:
         """Return variables that linear equations fix one after the other; these are not kept."""
         waiting = []
@@ -383,7 +383,7 @@ class Program:
         return fixed
 
     def _independent(
-        self, chosen: Sequence[Rows], x: Float[Array, " n_variables"]
+        self, chosen: Sequence[ConstraintFamily], x: Float[Array, " n_variables"]
     ) -> dict[str, Bool[Array, "n_nodes n_rows"]]:
         """Return which equations of each family are kept."""
         z = (self._T @ x + self._z0).reshape(-1, self._nz)
@@ -417,7 +417,7 @@ class Program:
         return kept
 
 
-def _mapped(function: "casadi.Function", z: Array, rows: Rows) -> Array:
+def _mapped(function: "casadi.Function", z: Array, rows: ConstraintFamily) -> Array:
     """Return a node function at all nodes, nodes along the first axis."""
     n = len(z)
     out = function.map(n)(z.T, rows.parameters.T).full()

@@ -51,7 +51,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import Point
-from plantigrade.synthesize.problem.problem import Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily
 from plantigrade.synthesize.zhakatayev2023.body import SIDES, PaperBody
 from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion
 from plantigrade.synthesize.zhakatayev2023.polygons import corners, edges
@@ -91,7 +91,7 @@ def limits(
 
 def boundary(
     body: PaperBody, motion: PaperMotion, start: Float[Array, " nv"], end: Float[Array, " nv"]
-) -> Rows:
+) -> ConstraintFamily:
     """Return Eq. 17; of a jump's end, all but the speed up."""
     q, qd, qdd, u, p = _symbols(body)
     names = (*body.names, *(f"{n} rate" for n in body.names))
@@ -111,7 +111,7 @@ def coordinates(
     start: Float[Array, " nv"],
     end: Float[Array, " nv"],
     posture: float = 0.0,
-) -> Rows:
+) -> ConstraintFamily:
     """Return the limits of coordinates between start and end (Eq. 18).
 
     Args:
@@ -129,14 +129,14 @@ def coordinates(
     return rows
 
 
-def rates(body: PaperBody, motion: PaperMotion) -> Rows:
+def rates(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the limits of rates between start and end (Eq. 18)."""
     rows = _rows(body, motion, "rates", _symbols(body)[1], body.names, "rad/s")
     rows.lower[1:-1], rows.upper[1:-1] = -RATE, RATE
     return rows
 
 
-def forces(body: PaperBody, motion: PaperMotion, polygon: str) -> Rows:
+def forces(body: PaperBody, motion: PaperMotion, polygon: str) -> ConstraintFamily:
     """Return the limits of generalised forces (Eq. 19), the objective (Eq. 15) and the edges.
 
     The rows after the generalised forces are, for every edge of the support polygon, the moment
@@ -161,7 +161,9 @@ def forces(body: PaperBody, motion: PaperMotion, polygon: str) -> Rows:
     names = (*(f"root {name}" for name in root), *body.names[_ROOT:])
     names += tuple(f"{EDGE} {i + 1}" for i in range(n))
     function = ca.Function("forces", [q, qd, qdd, u, p], [ca.vertcat(tau, *off) / TORQUE])
-    rows = Rows.free("forces", function, names, motion.n_samples, parameters, "N m", TORQUE)
+    rows = ConstraintFamily.free(
+        "forces", function, names, motion.n_samples, parameters, "N m", TORQUE
+    )
     nv = len(body.names)
     rows.lower[:, :nv], rows.upper[:, :nv] = -1.0, 1.0
     rows.lower[:, 2], rows.upper[:, 2] = 0.0, LOAD * body.weight / TORQUE
@@ -182,7 +184,7 @@ def support_edges(
     return every
 
 
-def pelvis(body: PaperBody, motion: PaperMotion) -> Rows:
+def pelvis(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the squared speed of the pelvis (Eq. 20)."""
     qd = _symbols(body)[1]
     speed = _ca().sumsqr(qd[3:6])
@@ -192,7 +194,7 @@ def pelvis(body: PaperBody, motion: PaperMotion) -> Rows:
     return rows
 
 
-def floor(body: PaperBody, motion: PaperMotion) -> Rows:
+def floor(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the heights of contact points that do not stand (Eq. 21)."""
     position = body.symbolic.positions(body.contacts)(_symbols(body)[0])
     rows = _rows(body, motion, "floor", position[2, :].T, body.contact_names, "mm", 1e3)
@@ -202,7 +204,7 @@ def floor(body: PaperBody, motion: PaperMotion) -> Rows:
     return rows
 
 
-def places(body: PaperBody, motion: PaperMotion) -> Rows:
+def places(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return where contact points are (Eq. 22), fixed where Λ says so."""
     ca = _ca()
     position = ca.vec(body.symbolic.positions(body.contacts)(_symbols(body)[0]))
@@ -214,7 +216,7 @@ def places(body: PaperBody, motion: PaperMotion) -> Rows:
     return rows
 
 
-def slip(body: PaperBody, motion: PaperMotion) -> Rows:
+def slip(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the velocities of contact points (Eq. 23), zero where Λ says so."""
     q, qd, *_ = _symbols(body)
     velocity = _ca().vec(body.symbolic.velocities(body.contacts)(q, qd))
@@ -227,7 +229,7 @@ def slip(body: PaperBody, motion: PaperMotion) -> Rows:
     return rows
 
 
-def arms(body: PaperBody, motion: PaperMotion, leg: str = "toes") -> Rows:
+def arms(body: PaperBody, motion: PaperMotion, leg: str = "toes") -> ConstraintFamily:
     """Return the products of Eq. 26, right side first; ``leg`` is ``"toes"`` or ``"foot"``."""
     parts = ("hand", "humerus", leg, "femur")
     points = [Point(f"{part}_{side}") for side in SIDES for part in parts]
@@ -241,7 +243,7 @@ def arms(body: PaperBody, motion: PaperMotion, leg: str = "toes") -> Rows:
     return rows
 
 
-def knee(body: PaperBody, motion: PaperMotion) -> Rows:
+def knee(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the knee angles (Eq. 27), at least 60° where the foot swings."""
     q = _symbols(body)[0]
     angles = _ca().vertcat(*(q[body.index(f"knee_angle_{side}")] for side in SIDES))
@@ -252,7 +254,7 @@ def knee(body: PaperBody, motion: PaperMotion) -> Rows:
     return rows
 
 
-def apex(body: PaperBody, motion: PaperMotion) -> Rows:
+def apex(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the height that the pelvis reaches in free flight, and its gain (Eq. 28)."""
     q, qd, *_ = _symbols(body)
     g = float(np.linalg.norm(body.symbolic.gravity))
@@ -296,6 +298,6 @@ def _rows(
     names: tuple[str, ...],
     unit: str = "",
     scale: float = 1.0,
-) -> Rows:
+) -> ConstraintFamily:
     function = _ca().Function(name, list(_symbols(body)), [expression])
-    return Rows.free(name, function, names, motion.n_samples, unit=unit, scale=scale)
+    return ConstraintFamily.free(name, function, names, motion.n_samples, unit=unit, scale=scale)

@@ -6,10 +6,11 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots
-from plantigrade.synthesize.splines.splines import PolynomialBasis, TrigonometricBasis
+from plantigrade.synthesize.splines.polynomial import PolynomialBasis
+from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
 from plantigrade.synthesize.zhakatayev2023 import conditions
 from plantigrade.synthesize.zhakatayev2023.body import PaperBody
 from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.synthesize.problem.problem import Problem, Rows
+from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
 from plantigrade.synthesize.solvers.ipopt import IpoptResult, run, solve
 from plantigrade.synthesize.transcription.nlp import Program
 from plantigrade.synthesize.zhakatayev2023.conditions import EDGE
@@ -218,7 +218,7 @@ def solve_staged(
 def without_edges(problem: Problem) -> Problem:
     """Return the problem without the zero-moment point's condition."""
 
-    def relaxed(rows: Rows) -> Rows:
+    def relaxed(rows: ConstraintFamily) -> ConstraintFamily:
         if rows.name != "forces":
             return rows
         upper = rows.upper.copy()

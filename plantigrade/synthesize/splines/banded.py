@@ -9,7 +9,7 @@ from plantigrade.arrays import Array, Float, Int
 
 
 @dataclass(frozen=True, eq=False)
-class Band:
+class BandedMatrix:
     """The non-zero entries of a basis matrix, row by row.
 
     Attributes:

@@ -1,24 +1,24 @@
 """Functions at many nodes: vectors against CasADi's interpreter, and what is kept on disk."""
 
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from plantigrade.batched import code_cache as _code_cache
-from plantigrade.batched import functions as compiled
-from plantigrade.batched import llvm as _llvm
-from plantigrade.batched import tables as _tables
-from plantigrade.batched import vector_machine as _vector_machine
-from plantigrade.batched.functions import Batched, lifted
+from plantigrade.batched import BatchedFunction, llvm, tables, vector_machine
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from tests.models.presets import person
 
-needs_llvm = pytest.mark.skipif(bool(_llvm.unavailable()), reason=_llvm.unavailable())
+needs_llvm = pytest.mark.skipif(
+    bool(BatchedFunction.unavailable()), reason=BatchedFunction.unavailable()
+)
+
+CACHE = "PLANTIGRADE_CACHE"
 
 x, y = ca.SX.sym("x"), ca.SX.sym("y")
 ONE_ARGUMENT = {
@@ -83,23 +83,22 @@ EVERYTHING = ca.Function(
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     """Keep files in a folder of the test, and nothing in memory but the machine."""
-    if not _llvm.unavailable():
-        for lanes in _vector_machine.LANES:
-            _vector_machine._machine(lanes)
-    monkeypatch.setenv(_code_cache.VARIABLE, str(tmp_path))
-    compiled._loaded.clear()
+    if not BatchedFunction.unavailable():
+        for lanes in vector_machine.LANES:
+            vector_machine._machine(lanes)
+    monkeypatch.setenv(CACHE, str(tmp_path))
     return tmp_path / "functions"
 
 
 @pytest.fixture
 def plain_processor(monkeypatch):
-    """Make the machine for a processor with vectors of two numbers only."""
-    if "x86_64" not in _llvm.target():
+    """Make the machine for a processor without wide vectors."""
+    if "x86_64" not in llvm.target():
         pytest.skip("another processor")
-    kept = (_llvm.target, _llvm.vector_width, _vector_machine._machine)
+    kept = (llvm.target, llvm.vector_width, vector_machine._machine)
     for each in kept:
         each.cache_clear()
-    monkeypatch.setattr(_llvm, "_host", lambda: ("x86-64", ""))
+    monkeypatch.setattr(llvm, "_host", lambda: ("x86-64", ""))
     yield
     for each in kept:
         each.cache_clear()
@@ -113,7 +112,8 @@ def states(function, n, seed=0):
 def both(function, inputs, **settings):
     """Return outputs by vectors and by the interpreter."""
     return tuple(
-        Batched(function, backend=b, **settings)(*inputs) for b in ("vectors", "interpreter")
+        BatchedFunction(function, backend=b, **settings)(*inputs)
+        for b in ("vectors", "interpreter")
     )
 
 
@@ -139,7 +139,7 @@ def test_every_operation_is_that_of_the_interpreter():
 
 @needs_llvm
 def test_every_operation_on_a_plain_processor(plain_processor):
-    assert _llvm.vector_width() == 4
+    assert llvm.vector_width() == 4
     assert_same(EVERYTHING, states(EVERYTHING, 50))
 
 
@@ -149,7 +149,7 @@ def test_any_number_of_nodes(n):
     v = ca.SX.sym("v", 3)
     f = ca.Function("f", [v, x], [ca.cross(v, v * x + 1), ca.diag(v), ca.SX(2, 2)])
     assert_same(f, states(f, n))
-    rows, columns = Batched(f).pattern(1)
+    rows, columns = BatchedFunction(f).pattern(1)
     assert rows.tolist() == columns.tolist() == [0, 1, 2]
 
 
@@ -162,27 +162,26 @@ def test_values_are_there_until_they_are_needed_last():
         chain.append([ca.sin(a) + v[k % 20] * b, ca.cos(a) * b - a, a - 0.1 * v[3] * b][k % 3])
     f = ca.Function("f", [v], [chain[-1], ca.vertcat(*chain[::100])])
     assert f.n_instructions() > 5000
-    program = _tables.Program.of(f)
-    table = _tables.tabulated(program, len(program.constants))
+    program = tables.Program.of(f)
+    table = tables.tabulated(program, len(program.constants))
     assert table.lines[0] < len(program.operations) - 1500  # sums with products are one line
     assert table.n_places < len(program.operations) / 2
     assert_same(f, states(f, 21))
 
 
 def test_no_nodes_give_no_rows():
-    assert Batched(EVERYTHING)(np.zeros((0, 1)), np.zeros((0, 1)))[0].shape == (0, 50)
+    assert BatchedFunction(EVERYTHING)(np.zeros((0, 1)), np.zeros((0, 1)))[0].shape == (0, 50)
 
 
 @needs_llvm
 def test_other_parameters_use_the_same_table(folder):
     def f(c):
-        return lifted(ca.Function("f", [x], [c * ca.sin(x) + 2 * c]))
+        return BatchedFunction.parametrised(ca.Function("f", [x], [c * ca.sin(x) + 2 * c]))
 
     (g, three, key), (_, seven, other) = f(0.3), f(0.7)
     assert key == other
-    one = Batched(g, key=key, parameters=three)
-    two = Batched(forbid, key=key, parameters=seven)
-    assert two._tabled is one._tabled
+    one = BatchedFunction(g, key=key, parameters=three)
+    two = BatchedFunction(forbid, key=key, parameters=seven)
     assert len(list(folder.iterdir())) == 1
     at = np.linspace(-1, 1, 11)[:, None]
     np.testing.assert_allclose(one(at)[0], 0.3 * np.sin(at) + 0.6)
@@ -199,8 +198,11 @@ def test_a_body_is_the_same_by_vectors():
         "f", [q, v, a, u], [body.inverse_dynamics(points)(q, v, a, ca.reshape(u, 3, -1))]
     )
     assert_same(f, states(f, 13))
-    lifting, numbers, _ = lifted(f)
-    ours, theirs = Batched(lifting, parameters=numbers), Batched(f, backend="interpreter")
+    lifting, numbers, _ = BatchedFunction.parametrised(f)
+    ours, theirs = (
+        BatchedFunction(lifting, parameters=numbers),
+        BatchedFunction(f, backend="interpreter"),
+    )
     z = states(f, 13, seed=1)
     np.testing.assert_allclose(ours(*z)[0], theirs(*z)[0], rtol=1e-11, atol=1e-10)
 
@@ -209,7 +211,7 @@ def test_a_body_is_the_same_by_vectors():
 def test_people_with_the_same_joints_differ_in_numbers_only(joints, feet):
     def structure(*size):
         body = SymbolicHuman(Human.create(*size, joints=joints, feet=feet))
-        return lifted(body.inverse_dynamics(list(foot_sites(body.human))))
+        return BatchedFunction.parametrised(body.inverse_dynamics(list(foot_sites(body.human))))
 
     (_, one, first), (_, two, second) = structure(1.6, 51.0), structure(1.93, 97.0)
     assert first == second
@@ -218,7 +220,7 @@ def test_people_with_the_same_joints_differ_in_numbers_only(joints, feet):
 
 def test_other_formulas_are_told_apart():
     def structure(f):
-        return lifted(ca.Function("f", [x, y], [f]))[2]
+        return BatchedFunction.parametrised(ca.Function("f", [x, y], [f]))[2]
 
     assert structure(1.3 * x) == structure(2.7 * x)
     different = [1.3 * x, 1.3 * y, 2 * x, -x, 3 * x, 1.3 + x, x**1.3, x**2.7, 1.3 * ca.sin(x)]
@@ -232,11 +234,10 @@ def forbid(*_):
 @needs_llvm
 def test_a_table_is_found_on_disk_and_nothing_is_made_again(folder, monkeypatch):
     z = states(EVERYTHING, 5)
-    before = Batched(lambda: EVERYTHING, key="everything")(*z)
+    before = BatchedFunction(lambda: EVERYTHING, key="everything")(*z)
     assert len(list(folder.iterdir())) == 1
-    compiled._loaded.clear()
-    monkeypatch.setattr(_tables, "tabulated", forbid)
-    again = Batched(forbid, key="everything")  # type: ignore[arg-type]
+    monkeypatch.setattr(tables, "tabulated", forbid)
+    again = BatchedFunction(forbid, key="everything")  # type: ignore[arg-type]
     np.testing.assert_array_equal(again(*z)[0], before[0])
     assert again.pattern(0)[0].tolist() == list(range(50))
 
@@ -245,10 +246,9 @@ def test_a_table_is_found_on_disk_and_nothing_is_made_again(folder, monkeypatch)
 @pytest.mark.parametrize("harm", ["cut", "changed", "foreign", "empty", "folder"])
 def test_a_harmed_file_is_made_again(folder, harm):
     z = states(EVERYTHING, 5)
-    before = Batched(EVERYTHING, key="everything")(*z)
+    before = BatchedFunction(EVERYTHING, key="everything")(*z)
     (file,) = folder.iterdir()
     good = file.read_bytes()
-    compiled._loaded.clear()
     middle = len(good) // 2
     if harm == "folder":
         file.unlink()
@@ -262,37 +262,20 @@ def test_a_harmed_file_is_made_again(folder, harm):
                 "empty": b"",
             }[harm]
         )
-    again = Batched(EVERYTHING, key="everything")(*z)
+    again = BatchedFunction(EVERYTHING, key="everything")(*z)
     np.testing.assert_array_equal(again[0], before[0])
     if harm != "folder":
         assert file.read_bytes() == good
     assert [p.name for p in folder.iterdir()] == [file.name]
 
 
-@needs_llvm
-def test_a_file_is_not_believed_under_another_name(folder):
-    _code_cache.write("one", b"content")
-    (file,) = folder.iterdir()
-    file.rename(_code_cache._path("two"))
-    assert _code_cache.read("two") is None
-
-
-def test_files_unused_for_longest_go_first(folder, monkeypatch):
-    monkeypatch.setattr(_code_cache, "LIMIT", 1000)
-    for k in range(4):
-        _code_cache.write(str(k), bytes(300))
-        _code_cache.read("0")
-    kept = [k for k in range(4) if _code_cache.read(str(k)) is not None]
-    assert 3 in kept and len(kept) < 4
-
-
 def test_without_a_folder_nothing_is_kept(folder, monkeypatch):
-    monkeypatch.setenv(_code_cache.VARIABLE, "")
-    Batched(EVERYTHING, key="everything")(*states(EVERYTHING, 2))
+    monkeypatch.setenv(CACHE, "")
+    BatchedFunction(EVERYTHING, key="everything")(*states(EVERYTHING, 2))
     assert not folder.exists()
-    monkeypatch.setenv(_code_cache.VARIABLE, str(folder.parent / "file" / "below"))
+    monkeypatch.setenv(CACHE, str(folder.parent / "file" / "below"))
     (folder.parent / "file").write_text("not a folder")
-    Batched(EVERYTHING, key="everything")(*states(EVERYTHING, 2))
+    BatchedFunction(EVERYTHING, key="everything")(*states(EVERYTHING, 2))
 
 
 def test_what_the_machine_does_not_know_is_interpreted():
@@ -301,27 +284,27 @@ def test_what_the_machine_does_not_know_is_interpreted():
         (ca.Function("f", [x], [ca.erfinv(x)]), "erfinv"),
         (ca.Function("f", [z], [ca.sin(z)]), "not of SX"),
     ):
-        b = Batched(f)
+        b = BatchedFunction(f)
         assert b.backend == "interpreter"
         at = np.full((3, f.size1_in(0)), 0.25)
         np.testing.assert_allclose(b(*[at])[0][0], np.array(f(at[0])).ravel())
-        if not _llvm.unavailable():
+        if not BatchedFunction.unavailable():
             assert why in b.reason
-            with pytest.raises(ParameterError, match=f"vectors cannot be had: .*{why}"):
-                Batched(f, backend="vectors")
+            with pytest.raises(ParameterError, match=f"vectors are not available: .*{why}"):
+                BatchedFunction(f, backend="vectors")
 
 
 @needs_llvm
 def test_without_functions_of_the_c_library_functions_are_interpreted(monkeypatch):
-    monkeypatch.setattr(_vector_machine, "LIBRARY_NAMES", ("sin", "no_such_function"))
-    b = Batched(EVERYTHING)
+    monkeypatch.setattr(vector_machine, "LIBRARY_NAMES", ("sin", "no_such_function"))
+    b = BatchedFunction(EVERYTHING)
     assert b.backend == "interpreter" and "no_such_function" in b.reason
 
 
 def test_without_llvmlite_functions_are_interpreted(monkeypatch):
     monkeypatch.setitem(sys.modules, "llvmlite", None)
     monkeypatch.delitem(sys.modules, "llvmlite.binding", raising=False)
-    b = Batched(EVERYTHING)
+    b = BatchedFunction(EVERYTHING)
     assert (b.backend, b.reason) == ("interpreter", "llvmlite is not installed")
     assert b(*states(EVERYTHING, 3))[0].shape == (3, 50)
 
@@ -329,7 +312,7 @@ def test_without_llvmlite_functions_are_interpreted(monkeypatch):
 @pytest.mark.parametrize("backend", [pytest.param("vectors", marks=needs_llvm), "interpreter"])
 def test_outputs_are_scattered_and_wrong_arrays_are_refused(backend):
     v = ca.SX.sym("v", 2)
-    f = Batched(ca.Function("f", [v], [ca.vertcat(v, v[0] * v[1])]), backend=backend)
+    f = BatchedFunction(ca.Function("f", [v], [ca.vertcat(v, v[0] * v[1])]), backend=backend)
     at = np.array([[2.0, 3.0], [5.0, 7.0], [1.0, 0.5]])
     into = np.full((3, 2, 2), -1.0)
     places = (np.array([0, 2, 2]), np.array([3, 0, 1]))
@@ -350,9 +333,9 @@ def test_outputs_are_scattered_and_wrong_arrays_are_refused(backend):
 def test_a_function_of_matrices_is_refused():
     m = ca.SX.sym("m", 2, 2)
     with pytest.raises(ParameterError, match="only dense columns"):
-        Batched(ca.Function("f", [m], [m[0, 0]]))
+        BatchedFunction(ca.Function("f", [m], [m[0, 0]]))
     with pytest.raises(ParameterError, match="must be one of"):
-        Batched(EVERYTHING, backend="C")
+        BatchedFunction(EVERYTHING, backend="C")
 
 
 def test_a_function_outlives_the_memory_of_machines():
@@ -360,9 +343,25 @@ def test_a_function_outlives_the_memory_of_machines():
     import gc
 
     x = ca.SX.sym("x", 3)
-    made = Batched(ca.Function("cubes", [x], [x**3 + ca.sin(x)]), backend="vectors")
+    made = BatchedFunction(ca.Function("cubes", [x], [x**3 + ca.sin(x)]), backend="vectors")
     points = np.linspace(-1.0, 1.0, 21 * 3).reshape(21, 3)
     before = made(points)[0]
-    _vector_machine._machine.cache_clear()
+    vector_machine._machine.cache_clear()
     gc.collect()
     np.testing.assert_array_equal(made(points)[0], before)
+
+
+@pytest.mark.parametrize("backend", [pytest.param("vectors", marks=needs_llvm), "interpreter"])
+def test_threads_do_not_disturb_each_other(backend):
+    """Many calls at once, of as many nodes each, give what one call after the other gives."""
+    v = ca.SX.sym("v", 4)
+    chain = v
+    for _ in range(200):
+        chain = ca.sin(chain) + 0.3 * v[::-1] * chain
+    f = BatchedFunction(ca.Function("f", [v], [chain]), backend=backend)
+    rng = np.random.default_rng(0)
+    calls = [rng.normal(size=(n, 4)) for n in (61, 61, 17, 61, 5, 61, 130, 61) * 10]
+    wanted = [f(each)[0] for each in calls]
+    with ThreadPoolExecutor(8) as pool:
+        for ours, alone in zip(pool.map(lambda at: f(at)[0], calls), wanted, strict=True):
+            np.testing.assert_array_equal(ours, alone)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.synthesize.problem.problem import Problem
+from plantigrade.synthesize.problem.nlp import Problem
 
 PART = 32
 """Nodes that are assembled at a time."""

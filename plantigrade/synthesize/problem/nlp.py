@@ -2,8 +2,8 @@ r"""A trajectory problem as arrays: rows at nodes, what they must be, and what t
 
 Coordinates are a spline with coefficients :math:`c`; at every node :math:`t_k` they give
 :math:`q, \dot q, \ddot q`, and unknowns :math:`u_k` (contact forces) belong to the node alone. A
-:class:`Rows` is one function of these, evaluated at every node alike; arrays say, for every node
-and row, between what limits it must lie and what it costs:
+:class:`ConstraintFamily` is one function of these, evaluated at every node alike; arrays say, for
+every node and row, between what limits it must lie and what it costs:
 
 .. math:: \min_{c, u} \sum_k \sum_r g_{kr} r_{kr} + \tfrac12 w_{kr} (r_{kr} - \bar r_{kr})^2
     + \tfrac12 \sum_k \sigma_k \lVert u_{k+1} - u_k \rVert^2
@@ -17,7 +17,8 @@ Because a spline has local support, node :math:`k` touches few coefficients, and
 the problem is banded (Eqs. 4 and 9 to 14 of [Zhakatayev2023]_).
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class ConstraintFamily:
     """One function, evaluated at every node, and what its rows must be there.
 
     Attributes:
@@ -49,6 +50,8 @@ class Rows:
         parameters: Numbers the function is told at each node (n_nodes, n_parameters).
         unit: Unit of a row as shown to people.
         scale: What a row of 1 is in that unit.
+        parts: Families whose rows these are, one after the other, where they share one function
+            because what it computes they share; see :meth:`stacked`.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Rows:
     parameters: Float[Array, "n_nodes n_parameters"]
     unit: str = ""
     scale: float = 1.0
+    parts: tuple["ConstraintFamily", ...] = ()
 
     @classmethod
     def free(
@@ -73,7 +77,7 @@ class Rows:
         parameters: Float[Array, "n_nodes n_parameters"] | None = None,
         unit: str = "",
         scale: float = 1.0,
-    ) -> "Rows":
+    ) -> "ConstraintFamily":
         """Return rows without limits and without cost; fill the arrays to give them some."""
         shape = (n_nodes, len(names))
         return cls(
@@ -90,6 +94,32 @@ class Rows:
             scale,
         )
 
+    @classmethod
+    def stacked(
+        cls, name: str, function: "casadi.Function", parts: Sequence["ConstraintFamily"]
+    ) -> "ConstraintFamily":
+        """Return families as one that is evaluated at once.
+
+        Its ``parts`` are the families on the same memory: what limits or weighs one of them does
+        so in the whole.
+
+        Args:
+            name: Of the whole.
+            function: Gives the rows of all, in their order.
+            parts: The families; none has parameters.
+        """
+        whole = cls.free(name, function, sum((p.names for p in parts), ()), len(parts[0].lower))
+        views, first = [], 0
+        for part in parts:
+            columns = slice(first, first + len(part.names))
+            arrays = {}
+            for what in ("lower", "upper", "weight", "target", "gain"):
+                arrays[what] = getattr(whole, what)[:, columns]
+                arrays[what][:] = getattr(part, what)
+            views.append(replace(part, **arrays))
+            first = columns.stop
+        return replace(whole, parts=tuple(views))
+
     @property
     def equations(self) -> Bool[Array, "n_nodes n_rows"]:
         """Which rows are equations."""
@@ -102,7 +132,7 @@ class Rows:
 
 
 @dataclass(frozen=True, eq=False)
-class Closure:
+class PeriodicClosure:
     """How a motion goes on after its end: as at its beginning, mirrored and moved on.
 
     Coefficient ``n_coefficients + i`` of coordinate ``j`` is ``sign[j]`` times coefficient ``i`` of
@@ -148,12 +178,12 @@ class Problem:
     basis: Basis
     nodes: Float[Array, " n_nodes"]
     names: tuple[str, ...]
-    rows: tuple[Rows, ...]
+    rows: tuple[ConstraintFamily, ...]
     u_names: tuple[str, ...] = ()
     u_lower: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
     u_upper: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
     u_smooth: Float[Array, "n_steps n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
-    closure: Closure | None = None
+    closure: PeriodicClosure | None = None
     jerk: Float[Array, " n_coordinates"] = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self):
