@@ -36,8 +36,8 @@ class FootPath:
     """Where the feet were.
 
     Attributes:
-        heel: Back of the heel, left then right [m].
-        toe: Forefoot, left then right: midway between second metatarsal head and hallux [m].
+        heel: Back of the heel, right then left [m].
+        toe: Forefoot, right then left: midway between second metatarsal head and hallux [m].
         pelvis: Middle of the pelvis [m].
     """
 
@@ -160,8 +160,8 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
 def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     """Return heel, toe and pelvis of a motion [m]."""
     table = attachments(human)
-    names = ["heel_l", "heel_r", "metatarsal_2_head_l", "metatarsal_2_head_r"]
-    names += ["hallux_l", "hallux_r"]
+    names = ["heel_r", "heel_l", "metatarsal_2_head_r", "metatarsal_2_head_l"]
+    names += ["hallux_r", "hallux_l"]
     names += ["asis_l", "asis_r", "psis_l", "psis_r"]
     points = PointSet(
         human, [table[n].body for n in names], np.array([table[n].position for n in names])
