@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from plantigrade.workflows.foot_segments import foot_segments
 from scipy.spatial.transform import Rotation
 
 from plantigrade.analyze.foot_angles import (
@@ -23,7 +24,6 @@ from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import place_markers
 from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.workflows.fit import FitSettings, analyse, fit, load
-from plantigrade.workflows.foot_segments import foot_segments
 
 OXFORD = (
     "LASI RASI SACR C7 T10 CLAV STRN LSHO RSHO LELB RELB LWRA LWRB RWRA RWRB LFHD RFHD LBHD RBHD "
