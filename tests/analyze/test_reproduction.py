@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plantigrade.wbc.ordered_motion import OrderedMotion
 
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison, angles_deg, compare, over_swings
 from plantigrade.errors import ReproduceError
@@ -14,6 +13,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.reproduce.reference import ContactInterval, Reference, reference_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
+from plantigrade.wbc.ordered_motion import OrderedMotion
 from plantigrade.workflows.textbook import TextbookWalk, textbook_walk
 
 STEP = 0.005
