@@ -6,7 +6,6 @@ Nothing of it is stored in a run: whoever shows it computes it from the record.
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import mujoco
 import numpy as np
 
 from plantigrade.analyze.curves import side_of
@@ -14,7 +13,8 @@ from plantigrade.analyze.statistics import correlation, rmse
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.ground import contact_points
+from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
@@ -113,7 +113,7 @@ class BesideReference:
     def soles(self) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
         """Height of the lowest point of each foot, right and left, and the reference's [m]."""
         ours, theirs = (
-            contact_points(self.record.human, m.qpos) for m in (self.record.motion, self.reference)
+            sole_paths(self.record.human, m.qpos) for m in (self.record.motion, self.reference)
         )
         both = [
             np.stack([p.position[:, p.of(side), 2].min(axis=1) for side in SIDES], axis=1)
@@ -144,11 +144,4 @@ def resampled(motion: Motion, time: Float[Array, " n"]) -> Motion:
 
 def centres_of_mass(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n 3"]:
     """Return the centre of mass in every frame [m]."""
-    data = mujoco.MjData(human.model)
-    com = np.empty((len(qpos), 3))
-    for k, q in enumerate(qpos):
-        data.qpos[:] = q
-        mujoco.mj_kinematics(human.model, data)
-        mujoco.mj_comPos(human.model, data)
-        com[k] = data.subtree_com[1]
-    return com
+    return np.array([state.com for state in sweep(human, qpos)]).reshape(-1, 3)
