@@ -28,9 +28,9 @@ from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
-from plantigrade.models.human import PELVIS
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     quaternion_to_pelvis_angles,
     rotation_matrix,
 )

@@ -10,10 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.norms import CITATION, norm
-from plantigrade.charts import Ribbon, Series, line_plot
-from plantigrade.charts.theme import STROKE_LEFT as LEFT
-from plantigrade.charts.theme import STROKE_MIDDLE as MIDDLE
-from plantigrade.charts.theme import STROKE_RIGHT as RIGHT
+from plantigrade.charts import LEFT, MIDDLE, RIGHT, Ribbon, Series, line_plot
 from plantigrade.experiments.table import ResultTable, Row, at_most, sheet
 from plantigrade.synthesize.zhakatayev2023 import (
     BASES,

@@ -318,9 +318,8 @@ def gait_grid(results: Mapping[str, Result]) -> Grid:
 def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
     """Return angles and ground reactions over norms, a section for every speed."""
     from plantigrade.analyze import norms
-    from plantigrade.charts import Figure, Ribbon, Series, line_plot
+    from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
     from plantigrade.charts.labels import title_of
-    from plantigrade.charts.theme import STROKE_RIGHT as RIGHT
     from plantigrade.report.section import Section
 
     titles = {"vertical_grf": "Vertical ground reaction", "anterior_grf": "Forward ground reaction"}

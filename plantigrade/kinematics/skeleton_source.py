@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.models.anatomy import hip, lumbar, shoulder
 from plantigrade.models.anthropometry import Dimensions, dimensions
-from plantigrade.models.joint_names import SIDES, JointMap
+from plantigrade.models.joint_names import JointMap
 from plantigrade.motion.filters import derivative, lowpass
 from plantigrade.motion.recording import SkeletonMotion, rate_of
 

@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 
+from plantigrade.constants import SIDES
 from plantigrade.kinematics.directions import mean_rotation, swing, unit_vector, yaw
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.skeleton_source import SkeletonSource
@@ -10,7 +11,6 @@ from plantigrade.kinematics.state import PointSet, integrate
 from plantigrade.kinematics.terms import Terms
 from plantigrade.models import Human
 from plantigrade.models.anatomy import hip, lumbar, shoulder
-from plantigrade.models.joint_names import SIDES
 
 # Joints and the part of our anatomy that hangs on each.
 CENTRES = {

@@ -11,10 +11,7 @@ from plantigrade.errors import CoordinateNotFound
 from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import GaitEvent, rate_of
 from plantigrade.motion.views import curves_of, dataframe, plot_curves, summary, table_html
-from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, quaternion_to_pelvis_angles
-
-PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
-"""Coordinates of the pelvis, as OpenSim orders them: angles, then translations in its axes."""
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS, quaternion_to_pelvis_angles
 
 
 @dataclass(frozen=True, eq=False)

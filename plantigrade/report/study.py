@@ -226,6 +226,7 @@ def _facts(study: Study | None) -> dict[str, str]:
     if study is None:
         return {}
     errors = [abs(row.difference) for row in study.rows]
+    worst = 1e3 * max(c.com_error_max_m for c in study.comparisons)
     return {
         "gaits": str(study.n),
         "range of motion error, mean": f"{np.mean(errors):.1f}°",
@@ -233,8 +234,7 @@ def _facts(study: Study | None) -> dict[str, str]:
         "RMSE, mean": f"{np.mean([row.rmse for row in study.rows]):.1f}°",
         "without significant difference": f"{sum(bool(r.identical) for r in study.rows)} of "
         f"{len(study.rows)}",
-        "centre of mass error, largest": f"{1e3 * max(c.com_error_max_m for c in study.comparisons):.1f}"
-        " mm",
+        "centre of mass error, largest": f"{worst:.1f} mm",
     }
 
 

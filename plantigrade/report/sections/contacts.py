@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from plantigrade.analyze.beside_reference import centres_of_mass
 from plantigrade.arrays import Array
 from plantigrade.charts import Bar, Figure, Outline, Series, line_plot, path_plot, timeline_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
 from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
+from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.record import Record
-from plantigrade.report.scene import poses
 from plantigrade.report.section import Section, needs
 from plantigrade.report.sections.tasks import runs
 from plantigrade.report.shapes import convex_hull
@@ -65,7 +66,7 @@ def pressure_section(subject: Subject) -> Section:
     known = np.isfinite(centre).all(axis=1)
     if not known.any():
         return Section(title, missing="the feet carry no load.")
-    point, com = site_points(record)
+    point, com = site_points(record), centres_of_mass(record.human, record.motion.qpos)
     outlines = [Outline(hull, colour) for hull, colour in _supports(record, point)]
     series = [
         Series(com[:, 0], com[:, 1], "centre of mass", STROKE_MIDDLE, 1.4, 1.0, "5 3"),
@@ -136,18 +137,11 @@ def centre_of_pressure(record: Record) -> Array:
     return np.divide(moved, whole, out=np.full_like(moved, np.nan), where=loaded)
 
 
-def site_points(record: Record) -> tuple[Array, Array]:
-    """Return the lowest point of every site and the centre of mass, world [m]."""
-    human = record.human
-    positions, quats, com = poses(human.model, record.motion.qpos)
-    points = np.empty((len(positions), len(record.sites), 3))
-    for k, site in enumerate(record.sites):
-        body = human.body(site.body)
-        w, v = quats[:, body, :1], quats[:, body, 1:]
-        local = np.asarray(site.position, float)
-        turned = local + 2 * np.cross(v, np.cross(v, local) + w * local)
-        points[:, k] = positions[:, body] + turned - site.radius * record.ground.normal
-    return points, com
+def site_points(record: Record) -> Array:
+    """Return the lowest point of every site, world [m]."""
+    radius = np.array([site.radius for site in record.sites])
+    centres = SitePoints(record.human, record.sites).path(record.motion.qpos)
+    return centres - radius[:, None] * record.ground.normal
 
 
 def inside_support(record: Record, point: Array, centre: Array, frame: int) -> float:
