@@ -5,7 +5,8 @@ import pytest
 
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.joint_limits import JointLimits
-from plantigrade.wbc.ordered_motion import TaskOrder, move
+from plantigrade.wbc.order import TaskOrder
+from plantigrade.wbc.stepping import move
 from plantigrade.wbc.tasks import PostureTask
 from tests.models.presets import PRESETS, person, random_state
 
