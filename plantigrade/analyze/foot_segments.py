@@ -31,6 +31,7 @@ MARGIN = 0.1  # of recording around those cycles, so that the filter's ends lie 
 JOINTS, FEET = "66", "multi-segment"
 
 
+@runtime_checkable
 class Settings(Protocol):
     """What is needed of the settings of a fit."""
 

@@ -36,7 +36,7 @@ def test_a_coordinate_driven_at_its_limit_stops_there(step, push):
         lower, upper = limits.bounds(state)
         a = np.zeros(human.model.nv)
         a[6:] = np.clip(push * 500.0, lower, upper)[6:]
-        state.integrate(a, step)
+        state = state.integrated(a, step)
         out = np.maximum(low - state.qpos[7:], state.qpos[7:] - high)
         furthest = np.maximum(furthest, out)
     assert furthest.max() < 2e-3  # [rad]

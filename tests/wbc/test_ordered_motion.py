@@ -83,7 +83,7 @@ def test_a_moving_target_is_followed_without_lag(human):
     q = bent(human)
     here = State(human, q).com
     time = np.linspace(0, 1, 200)
-    circle = np.stacked([1 - np.cos(9 * time), np.sin(9 * time) - 9 * time * np.exp(-40 * time),
+    circle = np.stack([1 - np.cos(9 * time), np.sin(9 * time) - 9 * time * np.exp(-40 * time),
                        0 * time], axis=1)  # fmt: skip
     task = ComTask(Trajectory(time, here + 0.05 * circle))
     motion = move(human, TaskOrder([[task]]), q, stop=1.0, step=0.002)
@@ -148,7 +148,7 @@ def test_contact_points_do_not_move(human):
     q = bent(human)
     here = State(human, q).com
     time = np.linspace(0, 1, 100)
-    sway = here + 0.06 * np.stacked(
+    sway = here + 0.06 * np.stack(
         [np.sin(6 * time) ** 3, 0 * time, -(np.sin(4 * time) ** 4)], axis=1
     )
     order = TaskOrder([[standing(human)], [ComTask(Trajectory(time, sway))]])
