@@ -61,7 +61,10 @@ def from_tasks(record: Record, *, forces: bool = False, measured: bool = False) 
         others["forces"] = replace(record, signals=beside, recorded_markers=None,
                                    fitted_markers=None)  # fmt: skip
     figures = {"tasks": "default", "rom_error_mean_deg": 2.34, "sole_lowest_mm": -1.2}
-    return Run(replace(bare, signals=signals), "reproduce", figures=figures, others=others)
+    return Run(
+        replace(bare, signals=signals), "reproduce", title="Walk, from tasks", figures=figures,
+        others=others,
+    )  # fmt: skip
 
 
 def solved(record: Record, *, bad: bool = False, iterations: int = 12) -> Run:
