@@ -4,6 +4,7 @@ Settings are dataclasses; a command inherits them, and each field becomes an opt
 under it as its help.
 """
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -26,3 +27,17 @@ Feet = Annotated[
 ]
 Joints = Annotated[Literal["42", "43", "58", "66"] | None, optional("{42,43,58,66}")]
 Flag = Annotated[bool, tyro.conf.arg(help_behavior_hint="")]
+Number = Annotated[float | None, optional("NUMBER")]
+Seconds = Annotated[float | None, optional("S")]
+Cadence = Annotated[float | None, optional("STEPS/MIN")]
+Degrees = Annotated[
+    float,
+    tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="DEG",
+        instance_from_str=lambda words: math.radians(float(words[0])),
+        is_instance=lambda value: isinstance(value, float),
+        str_from_instance=lambda value: [f"{math.degrees(value):g}"],
+    ),
+]
+"""An angle in radians that the command line takes and shows in degrees."""

@@ -36,8 +36,8 @@ class FootPath:
     """Where the feet were.
 
     Attributes:
-        heel: Back of the heel, left then right [m].
-        toe: Forefoot, left then right: midway between second metatarsal head and hallux [m].
+        heel: Back of the heel, right then left [m].
+        toe: Forefoot, right then left: midway between second metatarsal head and hallux [m].
         pelvis: Middle of the pelvis [m].
     """
 
@@ -80,7 +80,9 @@ class Trial:
         if self.fit.residual is not None:
             signals["markers.residual"] = self.fit.residual
         markers, fitted = _markers(self.fit, self.motion)
-        contact: dict[str, Any] = {} if self.forces is None else _contact(self)
+        contact: dict[str, Any] = {}
+        if self.forces is not None:
+            contact = _contact(self.fit.human, self.motion, self.forces)
         return Record(
             self.fit.human,
             self.motion,
@@ -158,8 +160,8 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
 def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     """Return heel, toe and pelvis of a motion [m]."""
     table = attachments(human)
-    names = ["heel_l", "heel_r", "metatarsal_2_head_l", "metatarsal_2_head_r"]
-    names += ["hallux_l", "hallux_r"]
+    names = ["heel_r", "heel_l", "metatarsal_2_head_r", "metatarsal_2_head_l"]
+    names += ["hallux_r", "hallux_l"]
     names += ["asis_l", "asis_r", "psis_l", "psis_r"]
     points = PointSet(
         human, [table[n].body for n in names], np.array([table[n].position for n in names])
@@ -235,10 +237,9 @@ def _possible_cutoff(time, cutoff: float | None) -> float | None:
     return cutoff if cutoff < 0.45 * rate else None
 
 
-def _contact(trial: Trial) -> dict[str, Any]:
+def _contact(human: Human, motion: Motion, forces: FootForces) -> dict[str, Any]:
     """Return the measured forces by the segments that carry them, as fields of a Record."""
-    forces, human = trial.forces, trial.fit.human
-    carried = segment_forces(human, trial.motion.qpos, forces.force, forces.point, forces.torque)
+    carried = segment_forces(human, motion.qpos, forces.force, forces.point, forces.torque)
     sites = tuple(
         ContactSite(body=f"{segment}_{side}", name=f"{segment}_{side}", side=side, measured=True)
         for segment, side in zip(carried.segment, carried.side, strict=True)

@@ -79,7 +79,7 @@ class Machine:
         """Return the code for so many nodes at a time, and this thread's memory for it."""
         if lanes not in self._engines:
             self._engines[lanes] = _machine(lanes)
-        memories = self._own.__dict__
+        memories: dict[int, np.ndarray] = vars(self._own).setdefault("memories", {})
         if lanes not in memories:
             memory = np.zeros(self._table.n_places * lanes + 8)
             memory = memory[(-memory.ctypes.data // 8) % 8 :]  # aligned for vector instructions

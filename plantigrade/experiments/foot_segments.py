@@ -98,7 +98,7 @@ def compare(fitted: Fit, recording: Recording, events) -> list[Compared]:
     ours = foot_angles(fitted.human, fitted.time, fitted.qpos)
     result = []
     for pair, key in STORED.items():
-        for side in SIDES[::-1]:
+        for side in SIDES:
             stored = recording.outputs.get(side.upper() + key)
             if stored is None:
                 continue

@@ -132,7 +132,7 @@ def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
 
 
 def _pelvis() -> tuple[str, ...]:
-    from plantigrade.models.human import PELVIS
+    from plantigrade.spatial.conventions import PELVIS
 
     return PELVIS
 

@@ -26,6 +26,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import level, moving_ground
 from plantigrade.kinematics.inverse import InverseKinematics
@@ -33,10 +34,11 @@ from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import drift_of, find_rests
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.state import PointSet, integrate
 from plantigrade.kinematics.terms import Terms
 from plantigrade.models import Human
 from plantigrade.models.anthropometry import Dimensions, dimensions
-from plantigrade.models.joint_names import SIDES, JointMap, identify
+from plantigrade.models.joint_names import JointMap, identify
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import derivative, lowpass
 from plantigrade.motion.recording import SkeletonMotion, rate_of
@@ -671,7 +673,9 @@ class _Targets:
         step = np.zeros(terms.model.nv)
         patience = 0
         for k in range(1, len(targets)):
-            qpos[k], cost[k] = self._solved(solver, targets[k], terms.integrate(qpos[k - 1], step))
+            qpos[k], cost[k] = self._solved(
+                solver, targets[k], integrate(terms.model, qpos[k - 1], step)
+            )
             # Arms caught on the wrong side of a joint limit: try the other ways to hold them.
             if cost[k] > LOST + 1.5 * np.median(cost[: k + 1]) and patience <= 0:
                 patience = 10
@@ -740,11 +744,7 @@ class _Targets:
     def errors(self, qpos: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """Return how far each joint centre is from the file's, which was lifted by ``rise`` [m]."""
         picked = [i for _, i in self.centres]
-        terms = Terms(
-            self.human,
-            [self.points[self.pairs[i][0]] for i in picked],
-            [(k, -1) for k in range(len(picked))],
-        )
-        ours = np.array([terms.at(q) for q in qpos])
+        bodies, places = zip(*(self.points[self.pairs[i][0]] for i in picked), strict=True)
+        ours = PointSet(self.human, bodies, np.array(places)).path(qpos)
         theirs = np.stack([self.values[i] for i in picked], axis=1)
         return np.linalg.norm(ours - theirs - rise[:, None, None] * _Z, axis=2)

@@ -1,5 +1,6 @@
 """Where the soles of a person are over a motion: the lowest points of the contact spheres."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import ContactSite, contact_sites
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 
 _REGIONS = {"heel": "heel", "metatarsal": "ball", "toe": "toes", "base": "middle"}
@@ -17,6 +18,29 @@ def region_of(site: ContactSite) -> str:
     """Return the region of the sole a site belongs to: heel, ball, toes or middle."""
     name = site.name.removeprefix(f"{site.body[:-2]}_")
     return next(region for word, region in _REGIONS.items() if name.startswith(word))
+
+
+class SitePoints(PointSet):
+    """Contact sites of one person: the centres of their spheres are the points.
+
+    Args:
+        human: The person.
+        sites: The sites.
+
+    Attributes:
+        sites: The sites.
+        radius: Radius of each sphere [m].
+    """
+
+    def __init__(self, human: Human, sites: Sequence[ContactSite]):
+        local = np.array([site.position for site in sites])
+        super().__init__(human, [site.body for site in sites], local)
+        self.sites = tuple(sites)
+        self.radius = np.array([site.radius for site in sites])
+
+    def height(self, state: State) -> Float[Array, " n_points"]:
+        """Return how high the lowest points of the spheres are [m]."""
+        return state.position(self)[:, 2] - self.radius
 
 
 @dataclass(frozen=True)
@@ -57,14 +81,9 @@ class SolePaths:
 def sole_paths(human: Human, qpos: Float[Array, "n_frames nq"]) -> SolePaths:
     """Return where the soles are in every frame."""
     sites = contact_sites(human)
-    paths = SolePaths(sites, points_of(human, sites).path(qpos))
+    paths = SolePaths(sites, SitePoints(human, sites).path(qpos))
     paths.position[..., 2] -= paths.radius
     return paths
-
-
-def points_of(human: Human, sites: tuple[ContactSite, ...]) -> PointSet:
-    """Return the centres of contact spheres as points of the body."""
-    return PointSet(human, [s.body for s in sites], np.array([s.position for s in sites]))
 
 
 def lowest(human: Human, qpos: Float[Array, "n_frames nq"]) -> Float[Array, " n_frames"]:

@@ -70,7 +70,7 @@ class PointSet:
     def path(self, qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames n_points 3"]:
         """Return where the points are in every frame of a motion [m]."""
         states = sweep(self.human, qpos, model=self.model)
-        return np.array([state.position(self) for state in states]).reshape(len(qpos), -1, 3)
+        return np.array([state.position(self) for state in states]).reshape(len(qpos), len(self), 3)
 
 
 class _Engine:

@@ -1,7 +1,7 @@
 """Left and right: names and coordinates of the mirror image of a person."""
 
-LATERAL = ("pelvis_list", "pelvis_rotation", "pelvis_tz")
-"""Coordinates of the pelvis that change sign in the mirror."""
+TRUNK = ("pelvis_", "lumbar_", "thorax_", "lower_thorax_", "neck_")
+LATERAL = ("_list", "_rotation", "_bending", "_tz")
 
 
 def mirrored_name(name: str) -> str:
@@ -20,5 +20,4 @@ def mirrored_name(name: str) -> str:
 
 def mirror_sign(coordinate: str) -> float:
     """Return -1 for a coordinate of pelvis, trunk or head that changes sign in the mirror."""
-    lateral = coordinate in LATERAL or coordinate.endswith(("_bending", "_rotation"))
-    return -1.0 if lateral else 1.0
+    return -1.0 if coordinate.startswith(TRUNK) and coordinate.endswith(LATERAL) else 1.0

@@ -65,6 +65,8 @@ class Condition:
 
     def __post_init__(self):
         """Refuse what cannot be judged."""
+        for key in ("time", "lower", "upper", "position"):
+            object.__setattr__(self, key, tuple(float(x) for x in getattr(self, key)))
         if self.quantity not in get_args(Quantity):
             raise ParameterError(f"{self.name}: no quantity {self.quantity!r}")
         if not len(self.time) == len(self.lower) == len(self.upper) >= 1:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FitError
-from plantigrade.io.asf_amc import read_amc
+from plantigrade.io.amc import read_amc
 from plantigrade.io.bvh import read_bvh
 from plantigrade.io.deepmimic import read_deepmimic
 from plantigrade.kinematics.planting import plant_feet

@@ -3,12 +3,14 @@
 import casadi as ca
 import numpy as np
 import pytest
+from scipy import sparse
 
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize import PolynomialBasis, clamped_knots, periodic_knots
 from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
+from plantigrade.synthesize.solvers.callbacks import functions_of
 from plantigrade.synthesize.solvers.ipopt import run, solve
-from plantigrade.synthesize.transcription.nlp import Program
+from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 
 
 def inputs(nv: int, nu: int = 0) -> list:
@@ -63,47 +65,63 @@ def pendulum(n: int = 9) -> Problem:
     )
 
 
-def test_derivatives_are_those_of_the_rows():
+def test_derivatives_agree_with_differences():
     problem = pendulum()
-    program = Program(problem, np.zeros((9, 2)))
-    made = program.functions()
+    program = SparseProgram(problem, np.zeros((9, 2)))
     rng = np.random.default_rng(0)
     x, lam = rng.normal(size=program.n_variables), rng.normal(size=len(program.lower))
-    symbol, push = ca.MX.sym("x", len(x)), ca.MX.sym("lam", len(lam))
-    f, g = made["nlp"](symbol, [])
-    lagrangian = 0.7 * f + ca.dot(push, g)
-    wanted = ca.Function(
-        "wanted",
-        [symbol, push],
-        [ca.gradient(f, symbol), ca.jacobian(g, symbol), ca.hessian(lagrangian, symbol)[0]],
-    )
-    gradient, jacobian, hessian = (np.array(each) for each in wanted(x, lam))
-    np.testing.assert_allclose(np.array(made["nlp_grad_f"](x, [])[1]), gradient, atol=1e-9)
-    np.testing.assert_allclose(np.array(made["nlp_jac_g"](x, [])[1]), jacobian, atol=1e-9)
-    found = np.array(made["nlp_hess_l"](x, [], 0.7, lam))
-    np.testing.assert_allclose(found, np.triu(hessian), atol=1e-9)
+    n, h = program.n_variables, 1e-6
+    shape = (n, n)
+
+    def slope(x: np.ndarray) -> np.ndarray:
+        """The gradient of the Lagrangian, the cost counted 0.7 times."""
+        return 0.7 * program.gradient(x) + program.sparse_jacobian(x).T @ lam
+
+    sides = [(x + h * e, x - h * e) for e in np.eye(n)]
+    gradient = [(program.objective(a) - program.objective(b)) / (2 * h) for a, b in sides]
+    jacobian = [(program.constraints(a) - program.constraints(b)) / (2 * h) for a, b in sides]
+    hessian = [(slope(a) - slope(b)) / (2 * h) for a, b in sides]
+    np.testing.assert_allclose(program.gradient(x), gradient, atol=1e-7)
     np.testing.assert_allclose(
-        np.array(made["nlp_hess_l_full"](x, [], 0.7, lam)), hessian, atol=1e-9
+        program.sparse_jacobian(x).toarray(), np.stack(jacobian, axis=1), atol=1e-7
     )
+    upper = sparse.csr_array((program.hessian(x, 0.7, lam), program.hessian_pattern), shape=shape)
+    np.testing.assert_allclose(upper.toarray(), np.triu(hessian), atol=1e-6)
+
+
+def test_casadi_is_given_the_same_derivatives():
+    program = SparseProgram(pendulum(), np.zeros((9, 2)))
+    rng = np.random.default_rng(2)
+    x, lam = rng.normal(size=program.n_variables), rng.normal(size=len(program.lower))
+    half, full = (functions_of(program, symmetric=s)["nlp_hess_l"] for s in (False, True))
+    upper, both = (np.array(f(x, [], 0.7, lam)) for f in (half, full))
+    np.testing.assert_array_equal(both, both.T)
+    np.testing.assert_array_equal(np.triu(both), upper)
+    f, gradient, g, J = (
+        np.array(y) for y in functions_of(program, symmetric=True)["nlp_jac_fg"](x, [])
+    )
+    assert f == program.objective(x)
+    np.testing.assert_array_equal(gradient[0], program.gradient(x))
+    np.testing.assert_array_equal(g[:, 0], program.constraints(x))
+    np.testing.assert_array_equal(J, program.sparse_jacobian(x).toarray())
 
 
 def test_rows_see_what_the_problem_says_a_spline_is():
     problem = pendulum()
-    program = Program(problem, np.zeros((9, 2)))
+    program = SparseProgram(problem, np.zeros((9, 2)))
     rng = np.random.default_rng(1)
     x = rng.normal(size=program.n_variables)
     c, u = program.unpack(x)
     q, qd, qdd = problem.states(c, problem.nodes)
     law = np.column_stack([qdd[:, 0] + np.sin(q[:, 1]) * u[:, 0], np.cos(q[:, 0]) * qd[:, 1]])
-    np.testing.assert_allclose(program.values(x)["law"], law, atol=1e-10)
+    np.testing.assert_allclose(program.constraints(x), law.ravel(), atol=1e-10)
     assert u[2, 1] == 0.0
     np.testing.assert_array_equal(program.pack(c, u), x)
     steps = np.diff(np.vstack([u, (u[0] * [-1, 1])[[0, 1]]]), axis=0)
     assert problem.closure is not None
     steps[-1] = problem.closure.u_sign * u[0][problem.closure.u_source] - u[-1]
-    cost = program.values(x)["cost"]
-    wanted = np.sum((cost[:, 0] - 0.3) ** 2) + 0.7 * cost[:, 1].sum() + 0.5 * np.sum(steps**2)
-    assert float(program.functions()["nlp_f"](x, [])) == pytest.approx(wanted)
+    cost = np.sum((q[:, 0] * q[:, 1] - 0.3) ** 2) + 0.7 * np.sum(qd[:, 0] ** 2 + u[:, 1])
+    assert program.objective(x) == pytest.approx(cost + 0.5 * np.sum(steps**2))
 
 
 def test_the_least_force_from_rest_to_rest_falls_linearly():
@@ -132,7 +150,7 @@ def test_redundant_equations_are_left_out_and_still_judged():
 
 
 def test_ends_are_fixed_exactly():
-    program = Program(mass_on_a_line(), np.zeros((23, 1)))
+    program = SparseProgram(mass_on_a_line(), np.zeros((23, 1)))
     assert program.n_fixed == 4  # two coefficients at either end
     c = solve(mass_on_a_line(), np.zeros((23, 1))).c
     np.testing.assert_array_equal(c[[0, 1, -2, -1], 0], (0.0, 0.0, 1.0, 1.0))

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from plantigrade.synthesize.diagnose.post_mortem import values
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.transcription.nlp import Program
+from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 from plantigrade.synthesize.zhakatayev2023 import (
     MOTIONS,
     PaperBody,
@@ -132,7 +133,8 @@ def test_edge_rows_are_the_moment_of_the_weight_about_the_edges(body):
 
 def test_least_squares_puts_feet_where_they_are_told(body):
     paper = formulate(body, MOTIONS["sit-to-stand"], basis="polynomial")
-    program = Program(paper.problem, paper.guess, rows=("boundary", "places"), objective=False)
+    part = paper.problem.part(("boundary", "places"), costs=False)
+    program = SparseProgram(part, paper.guess)
     c, steps, left = least_squares(program, paper.guess)
     assert left < 1e-7 and steps < 20
     q, _, _ = paper.problem.states(c, MOTIONS["sit-to-stand"].times)
@@ -162,10 +164,12 @@ def test_what_lies_between_the_samples_is_found_by_another_engine(side_step):
     """MuJoCo's inverse dynamics agree with the rows at the samples; between them faults appear."""
     course, motion = side_step.course, side_step.paper.motion
     at = np.searchsorted(course.times, motion.times - 1e-9)
-    rows = Program(side_step.paper.problem, side_step.result.c)
-    values = rows.values(rows.pack(side_step.result.c))["forces"] * 200.0
-    np.testing.assert_allclose(course.wrench[at], values[:, :6], atol=1e-5)
-    np.testing.assert_allclose(course.torques[at], values[:, 6:43], atol=1e-5)
+    problem = side_step.paper.problem
+    forces = next(rows for rows in problem.rows if rows.name == "forces")
+    states = problem.states(side_step.result.c, problem.nodes)
+    found = values(forces, *states, np.zeros((len(problem.nodes), 0))) * 200.0
+    np.testing.assert_allclose(course.wrench[at], found[:, :6], atol=1e-5)
+    np.testing.assert_allclose(course.torques[at], found[:, 6:43], atol=1e-5)
     assert side_step.between.zmp > 0.05
     assert 0.0 < side_step.between.penetration < 0.1
 

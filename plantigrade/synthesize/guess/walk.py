@@ -13,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.human import PELVIS
-from plantigrade.models.textbook_gait import FREE, GRAVITY, textbook_gait
+from plantigrade.models.textbook_gait import FREE, textbook_gait
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
     rotation_matrix,
@@ -36,7 +37,6 @@ from plantigrade.synthesize.guess.foot_motion import (
 from plantigrade.synthesize.guess.legs import Leg
 from plantigrade.synthesize.problem.nlp import PeriodicClosure
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters
-from plantigrade.synthesize.tasks.walking_plan import unrolled
 
 STRETCH = 0.997  # how far a leg is stretched at most: 9° in the knee
 SWAY = 0.022  # of leg length, to the standing foot at free speed; more when slow
@@ -70,7 +70,7 @@ def walking_guess(
         raise ParameterError("a guess needs at least one time")
     times = np.asarray(times, dtype=float)
     laps = 2 + int(np.ceil(max(-times.min(), times.max() - plan.duration, 0.0) / plan.duration))
-    stances = unrolled(plan, before=laps, after=laps)
+    stances = plan.unrolled(before=laps, after=laps)
     supports = _supports(plan, stances)
     way = _Way(human, supports, stances, parameters)
     book = _Book(human, parameters, _phases(stances, supports), _walking(supports))
@@ -114,7 +114,7 @@ def crude_guess(
         times: When [s].
     """
     times = np.asarray(times, dtype=float)
-    stances = unrolled(plan)
+    stances = plan.unrolled()
     begin, end = _between(stances, 0.0), _between(stances, plan.duration)
     end[3] = begin[3] + _wrapped(end[3] - begin[3])
     place = begin + (times / plan.duration)[:, None] * (end - begin)

@@ -14,7 +14,9 @@ EDGE = 0.5
 
 
 def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    r"""Return the equations of motion; its parts are:
+    r"""Return the equations of motion.
+
+    Its parts are
 
     - ``"root force"`` [body weights] and ``"root moment"`` [body weight · m], what nothing explains
       at the pelvis: zero;
@@ -38,7 +40,13 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         power = muscle * v[6:]
         work = ca.sqrt(power * power + EDGE**2) - EDGE
         joint = [tau[sym.names.index(n)] / body.torque for n in body.stiff]
-        return tau[:3] / body.weight, tau[3:6] / body.weight, muscle, work, ca.vertcat(ca.SX(0, 1), *joint)
+        return (
+            tau[:3] / body.weight,
+            tau[3:6] / body.weight,
+            muscle,
+            work,
+            ca.vertcat(ca.SX(0, 1), *joint),
+        )
 
     described = (  # name, names of rows, unit, what a row of 1 is in it
         ("root force", "xyz", "% of body weight", 100.0),

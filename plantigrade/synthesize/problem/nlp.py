@@ -17,7 +17,7 @@ Because a spline has local support, node :math:`k` touches few coefficients, and
 the problem is banded (Eqs. 4 and 9 to 14 of [Zhakatayev2023]_).
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -232,6 +232,26 @@ class Problem:
     def u_active(self) -> Bool[Array, "n_nodes n_unknowns"]:
         """Which unknowns may move."""
         return self.u_lower < self.u_upper
+
+    def part(self, rows: Collection[str] | None = None, *, costs: bool = True) -> "Problem":
+        """Return the problem with some of its families only, or without costs.
+
+        Args:
+            rows: Names of the families; all if None.
+            costs: Whether anything costs.
+
+        Raises:
+            ParameterError: If a name is not that of a family.
+        """
+        names = [r.name for r in self.rows]
+        missing = sorted(set(rows or ()) - set(names))
+        if missing:
+            raise ParameterError(f"no rows {missing[0]!r}; there are {', '.join(names)}")
+        chosen = tuple(r for r in self.rows if rows is None or r.name in rows)
+        if costs:
+            return replace(self, rows=chosen)
+        chosen = tuple(replace(r, weight=0 * r.weight, gain=0 * r.gain) for r in chosen)
+        return replace(self, rows=chosen, u_smooth=0 * self.u_smooth, jerk=0 * self.jerk)
 
     def roughness(self) -> sparse.csr_matrix:
         r"""Return D with :math:`\tfrac12 \lVert D\, c \rVert^2` the cost of jerk.

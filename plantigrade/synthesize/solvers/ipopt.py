@@ -1,7 +1,8 @@
 """IPOPT on any trajectory problem: the reference solver, robust and slower than the banded one.
 
 [Waechter2006]_, with the linear solver MUMPS, as they come with CasADi. First and second
-derivatives are exact.
+derivatives are exact and vectorised, the same that the banded interior point uses
+(:mod:`~plantigrade.synthesize.solvers.sparse_program`).
 """
 
 import signal
@@ -9,14 +10,17 @@ import threading
 import time as clock
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.transcription.nlp import Program
+from plantigrade.synthesize.solvers.sparse_program import SparseProgram
+
+if TYPE_CHECKING:
+    from plantigrade.synthesize.solvers.callbacks import Watch
 
 _WORDS = {
     "Solve_Succeeded": "solved",
@@ -115,12 +119,12 @@ def solve(
     rows: Collection[str] | None = None,
     callback: Callable[[Progress], bool | None] | None = None,
     settings: Mapping[str, Any] | None = None,
-    program: Program | None = None,
+    program: SparseProgram | None = None,
 ) -> IpoptResult:
     """Return the solution near a guess, or the best point seen if the solver was stopped.
 
     It is stopped by a callback that returns True, and by Ctrl-C: then, and where it fails, the
-    point returned is the one with the least violation, of those within tolerance the cheapest.
+    point returned is the one with the least violation, or the cheapest of those within tolerance.
 
     Args:
         problem: The problem.
@@ -130,11 +134,12 @@ def solve(
         feasibility: Largest violation of a row, in its own unit (where 1 is large).
         max_iterations: Most iterations.
         max_seconds: Most time [s].
-        objective: False for any point that satisfies the constraints: the cost is zero then.
-        rows: Names of the families of rows that count; all if not given.
+        objective: False for any point that satisfies the constraints; the cost is zero then.
+        rows: Names of the families that count; all if not given.
         callback: Called after every iteration; True stops.
         settings: Further options of IPOPT by their own names (``{"mu_strategy": "monotone"}``).
-        program: The problem made up before, to solve it again; ``objective`` and ``rows`` are its.
+        program: A program of this problem made before; ``objective`` and ``rows`` then mean
+            nothing.
 
     Raises:
         ParameterError: If the guess does not fit the problem.
@@ -180,13 +185,13 @@ def run(
     objective: bool = True,
     rows: Collection[str] | None = None,
     callback: Callable[[Progress], bool | None] | None = None,
-    program: Program | None = None,
+    program: SparseProgram | None = None,
 ) -> IpoptResult:
     """Return what any solver of CasADi makes of a problem; see :func:`solve`.
 
     Args:
         solver: Name of the plugin (``"ipopt"``, ``"sqpmethod"``, ``"sleqp"``).
-        options: Its options, as CasADi wants them.
+        options: Its options, as CasADi takes them.
         problem: The problem.
         c0: Guess of the coefficients.
         u0: Guess of the node unknowns.
@@ -194,25 +199,30 @@ def run(
         objective: Whether there is a cost.
         rows: Names of the families that count.
         callback: Called after every iteration; True stops.
-        program: The problem made up before.
+        program: A program of this problem made before.
     """
     import casadi as ca
 
+    from plantigrade.synthesize.solvers.callbacks import Watch, functions_of
+
     began = clock.perf_counter()
     if program is None:
-        program = Program(problem, c0, u0, rows=rows, objective=objective)
+        program = SparseProgram(problem.part(rows, costs=objective), c0, u0)
     elif program.problem is not problem:
         raise ParameterError("the program is that of another problem")
     x0 = np.clip(program.pack(c0, u0), *program.bounds)
-    made = program.functions()
-    watch = _watch(ca, program, callback, feasibility)
-    cache = {name: each for name, each in made.items() if name.startswith("nlp_")}
-    full = cache.pop("nlp_hess_l_full")
-    if solver != "ipopt":  # which reads the upper triangle alone
-        cache["nlp_hess_l"] = full
+
+    def told(number: int, f: float, off: float, x: Array) -> bool:
+        seconds = clock.perf_counter() - built
+        state = Progress(number, f, off, seconds, *program.unpack(x))
+        return callback is not None and bool(callback(state))
+
+    watch = Watch(program, feasibility, told)
+    made = functions_of(program, symmetric=solver != "ipopt")  # which reads the upper triangle
     settings = {
         "print_time": False,
-        "cache": cache,
+        "cache": made,
+        "no_nlp_grad": True,
         "iteration_callback": watch,
         "error_on_fail": False,
         **options,
@@ -220,7 +230,6 @@ def run(
     plugin = ca.nlpsol("solver", solver, made["nlp"], settings)
     built, busy = clock.perf_counter(), clock.thread_time()
     with _interrupt(watch):
-        watch.began = built
         try:
             found = plugin(
                 x0=x0,
@@ -237,17 +246,17 @@ def run(
     success = bool(stats.get("success", False))
     if not success and watch.best is not None:
         x = _better(program, watch, x, feasibility)
-    violation, worst = program.violation(x)
+    worst = program.worst(x)
     c, u = program.unpack(x)
     return IpoptResult(
         c=c,
         u=u,
         success=success,
         status=_WORDS.get(word, word.replace("_", " ").lower() or "failed"),
-        iterations=int(stats.get("iter_count", watch.count)),
-        objective=float(made["nlp_f"](x, [])),
-        violation=violation,
-        worst=worst,
+        iterations=int(stats.get("iter_count", len(watch.objective))),
+        objective=program.objective(x),
+        violation=worst.amount,
+        worst=worst.sentence,
         history=_history(stats, watch),
         seconds=seconds,
         cpu_seconds=busy,
@@ -260,84 +269,28 @@ def run(
     )
 
 
-def _better(program: Program, watch: Any, x: Array, feasibility: float) -> Array:
+def _better(program: SparseProgram, watch: "Watch", x: Array, feasibility: float) -> Array:
     """Return the last point or the best one seen."""
-    g = np.array(program.functions()["nlp_g"](x, [])).ravel()
-    off = _off(program, g)
+    assert watch.best is not None
+    off = float(np.abs(program.excess(program.constraints(x))).max(initial=0.0))
     if not np.isfinite(x).all() or not np.isfinite(off):
         return watch.best[2]
-    last = (max(off, feasibility), float(program.functions()["nlp_f"](x, [])))
+    last = (max(off, feasibility), program.objective(x))
     return x if last <= watch.best[:2] else watch.best[2]
 
 
-def _off(program: Program, g: Array) -> float:
-    if not len(g):
-        return 0.0
-    return float(np.max(np.maximum(np.maximum(program.lower - g, g - program.upper), 0.0)))
-
-
-def _watch(ca: Any, program: Program, callback: Any, feasibility: float):
-    """Return the object that CasADi calls after every iteration."""
-
-    class Watch(ca.Callback):
-        def __init__(self):
-            ca.Callback.__init__(self)
-            self.best: tuple[float, float, Array] | None = None
-            self.objective: list[float] = []
-            self.violation: list[float] = []
-            self.count, self.stop, self.began = 0, False, clock.perf_counter()
-            self.construct("watch", {})
-
-        def get_n_in(self):
-            return ca.nlpsol_n_out()
-
-        def get_n_out(self):
-            return 1
-
-        def get_name_in(self, i):
-            return ca.nlpsol_out(i)
-
-        def get_name_out(self, i):
-            return "ret"
-
-        def get_sparsity_in(self, i):
-            n = {"x": program.n_variables, "lam_x": program.n_variables, "f": 1, "lam_p": 0}
-            name = ca.nlpsol_out(i)
-            return ca.Sparsity.dense(n.get(name, len(program.lower)), 1)
-
-        def eval(self, arg):
-            x, f = np.array(arg[0]).ravel(), float(arg[1])
-            off = _off(program, np.array(arg[2]).ravel())
-            self.objective.append(f)
-            self.violation.append(off)
-            rank = (max(off, feasibility), f)
-            if np.isfinite(off) and (self.best is None or rank < self.best[:2]):
-                self.best = (*rank, x)
-            if callback is not None and not self.stop:
-                c, u = program.unpack(x)
-                seconds = clock.perf_counter() - self.began
-                try:
-                    self.stop = bool(callback(Progress(self.count, f, off, seconds, c, u)))
-                except KeyboardInterrupt:
-                    self.stop = True
-            self.count += 1
-            return [int(self.stop)]
-
-    return Watch()
-
-
 class _interrupt:
-    """Within it, Ctrl-C asks the solver to stop after the iteration it is in."""
+    """Within it, Ctrl-C asks the solver to stop after the present iteration."""
 
-    def __init__(self, watch: Any):
+    def __init__(self, watch: "Watch"):
         self.watch = watch
 
     def __enter__(self):
         self.before = None
         if threading.current_thread() is threading.main_thread():
-            self.before = signal.signal(signal.SIGINT, self._asked)
+            self.before = signal.signal(signal.SIGINT, self._stop)
 
-    def _asked(self, *_: Any) -> None:
+    def _stop(self, *_: Any) -> None:
         self.watch.stop = True
 
     def __exit__(self, *_: Any) -> None:
@@ -345,7 +298,8 @@ class _interrupt:
             signal.signal(signal.SIGINT, self.before)
 
 
-def _history(stats: Mapping[str, Any], watch: Any) -> dict[str, Float[Array, " n_iterations"]]:
+def _history(stats: Mapping[str, Any], watch: "Watch") -> dict[str, Float[Array, " n_iterations"]]:
+    """Return what the solver tells of its iterations, or at least what the watch saw."""
     told = stats.get("iterations") or {}
     names = {"obj": "objective", "inf_pr": "violation", "inf_du": "optimality", "mu": "barrier"}
     history = {

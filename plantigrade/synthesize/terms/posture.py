@@ -1,15 +1,16 @@
 """Terms of posture: fixed or preferred, at an instant or throughout."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from plantigrade.contact.plan import ContactPlan
+from plantigrade.models.mirror import mirrored_name
 from plantigrade.record.conditions import Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.terms.term import Term, per_coordinate
+from plantigrade.synthesize.terms.term import Term, mirrored_values, per_coordinate
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,10 @@ class Pose(Term):
             if not (plan.slope and name.startswith("pelvis"))
         ]
         return (*fixed, *(Rest(self.time).conditions(body, plan) if self.at_rest else ()))
+
+    def mirrored(self) -> "Pose":
+        """Return the pose in the mirror."""
+        return replace(self, coordinates=mirrored_values(self.coordinates))
 
 
 @dataclass(frozen=True)
@@ -130,6 +135,11 @@ class Posture(Term):
         w[:] = 2.0 * per_coordinate(b.names, self.weights, 0.0)
         t[:] = per_coordinate(b.names, self.targets, 0.0)
         b.penalise(family, w, t)
+
+    def mirrored(self) -> "Posture":
+        """Return the posture in the mirror."""
+        weights = {mirrored_name(k): w for k, w in self.weights.items()}
+        return replace(self, weights=weights, targets=mirrored_values(self.targets))
 
 
 @dataclass(frozen=True)

@@ -87,19 +87,20 @@ def per_coordinate(
 
 
 def _mirrored(value: Any) -> Any:
-    """Return a field's value for the other side: names by side, numbers by the sign of names."""
+    """Return a field's value for the other side: names change side."""
     if isinstance(value, str):
         return mirrored_name(value)
     if isinstance(value, Mapping):
-        return {mirrored_name(k): _signed(k, v) for k, v in value.items()}
+        return {mirrored_name(k): v for k, v in value.items()}
     if isinstance(value, Point):
         x, y, z = value.position
         return replace(value, body=mirrored_name(value.body), position=(x, -y, z))
     return value
 
 
-def _signed(name: str, value: Any) -> Any:
-    return value * mirror_sign(name) if isinstance(value, int | float) else value
+def mirrored_values(values: Mapping[str, float]) -> dict[str, float]:
+    """Return values of coordinates by name, in the mirror."""
+    return {mirrored_name(k): v * mirror_sign(k) for k, v in values.items()}
 
 
 def _same(a: Term, b: Term) -> bool:

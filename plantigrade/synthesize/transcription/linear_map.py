@@ -1,23 +1,25 @@
-r"""A problem between what a solver moves and what its rows see.
+r"""From the variables of a problem to what its constraints see at the nodes, and back.
 
-A solver moves one vector :math:`x`: the coefficients of the spline and the node unknowns that are
-free. Rows see :math:`z_k = (q, \dot q, \ddot q, u)` at each node. Both ways are linear,
+A solver moves one vector :math:`x` (:mod:`~plantigrade.synthesize.transcription.variables`).
+Constraints see :math:`z_k = (q, \dot q, \ddot q, u)` at each node. Both directions are linear,
 
 .. math:: z_k = T_k x + d_k, \qquad \nabla_x = \sum_k T_k^\top \nabla_{z_k}, \qquad
     H_x = \sum_k T_k^\top H_k T_k,
 
-and :math:`T_k` touches the few coefficients whose support holds the node. :math:`x` is ordered so
-that what meets at a node lies together, and :math:`H_x` is a band; a motion that goes round is
-folded, so that its two ends lie side by side.
+and :math:`T_k` touches the few coefficients whose support contains the node, so that :math:`H_x` is
+a band.
 """
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.synthesize.problem.nlp import Problem
+from plantigrade.synthesize.transcription.smoothness import Smoothness
+from plantigrade.synthesize.transcription.variables import Variables
 
 PART = 32
 """Nodes that are assembled at a time."""
@@ -28,20 +30,34 @@ class Transcription:
 
     Attributes:
         problem: The problem.
-        size: Number of unknowns.
+        n_nodes: Number of nodes.
+        nv: Number of coordinates.
+        nu: Number of unknowns at each node, fixed ones included.
+        variables: What a solver moves, and in what order.
+        size: Number of variables.
+        smoothness: Cost of steps and jerk, and its gradient, of variables.
         half_band: How far from the diagonal entries of :math:`H_x` lie at most.
+        window: Coefficients that each node touches (n_nodes, w), counted on round the end.
+        basis: How (n_nodes, 3, w): for coordinates, rates and accelerations.
     """
 
     def __init__(self, problem: Problem):
         self.problem = problem
-        self.n_nodes = len(problem.nodes)
-        self.nv = len(problem.names)
+        self.n_nodes, self.nv = len(problem.nodes), len(problem.names)
         self.nu = problem.n_unknowns
         self.window, self.basis = _windows(problem)
+        self.variables = Variables(problem, self.window)
+        self.size, self.join, self.split = (
+            self.variables.size,
+            self.variables.join,
+            self.variables.split,
+        )
+        self.smoothness = Smoothness(self.variables)
         self._drift = np.stack([problem.drift(problem.nodes, d) for d in range(3)], axis=1)
-        self._order()
-        self._smoothness()
-        self._band_places()
+        turned, self._base = np.divmod(self.window, problem.basis.n_coefficients)
+        self._turned = turned.astype(bool)
+        self._find_columns()
+        self._find_band()
 
     @property
     def n_local(self) -> int:
@@ -49,25 +65,6 @@ class Transcription:
         return 3 * self.nv + self.nu
 
     # Between x and z --------------------------------------------------------------------------
-
-    def join(
-        self, c: Float[Array, "n_coefficients nv"], u: Float[Array, "n_nodes nu"]
-    ) -> Float[Array, " size"]:
-        """Return the vector of coefficients and node unknowns."""
-        x = np.empty(self.size)
-        x[self._c_at] = c
-        active = self._u_at >= 0
-        x[self._u_at[active]] = u[active]
-        return x
-
-    def split(
-        self, x: Float[Array, " size"]
-    ) -> tuple[Float[Array, "n_coefficients nv"], Float[Array, "n_nodes nu"]]:
-        """Return coefficients and node unknowns; those that are fixed have their value."""
-        u = np.array(self.problem.u_lower, dtype=float).reshape(self.n_nodes, self.nu)
-        active = self._u_at >= 0
-        u[active] = x[self._u_at[active]]
-        return x[self._c_at], u
 
     def local(self, x: Float[Array, " size"]) -> Float[Array, "n_nodes n_local"]:
         """Return z at every node."""
@@ -77,28 +74,47 @@ class Transcription:
 
     def local_step(self, dx: Float[Array, " size"]) -> Float[Array, "n_nodes n_local"]:
         """Return the change of z for a change of x."""
-        dc = dx[self._c_at][self._base]
-        if self._turned.any():
-            k = self.problem.closure
-            assert k is not None
-            dc[self._turned] = (dc[self._turned])[:, k.source] * k.sign
-        du = np.zeros((self.n_nodes, self.nu))
-        active = self._u_at >= 0
-        du[active] = dx[self._u_at[active]]
-        states = np.matmul(self.basis, dc)
+        states = np.matmul(self.basis, dx[self._columns] * self._signs)
+        du = np.where(self._free, dx[self.variables.u_at], 0.0)
         return np.hstack([states.reshape(self.n_nodes, -1), du])
 
     def gradient(self, g: Float[Array, "n_nodes n_local"]) -> Float[Array, " size"]:
         """Return the gradient by x of what has gradient ``g`` by z."""
         states = g[:, : 3 * self.nv].reshape(self.n_nodes, 3, self.nv)
-        pulled = np.matmul(self.basis.transpose(0, 2, 1), states)
-        if self._turned.any():
-            pulled[self._turned] = pulled[self._turned][:, self._back] * self._back_sign
+        pulled = np.matmul(self.basis.transpose(0, 2, 1), states) * self._signs
         out = np.zeros(self.size)
-        np.add.at(out, self._c_at[self._base], pulled)
-        active = self._u_at >= 0
-        out[self._u_at[active]] = g[:, 3 * self.nv :][active]
+        np.add.at(out, self._columns, pulled)
+        out[self.variables.u_at[self._free]] = g[:, 3 * self.nv :][self._free]
         return out
+
+    def matrix(self) -> Any:
+        """Return all :math:`T_k`, one below the other, as a sparse matrix."""
+        n, nv, w = self.n_nodes, self.nv, self.window.shape[1]
+        shape = (n, 3, w, nv)
+        k, d, v = np.arange(n)[:, None, None, None], np.arange(3)[:, None, None], np.arange(nv)
+        rows = np.broadcast_to(k * self.n_local + d * nv + v, shape)
+        columns = np.broadcast_to(self._columns[:, None], shape)
+        values = self.basis[..., None] * self._signs[:, None]
+        k, i = np.nonzero(self._free)
+        entries = np.concatenate([values.ravel(), np.ones(len(k))])
+        rows = np.concatenate([rows.ravel(), k * self.n_local + 3 * nv + i])
+        columns = np.concatenate([columns.ravel(), self.variables.u_at[k, i]])
+        return sparse.csr_matrix((entries, (rows, columns)), shape=(n * self.n_local, self.size))
+
+    def jacobian(
+        self, nodes: Int[Array, " m"], J: Float[Array, "m n_rows n_local"]
+    ) -> tuple[Float[Array, "m n_rows n_touched"], Int[Array, "m n_touched"]]:
+        """Return the Jacobian by x of what has Jacobian ``J`` by z at some nodes.
+
+        Returns:
+            Entries, and the variable that each column of a node belongs to; -1 for none.
+        """
+        m, n_rows, nv, w = len(nodes), J.shape[1], self.nv, self.window.shape[1]
+        states = J[:, :, : 3 * nv].reshape(m, n_rows, 3, nv)
+        values = np.matmul(self.basis[nodes].transpose(0, 2, 1)[:, None], states)
+        values = (values * self._signs[nodes][:, None]).reshape(m, n_rows, w * nv)
+        columns = np.hstack([self._columns[nodes].reshape(m, -1), self.variables.u_at[nodes]])
+        return np.concatenate([values, J[:, :, 3 * nv :]], axis=2), columns
 
     # Matrices ---------------------------------------------------------------------------------
 
@@ -106,14 +122,14 @@ class Transcription:
         self,
         parts: Iterable[tuple[slice, Float[Array, "m n_local n_local"]]],
         *,
-        smooth: bool = True,
+        smooth: float = 1.0,
     ) -> Float[Array, "half_band_1 size"]:
-        """Return the Hessian by x of what has Hessian ``H`` by z, steps and jerk added, as a band.
+        """Return the Hessian by x of what has Hessian ``H`` by z, and of steps and jerk, as a band.
 
         Args:
             parts: Nodes of one of :attr:`parts`, and ``H`` there: symmetric, both triangles given.
                 It is used at once, so that all may be in the same array.
-            smooth: Whether steps and jerk are added.
+            smooth: Factor of the Hessian of steps and jerk.
 
         Returns:
             Lower form: entry (i, j) is at ``[i - j, j]``.
@@ -141,8 +157,7 @@ class Transcription:
                 values *= sign
             found = np.bincount(places, weights=values.ravel(), minlength=stop - start + 1)
             flat[start:stop] += found[:-1]
-        if smooth:
-            flat[self._smooth_at] += self._smooth_values
+        flat[self._smooth_at] += smooth * self._smooth_values
         return flat.reshape(self.size, self.half_band + 1).T
 
     @property
@@ -150,22 +165,31 @@ class Transcription:
         """Nodes in parts that fit a processor's cache."""
         return [slice(k, min(k + PART, self.n_nodes)) for k in range(0, self.n_nodes, PART)]
 
-    def _band_places(self) -> None:
-        """Find where in a band every entry of the blocks of all nodes goes."""
-        n, nv, w, nu = self.n_nodes, self.nv, self.window.shape[1], self.nu
-        at = self._c_at[self._base]  # (n, w, nv)
+    def _find_columns(self) -> None:
+        """Find the variable, and its sign, of every coefficient that a node touches."""
+        at = self.variables.c_at[self._base]  # (n_nodes, w, nv)
         sign = np.ones(at.shape)
         if self.problem.closure is not None:
             k = self.problem.closure
             at = np.where(self._turned[:, :, None], at[:, :, k.source], at)
             sign = np.where(self._turned[:, :, None], k.sign, sign)
-        rows = at.reshape(n, 1, w * nv, 1)
-        columns = at.reshape(n, w, 1, nv)
-        states = self._offsets(rows, columns)
+        self._columns, self._signs = at, sign
+        self._free = self.variables.u_at >= 0
+
+    def _find_band(self) -> None:
+        """Find where in a band every entry of the blocks of all nodes goes."""
+        lower = sparse.coo_matrix(sparse.tril(self.smoothness.quadratic))
+        reach = int(np.max(lower.row - lower.col)) if lower.nnz else 0
+        self.half_band = max(self.variables.reach, reach)
+        self._smooth_at = self._offsets(lower.row, lower.col)
+        self._smooth_values = lower.data
+        n, nv, w, nu = self.n_nodes, self.nv, self.window.shape[1], self.nu
+        at, sign = self._columns, self._signs
+        states = self._offsets(at.reshape(n, 1, w * nv, 1), at.reshape(n, w, 1, nv))
         mixed = np.zeros((n, w * nv, nu), int)
         unknown = np.zeros((n, nu, nu), int)
         if nu:
-            u = self._u_at
+            u = self.variables.u_at
             i, j = at.reshape(n, -1, 1), u.reshape(n, 1, nu)
             mixed = self._offsets(np.maximum(i, j), np.where(j < 0, -1, np.minimum(i, j)))
             unknown = self._offsets(
@@ -194,92 +218,6 @@ class Transcription:
         self._n_band = high * self.size
         fine = (i >= j) & (j >= 0) & (i - j < high)
         return np.where(fine, (i - j) + j * high, self._n_band)
-
-    def smoothness(self, x: Float[Array, " size"]) -> tuple[float, Float[Array, " size"]]:
-        """Return what steps of node unknowns and jerk cost, and the gradient."""
-        pull = self._quadratic @ x
-        return float(x @ (0.5 * pull + self._linear)) + self._constant, pull + self._linear
-
-    # Order ------------------------------------------------------------------------------------
-
-    def _order(self) -> None:
-        """Put blocks of unknowns in an order that keeps the band narrow."""
-        p, n = self.problem, self.n_nodes
-        n_c = p.basis.n_coefficients
-        self._turned, self._base = np.divmod(self.window, n_c)
-        self._turned = self._turned.astype(bool)
-        if p.closure is not None:
-            self._back = np.argsort(p.closure.source)
-            self._back_sign = p.closure.sign[self._back]
-        else:
-            self._back, self._back_sign = np.arange(self.nv), np.ones(self.nv)
-        self._u_active = (
-            [np.flatnonzero(row) for row in p.u_active] if self.nu else [np.zeros(0, int)] * n
-        )
-        blocks: list[tuple[float, int, int]] = [(float(i), 0, i) for i in range(n_c)]
-        blocks += [(float(self.window[k, 0]) + 1.5, 1, k) for k in range(n)]
-        if p.closure is not None:  # fold: what lies near both ends lies near the beginning
-            blocks = [(min(at, n_c - at), kind, i) for at, kind, i in blocks]
-        blocks.sort()
-        self._c_start = np.zeros(n_c, int)
-        self._u_start = np.zeros(n, int)
-        at = 0
-        for _, kind, i in blocks:
-            if kind == 0:
-                self._c_start[i] = at
-                at += self.nv
-            else:
-                self._u_start[i] = at
-                at += len(self._u_active[i])
-        self.size = at
-        self._c_at = self._c_start[:, None] + np.arange(self.nv)
-        self._u_at = np.full((n, self.nu), -1)
-        for k, act in enumerate(self._u_active):
-            self._u_at[k, act] = self._u_start[k] + np.arange(len(act))
-        reach = 0
-        for k in range(n):
-            starts = self._c_start[self._base[k]]
-            lowest, highest = starts.min(), starts.max() + self.nv
-            if len(self._u_active[k]):
-                lowest = min(lowest, self._u_start[k])
-                highest = max(highest, self._u_start[k] + len(self._u_active[k]))
-            reach = max(reach, highest - lowest - 1)
-        self.half_band = int(reach)
-
-    def _smoothness(self) -> None:
-        """Find the quadratic form that steps of node unknowns and jerk cost."""
-        p, n, n_c = self.problem, self.n_nodes, self.problem.basis.n_coefficients
-        rough = p.roughness()
-        weights = p.u_smooth if p.u_smooth.size else np.zeros((0, self.nu))
-        here = np.arange(n * self.nu).reshape(n, self.nu)
-        after, sign = here[1:], np.ones((n - 1, self.nu))
-        if p.closure is not None:
-            after = np.vstack([after, here[:1, p.closure.u_source]])
-            sign = np.vstack([sign, p.closure.u_sign])
-        after, sign = after[: len(weights)].ravel(), sign[: len(weights)].ravel()
-        root = np.sqrt(weights.ravel())
-        rows = np.arange(len(root))
-        steps = sparse.csr_matrix(
-            (
-                np.concatenate([-root, root * sign]),
-                (np.tile(rows, 2), np.concatenate([here[: len(weights)].ravel(), after])),
-            ),
-            shape=(len(root), n * self.nu),
-        )
-        D = sparse.block_diag([rough, steps], format="csr")
-        at = np.concatenate([self._c_at.ravel(), self._u_at.ravel()])
-        free = np.flatnonzero(at >= 0)
-        put = sparse.csr_matrix((np.ones(len(free)), (free, at[free])), shape=(len(at), self.size))
-        fixed = np.concatenate([np.zeros(n_c * self.nv), p.u_lower.ravel()])
-        fixed[free] = 0.0
-        moved, still = sparse.csr_matrix(D @ put), D @ fixed
-        self._quadratic = sparse.csr_matrix(moved.T @ moved)
-        self._linear, self._constant = moved.T @ still, 0.5 * float(still @ still)
-        lower = sparse.coo_matrix(sparse.tril(self._quadratic))
-        if lower.nnz:
-            self.half_band = max(self.half_band, int(np.max(lower.row - lower.col)))
-        self._smooth_at = self._offsets(lower.row, lower.col)
-        self._smooth_values = lower.data
 
 
 def _windows(problem: Problem) -> tuple[Int[Array, "n_nodes w"], Float[Array, "n_nodes 3 w"]]:

@@ -24,7 +24,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
 from plantigrade.synthesize.solvers.ipopt import IpoptResult, run, solve
-from plantigrade.synthesize.transcription.nlp import Program
+from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 from plantigrade.synthesize.zhakatayev2023.conditions import EDGE
 from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem
 
@@ -137,7 +137,7 @@ def solve_staged(
         callback: Called after every iteration of a solver; True stops.
     """
     problem, c = paper.problem, paper.guess
-    judge = Program(problem, c)
+    judge = SparseProgram(problem, c)
     done: list[Stage] = []
 
     def note(stage: Stage) -> None:
@@ -149,7 +149,7 @@ def solve_staged(
         best: IpoptResult | None = None
         for solver in solvers:
             began, busy = clock.perf_counter(), clock.thread_time()
-            program = Program(used, c, rows=rows, objective=objective)
+            program = SparseProgram(used.part(rows, costs=objective), c)
             result = _try(solver, program, c, tolerance, feasibility, max_seconds, callback)
             note(
                 Stage(
@@ -160,7 +160,7 @@ def solve_staged(
                     result.iterations,
                     clock.perf_counter() - began,
                     clock.thread_time() - busy,
-                    float(judge.functions()["nlp_f"](judge.pack(result.c), [])),
+                    judge.objective(judge.pack(result.c)),
                     result.violation,
                     result.worst,
                     result.n_equations,
@@ -179,9 +179,9 @@ def solve_staged(
     attempt("bounds", without_edges(problem), BOUNDS, False)
     began, busy = clock.perf_counter(), clock.thread_time()
     rows = (*(name for name in BOUNDS if name != "forces"), *CONTACT, "knee", "arms")
-    program = Program(problem, c, rows=rows, objective=False)
+    program = SparseProgram(problem.part(rows, costs=False), c)
     c, steps, left = least_squares(program, c, iterations=STEPS)
-    violation, worst = program.violation(program.pack(c))
+    worst = program.worst(program.pack(c))
     note(
         Stage(
             "contact",
@@ -191,23 +191,23 @@ def solve_staged(
             steps,
             clock.perf_counter() - began,
             clock.thread_time() - busy,
-            float(judge.functions()["nlp_f"](judge.pack(c), [])),
-            violation,
-            worst,
+            judge.objective(judge.pack(c)),
+            worst.amount,
+            worst.sentence,
             program.n_equations,
             program.n_inequalities,
             program.n_redundant,
         )
     )
     last = attempt("all", problem, None, True)
-    violation, worst = judge.violation(judge.pack(c))
+    worst = judge.worst(judge.pack(c))
     return StagedResult(
         c=c,
         stages=tuple(done),
         success=bool(last.success),
         objective=last.objective,
-        violation=violation,
-        worst=worst,
+        violation=worst.amount,
+        worst=worst.sentence,
         iterations=sum(s.iterations for s in done),
         seconds=sum(s.seconds for s in done),
         cpu_seconds=sum(s.cpu_seconds for s in done),
@@ -229,7 +229,7 @@ def without_edges(problem: Problem) -> Problem:
 
 
 def least_squares(
-    program: Program,
+    program: SparseProgram,
     c: Float[Array, "n_coefficients nv"],
     *,
     iterations: int = 40,
@@ -246,44 +246,36 @@ def least_squares(
     Returns:
         Coefficients, steps taken, and the largest violation left.
     """
-    made = program.functions()
-    low, high = program.lower, program.upper
     x = np.clip(program.pack(c), *program.bounds)
     free = program.bounds[0] < program.bounds[1]
-
-    def off(g: Array) -> Array:
-        return np.maximum(g - high, 0.0) - np.maximum(low - g, 0.0)
-
     damping, steps = 1e-4, 0
-    g = np.array(made["nlp_g"](x, [])).ravel()
+    v = program.excess(program.constraints(x))
     for steps in range(1, iterations + 1):
-        v = off(g)
         if np.abs(v).max(initial=0.0) <= enough:
             steps -= 1
             break
-        _, J = made["nlp_jac_g"](x, [])
         active = np.flatnonzero(v)
-        A = J.sparse().tocsr()[active][:, free].toarray()
+        A = program.sparse_jacobian(x)[active][:, free].toarray()
         normal = A @ A.T
         while True:
-            normal_damped = normal + damping * np.eye(len(active))
             step = np.zeros_like(x)
-            step[free] = -A.T @ np.linalg.solve(normal_damped, v[active])
-            trial = np.array(made["nlp_g"](x + step, [])).ravel()
-            better = np.sum(off(trial) ** 2) < np.sum(v**2)
+            damped = normal + damping * np.eye(len(active))
+            step[free] = -A.T @ np.linalg.solve(damped, v[active])
+            after = program.excess(program.constraints(x + step))
+            better = np.sum(after**2) < np.sum(v**2)
             if better or damping > 1e3:
                 break
             damping *= 10.0
         if not better:
             break
-        x, g, damping = x + step, trial, max(damping / 10.0, 1e-9)
+        x, v, damping = x + step, after, max(damping / 10.0, 1e-9)
     c, _ = program.unpack(x)
-    return c, steps, float(np.abs(off(g)).max(initial=0.0))
+    return c, steps, float(np.abs(v).max(initial=0.0))
 
 
 def _try(
     solver: str,
-    program: Program,
+    program: SparseProgram,
     c: Array,
     tolerance: float,
     feasibility: float,

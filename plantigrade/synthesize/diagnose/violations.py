@@ -1,18 +1,19 @@
-"""Which rows of a problem a motion breaks, in words: what, where, when, by how much, what to relax.
+"""Which constraints a motion violates, in words: what, where, when, by how much, what to relax.
 
 Rows are evaluated anew at the nodes; nothing a solver says of itself is used.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
-from plantigrade.synthesize.solvers.interior_point import Multipliers
+from plantigrade.synthesize.solvers.result import Multipliers
 
 TOLERANCE = 1e-4
-"""A row is broken where it is further outside of its limits, in its own unit (where 1 is large)."""
+"""How far outside of its limits a row is violated, in its own unit (where 1 is large)."""
 
 _SIDES = {"_r": "right", "_l": "left"}
 _DEGREE, _MILLIMETRE = float(np.rad2deg(1.0)), 1000.0
@@ -20,11 +21,15 @@ _REFINE = "refine the mesh (--nodes-per-second)"
 _STRONGER = (
     "give the motion more time, or take a stronger person (a term Limits with a larger strength)"
 )
+_UNBALANCED = (
+    "nothing but the ground moves the body as a whole: give the motion more time, put the feet "
+    "nearer, or allow more force"
+)
 ADVICE = {
-    "root": "nothing but the ground moves the body as a whole: give the motion more time, put the "
-    "feet nearer, or allow more force",
-    "torque": _STRONGER,
-    "whole torque": _STRONGER,
+    "root force": _UNBALANCED,
+    "root moment": _UNBALANCED,
+    "muscle torque": _STRONGER,
+    "joint torque": _STRONGER,
     "work rate": "give the motion more time, or allow more power",
     "contact": "the foot cannot be where the plan has it: take shorter steps, or put the feet "
     f"nearer, or {_REFINE}",
@@ -37,7 +42,7 @@ ADVICE = {
     "friction": "move more slowly, or allow rougher ground (a term Contact with a larger friction)",
     "force": "give the motion more time, or allow more force (a term Contact with a larger force)",
 }
-"""What to relax, by kind of row."""
+"""What to relax, by family."""
 FIXED = {
     "coordinates": "the posture asked for at that instant does not go with all the rest: give the "
     "motion more time, or ask for another posture",
@@ -47,17 +52,17 @@ FIXED = {
 
 
 @dataclass(frozen=True)
-class Broken:
-    """The worst row of one kind.
+class Violation:
+    """The worst row of one family.
 
     Attributes:
-        family: Rows it belongs to: ``"contact"``.
+        family: Family it belongs to: ``"contact"``.
         name: Its name: ``"z of toe_1_r"``.
-        time: When it is broken worst [s].
+        time: When it is violated worst [s].
         amount: By how much, in ``unit``.
         unit: As shown to people.
         relative: The same in the row's own unit, where 1 is large.
-        others: How many more rows of the family are broken, all nodes counted.
+        others: How many more rows of the family are violated, all nodes counted.
         advice: What to relax.
     """
 
@@ -84,7 +89,7 @@ class Broken:
         return f"{axis} of {plain}" if of else plain
 
     def sentence(self) -> str:
-        """Return which row is broken, on which side, when, by how much and what to relax."""
+        """Return which row is violated, on which side, when, by how much and what to relax."""
         more = f"; {self.others} more {self.family} rows" if self.others else ""
         end = f": {self.advice}" if self.advice else ""
         return (
@@ -92,14 +97,14 @@ class Broken:
         )
 
 
-def broken_rows(
+def violations(
     problem: Problem,
     c: Float[Array, "n_coefficients n_coordinates"],
     u: Float[Array, "n_nodes n_unknowns"],
     *,
     tolerance: float = TOLERANCE,
-) -> tuple[Broken, ...]:
-    """Return the worst broken row of every kind, worst first; empty where all are kept.
+) -> tuple[Violation, ...]:
+    """Return the worst violated row of every family, worst first; empty where all are kept.
 
     Args:
         problem: What was asked.
@@ -110,16 +115,19 @@ def broken_rows(
     q, v, a = problem.states(c, problem.nodes)
     u = u[:, : problem.n_unknowns]
     found = []
-    for rows in problem.rows:
-        r = values(rows, q, v, a, u)
-        off = np.maximum(rows.lower - r, r - rows.upper)
-        worst = _worst(problem, rows.name, rows.names, off, tolerance, rows.unit, rows.scale)
-        found += [_advised(b, rows, problem) for b in worst]
+    for whole in problem.rows:
+        every = values(whole, q, v, a, u)
+        for family, columns in parts_of(whole):
+            r = every[:, columns]
+            off = np.maximum(family.lower - r, r - family.upper)
+            worst = _worst(problem.nodes, family.name, family.names, off, tolerance)
+            if worst is not None:
+                found.append(_advised(_in_units(worst, family), family, problem))
     if problem.n_unknowns:
         off = np.maximum(problem.u_lower - u, u - problem.u_upper)
-        found += _worst(
-            problem, "force", problem.u_names, off, tolerance, "% of body weight", 100.0
-        )
+        worst = _worst(problem.nodes, "force", problem.u_names, off, tolerance)
+        if worst is not None:
+            found.append(replace(worst, amount=100.0 * worst.relative, unit="% of body weight"))
     return tuple(sorted(found, key=lambda b: -b.relative))
 
 
@@ -128,31 +136,43 @@ def pressing(problem: Problem, multipliers: Multipliers | None, count: int = 3) 
 
     Args:
         problem: What was asked.
-        multipliers: What rows pushed with; None for nobody knows.
-        count: How many limits at most, one of each kind.
+        multipliers: What rows pushed with; None where that is unknown.
+        count: How many limits at most, one of each family.
     """
     if multipliers is None:
         return ()
     found = []
-    for rows in problem.rows:
-        push = multipliers.rows.get(rows.name)
-        if push is None or push.shape[1:] != rows.lower.shape:
+    for whole in problem.rows:
+        pushes = multipliers.rows.get(whole.name)
+        if pushes is None or pushes.shape[1:] != whole.lower.shape:
             continue
-        size = np.where(rows.inequalities, np.abs(push[1:]).max(axis=0), 0.0)
-        k, i = np.unravel_index(int(np.argmax(size)), size.shape)
-        if size[k, i] > 0:
-            at = Broken(rows.name, rows.names[int(i)], float(problem.nodes[k]), 0.0, "", 0.0)
-            found.append((float(size[k, i]), f"{at.words} at {at.time:.2f} s"))
+        for family, columns in parts_of(whole):
+            push = np.abs(pushes[1:, :, columns]).max(axis=0)
+            size = np.where(family.inequalities, push, 0.0)
+            if not size.size:
+                continue
+            k, i = np.unravel_index(int(np.argmax(size)), size.shape)
+            if size[k, i] > 0:
+                at = Violation(
+                    family.name, family.names[int(i)], float(problem.nodes[k]), 0.0, "", 0.0
+                )
+                found.append((float(size[k, i]), f"{at.words} at {at.time:.2f} s"))
     return tuple(words for _, words in sorted(found, reverse=True)[:count])
 
 
-def _advised(broken: Broken, rows: ConstraintFamily, problem: Problem) -> Broken:
-    """Return what is broken with other advice where it was fixed rather than limited."""
-    k = int(np.argmin(np.abs(problem.nodes - broken.time)))
-    fixed = rows.equations[k, rows.names.index(broken.name)]
-    if rows.name in FIXED and fixed:
-        return replace(broken, advice=FIXED[rows.name])
-    return broken
+def parts_of(family: ConstraintFamily) -> Iterator[tuple[ConstraintFamily, slice]]:
+    """Yield the families a family is made of and their columns in it; itself if it has no parts."""
+    first = 0
+    for part in family.parts or (family,):
+        yield part, slice(first, first + len(part.names))
+        first += len(part.names)
+
+
+def _advised(worst: Violation, family: ConstraintFamily, problem: Problem) -> Violation:
+    """Return it with what to relax: another thing where it was fixed rather than limited."""
+    k = int(np.argmin(np.abs(problem.nodes - worst.time)))
+    fixed = family.equations[k, family.names.index(worst.name)]
+    return replace(worst, advice=FIXED[family.name]) if fixed and family.name in FIXED else worst
 
 
 def values(
@@ -168,60 +188,30 @@ def values(
 
 
 def _worst(
-    problem: Problem,
+    nodes: Float[Array, " n_nodes"],
     family: str,
     names: tuple[str, ...],
     off: Float[Array, "n_nodes n_rows"],
     tolerance: float,
-    unit: str,
-    scale: float,
-) -> list[Broken]:
-    """Return the worst broken row of a family; of the dynamics those of root and torques."""
+) -> Violation | None:
+    """Return the worst row of a family, in its own unit; None where all are kept."""
     off = np.nan_to_num(off, nan=np.inf, neginf=-np.inf)
-    kinds = {"": range(len(names))}
-    if family == "dynamics":
-        kinds = {
-            kind: [i for i, n in enumerate(names) if n.startswith(kind)]
-            for kind in ("root", "torque", "work rate", "whole torque")
-        }
-    found = []
-    for kind, columns in kinds.items():
-        columns = list(columns)
-        if not columns:
-            continue
-        part = off[:, columns]
-        k, i = np.unravel_index(int(np.argmax(part)), part.shape)
-        worst = float(part[k, i])
-        if not worst > tolerance:
-            continue
-        name = names[columns[int(i)]]
-        factor, shown = _shown(family, name, unit, scale)
-        found.append(
-            Broken(
-                family,
-                name,
-                float(problem.nodes[k]),
-                worst * factor,
-                shown,
-                worst,
-                int((part > tolerance).sum()) - 1,
-                ADVICE.get(kind or family, ""),
-            )
-        )
-    return found
+    if not off.size:
+        return None
+    k, i = np.unravel_index(int(np.argmax(off)), off.shape)
+    worst, others = float(off[k, i]), int((off > tolerance).sum()) - 1
+    if not worst > tolerance:
+        return None
+    advice = ADVICE.get(family, "")
+    return Violation(family, names[int(i)], float(nodes[k]), worst, "", worst, others, advice)
 
 
-def _shown(family: str, name: str, unit: str, scale: float) -> tuple[float, str]:
-    """Return by what a row is multiplied to be shown, and the unit it then has."""
-    if family == "dynamics":
-        if name.startswith("root force"):
-            return 100.0, "% of body weight"
-        if name.startswith("root moment"):
-            return 100.0, "% of body weight times metre"
-        return scale, "W" if name.startswith("work rate") else "N m"
-    if family in ("coordinates", "speeds", "accelerations") and not unit:
-        rate = {"coordinates": "", "speeds": "/s", "accelerations": "/s²"}[family]
-        if name.rpartition(" ")[2] in ("pelvis_tx", "pelvis_ty", "pelvis_tz"):
-            return _MILLIMETRE, f"mm{rate}"
-        return _DEGREE, f"deg{rate}"
-    return scale, unit or "(its own unit)"
+def _in_units(worst: Violation, family: ConstraintFamily) -> Violation:
+    """Return it in a unit for people."""
+    factor, unit = family.scale, family.unit or "(its own unit)"
+    if family.name in ("coordinates", "speeds", "accelerations") and not family.unit:
+        rate = {"coordinates": "", "speeds": "/s", "accelerations": "/s²"}[family.name]
+        factor, unit = _DEGREE, f"deg{rate}"
+        if worst.name.rpartition(" ")[2] in ("pelvis_tx", "pelvis_ty", "pelvis_tz"):
+            factor, unit = _MILLIMETRE, f"mm{rate}"
+    return replace(worst, amount=worst.relative * factor, unit=unit)

@@ -1,0 +1,120 @@
+r"""Newton's equations of the barrier problem, as one banded matrix.
+
+Slacks and equations are eliminated,
+
+.. math:: K = W + \delta_w I + J_I^\top \Sigma J_I + \tfrac{1}{\delta_c} J_E^\top J_E,
+
+which is as banded as the Hessian :math:`W` of the Lagrangian, because the rows of a node touch few
+coefficients. The error of order :math:`\delta_c` made by eliminating equations is removed by
+iterative refinement.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array
+from plantigrade.synthesize.solvers.banded_cholesky import factorised_with_least_shift, solved
+from plantigrade.synthesize.solvers.slacks import Slacks
+from plantigrade.synthesize.transcription.evaluation import Evaluation
+
+REFINEMENTS = 3
+"""Most steps of refinement towards the equations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A Newton step of variables, and by block of multipliers and slacks."""
+
+    x: Array
+    y: list[Array]
+    s: list[Array]
+    zl: list[Array]
+    zu: list[Array]
+
+
+class KKTSystem:
+    r"""The matrix at one point after the other.
+
+    Attributes:
+        shift: :math:`\delta_w` of the last factorisation.
+    """
+
+    def __init__(self, evaluation: Evaluation, slacks: Sequence[Slacks], regularisation: float):
+        self._evaluation, self._slacks, self._delta = evaluation, slacks, regularisation
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the shifts of earlier factorisations."""
+        self.shift = self._before = 0.0
+
+    def factorise(self, x: Array) -> bool:
+        """Factorise the matrix at the point that was linearised last; False if that failed.
+
+        The Cholesky factorisation succeeds exactly if the step is one of descent: it is the inertia
+        test of [Waechter2006]_.
+        """
+        e = self._evaluation
+        self._sigma = [s.stiffness() for s in self._slacks]
+        squares = [
+            sigma + b.weight + np.where(b.equations, 1.0 / self._delta, 0.0)
+            for sigma, b in zip(self._sigma, e.blocks, strict=True)
+        ]
+        band = e.t.assemble(e.hessians(x, squares, lagrangian(self._slacks)))
+        self._factor, self.shift = factorised_with_least_shift(band, self._before)
+        self._before = self.shift if self.shift > 0 else self._before / 3.0
+        return self._factor is not None
+
+    def step(self, x: Array, gaps: Sequence[Array], mu: float) -> Step:
+        """Return the Newton step for residuals of the constraints."""
+        e, delta, slacks = self._evaluation, self._delta, self._slacks
+        assert self._factor is not None
+        forces = [s.barrier_force(mu) for s in slacks]
+        # elimination of slacks: y + dy = sigma (J dx + gap) + force
+        pushes = [
+            b.cost_gradient(b.r)
+            + np.where(b.equations, s.y + gap / delta, 0.0)
+            + np.where(b.inequalities, sigma * gap + force, 0.0)
+            for b, s, gap, sigma, force in zip(
+                e.blocks, slacks, gaps, self._sigma, forces, strict=True
+            )
+        ]
+        dx = -solved(self._factor, e.pull_back(pushes) + e.t.smoothness(x)[1])
+        Jdx = e.push_forward(dx)
+        equations = [b.equations for b in e.blocks]
+        dy_eq = [
+            np.where(eq, (g + j) / delta, 0.0)
+            for eq, g, j in zip(equations, gaps, Jdx, strict=True)
+        ]
+        for _ in range(REFINEMENTS):
+            missing = [
+                np.where(eq, g + j, 0.0) for eq, g, j in zip(equations, gaps, Jdx, strict=True)
+            ]
+            if max(float(np.abs(m).max()) for m in missing) < 1e-11:
+                break
+            ddx = -solved(self._factor, e.pull_back([m / delta for m in missing]))
+            dx = dx + ddx
+            change = e.push_forward(ddx)
+            Jdx = [j + d for j, d in zip(Jdx, change, strict=True)]
+            dy_eq = [
+                y + np.where(eq, (m + d) / delta, 0.0)
+                for y, eq, m, d in zip(dy_eq, equations, missing, change, strict=True)
+            ]
+        step = Step(dx, [], [], [], [])
+        for s, gap, j, sigma, force, y in zip(
+            slacks, gaps, Jdx, self._sigma, forces, dy_eq, strict=True
+        ):
+            b = s.block
+            ds = np.where(b.inequalities, j + gap, 0.0)
+            dy = np.where(b.inequalities, sigma * ds + force - s.y, 0.0)
+            step.s.append(ds)
+            step.y.append(np.where(b.equations, y, dy))
+            for steps, each in zip((step.zl, step.zu), s.multiplier_steps(ds, mu), strict=True):
+                steps.append(each)
+        return step
+
+
+def lagrangian(slacks: Sequence[Slacks]) -> list[Array]:
+    """Return the derivative of the Lagrangian by the rows of every block."""
+    return [np.where(s.block.bound, s.y, 0.0) + s.block.cost_gradient(s.block.r) for s in slacks]

@@ -1,0 +1,119 @@
+"""What the interior point is told, what each of its iterations finds, and where it ends."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+
+Status = Literal["solved", "acceptable", "stopped", "stalled", "too many iterations"]
+
+
+@dataclass(frozen=True)
+class Options:
+    r"""Settings of the solver; the defaults serve every task.
+
+    Attributes:
+        tolerance: Largest scaled error of the optimality conditions.
+        feasibility: Largest violation of a row, in its own unit (where 1 is large).
+        acceptable: Optimality error at which a feasible point is good enough once it stalls.
+        iterations: Most iterations.
+        initial_barrier: First barrier parameter.
+        constraint_regularisation: :math:`\delta_c`.
+        seconds: Most time [s].
+    """
+
+    tolerance: float = 1e-3
+    feasibility: float = 1e-6
+    acceptable: float = 1e-1
+    iterations: int = 150
+    initial_barrier: float = 1e-3
+    constraint_regularisation: float = 1e-8
+    seconds: float = np.inf
+
+
+@dataclass(frozen=True)
+class Iterate:
+    r"""One iteration.
+
+    Attributes:
+        number: Counted from 0.
+        objective: Cost.
+        violation: Largest violation of a row, in its own unit.
+        worst: Which row that is, and when.
+        optimality: Scaled error of the optimality conditions.
+        barrier: Barrier parameter.
+        regularisation: :math:`\delta_w` of the last step.
+        step: Fraction of the last step that was taken.
+        seconds: Time since the start [s].
+    """
+
+    number: int
+    objective: float
+    violation: float
+    worst: str
+    optimality: float
+    barrier: float
+    regularisation: float
+    step: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """Lagrange multipliers of all constraints: a warm start for a similar problem.
+
+    Attributes:
+        rows: Name of a family → multipliers of its rows, of their lower and of their upper limits
+            (3, n_nodes, n_rows).
+    """
+
+    rows: Mapping[str, Float[Array, "3 n_nodes n_rows"]]
+
+    def moved(
+        self, before: Float[Array, " n_nodes"], after: Float[Array, " m_nodes"]
+    ) -> "Multipliers":
+        """Return multipliers on other nodes, unchanged per unit of time.
+
+        Args:
+            before: Nodes these belong to [s].
+            after: Times in that motion of the nodes of the new problem [s].
+        """
+        if len(before) == len(after) and np.allclose(before, after, atol=1e-9):
+            return self
+        spacing = (
+            np.gradient(after)[:, None] / np.interp(after, before, np.gradient(before))[:, None]
+        )
+
+        def interpolated(values: Array) -> Array:
+            return np.stack([np.interp(after, before, x) for x in values.T], axis=1) * spacing
+
+        return Multipliers(
+            {name: np.stack([interpolated(x) for x in each]) for name, each in self.rows.items()}
+        )
+
+
+@dataclass(frozen=True)
+class Result:
+    """Where the solver ended.
+
+    Attributes:
+        c: Coefficients (n_coefficients, n_coordinates).
+        u: Node unknowns (n_nodes, n_unknowns).
+        status: How it ended; ``"solved"`` and ``"acceptable"`` satisfy every row.
+        history: Every iteration.
+        multipliers: For a warm start.
+    """
+
+    c: Float[Array, "n_coefficients n_coordinates"]
+    u: Float[Array, "n_nodes n_unknowns"]
+    status: Status
+    history: tuple[Iterate, ...]
+    multipliers: Multipliers
+
+    @property
+    def success(self) -> bool:
+        """Whether every row is satisfied."""
+        return self.status in ("solved", "acceptable")
