@@ -8,23 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plantigrade.report.curves import panels_of
-from plantigrade.report.report import ReportData, Section, report_html
 
-from plantigrade.charts import Series, line_plot, ticks_of
 from plantigrade.errors import ParameterError
-<<<<<<< HEAD
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.report.pages import pages, report_html, run_viewer
 from plantigrade.report.section import Section
 from plantigrade.report.text import figure_rows, provenance_rows
-=======
-from plantigrade.motion import Motion, Table
-from plantigrade.record import Record
-from plantigrade.report.live import mesh_of
-from plantigrade.report.scene import MAX_FRAMES, build_scene, foot_bodies, shapes_of, side_forces
-from plantigrade.report.strip import strip_svg
->>>>>>> main
 from plantigrade.report.viewer import encode, viewer_html
 from tests.report.runs import fitted, from_tasks, solved
 from tests.report.walker import walk
