@@ -16,8 +16,9 @@ ROOT = Path(plantigrade.__file__).parent
 # Each line may import from the lines above it only.
 LAYERS = (
     ("errors",),
-    ("arrays", "constants", "extras"),
+    ("arrays", "constants", "extras", "options"),
     ("spatial",),
+    ("charts",),
     ("models", "motion"),
     ("contact",),
     ("io",),
@@ -105,6 +106,78 @@ def test_module_keeps_to_its_layer(path):
     assert not own or own in RANK, f"{own} is in no layer: add it to LAYERS where it belongs"
     tree = ast.parse(path.read_text(encoding="utf-8"))
     assert not broken_rules(name, tree, is_package=path.name == "__init__.py")
+
+
+def graph(trees: dict[str, ast.AST]) -> dict[str, set[str]]:
+    """Return which modules of the package each module imports, wherever the import stands.
+
+    What is imported for annotations alone does not count: it is never loaded.
+    """
+    found: dict[str, set[str]] = {}
+    for name, tree in trees.items():
+        is_package = any(other.startswith(f"{name}.") for other in trees)
+        hidden = {
+            line
+            for node in ast.walk(tree)
+            if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+            for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
+        }
+        found[name] = set()
+        for line, target in imports(tree, name, is_package=is_package):
+            if line in hidden:
+                continue
+            while target not in trees and "." in target:
+                target = target.rpartition(".")[0]
+            if target in trees and target != name:
+                found[name].add(target)
+    return found
+
+
+def cycles(edges: dict[str, set[str]]) -> list[set[str]]:
+    """Return the sets of modules that import each other, directly or around (Tarjan)."""
+    order, low, stack, found = {}, {}, [], []
+
+    def visit(node: str) -> None:
+        order[node] = low[node] = len(order)
+        stack.append(node)
+        for other in sorted(edges[node]):
+            if other not in order:
+                visit(other)
+                low[node] = min(low[node], low[other])
+            elif other in stack:
+                low[node] = min(low[node], order[other])
+        if low[node] == order[node]:
+            group = set()
+            while node not in group:
+                group.add(stack.pop())
+            if len(group) > 1:
+                found.append(group)
+
+    for node in sorted(edges):
+        if node not in order:
+            visit(node)
+    return found
+
+
+def test_no_modules_import_each_other():
+    """Also inside a room; the faces of rooms, which only pass names on, do not count."""
+    trees = {module_name(p): ast.parse(p.read_text("utf-8")) for p in FILES}
+    edges = graph(trees)
+    faces = {name for name in trees if any(other.startswith(f"{name}.") for other in trees)}
+    plain = {name: targets - faces for name, targets in edges.items() if name not in faces}
+    assert cycles(plain) == []
+
+
+def test_cycles_are_found():
+    sources = {
+        "plantigrade.a": "def f():\n    from plantigrade.b import g",
+        "plantigrade.b": "import plantigrade.c",
+        "plantigrade.c": "from plantigrade.a import f",
+        "plantigrade.d": "if TYPE_CHECKING:\n    from plantigrade.e import E",
+        "plantigrade.e": "from plantigrade.d import D",
+    }
+    found = cycles(graph({name: ast.parse(text) for name, text in sources.items()}))
+    assert found == [{"plantigrade.a", "plantigrade.b", "plantigrade.c"}]
 
 
 @pytest.mark.parametrize(

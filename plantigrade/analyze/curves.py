@@ -2,18 +2,16 @@
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise_cycles
 from plantigrade.record import Record
-from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, quaternion_to_pelvis_angles
+from plantigrade.spatial.conventions import PELVIS
 
-GRAVITY = 9.81
 AXES = ("forward", "left", "up")
-PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 
 @dataclass(frozen=True)
@@ -39,22 +37,14 @@ class GaitCurves:
 
 def coordinates_of(record: Record) -> Table:
     """Return OpenSim's coordinates of a record [rad, m], pelvis first."""
-    qpos = record.motion.qpos
-    angles = quaternion_to_pelvis_angles(qpos[:, 3:7])
-    values = np.hstack([angles, qpos[:, :3] @ OPENSIM_TO_WORLD, qpos[:, 7:]])
-    return Table(PELVIS + tuple(record.motion.joint_names[1:]), record.motion.time, values)
+    names, values = record.human.to_coordinates(record.motion.qpos)
+    return Table(names, record.motion.time, values)
 
 
-def gait_curves(model: mujoco.MjModel, record: Record) -> GaitCurves:
-    """Return the curves of a record over its gait cycles; empty where it has none.
-
-    Args:
-        model: The body, for its mass.
-        record: What happened.
-    """
-    motion = record.motion
+def gait_curves(record: Record) -> GaitCurves:
+    """Return the curves of a record over its gait cycles; empty where it has none."""
+    motion, mass = record.motion, record.human.mass
     cycles = cut_cycles(motion.events)
-    mass = float(model.body_mass.sum())
 
     def over(values: np.ndarray, name: str) -> np.ndarray:
         side = side_of(name) or "r"
@@ -69,48 +59,37 @@ def gait_curves(model: mujoco.MjModel, record: Record) -> GaitCurves:
     }
     moments, powers, forces = {}, {}, {}
     if record.qfrc_actuator is not None:
-        for i, n in enumerate(motion.joint_names[1:], start=6):
-            tau = known_above(model, record, n) * record.qfrc_actuator[:, i] / mass
-            moments[n] = over(tau, n)
-            powers[n] = over(tau * motion.qvel[:, i], n)
+        for name in record.human.coordinates:
+            moment = known_above(record, name) * record.torque(name) / mass
+            moments[name] = over(moment, name)
+            powers[name] = over(moment * motion.velocity(name), name)
     if record.contact_force is not None:
-        for side in ("r", "l"):
-            mine = [k for k, s in enumerate(record.contact_side) if s == side]
-            if not mine:
+        for side in SIDES:
+            if not any(site.side == side for site in record.sites):
                 continue
-            total = record.contact_force[:, mine].sum(axis=1) * known(record, side)[:, None]
+            share = record.foot(side).force * known(record, side)[:, None] / record.weight
             for axis, label in enumerate(AXES):
                 name = f"{label}_{side}"
-                forces[name] = over(total[:, axis] / (mass * GRAVITY), name)
+                forces[name] = over(share[:, axis], name)
     return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
 
 
 def known(record: Record, side: str | None) -> Float[Array, " n_frames"]:
     """Return 1 where the forces on a foot (on both where ``side`` is None) are known, else NaN."""
-    return _known(record, [k for k, s in enumerate(record.contact_side) if side in (None, s)])
+    return _known(record, [k for k, s in enumerate(record.sites) if side in (None, s.side)])
 
 
-def known_above(model: mujoco.MjModel, record: Record, joint: str) -> Float[Array, " n_frames"]:
+def known_above(record: Record, joint: str) -> Float[Array, " n_frames"]:
     """Return 1 where the forces that a joint's moment depends on are known, else NaN.
 
     They are those on the segments the joint moves: of a leg the forces under that leg, of trunk
     and arms none.
-
-    Args:
-        model: The body.
-        record: What happened.
-        joint: Name of the joint.
     """
+    model = record.human.model
     moved = int(model.joint(joint).bodyid[0])
-    mine: list[int] = []
-    for k, (segment, side) in enumerate(
-        zip(record.contact_segment, record.contact_side, strict=True)
-    ):
-        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{segment}_{side}")
-        if body < 0:  # a record that does not name segments: by the side of the name
-            if side_of(joint) in (None, side):
-                mine.append(k)
-            continue
+    mine = []
+    for k, site in enumerate(record.sites):
+        body = record.human.body(site.body)
         while body > moved:  # parents come before their children
             body = model.body_parentid[body]
         if body == moved:
@@ -118,11 +97,10 @@ def known_above(model: mujoco.MjModel, record: Record, joint: str) -> Float[Arra
     return _known(record, mine)
 
 
-def _known(record: Record, contacts: list[int]) -> Float[Array, " n_frames"]:
-    table = record.contact_known
-    if table is None:
+def _known(record: Record, sites: list[int]) -> Float[Array, " n_frames"]:
+    if record.contact_known is None:
         return np.ones(record.motion.n_frames)
-    return np.where(table[:, contacts].all(axis=1), 1.0, np.nan)
+    return np.where(record.contact_known[:, sites].all(axis=1), 1.0, np.nan)
 
 
 def side_of(name: str) -> str | None:

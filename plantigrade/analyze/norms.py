@@ -27,11 +27,9 @@ from importlib.resources import files
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.models.textbook_gait import PELVIC_PLANE
-
-GRAVITY = 9.80665
-"""Standard gravity [m/s²]."""
 
 SPEED_CLASSES = ("very_slow", "slow", "free", "fast", "very_fast")
 """Speed classes, slowest first."""
@@ -106,8 +104,8 @@ def norm(name: str, speed_class: str = "free", *, side: str = "r") -> Band:
         raise ParameterError(f"no norm {name!r}; there are {', '.join(names())}")
     if speed_class not in SPEED_CLASSES:
         raise ParameterError(f"{speed_class=}: allowed are {', '.join(SPEED_CLASSES)}")
-    if side not in ("l", "r"):
-        raise ParameterError(f"{side=}: allowed are 'l' and 'r'")
+    if side not in SIDES:
+        raise ParameterError(f"{side=}: allowed are 'r' and 'l'")
     table = _tables()[stem][speed_class]
     mirrored = side == "l" and stem in ("pelvis_list", "pelvis_rotation")
     mean = np.array(table["mean"], dtype=float) * (-1 if mirrored else 1)

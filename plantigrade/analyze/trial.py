@@ -5,18 +5,21 @@ joint moments, cut the cycles, measure the gait.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.curves import GRAVITY
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import Moments, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
-from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers, Motion
@@ -24,8 +27,8 @@ from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.record import Record
 
-CUTOFF = 6.0  # low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_
-SIDES = ("l", "r")
+CUTOFF = 6.0
+"""Low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,8 @@ class FootPath:
     """Where the feet were.
 
     Attributes:
-        heel: Back of the heel, left then right [m].
-        toe: Forefoot, left then right: midway between second metatarsal head and hallux [m].
+        heel: Back of the heel, right then left [m].
+        toe: Forefoot, right then left: midway between second metatarsal head and hallux [m].
         pelvis: Middle of the pelvis [m].
     """
 
@@ -49,21 +52,65 @@ class Trial:
 
     Attributes:
         fit: The fit; its Human has the mass that was found.
-        record: Motion, moments, forces, markers.
+        motion: The motion, filtered, with its gait events.
         feet: Paths of the feet.
         cycles: Gait cycles of both feet, by start.
         measures: Spatio-temporal measures.
         forces: Ground reactions by foot, where they were measured.
         moments: Inverse dynamics, where forces were measured.
+        notes: What the user should know, one sentence each.
     """
 
     fit: Fit
-    record: Record
+    motion: Motion
     feet: FootPath
     cycles: tuple[Cycle, ...]
     measures: GaitMeasures
     forces: FootForces | None
     moments: Moments | None
+    notes: tuple[str, ...] = ()
+
+    def record(self) -> Record:
+        """Return motion, moments, measured forces and markers."""
+        return self._record
+
+    @cached_property
+    def _record(self) -> Record:
+        signals = {}
+        if self.fit.residual is not None:
+            signals["markers.residual"] = self.fit.residual
+        markers, fitted = _markers(self.fit, self.motion)
+        contact: dict[str, Any] = {}
+        if self.forces is not None:
+            contact = _contact(self.fit.human, self.motion, self.forces)
+        return Record(
+            self.fit.human,
+            self.motion,
+            qfrc_actuator=None if self.moments is None else self.moments.tau,
+            **contact,
+            signals=signals,
+            recorded_markers=markers,
+            fitted_markers=fitted,
+            notes=tuple(dict.fromkeys(self.notes)),
+        )
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """Every figure of fit and gait: flat keys in snake_case, unit as suffix."""
+        human, motion = self.fit.human, self.motion
+        figures = {
+            **self.fit.metrics,
+            "height_m": human.height,
+            "mass_kg": human.mass,
+            "frames": motion.n_frames,
+            "duration_s": motion.duration,
+            "heading_turned_deg": float(np.rad2deg(self.fit.heading)),
+            **self.measures.metrics(),
+        }
+        if self.moments is not None and self.forces is not None:
+            figures |= residual_metrics(self.moments, self.forces)
+            figures |= _peak_moments(human, self.forces, self.moments)
+        return figures
 
 
 def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = None) -> Trial:
@@ -72,58 +119,54 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
     Args:
         fit: The fit.
         cutoff: Low-pass of motion and forces [Hz]; None to leave them as they are.
-        mass: Body mass [kg] as told by the user; where nobody tells it, it is found from the
-            measured forces.
+        mass: Body mass given by the user [kg]; None: that of the file, or else the one that the
+            measured forces carry.
     """
-    human = fit.human
-    warnings = list(fit.warnings)
+    human, notes = fit.human, list(fit.warnings)
     if mass is not None and abs(mass - human.mass) > 1e-9:
         human = human.with_mass(mass)
+    given = mass is not None or fit.recording.subject.mass is not None
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
-    qpos, qvel, qacc = smooth.qpos, smooth.qvel, smooth.qacc
     feet = foot_path(human, fit.qpos)  # as fitted: the filter of the dynamics blurs contact
     events = detect_gait_events(fit.time, feet.heel, feet.toe, feet.pelvis)
     cycles = cut_cycles(events)
-    forces = moments = None
+    forces = moments = found = None
     if fit.recording.plates:
-        plates, soles = fit.recording.plates, sole_points(human, qpos)
+        plates, soles = fit.recording.plates, sole_points(human, smooth.qpos)
         forces = assign_plates(plates, fit.time, soles, cutoff=cutoff)
-        warnings += forces.warnings
-        if mass is None and fit.recording.subject.mass is None:
-            found = (
-                mass_from_forces(fit.time, forces, cycles)
-                if cycles
-                else mass_from_standing(fit.time, plates, over_plates(plates, soles) | forces.valid)
-            )
-            if found is not None:
-                human = human.with_mass(found)
-                warnings.append(
-                    f"the body mass is not in the file; {found:.1f} kg was found from the plates."
-                )
-        moments = inverse_dynamics(human, qpos, qvel, qacc, forces)
-    if mass is None and fit.recording.subject.mass is None and human.mass == fit.human.mass:
-        warnings.append(
-            f"the body mass is not known; {human.mass:.1f} kg is taken for the stature "
-            "(give --mass to set it)."
+        notes += forces.warnings
+        if not given and cycles:
+            found = mass_from_forces(fit.time, forces, cycles)
+        elif not given:
+            over = over_plates(plates, soles) | forces.valid
+            found = mass_from_standing(fit.time, plates, over)
+        if found is not None:
+            human = human.with_mass(found)
+            notes.append(f"the file gives no body mass; the force plates show {found:.1f} kg.")
+        moments = inverse_dynamics(human, smooth.qpos, smooth.qvel, smooth.qacc, forces)
+    if not given and found is None:
+        notes.append(
+            f"the body mass is unknown; {human.mass:.1f} kg is assumed for this height "
+            "(set it with --mass)."
         )
-    fit = replace(fit, human=human)
-    motion = Motion(fit.time, qpos, qvel, human.joint_names, qacc, events)
+    motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
-    record = _record(fit, motion, forces, moments, measures, warnings)
-    return Trial(fit, record, feet, cycles, measures, forces, moments)
+    return Trial(
+        replace(fit, human=human), motion, feet, cycles, measures, forces, moments, tuple(notes)
+    )
 
 
 def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     """Return heel, toe and pelvis of a motion [m]."""
     table = attachments(human)
-    names = ["heel_l", "heel_r", "metatarsal_2_head_l", "metatarsal_2_head_r"]
-    names += ["hallux_l", "hallux_r"]
+    names = ["heel_r", "heel_l", "metatarsal_2_head_r", "metatarsal_2_head_l"]
+    names += ["hallux_r", "hallux_l"]
     names += ["asis_l", "asis_r", "psis_l", "psis_r"]
-    points = Points(
+    points = PointSet(
         human, [table[n].body for n in names], np.array([table[n].position for n in names])
     )
-    x = np.array([points.at(q) for q in qpos])
+    x = points.path(qpos)
     return FootPath(x[:, 0:2], (x[:, 2:4] + x[:, 4:6]) / 2, x[:, 6:].mean(axis=1))
 
 
@@ -194,51 +237,41 @@ def _possible_cutoff(time, cutoff: float | None) -> float | None:
     return cutoff if cutoff < 0.45 * rate else None
 
 
-def _record(fit: Fit, motion, forces, moments, measures, warnings) -> Record:
-    markers, fitted = fit.markers, None
-    if markers is not None:
-        kept = markers.positions
-        if fit.kept is not None:
-            kept = np.where(fit.kept[..., None], kept, np.nan)
-        markers = Markers(markers.names, markers.time, kept)
-        points = Points(
-            fit.human, [p.body for p in fit.places], np.array([p.position for p in fit.places])
-        )
-        fitted = np.array([points.at(q) for q in motion.qpos])
-    metrics = dict(fit.metrics)
-    metrics |= {"height_m": fit.human.height, "mass_kg": fit.human.mass}
-    metrics |= {"frames": motion.n_frames, "duration_s": float(motion.time[-1] - motion.time[0])}
-    metrics |= {"heading_turned_deg": float(np.rad2deg(fit.heading))}
-    metrics |= measures.metrics()
-    if moments is not None:
-        metrics |= _moment_metrics(fit.human, forces, moments)
-    contact = known = None
-    if forces is not None:
-        contact = segment_forces(fit.human, motion.qpos, forces.force, forces.point, forces.torque)
-        known = np.stack([_leg_known(forces, side) for side in contact.side], axis=1)
-    return Record(
-        motion=motion,
-        qfrc_actuator=None if moments is None else moments.tau,
-        contact_force=None if contact is None else contact.force,
-        contact_point=None if contact is None else contact.point,
-        contact_torque=None if contact is None else contact.torque,
-        contact_side=() if contact is None else contact.side,
-        contact_segment=() if contact is None else contact.segment,
-        contact_known=known,
-        recorded_markers=markers,
-        fitted_markers=fitted,
-        metrics=metrics,
-        warnings=tuple(dict.fromkeys(warnings)),
+def _contact(human: Human, motion: Motion, forces: FootForces) -> dict[str, Any]:
+    """Return the measured forces by the segments that carry them, as fields of a Record."""
+    carried = segment_forces(human, motion.qpos, forces.force, forces.point, forces.torque)
+    sites = tuple(
+        ContactSite(body=f"{segment}_{side}", name=f"{segment}_{side}", side=side, measured=True)
+        for segment, side in zip(carried.segment, carried.side, strict=True)
     )
+    return {
+        "sites": sites,
+        "contact_force": carried.force,
+        "contact_point": carried.point,
+        "contact_torque": carried.torque,
+        "contact_known": np.stack([_leg_known(forces, s.side) for s in sites], axis=1),
+    }
 
 
-def _moment_metrics(human: Human, forces, moments) -> dict:
-    result: dict = dict(residual_metrics(moments, forces))
+def _markers(fit: Fit, motion: Motion) -> tuple[Markers | None, np.ndarray | None]:
+    """Return the recorded markers that were used, and the same markers on the body."""
+    if fit.markers is None:
+        return None, None
+    seen = fit.markers.positions
+    if fit.kept is not None:
+        seen = np.where(fit.kept[..., None], seen, np.nan)
+    places = np.array([place.position for place in fit.places])
+    points = PointSet(fit.human, [place.body for place in fit.places], places)
+    return Markers(fit.markers.names, fit.markers.time, seen), points.path(motion.qpos)
+
+
+def _peak_moments(human: Human, forces: FootForces, moments: Moments) -> dict[str, float]:
+    """Return the largest sagittal moments of hip, knee and ankle [N m/kg]."""
+    peaks = {}
     for name in ("hip_flexion", "knee_angle", "ankle_angle"):
         for side in SIDES:
-            known = _leg_known(forces, side)
-            tau = moments.tau[known, 6 + human.hinge(f"{name}_{side}")] / human.mass
-            if len(tau):
-                peak = tau[np.abs(tau).argmax()]
-                result[f"{name}_moment_peak_{side}_nm_kg"] = float(peak)
-    return result
+            moment = moments[f"{name}_{side}"][_leg_known(forces, side)] / human.mass
+            if len(moment):
+                peak = moment[np.abs(moment).argmax()]
+                peaks[f"{name}_moment_peak_{side}_nm_kg"] = float(peak)
+    return peaks

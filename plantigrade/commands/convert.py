@@ -8,10 +8,11 @@ from typing import Annotated
 
 import tyro
 
-from plantigrade.commands.options import Flag, OptionalPath, PrintOptions, optional
+from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import FileError, RunExists
+from plantigrade.options import Flag, OptionalPath, optional
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import tyro
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
-from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
+from plantigrade.errors import ParameterError, UnsupportedFormat
 
 if TYPE_CHECKING:
     from plantigrade.motion import Recording
@@ -41,7 +41,7 @@ class Command(PrintOptions):
         Raises:
             ParameterError: If there is no such folder.
         """
-        from plantigrade.io import format_of, read
+        from plantigrade.record.jobs import run_jobs
 
         if not self.folder.exists():
             raise ParameterError(f"{self.folder} does not exist; name a folder or a file")
@@ -51,16 +51,16 @@ class Command(PrintOptions):
         held: list[dict[str, Any]] = []
         faulty: list[dict[str, Any]] = []
         n_others = 0
-        for path in Progress(quiet=self.quiet).track(paths, "reading"):
+        jobs = run_jobs(_read, paths)
+        for done in Progress(quiet=self.quiet).track(jobs, "reading", total=len(paths)):
+            path = done.item
             name = str(path.relative_to(self.folder)) if self.folder.is_dir() else str(path)
-            try:
-                kind = format_of(path).name
-                held.append({"file": name, "format": kind} | describe(read(path)))
-            except UnsupportedFormat:
+            if done.problem:
+                faulty.append({"file": name, "problem": done.problem.removeprefix(f"{path}: ")})
+            elif done.result is None:
                 n_others += 1
-            except FileError as error:
-                place = f"{error.where}: " if error.where else ""
-                faulty.append({"file": name, "problem": place + error.problem})
+            else:
+                held.append({"file": name} | done.result)
         return Outcome(
             text="\n".join(
                 _lines(held, faulty)
@@ -80,6 +80,17 @@ class Command(PrintOptions):
                 "unreadable": faulty,
             },
         )
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return what a file holds; None for one that is no recording."""
+    from plantigrade.io import format_of, read
+
+    try:
+        kind = format_of(path).name
+    except UnsupportedFormat:
+        return None
+    return {"format": kind} | describe(read(path))
 
 
 def describe(recording: "Recording") -> dict[str, Any]:

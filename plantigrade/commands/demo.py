@@ -1,14 +1,14 @@
 """Run the main job on the embedded default, end to end."""
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from plantigrade.commands import reproduce
-from plantigrade.commands.fit import summary
-from plantigrade.commands.options import PersonOptions, RunOptions
+from plantigrade.commands import fit, reproduce
+from plantigrade.commands.options import RunOptions
 from plantigrade.commands.outcome import Outcome
+from plantigrade.models.person import Person
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
@@ -22,7 +22,7 @@ COMPARED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PersonOptions, RunOptions):
+class Command(Person, RunOptions):
     """Run the main job on the embedded default, end to end, and say where to look.
 
     A published mean walk is put on a person, written as a marker recording with the faults of a
@@ -34,15 +34,17 @@ class Command(PersonOptions, RunOptions):
     """Walking speed [m/s]."""
 
     def run(self) -> Outcome:
-        """Do it."""
+        """Walk, record, fit, reproduce."""
         import tempfile
         import time
 
         from plantigrade.commands.progress import Progress
         from plantigrade.io import write
-        from plantigrade.models import Human
+        from plantigrade.record.folder import refuse_existing
         from plantigrade.workflows import fit as fitting
         from plantigrade.workflows import reproduce as reproducing
+        from plantigrade.workflows.save import save
+        from plantigrade.workflows.settings import ReproduceSettings
         from plantigrade.workflows.textbook import recorded, textbook_walk
 
         started = time.perf_counter()
@@ -51,61 +53,39 @@ class Command(PersonOptions, RunOptions):
         rebuilt = out.parent / f"{out.name}-reproduced"
         overwrite = self.overwrite or self.out is None
         for folder in (out, rebuilt):
-            fitting.refuse_existing(folder, overwrite=overwrite)
-        human = Human.create(
-            self.height or 1.74,
-            self.mass or 71.0,
-            self.sex or "male",
-            self.joints or "42",
-            self.feet,
-        )
+            refuse_existing(folder, overwrite)
+        told = {"command": " ".join(["plantigrade", *sys.argv[1:]]), "seed": self.seed}
+        human = Person(**{**self.known, "joints": self.joints or "42"}).human()
         with progress.step("walking by the textbook"):
             walk = textbook_walk(human, speed=self.speed)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "textbook_walk.c3d"
-            with progress.step("writing it as a marker recording and reading that back"):
+            with progress.step("writing it as a marker recording"):
                 write(recorded(walk, path, seed=self.seed), path)
-                settings = reproducing.ReproduceSettings(
-                    sex=human.sex, joints=human.joints, feet=human.feet, companions=False
-                )
-                loaded = fitting.load(path, settings)
-            with progress.step("fitting a body to the recording"):
-                fitted = fitting.fit(loaded, settings)
-            with progress.step("analysing"):
-                trial = fitting.analyse(fitted, settings)
+            settings = ReproduceSettings(
+                sex=human.sex, joints=human.joints, feet=human.feet, companions=False
+            )
+            recording, trial = fitting.fit_trial(path, settings, progress.step)
+            fitted = fitting.run_of(recording, trial, settings, title="Textbook walk", **told)
             with progress.step("rebuilding the gait from ordered tasks"):
-                gait = reproducing.reproduce_trial(trial, settings.tasks, settings.dynamics)
-            with progress.step("writing the reports and the viewers"):
-                same: dict[str, Any] = {
-                    "command": ["plantigrade", *sys.argv[1:]],
-                    "settings": settings,
-                    "sources": loaded.sources,
-                    "seed": self.seed,
-                    "overwrite": overwrite,
-                }
-                gait_out, gait_metrics = reproducing.write(
-                    gait, rebuilt, title="Textbook walk, reproduced", **same
+                gait = reproducing.run_of(
+                    recording, trial, settings, title="Textbook walk, reproduced", **told
                 )
-                folder_out, metrics = fitting.write(
-                    trial,
-                    out,
-                    title="Textbook walk",
-                    extra={
-                        **errors(walk, trial),
-                        **{f"reproduced_{k}": gait_metrics[k] for k in KEPT if k in gait_metrics},
-                        "demo_time_s": time.perf_counter() - started,
-                    },
-                    **same,
-                )
-        text = summary(folder_out, metrics)
-        text += (
-            "\n  against the truth, joint angles off by "
+        more = {f"reproduced_{k}": gait.figures[k] for k in KEPT if k in gait.figures}
+        more |= errors(walk, trial) | {"demo_time_s": time.perf_counter() - started}
+        fitted = replace(fitted, figures={**fitted.figures, **more})
+        with progress.step("writing the reports and the viewers"):
+            save(gait, rebuilt, overwrite=overwrite)
+            save(fitted, out, overwrite=overwrite)
+        metrics = fitted.metrics
+        text = (
+            f"{fit.summary(out, metrics)}\n  against the truth, joint angles off by "
             f"{metrics['angle_error_mean_deg']:.1f}° (offset removed "
-            f"{metrics['angle_error_offset_removed_deg']:.1f}°)"
+            f"{metrics['angle_error_offset_removed_deg']:.1f}°)\n"
+            f"{reproduce.summary(rebuilt, gait.metrics)}"
         )
-        text += "\n" + reproduce.summary(gait_out, gait_metrics)
-        if gait_metrics["status"] != "ok":
-            metrics = {**metrics, "status": f"of the reproduced gait: {gait_metrics['status']}"}
+        if not gait.ok:
+            metrics["status"] = f"of the reproduced gait: {gait.status}"
         return Outcome(text, metrics)
 
 
@@ -115,14 +95,14 @@ def errors(walk: "TextbookWalk", trial: "Trial") -> dict[str, float]:
 
     from plantigrade.analyze.statistics import rmse, rmse_offset_removed
 
-    fit = trial.fit
+    fitted = trial.fit
     raw, free, result = [], [], {}
     for joint in COMPARED:
         for side in ("r", "l"):
             name = f"{joint}_{side}"
             truth = np.rad2deg(walk.qpos[:, 7 + walk.human.hinge(name)])
-            truth = np.interp(fit.time, walk.time, truth)
-            ours = np.rad2deg(fit.qpos[:, 7 + fit.human.hinge(name)])
+            truth = np.interp(fitted.time, walk.time, truth)
+            ours = np.rad2deg(fitted.qpos[:, 7 + fitted.human.hinge(name)])
             raw.append(rmse(ours, truth))
             free.append(rmse_offset_removed(ours, truth))
             result[f"angle_error_{name}_deg"] = raw[-1]

@@ -2,99 +2,149 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import Flag, OptionalPath, PrintOptions
+from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, RunExists
+from plantigrade.experiments.registry import EXPERIMENTS, Experiment
+from plantigrade.options import Flag, OptionalPath, optional
 
-EXPERIMENTS = {
-    "fit-accuracy": "fit_accuracy",
-    "foot-segments": "foot_segments",
-    "gait-table": "gait_table",
-    "gait-ablations": "gait_ablations",
-    "gait-forces": "gait_forces",
-    "spline-table": "spline_table",
-    "synthesis-bench": "synthesis_bench",
-    "synthesis-fidelity": "synthesis_fidelity",
-    "synthesis-tracking": "synthesis_tracking",
+if TYPE_CHECKING:
+    from plantigrade.experiments.table import ResultTable
+
+OPTIONS = {"data": "--data", "out": "--out", "parts": "--part", "overwrite": "--overwrite"}
+"""What an experiment may take, and what the command line calls it."""
+COMMANDS = {
+    "demo": ("demo",),  # with it fit and reproduce
+    "synthesize": ("synthesize", "sit-to-stand"),
 }
-DRAWING = ("spline-table",)  # experiments that draw figures
-LONG = ("synthesis-bench", "synthesis-fidelity")  # without recordings; in parts that are kept
+"""Whole commands whose figures stand beside those of all experiments."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions):
     """Compute a table or figure: ours beside the published numbers."""
 
-    name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="NAME")]
+    name: Annotated[tyro.conf.Positional[str | None], optional("[NAME]")] = None
     """Name of the experiment: fit-accuracy, foot-segments, gait-table, gait-ablations,
     gait-forces, spline-table, synthesis-bench, synthesis-fidelity or synthesis-tracking."""
+    all: Flag = False
+    """Run every experiment, and write their figures to figures.json in the folder of --out; one
+    that fails does not end the others."""
+    quick: Flag = False
+    """A short form: a few recordings or motions of each kind; all experiments in five minutes."""
+    compare: Annotated[tuple[Path, Path] | None, optional("BEFORE.json AFTER.json")] = None
+    """Run nothing, but print what differs between two files of figures that --all has written."""
     data: OptionalPath = None
     """Folder of recordings; PLANTIGRADE_DATA or ../shared/data if absent."""
     out: OptionalPath = None
-    """Folder for the figures (spline-table), or for results and page (synthesis-…; runs/NAME if
-    absent): what is there is not measured again, so that a stopped run goes on."""
-    part: Annotated[tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="PART")] = ()
-    """This part of synthesis-… only; may be given several times."""
-    quick: Flag = False
-    """Of synthesis-…: one motion of each kind only."""
+    """Folder for figures (spline-table), for results and page (synthesis-bench and -fidelity), or
+    for all of them (--all); runs/NAME or runs/experiments if absent. Results of synthesis-… that
+    are there are not measured again, so that a stopped run goes on."""
+    parts: Annotated[
+        tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(name="part", metavar="PART")
+    ] = ()
+    """This part of synthesis-bench or synthesis-fidelity only; may be given several times."""
     overwrite: Flag = False
-    """Of synthesis-…: measure anew what is there."""
+    """Measure anew what is in the folder of --out."""
 
     def run(self) -> Outcome:
         """Do it."""
-        import importlib
-
         from plantigrade.commands.progress import Progress
 
+        say = Progress(quiet=self.quiet).say
+        if (self.name is not None) + self.all + (self.compare is not None) != 1:
+            raise ParameterError(
+                f"name one experiment, or give --all or --compare alone; "
+                f"there are {', '.join(EXPERIMENTS)}"
+            )
+        if self.compare is not None:
+            self._refuse_but((), "--compare")
+            if self.quick:
+                raise ParameterError("--quick means nothing for --compare")
+            return self._compared(*self.compare)
+        if self.all:
+            self._refuse_but(("data", "out", "overwrite"), "--all")
+            return self._all(say)
         if self.name not in EXPERIMENTS:
             raise ParameterError(f"no experiment {self.name!r}; there are {', '.join(EXPERIMENTS)}")
-        module = importlib.import_module(f"plantigrade.experiments.{EXPERIMENTS[self.name]}")
-        say = Progress(quiet=self.quiet).say
-        if self.name in LONG:
-            return self._in_parts(module, say)
-        for option in ("part", "quick", "overwrite"):
-            if getattr(self, option):
-                raise ParameterError(f"--{option} is for {', '.join(LONG)}")
-        if self.name in DRAWING:
-            table = module.run(optional_data_folder(self.data), out=self.out, say=say)
-        elif self.out is not None:
-            raise ParameterError(
-                f"--out is for experiments that draw: {', '.join((*DRAWING, *LONG))}"
-            )
-        else:
-            table = module.run(data_folder(self.data), say=say)
+        experiment = EXPERIMENTS[self.name]
+        self._refuse_but(experiment.options, self.name)
+        out = self.out or Path("runs") / self.name
+        table = self._table(experiment, out, overwrite=self.overwrite, say=say)
         return Outcome(table.text(), table.metrics())
 
-    def _in_parts(self, module: Any, say: Callable[[str], None]) -> Outcome:
-        """Do what is not done yet."""
-        folder = self.out or Path("runs") / self.name
-        if self.overwrite:
-            (folder / module.FILE).unlink(missing_ok=True)
-        table = module.run(parts=self.part, quick=self.quick, folder=folder, say=say)
-        return Outcome(table.text(), table.metrics())
+    def _refuse_but(self, allowed: tuple[str, ...], what: str) -> None:
+        """Raise if an option is given that means nothing here."""
+        for option, flag in OPTIONS.items():
+            if getattr(self, option) and option not in allowed:
+                raise ParameterError(f"{flag} means nothing for {what}")
+
+    def _table(
+        self, experiment: Experiment, out: Path, *, overwrite: bool, say: Callable[[str], None]
+    ) -> "ResultTable":
+        """Run an experiment with what it needs and takes."""
+        values = {"out": out, "parts": self.parts, "overwrite": overwrite}
+        if "data" in experiment.options:
+            values["data"] = data_folder(self.data, needed="data" in experiment.needs)
+        given = {option: values[option] for option in experiment.options}
+        return experiment.run(**given, quick=self.quick, say=say)
+
+    def _all(self, say: Callable[[str], None]) -> Outcome:
+        """Run every experiment and the commands, and write their figures."""
+        from plantigrade.experiments.figures import FILE, figures_of, measure, measured_table
+
+        folder = self.out or Path("runs") / "experiments"
+        path = folder / FILE
+        if path.exists() and not self.overwrite:
+            raise RunExists(f"{path} exists: choose another folder with --out, or add --overwrite")
+
+        def figures(experiment: Experiment) -> dict[str, Any]:
+            out = folder / experiment.name
+            return figures_of(self._table(experiment, out, overwrite=True, say=say))
+
+        runs = {name: partial(figures, experiment) for name, experiment in EXPERIMENTS.items()}
+        for name, words in COMMANDS.items():
+            runs[name] = partial(command_figures, words, folder / name)
+        found = measure(runs, path, quick=self.quick, say=say)
+        every = found["experiments"]
+        failed = [f"{name}: {e['status']}" for name, e in every.items() if e["status"] != "ok"]
+        metrics = {
+            "status": "; ".join(failed) or "ok",
+            "experiments": len(every),
+            "experiments_failed": len(failed),
+            "figures": sum(len(e["figures"]) for e in every.values()),
+            "goals": sum(len(e["goals"]) for e in every.values()),
+            "goals_met": sum(sum(e["goals"].values()) for e in every.values()),
+            "time_s": found["time_s"],
+        }
+        return Outcome(f"{measured_table(found)}\n\nThe figures are in {path}.", metrics)
+
+    def _compared(self, before: Path, after: Path) -> Outcome:
+        """Compare two files of figures."""
+        from plantigrade.experiments.figures import compare, read_figures
+
+        found = compare(read_figures(before), read_figures(after))
+        return Outcome(found.text(), found.metrics())
 
 
-def optional_data_folder(given: Path | None) -> Path | None:
-    """Return the folder of recordings for an experiment that can do without: None if absent.
+def command_figures(words: tuple[str, ...], out: Path) -> dict[str, Any]:
+    """Run a command and return its status and those of its metrics that are numbers."""
+    from plantigrade.commands.main import parse
 
-    Raises:
-        ParameterError: If one was named and is not there.
-    """
-    if given is not None:
-        return data_folder(given)
-    try:
-        return data_folder(None)
-    except ParameterError:
-        return None
+    where = ("--out", str(out), "--overwrite", "--quiet")
+    metrics = parse(words[0], (*words[1:], *where)).run().metrics
+    figures = {k: v for k, v in metrics.items() if v is None or isinstance(v, int | float)}
+    return {"status": metrics["status"], "figures": figures, "goals": {}}
 
 
-def data_folder(given: Path | None) -> Path:
-    """Return the folder of recordings.
+def data_folder(given: Path | None, *, needed: bool) -> Path | None:
+    """Return the folder of recordings; None if it is not there and nobody needs or named it.
 
     Raises:
         ParameterError: If it is not there.
@@ -102,8 +152,10 @@ def data_folder(given: Path | None) -> Path:
     import os
 
     folder = given or Path(os.environ.get("PLANTIGRADE_DATA", "../shared/data"))
-    if not folder.is_dir():
-        raise ParameterError(
-            f"no folder of recordings at {folder}; name one with --data or PLANTIGRADE_DATA"
-        )
-    return folder
+    if folder.is_dir():
+        return folder
+    if given is None and not needed:
+        return None
+    raise ParameterError(
+        f"no folder of recordings at {folder}; name one with --data or PLANTIGRADE_DATA"
+    )

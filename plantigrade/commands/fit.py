@@ -2,26 +2,21 @@
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import (
-    JobOptions,
-    PersonOptions,
-    RecordingOptions,
-    RunOptions,
-    fit_settings,
-)
+from plantigrade.commands.options import JobOptions, RunOptions
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import ParameterError, PlantigradeError
-from plantigrade.extras import require
+from plantigrade.errors import ParameterError
+from plantigrade.workflows.settings import FitSettings
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
+class Command(FitSettings, RunOptions, JobOptions):
     """Fit a recording to a scaled human: motion, and moments where forces were measured.
 
     A standing trial, a skeleton or a file of forces that belongs to the recording is found beside
@@ -35,7 +30,9 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
     """Recordings to fit (.c3d, .trc, .amc, .bvh, .mot, ...)."""
 
     def run(self) -> Outcome:
-        """Do it."""
+        """Fit one recording, or each of several on its own."""
+        from plantigrade.record.folder import refuse_existing
+
         if not self.files:
             raise ParameterError("no recording was named; write plantigrade fit FILE")
         if len(self.files) > 1 and self.out is not None:
@@ -43,87 +40,67 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
                 "--out names one folder but several recordings were given; leave it out (each goes "
                 "to runs/fit-<name>) or fit them one by one"
             )
-        if self.jobs == 0:
-            raise ParameterError("jobs=0 fits nothing; allowed are 1, 2, … or -1 for one per core")
-        if len(self.files) == 1:
-            text, metrics = self.fit_one(self.files[0])
-            return Outcome(text, metrics)
-        return self._many()
-
-    def fit_one(
-        self, path: Path, *, name: str | None = None, quiet: bool | None = None
-    ) -> tuple[str, dict]:
-        """Fit one recording and write its run folder; return the words and the metrics.
-
-        Args:
-            path: The recording.
-            name: What the run folder is called after; the recording if absent.
-            quiet: Say nothing but warnings; as the option says if absent.
-        """
-        import time
-
-        from plantigrade.commands.progress import Progress
-        from plantigrade.workflows import fit as fitting
-
-        started = time.perf_counter()
-        progress = Progress(quiet=self.quiet if quiet is None else quiet)
-        settings = self.settings()
-        out = self.out or Path("runs") / f"fit-{name or path.stem}"
-        fitting.refuse_existing(out, overwrite=self.overwrite)
-        with progress.step(f"reading {path.name}"):
-            loaded = fitting.load(path, settings)
-        with progress.step("fitting"):
-            fitted = fitting.fit(loaded, settings)
-        with progress.step("analysing"):
-            trial = fitting.analyse(fitted, settings)
-        with progress.step("writing the report and the viewer"):
-            folder, metrics = fitting.write(
-                trial,
-                out,
-                title=path.name,
-                command=["plantigrade", *sys.argv[1:]],
-                settings=settings,
-                sources=loaded.sources,
-                seed=self.seed,
-                overwrite=self.overwrite,
-                extra={"fit_time_s": time.perf_counter() - started},
-                loaded=loaded,
-            )
-        of = f"{path.name}: " if len(self.files) > 1 else ""
-        for sentence in trial.record.warnings:
-            progress.warn(of + sentence)
-        if metrics["status"] != "ok":
-            progress.warn(of + metrics["status"])
-        return summary(folder, metrics), metrics
-
-    def settings(self):
-        """Return what decides the result."""
-        from plantigrade.workflows.fit import FitSettings
-
-        return FitSettings(**fit_settings(self))
-
-    def _many(self) -> Outcome:
-        from joblib import Parallel, delayed, parallel_config
-
-        from plantigrade.workflows.fit import refuse_existing
-
-        words = {f.name: getattr(self, f.name) for f in fields(self)}
         names = run_names(self.files)
-        for name in names:
-            refuse_existing(Path("runs") / f"fit-{name}", overwrite=self.overwrite)
-        with parallel_config(ready(self.backend), n_jobs=self.jobs):
-            done: Any = Parallel()(
-                delayed(_fit_alone)(words, path, name)
-                for path, name in zip(self.files, names, strict=True)
-            )
-        texts, metrics = [], {}
-        failed = 0
-        for path, (text, found) in zip(self.files, done, strict=True):
-            texts.append(f"{path}: {text}")
-            metrics[str(path)] = found
-            failed += found.get("status") != "ok"
+        folders = [self.out or Path("runs") / f"fit-{name}" for name in names]
+        for folder in folders:
+            refuse_existing(folder, self.overwrite)
+        if len(self.files) == 1:
+            return fit_one(self, (self.files[0], folders[0]))
+        return self._several(folders)
+
+    def _several(self, folders: Sequence[Path]) -> Outcome:
+        from plantigrade.record.jobs import run_jobs
+
+        work = partial(fit_one, self, quiet=True)
+        done = run_jobs(
+            work,
+            zip(self.files, folders, strict=True),
+            jobs=self.jobs,
+            backend=self.backend,
+            address=self.address,
+        )
+        lines: list[str] = []
+        metrics: dict[str, Any] = {}
+        for each in done:
+            path = each.item[0]
+            if each.result is None:
+                lines.append(f"{path}: error: {each.problem}")
+                metrics[str(path)] = {"status": each.problem}
+            else:
+                lines.append(f"{path}: {each.result.text}")
+                metrics[str(path)] = each.result.metrics
+        failed = sum(found.get("status") != "ok" for found in metrics.values())
         status = "ok" if not failed else f"{failed} of {len(self.files)} recordings failed"
-        return Outcome("\n".join(texts), {"status": status, **metrics})
+        return Outcome("\n".join(lines), {"status": status, **metrics})
+
+
+def fit_one(options: Command, item: tuple[Path, Path], quiet: bool = False) -> Outcome:
+    """Fit one recording and write its run folder.
+
+    Args:
+        options: The command.
+        item: The recording and the folder.
+        quiet: Show warnings alone.
+    """
+    from plantigrade.commands.progress import Progress
+    from plantigrade.workflows.fit import fit
+    from plantigrade.workflows.save import save
+
+    path, folder = item
+    progress = Progress(quiet=options.quiet or quiet)
+    run = fit(
+        path,
+        FitSettings.of(options),
+        step=progress.step,
+        command=" ".join(["plantigrade", *sys.argv[1:]]),
+        seed=options.seed,
+    )
+    with progress.step("writing the report and the viewer"):
+        run = save(run, folder, overwrite=options.overwrite)
+    of = f"{path.name}: " if len(options.files) > 1 else ""
+    for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
+        progress.warn(of + sentence)
+    return Outcome(summary(folder, run.metrics), run.metrics)
 
 
 def run_names(files: Sequence[Path]) -> list[str]:
@@ -150,26 +127,6 @@ def run_names(files: Sequence[Path]) -> list[str]:
     if twice:
         raise ParameterError(f"{twice[0]} was named twice; name each recording once")
     return names
-
-
-def _fit_alone(words: dict, path: Path, name: str) -> tuple[str, dict]:
-    try:
-        return Command(**words).fit_one(path, name=name, quiet=True)
-    except (PlantigradeError, OSError) as error:
-        return f"error: {error}", {"status": str(error)}
-
-
-def ready(backend: str) -> str:
-    """Return the name of a joblib backend once the library behind it is there and known to joblib.
-
-    Raises:
-        MissingExtra: If it is not installed.
-    """
-    if backend == "ray":
-        require("ray.util.joblib", "ray").register_ray()
-    elif backend == "dask":
-        require("distributed", "dask").Client(processes=True)
-    return backend
 
 
 def summary(folder: Path, metrics: dict) -> str:

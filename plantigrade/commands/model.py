@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import Flag, OptionalPath, PersonOptions, PrintOptions, optional
+from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError, RunExists
+from plantigrade.models.person import Person
+from plantigrade.options import Flag, OptionalPath, optional
 
 if TYPE_CHECKING:
     from plantigrade.models import Human
@@ -25,7 +27,7 @@ SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PersonOptions, PrintOptions):
+class Command(Person, PrintOptions):
     """Write the human as MJCF and print what it is made of."""
 
     lengths: Lengths = ()
@@ -49,12 +51,7 @@ class Command(PersonOptions, PrintOptions):
         from plantigrade.models import Human
         from plantigrade.models.mjcf import with_sites
 
-        given = {
-            name: getattr(self, name)
-            for name in ("height", "mass", "sex", "joints", "feet")
-            if getattr(self, name) is not None
-        }
-        human = Human.create(**given, lengths=own_lengths(self.lengths))
+        human = Human.create(**self.known, lengths=own_lengths(self.lengths))
         markers = _markers(human, self.marker_set)
         xml = with_sites(human.xml, {n: (p.body, p.position) for n, p in markers.items()})
         metrics = {"status": "ok", "command": "model", **summary(human, markers)}

@@ -27,7 +27,7 @@ def flat_sites(
 
     Returns:
         Name → x along the foot and y to the left, the rolling of the sphere taken off as in
-        :func:`~plantigrade.synthesize.problem.formulation.place_rows`, and
+        :func:`~plantigrade.synthesize.problem.contact.site_places`, and
         height of the lowest point [m].
     """
     from scipy.optimize import least_squares

@@ -7,7 +7,7 @@ foot to the toes; a
 of the spline: between two of them nothing switches.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -41,40 +41,59 @@ class Stance:
 
     Attributes:
         footprint: Where.
-        strike: When the heel touches [s]; at or before the start, the foot stands from the start.
-        flat: When the whole foot is down [s]; at ``strike`` for a foot put down flat.
+        heel_strike: When the heel touches [s]; at or before the start, the foot stands from the
+            start.
+        foot_flat: When the whole foot is down [s]; at ``heel_strike`` for a foot put down flat.
         heel_off: When the heel leaves [s].
-        ball_off: When all but the toes leave [s].
-        off: When the toes leave [s]; at or after the end of the motion, the foot stands to the end.
-        toes_first: Whether ball and toes touch at ``strike`` and the heel follows when the foot is
-            flat, as after a jump.
+        forefoot_off: When all but the toes leave [s].
+        toe_off: When the toes leave [s]; at or after the end of the motion, the foot stands to the
+            end.
+        toes_first: Whether ball and toes touch at ``heel_strike`` and the heel follows when the
+            foot is flat, as after a jump.
     """
 
     footprint: Footprint
-    strike: float
-    flat: float
+    heel_strike: float
+    foot_flat: float
     heel_off: float
-    ball_off: float
-    off: float
+    forefoot_off: float
+    toe_off: float
     toes_first: bool = False
 
     def __post_init__(self):
         """Refuse times out of order."""
-        times = (self.strike, self.flat, self.heel_off, self.ball_off, self.off)
-        if not np.all(np.diff(times) >= 0) or self.off <= self.strike:
+        if not np.all(np.diff(self.times) >= 0) or self.toe_off <= self.heel_strike:
             raise ParameterError(
-                "a stance goes from heel strike over foot flat, heel off and ball off to toe off; "
-                f"these times are out of order: {', '.join(f'{t:g}' for t in times)} s"
+                "a stance goes from heel strike, foot flat, heel off and forefoot off to toe off; "
+                f"these times are out of order: {', '.join(f'{t:g}' for t in self.times)} s"
             )
+
+    @property
+    def times(self) -> tuple[float, float, float, float, float]:
+        """Heel strike, foot flat, heel off, forefoot off and toe off [s]."""
+        return self.heel_strike, self.foot_flat, self.heel_off, self.forefoot_off, self.toe_off
+
+    def later(self, seconds: float, forward: float = 0.0, *, mirrored: bool = False) -> "Stance":
+        """Return the same stance later [s] and further along x [m], of the other foot if mirrored.
+
+        The mirror is the vertical plane along x.
+        """
+        f, sign = self.footprint, -1.0 if mirrored else 1.0
+        x, y, z = f.position
+        side = {"r": "l", "l": "r"}[f.side] if mirrored else f.side
+        moved = Footprint(side, (x + forward, sign * y, z), sign * f.heading)
+        return Stance(moved, *(t + seconds for t in self.times), toes_first=self.toes_first)
 
     def interval(self, part: str) -> tuple[float, float]:
         """Return from when to when a part of the foot stands [s]."""
-        heel, toes = (self.flat, self.strike) if self.toes_first else (self.strike, self.flat)
+        heel, toes = self.heel_strike, self.foot_flat
+        if self.toes_first:
+            heel, toes = toes, heel
         return {
             "heel": (heel, self.heel_off),
-            "sole": (self.flat, self.heel_off),
-            "ball": (toes, self.ball_off),
-            "toe": (toes, self.off),
+            "sole": (self.foot_flat, self.heel_off),
+            "ball": (toes, self.forefoot_off),
+            "toe": (toes, self.toe_off),
         }[part]
 
 
@@ -100,9 +119,13 @@ class ContactPlan:
     """All stances of a motion.
 
     Attributes:
-        duration: How long the motion lasts [s]; half a stride where it is periodic.
-        stances: In order of time; a foot has one at a time.
-        periodic: Whether the motion goes on as its mirror image, so that stances go round.
+        duration: How long the motion lasts [s]; one period where it is periodic.
+        stances: In order of time; a foot has one at a time. Of a periodic plan, all that touch the
+            period.
+        periodic: Whether the motion repeats.
+        mirrored: Whether a periodic motion repeats as its mirror image, so that its period is half
+            a stride; otherwise it is a whole one.
+        advance: How far a periodic motion goes along x in a period [m].
         supports: What else carries the body.
         slope: How far the ground rises along x [rad]; places are given along the ground and across
             it, so that level ground at height 0 serves every slope.
@@ -111,6 +134,8 @@ class ContactPlan:
     duration: float
     stances: tuple[Stance, ...]
     periodic: bool = False
+    mirrored: bool = True
+    advance: float = 0.0
     supports: tuple[Support, ...] = ()
     slope: float = 0.0
 
@@ -123,11 +148,41 @@ class ContactPlan:
     @cached_property
     def switches(self) -> Float[Array, " n_switches"]:
         """Times at which contact changes, start and end among them [s]."""
-        times = [t for s in self.stances for t in (s.strike, s.flat, s.heel_off, s.ball_off, s.off)]
+        times = [t for s in self.stances for t in s.times]
         times += [t for s in self.supports for t in (s.start, s.stop)]
         inside = {0.0, self.duration} | {float(t) for t in times if 0.0 < t < self.duration}
         ordered = np.array(sorted(inside))
         return ordered[np.concatenate([[True], np.diff(ordered) > 1e-6 * self.duration])]
+
+    def unrolled(self, *, before: int = 2, after: int = 2) -> tuple[Stance, ...]:
+        """Return all stances; of a periodic plan also those of periods around it, each once.
+
+        Args:
+            before: Periods before it.
+            after: Periods after it.
+        """
+        if not self.periodic:
+            return self.stances
+        own = [s for s in self.stances if -SAME <= s.heel_strike < self.duration - SAME]
+        return tuple(
+            s.later(k * self.duration, k * self.advance, mirrored=self.mirrored and k % 2 == 1)
+            for k in range(-before - 1, after + 1)
+            for s in own
+        )
+
+    def full_stride(self) -> "ContactPlan":
+        """Return the same periodic plan with a whole stride as its period."""
+        if not (self.periodic and self.mirrored):
+            return self
+        stride = 2 * self.duration
+        touching = tuple(
+            s
+            for s in self.unrolled(before=2, after=2)
+            if s.heel_strike < stride - SAME and s.toe_off > SAME
+        )
+        return replace(
+            self, duration=stride, stances=touching, mirrored=False, advance=2 * self.advance
+        )
 
     def intervals(self, site: ContactSite) -> list[tuple[float, float]]:
         """Return from when to when a site stands, each time it does [s]."""
@@ -164,6 +219,6 @@ class ContactPlan:
     def footprint(self, side: str, time: float) -> Footprint | None:
         """Return where a foot stands at a time; None while it swings."""
         for s in self.stances:
-            if s.footprint.side == side and s.strike - 1e-9 <= time <= s.off + 1e-9:
+            if s.footprint.side == side and s.heel_strike - SAME <= time <= s.toe_off + SAME:
                 return s.footprint
         return None

@@ -45,9 +45,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.human import PELVIS
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     free_joint_to_pelvis_rates,
     pelvis_rates_to_free_joint,
     rotation_matrix,
@@ -101,6 +101,10 @@ class SymbolicHuman:
     Every method returns a :class:`casadi.Function`, built at the first call and kept. Points and
     forces are columns. World axes throughout: x forward, y left, z up.
 
+    Args:
+        human: The person.
+        gravity: Gravity [m/s²], world axes; the model's if absent.
+
     Attributes:
         human: The person.
         nv: Number of coordinates.
@@ -119,13 +123,13 @@ class SymbolicHuman:
         686.7
     """
 
-    def __init__(self, human: Human):
+    def __init__(self, human: Human, gravity: Float[Array, " 3"] | None = None):
         model = human.model
         self.human = human
         self.nv: int = model.nv
         self.names: tuple[str, ...] = PELVIS + human.coordinates
         self.mass = float(model.body_mass[1:].sum())
-        self.gravity = np.array(model.opt.gravity)
+        self.gravity = np.array(model.opt.gravity if gravity is None else gravity, dtype=float)
         self._links = _links(model)
         self._functions: dict[tuple, Any] = {}
 

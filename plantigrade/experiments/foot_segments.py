@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.foot_angles import FOOT_ANGLES, foot_angles
+from plantigrade.analyze.foot_segments import foot_marker_rms
 from plantigrade.analyze.statistics import correlation, mean_difference, rmse_offset_removed
 from plantigrade.analyze.trial import SIDES
 from plantigrade.experiments.fit_accuracy import on_clock
@@ -20,9 +21,9 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.motion import Recording
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.workflows import fit as fitting
-from plantigrade.workflows.foot_segments import foot_marker_rms
 
 WALKS = ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d", "c3d/HC032A03.c3d")
+QUICK = WALKS[-1:]
 # Pair of segments → the Oxford Foot Model's name for its three angles.
 STORED = {
     "hindfoot": "HFTBA",
@@ -54,11 +55,14 @@ class Compared:
     range: float
 
 
-def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
     """Return the table over the walking trials with Oxford Foot Model markers in a data folder.
 
     Args:
         data: The folder (layout as in its README).
+        quick: One trial instead.
         say: Called with one line per trial as it is done.
     """
     note = (
@@ -66,7 +70,8 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
         "Oxford Foot Model itself between sessions, referenced to stance (Wright 2011)."
     )
     title = "Foot segments against the Oxford Foot Model"
-    return over_trials(title, data, WALKS, trial_rows, say=say, notes=[note])
+    names = QUICK if quick else WALKS
+    return over_trials(title, data, names, trial_rows, say=say, notes=[note])
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -93,7 +98,7 @@ def compare(fitted: Fit, recording: Recording, events) -> list[Compared]:
     ours = foot_angles(fitted.human, fitted.time, fitted.qpos)
     result = []
     for pair, key in STORED.items():
-        for side in SIDES[::-1]:
+        for side in SIDES:
             stored = recording.outputs.get(side.upper() + key)
             if stored is None:
                 continue

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.experiments.gait_walks import Walks, reproduce_walks
+from plantigrade.experiments.gait_walks import QUICK, Walks, reproduce_walks
 from plantigrade.experiments.table import ResultTable, Row, sheet
 
 NOTES = (
@@ -31,11 +31,14 @@ WHAT = {
 }
 
 
-def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
     """Return the table over one walk of each person in a data folder.
 
     Args:
         data: The folder (layout as in its README).
+        quick: The walks of a few people instead.
         say: Called with one line per walk as it is done.
 
     Raises:
@@ -44,7 +47,10 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
     rows: list[Row] = []
     lines, notes = [], [*NOTES]
     absent: tuple[str, ...] = ()
-    for tasks, walks in reproduce_walks(data, tuple(WHAT), one_each=True, say=say).items():
+    made = reproduce_walks(
+        data, tuple(WHAT), people=QUICK if quick else None, one_each=True, say=say
+    )
+    for tasks, walks in made.items():
         absent = walks.absent
         notes += [
             f"{tasks}: {name} could not be made: {why}." for name, why in walks.failed.items()

@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.analyze.gait_study import Study, StudyRow
 from plantigrade.analyze.reproduction import ROTATIONS, SAGITTAL
-from plantigrade.experiments.gait_walks import TURNS, Walk, Walks, reproduce_walks
+from plantigrade.experiments.gait_walks import QUICK, TURNS, Walk, Walks, reproduce_walks
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, sheet
 
 TASKS = ("paper", "default")
@@ -46,11 +46,14 @@ NOTES = (
 )
 
 
-def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
     """Return the table over the walks in a data folder.
 
     Args:
         data: The folder (layout as in its README).
+        quick: The walks of a few people instead.
         say: Called with one line per walk as it is done.
 
     Raises:
@@ -59,7 +62,8 @@ def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTab
     rows: list[Row] = []
     sheets, figures = [], {}
     absent: tuple[str, ...] = ()
-    for tasks, walks in reproduce_walks(data, TASKS, say=say).items():
+    people = QUICK if quick else None
+    for tasks, walks in reproduce_walks(data, TASKS, people=people, say=say).items():
         absent, title = walks.absent, TITLES[tasks]
         rows += [
             Row(name, f"{tasks} tasks", None, note=why, met=False)

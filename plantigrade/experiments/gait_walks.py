@@ -32,6 +32,7 @@ PEOPLE = {
     "gait2392": ("opensim/gait2392_subject01/subject01_walk1.trc",),
     "Rajagopal": ("opensim/rajagopal_walk/markers_walk.trc",),
 }
+QUICK = ("CMU 49", "HC032A", "gait2392")  # people of a short form: one walk of each
 TURNS = ("c3d/HC038A27.c3d",)  # the person turns in it
 
 
@@ -119,6 +120,7 @@ def reproduce_walks(
     data: Path,
     tasks: Sequence[str],
     *,
+    people: Sequence[str] | None = None,
     one_each: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Walks]:
@@ -127,6 +129,7 @@ def reproduce_walks(
     Args:
         data: The folder.
         tasks: Names of the sets.
+        people: Those whose walks are taken; all if absent.
         one_each: Only the first walk of each person.
         say: Called with one line per walk as it is done.
 
@@ -136,7 +139,8 @@ def reproduce_walks(
     Raises:
         ParameterError: If none of them is there.
     """
-    everybody = [(person, name) for person, walks in PEOPLE.items() for name in sorted(walks)]
+    chosen = PEOPLE if people is None else people
+    everybody = [(person, name) for person in chosen for name in sorted(PEOPLE[person])]
     absent = tuple(name for _, name in everybody if not (data / name).exists())
     if len(absent) == len(everybody):
         raise ParameterError(f"{data} holds none of the walks ({', '.join(absent)})")

@@ -24,12 +24,19 @@ class KeptResults:
     Args:
         path: The file (JSON); nothing is kept if absent.
         say: Called with one line per result that is made.
+        anew: Whether what is in the file is forgotten.
     """
 
-    def __init__(self, path: Path | None = None, say: Callable[[str], None] = lambda _: None):
+    def __init__(
+        self,
+        path: Path | None = None,
+        say: Callable[[str], None] = lambda _: None,
+        *,
+        anew: bool = False,
+    ):
         self.path, self.say = path, say
         self.results: dict[str, Result] = {}
-        if path is not None and path.exists():
+        if path is not None and path.exists() and not anew:
             try:
                 held = json.loads(path.read_text(encoding="utf-8"))
                 self.results = {str(k): dict(v) for k, v in held.items()}

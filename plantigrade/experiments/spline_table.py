@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.norms import CITATION, norm
+from plantigrade.charts import LEFT, MIDDLE, RIGHT, Ribbon, Series, line_plot
 from plantigrade.experiments.table import ResultTable, Row, at_most, sheet
-from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Band, Series, line_plot
 from plantigrade.synthesize.zhakatayev2023 import (
     BASES,
     MOTIONS,
@@ -320,7 +320,7 @@ def figures(
             knee.append(Series(x, y, basis, colours[basis]))
         if task == "walk":
             b = norm("knee_angle", "free")
-            bands.append(Band(b.percent, b.mean - b.sd, b.mean + b.sd))
+            bands.append(Ribbon(b.percent, b.mean - b.sd, b.mean + b.sd))
             knee += [
                 Series(np.linspace(0, 99, 100), k, "" if i else "recorded", MIDDLE, 1.2, 0.7, "3 3")
                 for i, k in enumerate(knees.values())

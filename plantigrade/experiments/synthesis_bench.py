@@ -16,7 +16,16 @@ import numpy as np
 from plantigrade.errors import ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
-from plantigrade.experiments.synthesis_trial import crude, judge, load, outcome, solve, tried, why
+from plantigrade.experiments.synthesis_trial import (
+    crude,
+    judge,
+    load,
+    motion_rows,
+    outcome,
+    solve,
+    tried,
+    why,
+)
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
@@ -69,6 +78,7 @@ class Extent:
 
 
 QUICK = Extent(guesses=1, sizes=(0.05,), random=1)
+QUICK_PARTS = ("crude walk", "periodic", "sit-to-stand", "random periodic", "warm")
 
 
 def run(
@@ -76,16 +86,19 @@ def run(
     parts: Sequence[str] = (),
     extent: Extent | None = None,
     quick: bool = False,
-    folder: Path | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
     """Return the table of the parts, and of all that was measured before.
 
     Args:
-        parts: Names of :data:`PARTS`; all if empty.
+        parts: Names of :data:`PARTS`; all if empty, :data:`QUICK_PARTS` of a short form.
         extent: How much is measured; 20 guesses of three sizes and 50 random tasks if absent.
         quick: One guess and one random task instead.
-        folder: Where results are kept; those that are there are not measured again.
+        out: Folder where results are kept and the page is written; those that are there are not
+            measured again.
+        overwrite: They are.
         say: Called with one line per motion as it is made.
 
     Raises:
@@ -95,8 +108,8 @@ def run(
     for part in parts:
         if part not in PARTS:
             raise ParameterError(f"no part {part!r}; there are {', '.join(PARTS)}")
-    kept = KeptResults(folder / FILE if folder else None, say)
-    for name in parts or PARTS:
+    kept = KeptResults(out / FILE if out else None, say, anew=overwrite)
+    for name in parts or (QUICK_PARTS if quick else PARTS):
         PARTS[name].measure(kept, extent)
     shown = {n: kept.beginning(f"{n}/") for n in PARTS}
     rows = [row for n, found in shown.items() if found for row in rows_of(PARTS[n], found)]
@@ -108,12 +121,12 @@ def run(
         sheets.append("\n".join(["What failed, and why", *lines]))
     notes = [*NOTES, *filter(None, [kept.note()])]
     found = ResultTable("Motions from tasks: time and success", rows, notes, sheets)
-    if folder is not None:
+    if out is not None:
         sections = [g(x).section() for g, x in (
             (summary, shown), (loading_grid, loading), (every_motion, shown)
         )]  # fmt: skip
-        write_page(folder / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
-        say(f"{folder / PAGE}")
+        write_page(out / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
+        say(f"{out / PAGE}")
     return found
 
 
@@ -372,6 +385,8 @@ def rows_of(part: Part, found: dict[str, Result]) -> Iterator[Row]:
         yield at_most(part.name, "time, median", float(np.median(times)), part.seconds, "s")
         yield at_most(part.name, "time, most", float(times.max()), part.seconds, "s")
         yield Row(part.name, "iterations, median", float(np.median(_of(found, "iterations"))))
+    for key, result in found.items():
+        yield from motion_rows(key, result)
 
 
 def summary(shown: dict[str, dict[str, Result]]) -> Grid:

@@ -19,7 +19,7 @@ from plantigrade.experiments.synthesis_trial import judge, outcome, solve, tried
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
-    from plantigrade.report.sections import Section
+    from plantigrade.report.section import Section
     from plantigrade.workflows.synthesize import Synthesized
 
 FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
@@ -82,7 +82,7 @@ class Extent:
         masses: Of people [kg].
         feet: Foot models.
         others: Other tasks.
-        nodes_per_second: Nodes a second; the tasks' own if absent.
+        density: Nodes a second; the tasks' own if absent.
     """
 
     speeds: tuple[float, ...] = SPEEDS
@@ -90,7 +90,7 @@ class Extent:
     masses: tuple[float, ...] = MASSES
     feet: tuple[str, ...] = FEET
     others: tuple[str, ...] = OTHERS
-    nodes_per_second: float | None = None
+    density: float | None = None
 
 
 QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("sit-to-stand",))
@@ -201,8 +201,8 @@ def measure(
 
         human = Human.create(who.height, who.mass, joints="43", feet=who.feet)
         asked = make_task(task, human, told)
-        if extent.nodes_per_second is not None:
-            asked = replace(asked, nodes_per_second=extent.nodes_per_second)
+        if extent.density is not None:
+            asked = replace(asked, density=extent.density)
         timed = solve(human, asked)
         made = judge(timed, strides=2)
         found = outcome(timed, made) | {"person": asdict(who), "task": task, "told": told}
@@ -228,7 +228,7 @@ def shape_of(made: "Synthesized") -> dict[str, Any]:
     """Return the figures and curves of a periodic walk."""
     from plantigrade.analyze import norms
     from plantigrade.analyze.curves import gait_curves
-    from plantigrade.analyze.synthesised_gait import gait_shape, muscle_work
+    from plantigrade.analyze.gait_shape import gait_shape, muscle_work
     from plantigrade.synthesize.tasks.gait_parameters import leg_length
 
     human, s, check = made.human, made.sampled, made.check
@@ -318,9 +318,9 @@ def gait_grid(results: Mapping[str, Result]) -> Grid:
 def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
     """Return angles and ground reactions over norms, a section for every speed."""
     from plantigrade.analyze import norms
-    from plantigrade.report.plots import RIGHT, Band, Series, line_plot
-    from plantigrade.report.sections import Figure, Section
-    from plantigrade.report.theme import title_of
+    from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
+    from plantigrade.charts.labels import title_of
+    from plantigrade.report.section import Section
 
     titles = {"vertical_grf": "Vertical ground reaction", "anterior_grf": "Forward ground reaction"}
     sections = []
@@ -341,7 +341,7 @@ def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
                         title=titles.get(name, title_of(name)),
                         x_label="gait cycle [%]",
                         y_label="[BW]" if name in FORCES else "[°]",
-                        bands=[Band(band.percent, band.mean - band.sd, band.mean + band.sd)],
+                        bands=[Ribbon(band.percent, band.mean - band.sd, band.mean + band.sd)],
                         marks=[(r["gait"]["stance"], RIGHT)],
                         zero=True,
                     )

@@ -17,6 +17,7 @@ from plantigrade.synthesize.tasks.tracking import Tracking
 from plantigrade.workflows import fit as fitting
 from plantigrade.workflows.track import TrackSettings, track_trial
 
+QUICK = ("opensim/gait2392_subject01/subject01_walk1.trc",)
 LONGEST = 5.0  # of a long recording, this much is tracked [s]
 WEIGHTINGS: Mapping[str, Tracking] = {
     "default": Tracking(),
@@ -36,16 +37,19 @@ NOTES = (
 )
 
 
-def run(data: Path, *, say: Callable[[str], None] = lambda _: None) -> ResultTable:
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
     """Return the table over the walks on force plates in a data folder.
 
     Args:
         data: The folder (layout as in its README).
+        quick: One of the walks instead.
         say: Called with one line per walk as it is done.
     """
-    return over_trials(
-        "Recorded walks tracked on contact forces", data, WALKS, trial_rows, say=say, notes=NOTES
-    )
+    title = "Recorded walks tracked on contact forces"
+    names = QUICK if quick else WALKS
+    return over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
 
 
 def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGHTINGS) -> list[Row]:

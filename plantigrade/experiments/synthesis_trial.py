@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from plantigrade.errors import PlantigradeError
+from plantigrade.experiments.table import Row
 
 if TYPE_CHECKING:
     from plantigrade.models import Human
@@ -122,6 +123,17 @@ def outcome(timed: Timed, made: "Synthesized") -> dict[str, Any]:
             for stage in s.stages
         ],
     }
+
+
+def motion_rows(key: str, result: dict[str, Any]) -> list[Row]:
+    """Return what the solver found of one motion, and by which way; why not, where it did not."""
+    if "error" in result:
+        return [Row(key, "cost", None, note=result["error"])]
+    return [
+        Row(key, "cost", result["objective"]),
+        Row(key, "iterations", result["iterations"]),
+        Row(key, "nodes", result["nodes"]),
+    ]
 
 
 def told(stage: "Stage") -> list[str]:

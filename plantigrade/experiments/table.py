@@ -8,7 +8,11 @@ from typing import Any
 
 from plantigrade.errors import ParameterError, PlantigradeError
 
-_UNIT_WORDS = {"%": "pct", "ms/frame": "ms_per_frame"}  # as a suffix of a key
+_UNIT_WORDS = {
+    "%": "pct",
+    "ms/frame": "ms_per_frame",
+    "% of body weight": "bw_percent",
+}  # as a suffix of a key
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,13 @@ class Row:
     goal: str = ""
     met: bool | None = None
     note: str = ""
+
+    @property
+    def key(self) -> str:
+        """Its name among flat figures: snake_case, the unit as suffix."""
+        words = f"{self.subject} {self.quantity} {_UNIT_WORDS.get(self.unit, self.unit)}"
+        words = re.sub(r"(?<!\S)\+(?=\d)", "plus ", re.sub(r"(?<!\S)-(?=\d)", "minus ", words))
+        return re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")
 
 
 @dataclass(frozen=True)
@@ -57,8 +68,7 @@ class ResultTable:
         """Return the rows as flat figures and a status."""
         flat: dict[str, Any] = {"status": "ok", **self.figures}
         for row in self.rows:
-            words = f"{row.subject} {row.quantity} {_UNIT_WORDS.get(row.unit, row.unit)}"
-            flat[re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")] = row.value
+            flat[row.key] = row.value
         judged = [row for row in self.rows if row.met is not None]
         flat["goals"] = len(judged)
         flat["goals_met"] = sum(bool(row.met) for row in judged)

@@ -1,7 +1,6 @@
-"""NumPy's npz files, read with care: whole, no larger than they may be, without pickles."""
+"""NumPy's npz files, read safely: whole, of limited size, without pickles."""
 
 import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -10,21 +9,22 @@ import numpy as np
 from plantigrade.errors import FileError
 from plantigrade.motion.recording import GaitEvent, Markers, Recording, Table
 
-MAX_BYTES = 400 * 2**20  # [bytes] all arrays together
-MAX_RATIO = 1000  # a larger file is refused where it unpacks to more than this times its size
+MAX_BYTES = 400 * 2**20  # [bytes] all arrays of a file together
+MAX_RATIO = 1000  # unpacked size over packed size; real motions stay far below
 
 _REMEDY = "name a motion.npz that plantigrade wrote"
-_FREE_RATIO = 50 * 2**20  # [bytes] small enough not to ask for the ratio
+_FREE_RATIO = 50 * 2**20  # [bytes] below this any ratio is accepted
+_MAX_ARRAYS = 1000
 
 
 class Arrays:
-    """The arrays of one npz file, asked for by key, kind and shape.
+    """The arrays of one npz file, checked for kind and shape as they are read.
 
     Args:
         path: The file.
 
     Raises:
-        FileError: If the file cannot be read, is not whole, or unpacks to more than is allowed.
+        FileError: If the file cannot be read, is damaged, or unpacks to more than is allowed.
     """
 
     def __init__(self, path: str | Path):
@@ -40,26 +40,28 @@ class Arrays:
         return [key for key in self._arrays if key.startswith(prefix)]
 
     def shape(self, key: str) -> tuple[int, ...]:
-        """Return the shape of an array that is there."""
+        """Return the shape of an array; the key must exist."""
         return self._arrays[key].shape
 
     def any(self, key: str) -> np.ndarray:
-        """Return an array of numbers or words that is there.
+        """Return an array of numbers or words.
 
         Raises:
-            FileError: If it holds anything else.
+            FileError: If it is missing or holds anything else.
         """
+        if key not in self._arrays:
+            self.refuse("is missing", key)
         value = self._arrays[key]
         if value.dtype.kind not in "fiubUS":
             self.refuse(f"holds {value.dtype}, neither numbers nor words", key)
         return value
 
     def numbers(self, key: str, *shape: int | None) -> Any:
-        """Return the numbers ``key`` as floats, None where absent.
+        """Return the array ``key`` as floats, None if missing.
 
         Args:
             key: Name of the array.
-            shape: Its shape; None where any length is allowed.
+            shape: Its shape; None for any length.
 
         Raises:
             FileError: If the array is of another kind or shape.
@@ -77,10 +79,10 @@ class Arrays:
         return np.asarray(value, dtype=float)
 
     def words(self, key: str, count: int | None = None) -> tuple[str, ...]:
-        """Return the words ``key``, none where absent.
+        """Return the words of the array ``key``, none if missing.
 
         Raises:
-            FileError: If they are no words, or not as many as ``count``.
+            FileError: If it does not hold words, or not ``count`` of them.
         """
         if key not in self._arrays:
             return ()
@@ -94,40 +96,48 @@ class Arrays:
         return tuple(str(word) for word in value)
 
     def time(self) -> Any:
-        """Return ``time``; its frames increase.
+        """Return ``time``.
 
         Raises:
-            FileError: If there is none, or it does not increase.
+            FileError: If it is missing or does not increase from frame to frame.
         """
         time = self.numbers("time", None)
         if time is None:
-            self.refuse("there is no time in it", "time")
+            self.refuse("is missing", "time")
+        return self.increasing("time", time)
+
+    def increasing(self, key: str, time: Any) -> Any:
+        """Return ``time``, the array ``key``.
+
+        Raises:
+            FileError: If it does not increase from frame to frame.
+        """
         if len(time) and (not np.isfinite(time).all() or (np.diff(time) <= 0).any()):
-            self.refuse("does not increase", "time")
+            self.refuse("does not increase from frame to frame", key)
         return time
 
     def events(self) -> tuple[GaitEvent, ...]:
         """Return the gait events.
 
         Raises:
-            FileError: If they are incomplete.
+            FileError: If an array of them is missing.
         """
         time = self.numbers("event_time", None)
         if time is None or not len(time):
             return ()
         sides, kinds = self.words("event_side", len(time)), self.words("event_kind", len(time))
         if not sides or not kinds:
-            self.refuse("event_side and event_kind are needed too", "event_time")
+            self.refuse("needs event_side and event_kind as well", "event_time")
         return tuple(
             GaitEvent(float(t), side, kind)
             for t, side, kind in zip(time, sides, kinds, strict=True)
         )
 
     def markers(self, time: Any) -> Markers | None:
-        """Return the recorded markers, on ``time`` where they have no clock of their own.
+        """Return the recorded markers, on ``time`` unless they have a clock of their own.
 
         Raises:
-            FileError: If they are incomplete.
+            FileError: If an array of them is missing.
         """
         names = self.words("marker_names")
         positions = self.numbers("recorded_markers", None, len(names), 3)
@@ -136,32 +146,30 @@ class Arrays:
         own = self.numbers("marker_time", len(positions))
         clock = time if own is None else own
         if len(clock) != len(positions):
-            self.refuse(f"has {len(positions)} frames, marker_time is missing", "recorded_markers")
-        return Markers(names, clock, positions)
+            self.refuse(
+                f"has {len(positions)} frames, but marker_time is missing", "recorded_markers"
+            )
+        return Markers(names, self.increasing("marker_time", clock), positions)
 
     def refuse(self, problem: str, key: str) -> None:
-        """Raise what is wrong with an array.
-
-        Raises:
-            FileError: Always.
-        """
+        """Raise a FileError that names the array ``key`` and what is wrong with it."""
         raise FileError(self.path, problem, where=key, remedy=_REMEDY)
 
 
 def read_npz(path: str | Path) -> Recording:
-    """Read what a ``motion.npz`` of a run shares with a recording.
+    """Read the parts of a run's ``motion.npz`` that a recording has too.
 
-    Recorded markers, gait events, and the angles of the joints [rad]; where the pelvis is needs the
-    body beside it (:func:`plantigrade.record.load_run`).
+    These are recorded markers, gait events and joint angles [rad]. The pose of the pelvis is left
+    out: load the run for it (:class:`plantigrade.record.Run`).
 
     Raises:
-        FileError: If the file is no such motion.
+        FileError: If the file is not a motion of this package.
     """
     arrays = Arrays(path)
     time, names = arrays.time(), arrays.words("joint_names")[1:]
     qpos, coordinates = arrays.numbers("qpos", len(time), None), None
     if qpos is None:
-        arrays.refuse("there is no qpos in it", "qpos")
+        arrays.refuse("is missing", "qpos")
     if qpos.shape[1] - 7 == len(names) > 0:  # the root has a position and a quaternion
         coordinates = Table(tuple(names), time, qpos[:, 7:])
     return Recording(
@@ -170,28 +178,29 @@ def read_npz(path: str | Path) -> Recording:
         coordinates=coordinates,
         events=arrays.events(),
         warnings=(
-            *arrays.words("warnings"),
-            "the place of the pelvis is left out; open the run's folder to have it",
+            *arrays.words("notes"),
+            "the pose of the pelvis was left out: open the run folder instead to keep it",
         ),
     )
 
 
 def _load(path: Path) -> dict[str, np.ndarray]:
-    """Return the arrays of an npz file that is whole and no larger than it may be."""
+    """Return the arrays of a whole npz file of allowed size."""
     try:
         size = path.stat().st_size
         with zipfile.ZipFile(path) as archive:
             infos = archive.infolist()
             total = sum(info.file_size for info in infos)
             if (
-                len(infos) > 1000
+                len(infos) > _MAX_ARRAYS
                 or total > MAX_BYTES
                 or (total > _FREE_RATIO and total > MAX_RATIO * size)
             ):
                 raise FileError(
                     path,
-                    f"would unpack to {total / 2**20:.0f} MiB in {len(infos)} arrays; "
-                    f"{MAX_BYTES / 2**20:.0f} MiB are allowed",
+                    f"would unpack to {total / 2**20:.0f} MiB in {len(infos)} arrays; allowed are "
+                    f"{MAX_BYTES / 2**20:.0f} MiB, {_MAX_ARRAYS} arrays and {MAX_RATIO} times the "
+                    "size of the file",
                     remedy="cut the motion into shorter ones",
                 )
         arrays: dict[str, np.ndarray] = {}
@@ -205,23 +214,12 @@ def _load(path: Path) -> dict[str, np.ndarray]:
         raise
     except FileNotFoundError as error:
         raise FileError(path, "there is no such file", remedy="check the name") from error
-    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
-        raise FileError(path, f"is not a whole npz file ({error})", remedy=_REMEDY) from error
     except OSError as error:
         reason = error.strerror or error
         raise FileError(path, f"cannot be read ({reason})", remedy=_REMEDY) from error
-    except (
-        ValueError,
-        KeyError,
-        TypeError,
-        SyntaxError,
-        NotImplementedError,
-        RuntimeError,
-        MemoryError,
-        OverflowError,
-    ) as error:
-        text = str(error)[:100]
+    except Exception as error:  # damaged bytes make zipfile and NumPy raise almost anything
+        reason = str(error)[:100] or type(error).__name__
         raise FileError(
-            path, f"holds an array that cannot be read ({text})", remedy=_REMEDY
+            path, f"is not a whole npz file of plain arrays ({reason})", remedy=_REMEDY
         ) from error
     return arrays

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
 from plantigrade.models.coordinates import COORDINATES
@@ -16,6 +17,7 @@ from plantigrade.models.mjcf import to_mjcf, with_contact_heights
 from plantigrade.models.skeleton import Skeleton, build, split_side
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
 )
@@ -23,7 +25,9 @@ from plantigrade.spatial.conventions import (
 if TYPE_CHECKING:
     import mujoco
 
-PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
+MAX_SOLE = 0.1
+"""Greatest displacement of a contact sphere from the table's [m]."""
+
 _STANDING = {"pro_sup": 1.4}  # palms to the thighs [rad]
 
 
@@ -91,7 +95,7 @@ class Human:
         skeleton = build(d, sex, float(mass), joints, feet)
         moving = moving_parts(joints, feet)
         names = {c for m in moving.values() for c in m.coordinates}
-        standing = {f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in ("r", "l")}
+        standing = {f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in SIDES}
         ankle = skeleton.origins["foot_r"][2]
         xml = to_mjcf(
             f"human-{joints}-{feet}",
@@ -221,14 +225,18 @@ class Human:
                 centre moves in its segment's frame [m]; negative for a thicker sole.
 
         Raises:
-            ParameterError: If there is no such sphere, or one would move by more than 0.1 m.
+            ParameterError: If there is no such sphere, or one moves by more than :data:`MAX_SOLE`
+                in all.
         """
         names = [name for name, _, _ in self.contact_points]
         for name, offset in offsets.items():
             if name not in names:
                 raise ParameterError(f"no contact sphere {name!r}; there are {', '.join(names)}")
-            if not abs(offset) <= 0.1:
-                raise ParameterError(f"the sole at {name} is {offset} m off; allowed are ±0.1 m")
+            total = self.soles.get(name, 0.0) + offset
+            if not abs(total) <= MAX_SOLE:
+                raise ParameterError(
+                    f"the sole at {name} would be moved by {total:.3g} m; allowed are ±{MAX_SOLE} m"
+                )
 
         def moved(contact, side: str):
             up = offsets.get(f"contact_{contact.segment}_{contact.name}_{side}", 0.0)
@@ -260,7 +268,7 @@ class Human:
             "sex": self.sex,
             "joints": self.joints,
             "feet": self.feet,
-            "lengths": {n: getattr(d, n) for n in d.names() if n != "head"},  # head: what is left
+            "lengths": {name: getattr(d, name) for name in d.names()},
             "soles": dict(self.soles),
         }
 
@@ -275,10 +283,10 @@ class Human:
             d = dict(description)
             soles = {str(k): float(v) for k, v in d.pop("soles", {}).items()}
             human = cls.create(**d)
-        except (TypeError, ValueError, AttributeError) as error:
+        except (TypeError, ValueError, AttributeError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise
-            raise ParameterError(f"this describes no person: {error}") from error
+            raise ParameterError(f"not a description of a person: {error}") from error
         return human.with_soles(soles) if soles else human
 
     def body_positions(self, d: Dimensions) -> Float[Array, "n_bodies 3"]:

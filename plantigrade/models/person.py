@@ -1,37 +1,44 @@
-"""Who somebody is, as far as it is known: what turns into a Human."""
+"""Who somebody is, as far as it is known: what becomes a Human."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from plantigrade.models.human import Human
+from plantigrade.options import Feet, Joints, Kilograms, Metres, Sex
+
+if TYPE_CHECKING:
+    from plantigrade.models.human import Human
 
 
 @dataclass(frozen=True, kw_only=True)
 class Person:
-    """What is known of a person; everything may be left open.
+    """What is known of a person; what is left open comes from the recording or the average adult.
 
-    Attributes:
-        height: Stature [m].
-        mass: Body mass [kg].
-        sex: ``"female"`` or ``"male"``.
-        joints: Joint set: ``"42"``, ``"43"``, ``"58"`` or ``"66"``.
-        feet: ``"rigid"``, ``"two-segment"`` or ``"multi-segment"``; the joint set's own if None.
+    Every settings class that is about a person inherits these fields.
     """
 
-    height: float | None = None
-    mass: float | None = None
-    sex: str | None = None
-    joints: str | None = None
-    feet: str | None = None
+    height: Metres = None
+    """Body height [m]."""
+    mass: Kilograms = None
+    """Body mass [kg]."""
+    sex: Sex = None
+    """Sex, for the body segment parameters."""
+    joints: Joints = None
+    """Joint set, by its number of coordinates."""
+    feet: Feet = None
+    """Foot model: one box, a box with hinged toes, or 16 bones in five segments."""
 
     @property
-    def known(self) -> dict[str, float | str]:
+    def known(self) -> dict[str, Any]:
         """What is not left open, by name, as :meth:`Human.create` takes it."""
-        return {k: v for k, v in vars(self).items() if v is not None}
+        fields = ("height", "mass", "sex", "joints", "feet")
+        return {name: getattr(self, name) for name in fields if getattr(self, name) is not None}
 
-    def human(self) -> Human:
+    def human(self) -> "Human":
         """Return this person; what is left open takes the defaults of :meth:`Human.create`.
 
         Raises:
             ParameterError: If a value is not allowed.
         """
-        return Human.create(**self.known)  # type: ignore[arg-type]
+        from plantigrade.models.human import Human
+
+        return Human.create(**self.known)

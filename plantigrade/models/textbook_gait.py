@@ -30,10 +30,8 @@ from importlib.resources import files
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
-
-GRAVITY = 9.80665
-"""Standard gravity [m/s²]."""
 
 PELVIC_PLANE = 10.0
 """Forward lean of the plane through the four iliac spines in upright standing [deg]."""
@@ -198,7 +196,7 @@ def _series(name, relative, phase, harmonics="all"):
 
 
 def _phase(whole, side):
-    if side not in ("l", "r"):
+    if side not in SIDES:
         raise ParameterError(f"{side=}: allowed are 'l' and 'r'")
     return np.mod(whole + (0.5 if side == "l" else 0.0), 1.0)
 

@@ -180,6 +180,9 @@ class Recording:
             name: (n_frames, 3) on the clock of the markers, in the file's own units; points a model
             computed (joint centres, segment axes) in world axes [m], as the markers.
         warnings: What a reader noticed and the user should know, one sentence each.
+        static: A standing trial of the same person.
+        companions: Files besides ``source`` that it was read from: skeleton, standing trial,
+            forces.
     """
 
     source: Path
@@ -191,6 +194,8 @@ class Recording:
     subject: Subject = Subject()
     outputs: dict[str, np.ndarray] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    static: "Recording | None" = None
+    companions: tuple[Path, ...] = ()
 
 
 def rate_of(time: Float[Array, " n_frames"]) -> float:

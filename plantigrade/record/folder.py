@@ -1,8 +1,9 @@
-"""A folder of results, whole or not at all.
+"""A folder of results, written whole or not at all.
 
-Everything is written into a temporary sibling that is renamed when it is complete, so a folder
-that has the final name is whole. An existing folder is refused unless ``overwrite`` is asked for;
-it is then moved aside, the new one takes its name, and only then is it deleted.
+Everything is written to a temporary sibling that is renamed once complete, so a folder under its
+final name is whole. ``metrics.json`` marks a folder as ours: it holds the ``format`` and lists the
+other ``files``. With ``overwrite`` an existing folder of results is moved aside, the new one takes
+its name, and only then is the old one deleted; a folder that holds anything else is never replaced.
 """
 
 import json
@@ -19,7 +20,10 @@ from plantigrade.errors import FileError, RunExists
 from plantigrade.io.text import read_text
 
 METRICS = "metrics.json"
+FORMAT = 2
+"""Version of the folder; results of another one are not read."""
 
+_CLUTTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file browsers
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]*")
 _METRICS_LIMIT = 20 * 2**20  # [bytes]
 
@@ -36,28 +40,30 @@ def write_folder(
 
     Args:
         out: The folder.
-        metrics: Figures and settings; NaN and infinity become null.
+        metrics: Figures and settings; NaN and infinity become null. ``format`` and ``files`` are
+            added.
         files: The other files, by name.
-        overwrite: Replace an existing folder.
+        overwrite: Replace an existing folder of results.
         more: Writes further files into the folder it is given.
 
     Returns:
         The folder.
 
     Raises:
-        RunExists: If the folder exists and ``overwrite`` is not asked for, or what exists is not a
-            folder of results (those are never replaced).
-        FileError: If the place cannot be written.
+        RunExists: If the folder exists and ``overwrite`` is false, or it holds anything that this
+            package did not write.
+        FileError: If the folder cannot be written.
     """
     out = Path(out).expanduser()
     for name in files:
         if not _NAME.fullmatch(name) or name == METRICS:
             raise FileError(
-                out / name, "is not a name for an extra file", remedy="use a plain new file name"
+                out / name,
+                "is not allowed as the name of an extra file",
+                remedy="use letters, digits and . _ + - only",
             )
     refuse_existing(out, overwrite)
-    text = metrics_json(metrics)
-    remedy = "choose another folder with --out, or free the disk"
+    metrics_json(metrics)  # fails before anything is written
     temporary = None
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -69,7 +75,8 @@ def write_folder(
                 (temporary / name).write_text(content, encoding="utf-8")
             else:
                 (temporary / name).write_bytes(content)
-        (temporary / METRICS).write_text(text + "\n", encoding="utf-8")
+        marked = {"format": FORMAT, **metrics, "files": sorted(_contents(temporary))}
+        (temporary / METRICS).write_text(metrics_json(marked) + "\n", encoding="utf-8")
         os.chmod(temporary, 0o777 & ~_umask())  # mkdtemp makes it private
         refuse_existing(out, overwrite)  # another run may have finished meanwhile
         _put_in_place(temporary, out)
@@ -78,12 +85,36 @@ def write_folder(
         if isinstance(error, RunExists):
             raise
         raise FileError(
-            out, f"the run folder cannot be written ({error.strerror or error})", remedy=remedy
+            out,
+            f"the run folder cannot be written ({error.strerror or error})",
+            remedy="choose another folder with --out, or free disk space",
         ) from error
     finally:
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
     return out
+
+
+def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
+    """Replace single files of a folder, each whole or not at all; return their paths.
+
+    Raises:
+        FileError: If a file cannot be written.
+    """
+    written = []
+    for name, text in files.items():
+        path, temporary = Path(folder) / name, Path(folder) / f".{name}.part"
+        try:
+            temporary.write_text(text, encoding="utf-8")
+            temporary.replace(path)
+        except OSError as error:
+            raise FileError(
+                path,
+                f"cannot be written ({error.strerror or error})",
+                remedy="check that the run folder may be written to",
+            ) from error
+        written.append(path)
+    return written
 
 
 def metrics_json(metrics: Mapping[str, Any]) -> str:
@@ -100,7 +131,7 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
 
 
 def read_metrics(folder: str | Path) -> dict[str, Any]:
-    """Return what ``metrics.json`` of a folder of results holds.
+    """Return the contents of ``metrics.json`` of a folder of results.
 
     Raises:
         FileError: If there is no such folder or file, or it is broken.
@@ -113,8 +144,8 @@ def read_metrics(folder: str | Path) -> dict[str, Any]:
     if not path.is_file():
         raise FileError(
             folder,
-            f"is not a run folder: {METRICS} missing",
-            remedy="name a folder a plantigrade command wrote",
+            f"is not a run folder: {METRICS} is missing",
+            remedy="name a folder that a plantigrade command wrote",
         )
     try:
         metrics = json.loads(read_text(path, _METRICS_LIMIT))
@@ -133,10 +164,11 @@ def read_metrics(folder: str | Path) -> dict[str, Any]:
 
 
 def refuse_existing(out: str | Path, overwrite: bool) -> None:
-    """Raise where a run folder could not be written in the end.
+    """Raise where a folder of results could not be written in the end.
 
     Raises:
-        RunExists: If the folder exists and is not to be replaced, or what exists is no run folder.
+        RunExists: If the folder exists and ``overwrite`` is false, or it holds anything that this
+            package did not write.
     """
     out = Path(out).expanduser()
     if not os.path.lexists(out):
@@ -145,11 +177,36 @@ def refuse_existing(out: str | Path, overwrite: bool) -> None:
         raise RunExists(f"{out} exists: choose another folder with --out, or add --overwrite")
     if out.is_symlink() or not out.is_dir():
         raise RunExists(f"{out} is not a folder and will not be replaced: choose another --out")
-    if any(out.iterdir()) and not (out / METRICS).is_file():
+    present = _contents(out)
+    if not present:
+        return
+    advice = "choose another --out, or delete the folder yourself"
+    try:
+        metrics = read_metrics(out)
+    except FileError as error:
+        raise RunExists(f"{out} will not be replaced: {error.problem}; {advice}") from error
+    listed = metrics.get("files")
+    if "format" not in metrics or not isinstance(listed, list):
         raise RunExists(
-            f"{out} is not a run folder (it has no {METRICS}) and will not be replaced: "
-            "choose another --out, or empty it yourself"
+            f"{out} will not be replaced: its {METRICS} does not mark a run of this version; "
+            f"{advice}"
         )
+    foreign = sorted(present - {METRICS, *map(str, listed)})
+    if foreign:
+        raise RunExists(
+            f"{out} will not be replaced: it also holds {', '.join(foreign[:5])}"
+            f"{' …' if len(foreign) > 5 else ''}; move these files elsewhere, or {advice}"
+        )
+
+
+def _contents(folder: Path) -> set[str]:
+    """Return every file below a folder, links included, and every empty folder."""
+    found = set()
+    for place, folders, names in os.walk(folder):
+        links = [name for name in folders if os.path.islink(os.path.join(place, name))]
+        inside = [*names, *links] or ([] if folders else [""])
+        found |= {(Path(place) / name).relative_to(folder).as_posix() for name in inside}
+    return {name for name in found if name != "." and Path(name).name not in _CLUTTER}
 
 
 def _put_in_place(temporary: Path, out: Path) -> None:

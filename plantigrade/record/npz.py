@@ -1,24 +1,24 @@
-"""``motion.npz``: a Record as plain NumPy arrays, one per key; no pickles in it, none read.
+"""``motion.npz``: a Record as plain NumPy arrays, one per key, without pickles.
 
-Keys that are always there: ``time`` (n,), ``qpos`` (n, nq), ``qvel`` (n, nv), ``joint_names``,
+Keys that are always present: ``time`` (n,), ``qpos`` (n, nq), ``qvel`` (n, nv), ``joint_names``,
 ``human`` and ``ground`` (JSON text), ``clock`` [s]. Where known: ``qacc``, ``qfrc_actuator`` (n,
 nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``contact_known``,
 ``contact_planned`` (n, k) of zeros and ones; of the contact sites ``contact_name``,
 ``contact_side``, ``contact_segment`` (the body of ``model.xml`` that is touched), ``contact_part``
 (k,), ``contact_position`` in that body's frame (k, 3), ``contact_radius``, ``contact_measured``
-(k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as ``limit_coordinate``,
-``limit_velocity``, ``limit_torque``, ``limit_force``; recorded markers as ``marker_names``,
-``marker_time``, ``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m, 3); ``notes``; every
-signal as ``signal/NAME``; every reference as ``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and
-the first of them on the frames of the motion as ``reference_qpos`` (n, nq). The figures of a run
-are in ``metrics.json`` beside it.
+(k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as
+``limit_coordinate``, ``limit_velocity``, ``limit_torque``, ``limit_force``; ``conditions`` of the
+task (JSON text); recorded markers as ``marker_names``, ``marker_time``, ``recorded_markers`` (n, m,
+3) and ``fitted_markers`` (n, m, 3); ``notes``; every signal as ``signal/NAME``; every reference as
+``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and the first of them on the frames of the motion
+as ``reference_qpos`` (n, nq). The figures of a run are in ``metrics.json`` beside it.
 """
 
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -26,12 +26,17 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import Arrays
+from plantigrade.io.text import not_written
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
+from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
 
+_T = TypeVar("_T")
 _ARRAYS = ("qfrc_actuator", "contact_force", "contact_point", "contact_torque")
 _FLAGS = ("contact_known", "contact_planned")
+_SITES = ("contact_side", "contact_segment", "contact_part", "contact_position", "contact_radius",
+          "contact_measured")  # fmt: skip
 
 
 def npz_bytes(record: Record) -> bytes:
@@ -51,9 +56,7 @@ def write_npz(record: Record, path: str | Path) -> Path:
     try:
         path.write_bytes(npz_bytes(record))
     except OSError as error:
-        raise FileError(
-            path, f"cannot be written ({error.strerror or error})", remedy="choose another place"
-        ) from error
+        raise not_written(path, error) from error
     return path
 
 
@@ -86,6 +89,8 @@ def _arrays(record: Record) -> dict[str, Any]:
             "contact_radius": np.array([s.radius for s in sites], dtype=float),
             "contact_measured": np.array([s.measured for s in sites]),
         }
+    if record.conditions:
+        arrays["conditions"] = _text([c.to_dict() for c in record.conditions])
     if motion.events:
         arrays |= _events(motion)
     if markers is not None:
@@ -117,16 +122,18 @@ def read_npz(path: str | Path) -> Record:
     """Read a Record.
 
     Raises:
-        FileError: If the file is no such motion: the key is named.
+        FileError: If the file does not hold a whole Record; the key is named.
     """
     arrays = Arrays(path)
     for key in ("time", "qpos", "qvel", "joint_names", "human"):
         if key not in arrays:
-            arrays.refuse(f"there is no {key} in it", key)
+            arrays.refuse("is missing", key)
+    human = _described(arrays, "human", Human.from_dict)
+    ground = _described(arrays, "ground", Ground.from_dict) if "ground" in arrays else Ground()
+    nq, nv = human.model.nq, human.model.nv
     time = arrays.time()
     n = len(time)
-    qpos, qvel = arrays.numbers("qpos", n, None), arrays.numbers("qvel", n, None)
-    nv = qvel.shape[1]
+    qpos, qvel = arrays.numbers("qpos", n, nq), arrays.numbers("qvel", n, nv)
     sites = _sites(arrays)
     k = len(sites)
     markers = arrays.markers(time)
@@ -134,8 +141,6 @@ def read_npz(path: str | Path) -> Record:
     flags = {name: arrays.numbers(name, n, k) for name in _FLAGS}
     clock = arrays.numbers("clock")
     try:
-        human = Human.from_dict(_json(arrays, "human"))
-        ground = Ground.from_dict(_json(arrays, "ground")) if "ground" in arrays else Ground()
         names = arrays.words("joint_names")
         return Record(
             human,
@@ -146,8 +151,9 @@ def read_npz(path: str | Path) -> Record:
             **{name: None if v is None else v > 0 for name, v in flags.items()},
             ground=ground,
             limits=_limits(arrays, nv - 6),
+            conditions=_conditions(arrays),
             signals=_signals(arrays),
-            references=_references(arrays, names),
+            references=_references(arrays, names, nq, nv),
             recorded_markers=markers,
             fitted_markers=arrays.numbers("fitted_markers", n, m, 3),
             clock=0.0 if clock is None else float(clock),
@@ -155,7 +161,7 @@ def read_npz(path: str | Path) -> Record:
         )
     except ParameterError as error:
         raise FileError(
-            path, f"holds no motion of a person: {error}", remedy="run the command again"
+            path, f"does not hold one motion of one person: {error}", remedy="run the command again"
         ) from error
 
 
@@ -168,16 +174,9 @@ def _sites(arrays: Arrays) -> tuple[ContactSite, ...]:
     parts = arrays.words("contact_part", k)
     position, radius = arrays.numbers("contact_position", k, 3), arrays.numbers("contact_radius", k)
     measured = arrays.numbers("contact_measured", k)
-    for key, value in (
-        ("contact_side", sides or None),
-        ("contact_segment", bodies or None),
-        ("contact_part", parts or None),
-        ("contact_position", position),
-        ("contact_radius", radius),
-        ("contact_measured", measured),
-    ):
-        if value is None:
-            arrays.refuse(f"contact_name needs {key} too", key)
+    for key in _SITES:
+        if key not in arrays:
+            arrays.refuse("is missing, but contact_name is there", key)
     try:
         return tuple(
             ContactSite(
@@ -192,7 +191,7 @@ def _sites(arrays: Arrays) -> tuple[ContactSite, ...]:
             for i in range(k)
         )
     except ParameterError as error:
-        arrays.refuse(f"is no contact site ({error})", "contact_position")
+        arrays.refuse(f"does not describe contact sites ({error})", "contact_name")
         raise
 
 
@@ -211,30 +210,47 @@ def _limits(arrays: Arrays, n_hinges: int) -> Limits:
     )
 
 
+def _conditions(arrays: Arrays) -> tuple[Condition, ...]:
+    if "conditions" not in arrays:
+        return ()
+    return _described(
+        arrays, "conditions", lambda held: tuple(Condition.from_dict(c) for c in held), list
+    )
+
+
 def _signals(arrays: Arrays) -> dict[str, np.ndarray]:
     return {key.removeprefix("signal/"): arrays.any(key) for key in arrays.keys("signal/")}
 
 
-def _references(arrays: Arrays, joint_names: tuple[str, ...]) -> dict[str, Motion]:
+def _references(
+    arrays: Arrays, joint_names: tuple[str, ...], nq: int, nv: int
+) -> dict[str, Motion]:
     found = {}
     for key in arrays.keys("reference/"):
         name, _, what = key.removeprefix("reference/").rpartition("/")
         if what != "time":
             continue
-        time = arrays.numbers(key, None)
-        qpos = arrays.numbers(f"reference/{name}/qpos", len(time), None)
-        qvel = arrays.numbers(f"reference/{name}/qvel", len(time), None)
-        if qpos is None or qvel is None:
-            arrays.refuse("needs qpos and qvel too", key)
-        found[name] = Motion(time, qpos, qvel, joint_names)
+        time = arrays.increasing(key, arrays.numbers(key, None))
+        state = []
+        for part, width in (("qpos", nq), ("qvel", nv)):
+            state.append(arrays.numbers(f"reference/{name}/{part}", len(time), width))
+            if state[-1] is None:
+                arrays.refuse(f"is missing, but {key} is there", f"reference/{name}/{part}")
+        found[name] = Motion(time, state[0], state[1], joint_names)
     return found
 
 
-def _json(arrays: Arrays, key: str) -> Any:
+def _described(arrays: Arrays, key: str, build: Callable[[Any], _T], kind: type = dict) -> _T:
+    """Return what the JSON text ``key`` describes."""
     try:
-        return json.loads(str(arrays.any(key)))
-    except (json.JSONDecodeError, RecursionError) as error:
-        arrays.refuse(f"is not JSON ({error})", key)
+        description = json.loads(str(arrays.any(key)))
+        if not isinstance(description, kind):
+            arrays.refuse(f"is no JSON {'object' if kind is dict else 'list'}", key)
+        return build(description)
+    except (ValueError, TypeError, RecursionError) as error:
+        if isinstance(error, FileError):
+            raise
+        arrays.refuse(f"is damaged ({error})", key)
         raise
 
 

@@ -1,4 +1,4 @@
-"""Where a result comes from: the command, the settings that decide it, the files that were read."""
+"""Provenance: the command, the settings that decide its result, and the files it read."""
 
 import hashlib
 from collections.abc import Iterable, Mapping
@@ -17,7 +17,7 @@ class Provenance:
         command: The command line.
         settings: Every setting that decides the result.
         source_files: SHA-256 of every file that was read, by name.
-        seed: Of random numbers.
+        seed: Seed of the random numbers.
     """
 
     command: str = ""
@@ -27,23 +27,28 @@ class Provenance:
 
 
 def source_files(paths: Iterable[str | Path]) -> dict[str, str]:
-    """Return the SHA-256 of each file, by its name; equal names get their folder in front.
+    """Return the SHA-256 of each file by its name, with as many folders as make the name unique.
 
     Raises:
         FileError: If a file cannot be read.
     """
-    paths = list(dict.fromkeys(Path(path) for path in paths))
-    names = [path.name for path in paths]
+    files = list(dict.fromkeys(Path(path).absolute() for path in paths))
     sums: dict[str, str] = {}
-    for path in paths:
-        name = (
-            path.name
-            if names.count(path.name) == 1
-            else f"{path.absolute().parent.name}/{path.name}"
-        )
+    for path in files:
+        length, name = 1, path.name
+        while length < len(path.parts) and sum(_tail(p, length) == name for p in files) > 1:
+            length += 1
+            name = _tail(path, length)
         try:
             with path.open("rb") as stream:
                 sums[name] = hashlib.file_digest(stream, "sha256").hexdigest()
         except OSError as error:
-            raise FileError(path, f"cannot be read ({error.strerror})") from error
+            raise FileError(
+                path, f"cannot be read ({error.strerror or error})", remedy="check its permissions"
+            ) from error
     return sums
+
+
+def _tail(path: Path, length: int) -> str:
+    """Return the last parts of a path."""
+    return "/".join(path.parts[-length:])

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.charts import Figure
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
@@ -18,6 +19,9 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import Markers
+from plantigrade.motion.views import table_html
+from plantigrade.record import views
+from plantigrade.record.conditions import Condition
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +76,7 @@ class Record:
         contact_planned: When each site was planned to stand; None where there was no plan.
         ground: What the body stood on.
         limits: What the motion had to keep to.
+        conditions: What the task demanded besides, at times of ``motion``.
         signals: Further results by name, as arrays of numbers or words: residuals of tasks, the
             history of a solver, the state of a controller. Names have dots: ``"solver.history"``.
         references: Other motions of the same Human by name, on clocks of their own: the recorded
@@ -93,6 +98,7 @@ class Record:
     contact_planned: Bool[Array, "n_frames n_sites"] | None = None
     ground: Ground = field(default_factory=Ground)
     limits: Limits = field(default_factory=Limits)
+    conditions: tuple[Condition, ...] = ()
     signals: Mapping[str, Array] = field(default_factory=dict)
     references: Mapping[str, Motion] = field(default_factory=dict)
     recorded_markers: Markers | None = None
@@ -177,6 +183,39 @@ class Record:
         """Return the signals whose names start with ``prefix`` and a dot, by what follows it."""
         start = prefix + "."
         return {k.removeprefix(start): v for k, v in self.signals.items() if k.startswith(start)}
+
+    def plot(self, *names: str) -> Figure:
+        """Return a figure over time; a notebook shows it.
+
+        Args:
+            names: Coordinates (``"knee_angle"``: both sides), joint moments
+                (``"knee_angle_moment"``), ground forces (``"ground_force_up"``), or signals of one
+                number a frame; the coordinates that change if none is given.
+
+        Raises:
+            CoordinateNotFound: If there is no such coordinate, moment or signal.
+            ParameterError: If forces are asked for that the record does not have.
+        """
+        return views.plot(self, names)
+
+    def to_dataframe(self) -> Any:
+        """Return coordinates, torques, ground forces and signals, one row a frame (pandas).
+
+        Raises:
+            MissingExtra: If pandas is not installed.
+        """
+        return views.to_dataframe(self)
+
+    def to_xarray(self) -> Any:
+        """Return the record as an xarray Dataset with named dimensions.
+
+        Raises:
+            MissingExtra: If xarray is not installed.
+        """
+        return views.to_xarray(self)
+
+    def _repr_html_(self) -> str:
+        return table_html("Record", views.record_summary(self))
 
     def __repr__(self) -> str:
         """Return what it is in one line."""

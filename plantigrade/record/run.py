@@ -9,17 +9,17 @@ from plantigrade.contact.scene import scene_xml
 from plantigrade.errors import FileError
 from plantigrade.io.mot import write_mot
 from plantigrade.motion.recording import Table
-from plantigrade.record.folder import METRICS, metrics_json, read_metrics, write_folder
+from plantigrade.motion.views import table_html
+from plantigrade.record.folder import FORMAT, METRICS, metrics_json, read_metrics, write_folder
 from plantigrade.record.npz import read_npz, write_npz
 from plantigrade.record.provenance import Provenance
 from plantigrade.record.record import Record
+from plantigrade.record.views import run_summary
 
 MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
-FORMAT = 2
-"""Version of the run folder; runs of another one are refused."""
 
 _META = ("status", "format", "version", "kind", "title", "sentence", "command", "settings", "seed",
-         "source_files", "notes")  # fmt: skip
+         "source_files", "notes", "files")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class Run:
 
         def contents(folder: Path) -> None:
             record = self.record
-            xml = scene_xml(record.human, record.ground)
+            xml = scene_xml(record.human, record.ground, record.sites)
             (folder / MODEL).write_text(xml, encoding="utf-8")
             write_npz(record, folder / MOTION)
             columns, values = record.human.to_coordinates(record.motion.qpos)
@@ -128,11 +128,15 @@ class Run:
         """
         folder = Path(folder).expanduser()
         metrics = read_metrics(folder)
-        if metrics.get("format") != FORMAT or not isinstance(metrics.get("kind"), str):
+        if metrics.get("format") != FORMAT:
             raise FileError(
                 folder / METRICS,
                 f"is of format {metrics.get('format', 1)}; this version reads format {FORMAT}",
-                remedy="make the run again",
+                remedy="run the command again",
+            )
+        if not isinstance(metrics.get("kind"), str):
+            raise FileError(
+                folder / METRICS, "names no kind of run", remedy="name the folder of a single run"
             )
         missing = [name for name in (MODEL, MOTION) if not (folder / name).is_file()]
         if missing:
@@ -168,6 +172,9 @@ class Run:
     def to_json(self) -> str:
         """Return ``metrics.json``."""
         return metrics_json(self.metrics)
+
+    def _repr_html_(self) -> str:
+        return table_html(self.title or "Run", run_summary(self))
 
     def __repr__(self) -> str:
         """Return what it is in a few lines."""

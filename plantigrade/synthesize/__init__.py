@@ -3,8 +3,8 @@
 A person and a task become a motion in three lines::
 
     task = make_task("walk", human, {"periodic": True})
-    motion = synthesize(body_for(human, task.plan), task)
-    sampled = motion.sample(motion.times())
+    solution = synthesize(ContactBody.for_plan(human, task.plan), task)
+    record = solution.record()
 
 What is named here is loaded when it is first used.
 """
@@ -12,78 +12,51 @@ What is named here is loaded when it is first used.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from plantigrade.synthesize.splines.banded import BandedMatrix
-from plantigrade.synthesize.splines.basis import Basis
-from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots, uniform_knots
-from plantigrade.synthesize.splines.polynomial import PolynomialBasis
-from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
-
 if TYPE_CHECKING:
-    from plantigrade.synthesize.diagnose.post_mortem import Broken, broken_rows
-    from plantigrade.synthesize.problem.assembly import Assembly
-    from plantigrade.synthesize.problem.formulation import Body
+    from plantigrade.synthesize.problem.builder import ProblemBuilder
+    from plantigrade.synthesize.problem.contact_body import ContactBody
     from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
-    from plantigrade.synthesize.solution import Sampled, Stage, Synthesis
+    from plantigrade.synthesize.solution import Solution
     from plantigrade.synthesize.solve import synthesize
-    from plantigrade.synthesize.solvers.interior_point import (
-        InteriorPoint,
-        Iterate,
-        Multipliers,
-        Options,
-        Result,
-    )
-    from plantigrade.synthesize.tasks.registry import TASKS, body_for, make_task
-    from plantigrade.synthesize.tasks.task import Task
+    from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Options
+    from plantigrade.synthesize.tasks.registry import make_task
+    from plantigrade.synthesize.tasks.settings import TASKS
+    from plantigrade.synthesize.tasks.task import MotionTask
     from plantigrade.synthesize.tasks.task_file import TaskFile, parse_task_file, read_task_file
-    from plantigrade.synthesize.terms.terms import Term
+    from plantigrade.synthesize.terms.term import Term
 
 _HOMES = {
-    "problem.assembly": ("Assembly",),
-    "problem.formulation": ("Body",),
-    "solvers.interior_point": ("InteriorPoint", "Iterate", "Multipliers", "Options", "Result"),
-    "diagnose.post_mortem": ("Broken", "broken_rows"),
-    "problem.nlp": ("PeriodicClosure", "Problem", "ConstraintFamily"),
+    "problem.builder": ("ProblemBuilder",),
+    "problem.contact_body": ("ContactBody",),
+    "problem.nlp": ("ConstraintFamily", "PeriodicClosure", "Problem"),
+    "solution": ("Solution",),
     "solve": ("synthesize",),
-    "solution": ("Sampled", "Stage", "Synthesis"),
-    "tasks.task": ("Task",),
+    "solvers.interior_point": ("InteriorPoint", "Options"),
+    "tasks.registry": ("make_task",),
+    "tasks.settings": ("TASKS",),
+    "tasks.task": ("MotionTask",),
     "tasks.task_file": ("TaskFile", "parse_task_file", "read_task_file"),
-    "tasks.registry": ("TASKS", "body_for", "make_task"),
-    "terms.terms": ("Term",),
+    "terms.term": ("Term",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "TASKS",
-    "Assembly",
-    "BandedMatrix",
-    "Basis",
-    "Body",
-    "Broken",
-    "PeriodicClosure",
-    "InteriorPoint",
-    "Iterate",
-    "Multipliers",
-    "Options",
-    "PolynomialBasis",
-    "Problem",
-    "Result",
     "ConstraintFamily",
-    "Sampled",
-    "Stage",
-    "Synthesis",
-    "Task",
+    "ContactBody",
+    "InteriorPoint",
+    "MotionTask",
+    "Options",
+    "PeriodicClosure",
+    "Problem",
+    "ProblemBuilder",
+    "Solution",
     "TaskFile",
     "Term",
-    "TrigonometricBasis",
-    "body_for",
-    "broken_rows",
-    "clamped_knots",
     "make_task",
     "parse_task_file",
-    "periodic_knots",
     "read_task_file",
     "synthesize",
-    "uniform_knots",
 ]
 
 

@@ -1,20 +1,32 @@
-"""A synthesised motion: what the solver found, sampled at any time."""
+"""A solved task: sampled at any time, as a Record, and as the start of another one."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from plantigrade.arrays import Array, Bool, Float
-from plantigrade.synthesize.diagnose.post_mortem import values
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import FRICTION
+from plantigrade.record import Limits as RecordLimits
+from plantigrade.record import Record
+from plantigrade.synthesize.contact_record import contact_record
+from plantigrade.synthesize.diagnose.violations import Violation, pressing, violations
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.solvers.interior_point import Iterate, Multipliers
-from plantigrade.synthesize.tasks.task import Task
-from plantigrade.synthesize.terms.terms import Contact
-from plantigrade.synthesize.transcription.forces_between import FRICTION, explaining, remainder
-from plantigrade.synthesize.transcription.linear_map import Transcription
+from plantigrade.synthesize.sampling import Sampled, sample
+from plantigrade.synthesize.solvers.result import Iterate, Multipliers
+from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.terms.contact import Contact
+from plantigrade.synthesize.terms.limits import Limits
+from plantigrade.synthesize.transcription.evaluation import Evaluation
+from plantigrade.synthesize.transcription.forces_between import remainder
+
+SAMPLES_PER_INTERVAL = 10
+"""Frames of a Record between two nodes."""
+
+MOST_SAID = 5
+"""Violations in the notes."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +34,7 @@ class Stage:
     """One run of a solver on the way to a motion.
 
     Attributes:
-        name: What was solved: ``"first mesh"``, ``"refined"``, ``"IPOPT"``.
+        name: What was solved: ``"first try"``, ``"more nodes"``, ``"IPOPT"``.
         solver: ``"interior-point"`` or ``"ipopt"``.
         nodes: Number of nodes.
         status: How it ended.
@@ -38,39 +50,16 @@ class Stage:
     history: tuple[Iterate, ...]
 
 
-@dataclass(frozen=True)
-class Sampled:
-    """A motion at many times.
-
-    Attributes:
-        time: Times [s].
-        qpos: MuJoCo's configuration (n_times, nq).
-        qvel: MuJoCo's velocity (n_times, nv).
-        qacc: MuJoCo's acceleration (n_times, nv).
-        q: Coordinates in OpenSim's order (n_times, nv).
-        force: Contact forces, world (n_times, n_sites, 3) [N].
-        standing: Which sites the plan has on the ground (n_times, n_sites).
-    """
-
-    time: Float[Array, " n_times"]
-    qpos: Float[Array, "n_times nq"]
-    qvel: Float[Array, "n_times nv"]
-    qacc: Float[Array, "n_times nv"]
-    q: Float[Array, "n_times nv"]
-    force: Float[Array, "n_times n_sites 3"]
-    standing: Bool[Array, "n_times n_sites"]
-
-
-@dataclass(frozen=True)
-class Synthesis:
+@dataclass(frozen=True, eq=False)
+class Solution:
     """A motion from a task.
 
     Attributes:
         body: Who moves.
         task: What was asked.
         problem: The problem that was solved last.
-        c: Coefficients.
-        u: Contact forces at nodes [body weights].
+        coefficients: Coefficients of the spline.
+        forces: Contact forces at nodes [body weights].
         status: How the last solver ended.
         success: Whether every row of the problem is kept at the nodes; the checker has the last
             word on what is between them.
@@ -78,33 +67,30 @@ class Synthesis:
         multipliers: For a warm start.
     """
 
-    body: Body
-    task: Task
+    body: ContactBody
+    task: MotionTask
     problem: Problem
-    c: Float[Array, "n_coefficients nv"]
-    u: Float[Array, "n_nodes n_unknowns"]
+    coefficients: Float[Array, "n_coefficients nv"]
+    forces: Float[Array, "n_nodes n_unknowns"]
     status: str
     success: bool
     stages: tuple[Stage, ...]
     multipliers: Multipliers | None = None
 
+    # What the solver found --------------------------------------------------------------------
+
     @cached_property
     def objective(self) -> float:
         """Cost of this motion; the last stage may have ended elsewhere."""
-        p, u = self.problem, self.u[:, : self.problem.n_unknowns]
-        states = p.states(self.c, p.nodes)
-        transcription = Transcription(p)
-        cost = transcription.smoothness(transcription.join(self.c, u))[0]
-        for rows in p.rows:
-            if rows.weight.any() or rows.gain.any():
-                r = values(rows, *states, u)
-                cost += float(np.sum(rows.gain * r + 0.5 * rows.weight * (r - rows.target) ** 2))
-        return cost
+        evaluation = Evaluation(self.problem)
+        u = self.forces[:, : self.problem.n_unknowns]
+        x = evaluation.t.join(self.coefficients, u)
+        return evaluation.objective(x, evaluation.values(x))
 
-    @property
-    def friction(self) -> float:
-        """Coefficient of friction of the task's ground."""
-        return next((t.friction for t in self.task.terms if isinstance(t, Contact)), FRICTION)
+    @cached_property
+    def violations(self) -> tuple[Violation, ...]:
+        """Constraints that are violated at nodes, worst first."""
+        return violations(self.problem, self.coefficients, self.forces)
 
     @property
     def iterations(self) -> int:
@@ -116,25 +102,51 @@ class Synthesis:
         """Time of all stages [s]."""
         return sum(s.seconds for s in self.stages)
 
-    def times(self, samples_per_interval: int = 10, laps: int = 1) -> Float[Array, " n_times"]:
-        """Return the times of a grid finer than the nodes [s].
-
-        Args:
-            samples_per_interval: Intervals for each one between nodes.
-            laps: Laps of a periodic motion; two are a stride.
-        """
-        ends = self.nodes
-        part = np.arange(samples_per_interval) / samples_per_interval
-        inner = (ends[:-1, None] + np.diff(ends)[:, None] * part).ravel()
-        all_ = [inner + lap * self.task.plan.duration for lap in range(laps)]
-        return np.concatenate([*all_, [laps * self.task.plan.duration]])
-
     @property
     def nodes(self) -> Float[Array, " n_nodes"]:
         """Times of the nodes, start and end among them [s]."""
         if self.problem.closure is None:
             return self.problem.nodes
         return np.append(self.problem.nodes, self.task.plan.duration)
+
+    @property
+    def switches(self) -> Float[Array, " n_switches"]:
+        """Times at which contact changes [s]."""
+        return self.task.plan.switches
+
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction of the task's ground."""
+        return next((t.friction for t in self.task.terms if isinstance(t, Contact)), FRICTION)
+
+    # The motion -------------------------------------------------------------------------------
+
+    def times(
+        self, samples_per_interval: int = SAMPLES_PER_INTERVAL, periods: int = 1
+    ) -> Float[Array, " n_times"]:
+        """Return the times of a grid finer than the nodes [s].
+
+        Args:
+            samples_per_interval: Samples for each interval between nodes.
+            periods: Periods of a periodic motion.
+        """
+        ends = self.nodes
+        part = np.arange(samples_per_interval) / samples_per_interval
+        inner = (ends[:-1, None] + np.diff(ends)[:, None] * part).ravel()
+        every = [inner + k * self.task.plan.duration for k in range(periods)]
+        return np.concatenate([*every, [periods * self.task.plan.duration]])
+
+    def sample(self, times: Float[Array, " n_times"]) -> Sampled:
+        """Return the motion at times [s], also beyond the end of a periodic one."""
+        return sample(
+            self.body,
+            self.task.plan,
+            self.problem,
+            self.coefficients,
+            self.forces,
+            times,
+            self.friction,
+        )
 
     def unexplained(
         self, samples_per_interval: int = 6
@@ -145,59 +157,101 @@ class Synthesis:
             Times, and the larger of force [body weights] and moment [body weight · m].
         """
         times = self.times(samples_per_interval)[:-1]
-        p = self.problem
-        q, v, a = p.states(self.c, times)
-        sampled = self.sample(times)
-        missing = remainder(self.body, q, v, a, sampled.force @ self.task.plan.to_world)
-        return times, missing
+        q, v, a = self.problem.states(self.coefficients, times)
+        force = self.sample(times).force @ self.task.plan.to_world
+        return times, remainder(self.body, q, v, a, force)
 
-    def sample(self, times: Float[Array, " n_times"]) -> Sampled:
-        """Return the motion at times [s]; a periodic one goes on for ever.
+    # For others -------------------------------------------------------------------------------
 
-        Contact forces are near the straight line from node to node, and explain the motion
-        (:mod:`~plantigrade.synthesize.transcription.forces_between`).
+    def record(
+        self, *, samples_per_interval: int = SAMPLES_PER_INTERVAL, strides: int = 2
+    ) -> Record:
+        """Return what happened, sampled on a grid finer than the nodes.
+
+        Args:
+            samples_per_interval: Frames for each interval between nodes.
+            strides: Strides of a periodic motion.
         """
-        p, span = self.problem, self.task.plan.duration
-        n_sites = len(self.body.sites)
-        lap = np.zeros(len(times), int)
-        inside = np.asarray(times, float)
-        if p.closure is not None:
-            lap = np.floor(inside / span + 1e-12).astype(int)
-            inside = np.clip(inside - lap * span, 0.0, np.nextafter(span, 0.0))
-        q, v, a = p.states(self.c, inside)
-        knots, values = p.nodes, self.u
-        if p.closure is not None:
-            knots = np.append(p.nodes, span)
-            after = self.u[:1][:, p.closure.u_source] * p.closure.u_sign
-            values = np.vstack([self.u, after])
-        u = np.stack([np.interp(inside, knots, x) for x in values.T], axis=1)
-        standing = (
-            np.stack([self.task.plan.standing(s, inside) for s in self.body.sites], axis=1)
-            if n_sites
-            else np.zeros((len(times), 0), bool)
+        plan, name = self.task.plan, self.task.name
+        periods = strides * (2 if plan.mirrored else 1) if plan.periodic else 1
+        return contact_record(
+            self.body,
+            self.sample(self.times(samples_per_interval, periods)),
+            plan,
+            friction=self.friction,
+            walks=plan.periodic or name.startswith(("walk", "track")),
+            limits=self.limits,
+            conditions=self.task.conditions(self.body, periods),
+            signals=solver_signals(self.stages, self.violations) | self._spline(),
+            notes=self.notes,
         )
-        if p.closure is not None:
-            k = p.closure
-            for turn in range(1, int(lap.max(initial=0)) + 1):
-                at = lap >= turn
-                q[at] = q[at][:, k.source] * k.sign + k.shift
-                v[at], a[at] = v[at][:, k.source] * k.sign, a[at][:, k.source] * k.sign
-                u[at] = u[at][:, k.u_source] * k.u_sign
-                standing[at] = standing[at][:, k.u_source[::3] // 3]
-        qpos, qvel, qacc = self.body.symbolic.to_mujoco(q, v, a)
-        force = u.reshape(len(times), n_sites, 3) * self.body.weight
-        force = explaining(self.body, q, v, a, force, standing, self.friction)
-        if self.task.plan.slope:
-            qpos, qvel, qacc, force = _in_world(self.task.plan.to_world, qpos, qvel, qacc, force)
-            q = self.body.human.to_coordinates(qpos)[1]
-        return Sampled(np.asarray(times, float), qpos, qvel, qacc, q, force, standing)
+
+    @property
+    def limits(self) -> RecordLimits:
+        """What the task's terms let joints and forces do."""
+        limits = RecordLimits()
+        for term in self.task.terms:
+            if isinstance(term, Contact):
+                limits = replace(limits, force=term.force * self.body.weight)
+            elif isinstance(term, Limits):
+                human = self.body.human
+                limits = replace(
+                    limits,
+                    coordinate=term.coordinates(human),
+                    velocity=term.speed,
+                    torque=term.torques(human),
+                )
+        return limits
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know where the solver did not succeed."""
+        if self.success:
+            return ()
+        if self.status == "stopped":
+            how = "The solver was stopped; this is the best so far."
+        else:
+            how = f"The solver ended with “{self.status}”."
+        found = [how, *(v.sentence() + "." for v in self.violations[:MOST_SAID])]
+        pushed = pressing(self.problem, self.multipliers)
+        if pushed and self.status != "stopped":
+            found.append(f"Limits the solver pushed against hardest: {'; '.join(pushed)}.")
+        return tuple(found)
+
+    def _spline(self) -> dict[str, Array]:
+        """Return what :class:`~plantigrade.synthesize.warm_start.WarmStart` reads."""
+        p, plan = self.problem, self.task.plan
+        kept: dict[str, Array] = {
+            "spline.coefficients": self.coefficients,
+            "spline.forces": self.forces[:, : p.n_unknowns],
+            "spline.nodes": self.nodes,
+            "spline.switches": self.switches,
+            "spline.coordinates": np.array(p.names),
+            "spline.unknowns": np.array(p.u_names, dtype=np.str_),
+            "spline.basis": np.array(self.task.basis),
+            "spline.status": np.array(self.status),
+        }
+        if plan.periodic:
+            kept["spline.period"] = np.array([float(plan.mirrored), plan.advance])
+        pushing = {} if self.multipliers is None else self.multipliers.rows
+        return kept | {f"spline.multipliers.{name}": x for name, x in pushing.items()}
 
 
-def _in_world(R: Array, qpos: Array, qvel: Array, qacc: Array, force: Array):
-    """Return a motion turned from the axes of the ground to world axes."""
-    place, velocity, acceleration = (x.copy() for x in (qpos, qvel, qacc))
-    for x in (place, velocity, acceleration):
-        x[:, :3] = x[:, :3] @ R.T
-    turned = Rotation.from_matrix(R) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
-    place[:, 3:7] = turned.as_quat(scalar_first=True)
-    return place, velocity, acceleration, force @ R.T
+def solver_signals(stages: Sequence[Stage], broken: Sequence[Violation]) -> dict[str, Array]:
+    """Return how a solver got there, as signals of a Record."""
+    every = [(k, it) for k, stage in enumerate(stages) for it in stage.history]
+    history = [(k, i.number, i.objective, i.violation, i.optimality, i.seconds) for k, i in every]
+    return {
+        "solver.stage_names": _words([s.name for s in stages]),
+        "solver.stage_solvers": _words([s.solver for s in stages]),
+        "solver.stage_status": _words([s.status for s in stages]),
+        "solver.stage_nodes": np.array([s.nodes for s in stages]),
+        "solver.stage_seconds": np.array([s.seconds for s in stages], float),
+        "solver.history": np.array(history, float).reshape(-1, 6),
+        "solver.history_worst": _words([it.worst for _, it in every]),
+        "solver.broken": _words([b.sentence() for b in broken]),
+    }
+
+
+def _words(words: Sequence[str]) -> Array:
+    return np.array(list(words), dtype=np.str_)

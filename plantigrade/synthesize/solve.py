@@ -16,18 +16,19 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.solution import Stage, Synthesis
+from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solvers.interior_point import (
     InteriorPoint,
     Iterate,
     Multipliers,
     Options,
 )
-from plantigrade.synthesize.tasks.task import Task, coefficients, sample_times
-from plantigrade.synthesize.terms.terms import Acceleration, Work
+from plantigrade.synthesize.tasks.task import MotionTask, coefficients, sample_times
+from plantigrade.synthesize.terms.effort import Acceleration, Work
 from plantigrade.synthesize.transcription.mesh import nodes_like, split
+from plantigrade.synthesize.warm_start import WarmStart
 
 Solver = Literal["interior-point", "ipopt"]
 Progress = Callable[[str, Iterate], bool | None]
@@ -55,17 +56,17 @@ class _Point:
 
 
 def synthesize(
-    body: Body,
-    task: Task,
+    body: ContactBody,
+    task: MotionTask,
     *,
     solver: Solver = "interior-point",
-    warm: Synthesis | None = None,
+    warm: Solution | WarmStart | None = None,
     options: Options | None = None,
     progress: Progress | None = None,
     c0: Float[Array, "n_coefficients nv"] | None = None,
     refinements: int = REFINEMENTS,
     rescue: bool = True,
-) -> Synthesis:
+) -> Solution:
     """Return the motion of a person who does a task.
 
     Args:
@@ -90,21 +91,21 @@ def synthesize(
         raise ParameterError(f"solver is {solver!r}; allowed are 'interior-point' and 'ipopt'")
     if warm is not None and warm.problem.names != body.symbolic.names:
         raise ParameterError(
-            f"a motion of {len(warm.problem.names)} coordinates is no start for a body of "
-            f"{len(body.symbolic.names)}: give one of the same joints and feet, or none"
+            f"cannot warm-start: the run has {len(warm.problem.names)} coordinates, this person "
+            f"{len(body.symbolic.names)}"
         )
     run = _Runner(body, options, progress)
     nodes = None
     if warm is not None:
-        nodes = nodes_like(task.plan, warm.task.plan, warm.nodes)
+        nodes = nodes_like(task.plan, warm.switches, warm.nodes)
     problem = task.problem(body, nodes)
     c, u = task.start(body, problem)
     multipliers = None
     if c0 is not None:
         c = c0
     if warm is not None:
-        old = warm.task.plan.switches, task.plan.switches
-        before = _Point(warm.problem, warm.c, warm.u, warm.status, warm.success, warm.multipliers)
+        old = warm.switches, task.plan.switches
+        before = _Point(warm.problem, warm.coefficients, warm.forces, "", True, warm.multipliers)
         c, u, multipliers = _carried(before, problem, old)
     first = "warm start" if warm is not None else "first try"
     if solver == "ipopt":
@@ -144,7 +145,9 @@ def synthesize(
     return _made(body, task, at, run)
 
 
-def _rescued(run: "_Runner", body: Body, task: Task, problem: Problem, at: _Point) -> _Point:
+def _rescued(
+    run: "_Runner", body: ContactBody, task: MotionTask, problem: Problem, at: _Point
+) -> _Point:
     """Return what easier problems lead to, the first that succeeds."""
     coarse = replace(task, nodes_per_second=task.nodes_per_second / 2)
     easy = replace(
@@ -169,7 +172,7 @@ def _rescued(run: "_Runner", body: Body, task: Task, problem: Problem, at: _Poin
 class _Runner:
     """Runs solvers and keeps account of it."""
 
-    def __init__(self, body: Body, options: Options | None, progress: Progress | None):
+    def __init__(self, body: ContactBody, options: Options | None, progress: Progress | None):
         self.body, self.options, self.progress = body, options, progress
         self.stages: list[Stage] = []
 
@@ -217,8 +220,8 @@ class _Runner:
         self.stages.append(Stage(name, solver, len(problem.nodes), status, seconds, tuple(history)))
 
 
-def _made(body: Body, task: Task, at: _Point, run: _Runner) -> Synthesis:
-    return Synthesis(
+def _made(body: ContactBody, task: MotionTask, at: _Point, run: _Runner) -> Solution:
+    return Solution(
         body, task, at.problem, at.c, at.u, at.status, at.success, tuple(run.stages), at.multipliers
     )
 

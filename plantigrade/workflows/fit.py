@@ -1,72 +1,49 @@
-"""The path every recording takes: read, fit, analyse, write."""
+"""From a recording to a motion on a scaled Human: read, fit, analyse."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+import contextlib
+import time
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from plantigrade.errors import FitError, ParameterError
+from plantigrade.analyze.foot_segments import foot_segment_signals
+from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.errors import FitError
+from plantigrade.io import read
+from plantigrade.io.asf import find_asf
+from plantigrade.io.companions import Companions, find_companions
+from plantigrade.kinematics.coordinate_fit import fit_coordinates
+from plantigrade.kinematics.fit import fit_markers
+from plantigrade.kinematics.plausible import verdict
+from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.retarget import fit_skeleton
+from plantigrade.models.markers import read_marker_set
+from plantigrade.models.person import Person
+from plantigrade.motion import Recording
+from plantigrade.record import Provenance, Run
+from plantigrade.record.provenance import source_files
+from plantigrade.workflows.settings import FitSettings
 
-if TYPE_CHECKING:
-    from plantigrade.analyze.trial import Trial
-    from plantigrade.kinematics.result import Fit
-    from plantigrade.motion import Recording
-
-
-@dataclass(frozen=True)
-class FitSettings:
-    """Everything that decides the result of a fit, as written into ``metrics.json``.
-
-    Attributes:
-        height: Stature [m]; from the recording if None.
-        mass: Body mass [kg]; likewise.
-        sex: ``"female"`` or ``"male"``; likewise, else male.
-        joints: Joint set.
-        feet: Kind of foot; the joint set's own if None.
-        static: Standing trial; looked for beside the recording if None.
-        skeleton: ASF file of an AMC; likewise.
-        forces: File of ground reactions; likewise.
-        marker_set: TOML file of a marker set.
-        cutoff: Low-pass of motion and forces [Hz].
-        companions: Look for companion files at all.
-    """
-
-    height: float | None = None
-    mass: float | None = None
-    sex: str | None = None
-    joints: str = "42"
-    feet: str | None = None
-    static: Path | None = None
-    skeleton: Path | None = None
-    forces: Path | None = None
-    marker_set: Path | None = None
-    cutoff: float = 6.0
-    companions: bool = True
+Step = Callable[[str], contextlib.AbstractContextManager]
+"""Opened around each step of a job, with what is done in it: shows progress."""
 
 
-@dataclass(frozen=True)
-class Loaded:
-    """A recording with its companions and the files all of it came from."""
-
-    recording: "Recording"
-    static: "Recording | None"
-    sources: tuple[Path, ...]
+def silent(_: str) -> contextlib.AbstractContextManager:
+    """Show nothing of a step."""
+    return contextlib.nullcontext()
 
 
-def load(path: Path, settings: FitSettings) -> Loaded:
+def load(path: str | Path, settings: FitSettings) -> Recording:
     """Read a recording and what belongs to it.
 
     Raises:
         FileError: If a file cannot be read.
+        FitError: If a file that was named does not hold what it was named for.
     """
-    from plantigrade.io import read
-    from plantigrade.io.companions import Companions, find_companions
-
+    path = Path(path)
     skeleton = settings.skeleton
-    if skeleton is None and path.suffix.lower() == ".amc":
-        from plantigrade.io.asf_amc import find_asf
-
-        skeleton = find_asf(path) if path.exists() else None
+    if skeleton is None and path.suffix.lower() == ".amc" and path.exists():
+        skeleton = find_asf(path)
     recording = read(path, **({"skeleton": skeleton} if skeleton else {}))
     found = find_companions(recording, read) if settings.companions else Companions()
     static = read(settings.static) if settings.static else found.static
@@ -82,139 +59,131 @@ def load(path: Path, settings: FitSettings) -> Loaded:
         notes.append(f"{static.source.name} beside it was taken as its standing trial.")
     if source is not None and settings.forces is None:
         notes.append(f"{source.name} beside it was taken as its ground reactions.")
-    recording = replace(
+    named = (static.source if static else None, source, skeleton, settings.marker_set)
+    return replace(
         recording,
         plates=plates,
-        warnings=tuple(recording.warnings) + tuple(notes),
+        static=static,
+        companions=tuple(each for each in named if each is not None),
+        warnings=(*recording.warnings, *notes),
     )
-    sources = [path, *([static.source] if static else []), *([source] if source else [])]
-    if skeleton:
-        sources.append(skeleton)
-    return Loaded(recording, static, tuple(sources))
 
 
-def fit(loaded: Loaded, settings: FitSettings, progress: Callable | None = None) -> "Fit":
+def fit_recording(recording: Recording, settings: FitSettings) -> Fit:
     """Fit a recording of any kind.
 
     Raises:
         FitError: If it cannot be fitted; the message says why.
     """
-    if not settings.cutoff > 0:  # also catches NaN
-        raise ParameterError(f"cutoff={settings.cutoff} [Hz] must be positive; 6 suits walking")
-    recording = loaded.recording
-    person = {k: getattr(settings, k) for k in ("height", "mass", "sex", "joints", "feet")}
+    person = Person(**settings.known)
     if recording.markers is not None and recording.markers.names:
-        from plantigrade.kinematics.fit import Person, fit_markers
-        from plantigrade.models.markers import read_marker_set
-
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
-        return fit_markers(
-            recording,
-            Person(**person),
-            static=loaded.static,
-            marker_set=chosen,
-            progress=progress,
-        )
+        return fit_markers(recording, person, static=recording.static, marker_set=chosen)
     if recording.skeleton is not None:
-        from plantigrade.kinematics.retarget import fit_skeleton
-
-        return fit_skeleton(recording, **person)
+        return fit_skeleton(recording, person)
     if recording.coordinates is not None:
-        from plantigrade.kinematics.coordinate_fit import fit_coordinates
-
-        return fit_coordinates(recording, **person)
+        return fit_coordinates(recording, person)
     held = "ground reactions alone" if recording.plates else "neither markers nor joint angles"
     raise FitError(f"{recording.source} holds {held}: there is no motion to fit")
 
 
-def refuse_existing(out: Path, *, overwrite: bool) -> None:
-    """Raise before any work is done where a run folder could not be written in the end.
+def fit_trial(
+    path: str | Path, settings: FitSettings | None = None, step: Step = silent
+) -> tuple[Recording, Trial]:
+    """Read, fit and analyse a recording; return it as it was read, and the trial.
 
     Raises:
-        RunExists: If the folder exists and is not to be replaced, or is no run folder.
+        FileError: If a file cannot be read.
+        FitError: If it cannot be fitted; the message says why.
     """
-    from plantigrade.record.folder import refuse_existing as refuse
-
-    refuse(out, overwrite)
-
-
-def analyse(fitted: "Fit", settings: FitSettings) -> "Trial":
-    """Analyse a fit with the settings' cut-off and mass."""
-    from plantigrade.analyze.trial import analyse as analyse_trial
-
-    return analyse_trial(fitted, cutoff=settings.cutoff, mass=settings.mass)
+    settings = settings or FitSettings()
+    with step(f"reading {Path(path).name}"):
+        recording = load(path, settings)
+    with step("fitting"):
+        fitted = fit_recording(recording, settings)
+    with step("analysing"):
+        return recording, analyse(fitted, cutoff=settings.cutoff, mass=settings.mass)
 
 
-def write(
-    trial: "Trial",
-    out: Path,
+def fit(
+    path: str | Path,
+    settings: FitSettings | None = None,
     *,
-    title: str,
-    command: Sequence[str],
-    settings: FitSettings,
-    sources: Sequence[Path],
-    seed: int = 0,
-    overwrite: bool = False,
-    extra: dict[str, Any] | None = None,
-    loaded: Loaded | None = None,
-) -> tuple[Path, dict[str, Any]]:
-    """Write the run folder of an analysed recording; return it and its metrics.
+    step: Step = silent,
+    command: str = "",
+    seed: int | None = None,
+) -> Run:
+    """Fit a recording to a scaled Human: its motion, and joint moments where forces were measured.
 
-    Where the recording as it was read is given and its markers show the segments of the feet,
-    their angles are in the report and in the metrics too.
+    Args:
+        path: The recording.
+        settings: What decides the result.
+        step: Shows progress.
+        command: The command line, for the provenance.
+        seed: Likewise.
+
+    Raises:
+        FileError: If a file cannot be read.
+        FitError: If the recording cannot be fitted; the message says why.
     """
-    from plantigrade import __version__
-    from plantigrade.motion import Table
-    from plantigrade.record.folder import source_files, write_run
-    from plantigrade.report.run_report import run_pages
-    from plantigrade.workflows.foot_segments import FILE, foot_segments
+    settings = settings or FitSettings()
+    began = time.perf_counter()
+    recording, trial = fit_trial(path, settings, step)
+    run = run_of(recording, trial, settings, command=command, seed=seed)
+    seconds = {"fit_time_s": time.perf_counter() - began}
+    return replace(run, figures={**run.figures, **seconds})
 
-    human, motion = trial.fit.human, trial.record.motion
-    feet = foot_segments(loaded, trial, settings) if loaded is not None else None
-    metrics = {
-        "status": status(trial),
-        "version": __version__,
-        "command": " ".join(command),
-        "settings": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(settings).items()},
-        "seed": seed,
-        "source_files": source_files(sources),
-        **trial.record.metrics,
-        **(feet.metrics() if feet else {}),
-        **(extra or {}),
-        "warnings": list(trial.record.warnings),
-    }
-    metrics["title"], metrics["sentence"] = title, sentence(trial)
-    record = replace(trial.record, metrics=metrics)
-    pages = run_pages(
-        human.model,
+
+def run_of(
+    recording: Recording,
+    trial: Trial,
+    settings: FitSettings,
+    *,
+    title: str = "",
+    command: str = "",
+    seed: int | None = None,
+) -> Run:
+    """Return the run of an analysed recording.
+
+    Args:
+        recording: The recording as it was read.
+        trial: The same, fitted and analysed.
+        settings: Those it was fitted with.
+        title: Heading of the pages; the name of the file if empty.
+        command: The command line.
+        seed: Of random numbers.
+    """
+    record = trial.record()
+    feet = foot_segment_signals(recording, trial, settings)
+    if feet.signals:
+        record = replace(record, signals={**record.signals, **feet.signals})
+    return Run(
         record,
-        title=title,
-        sentence=metrics["sentence"],
-        extra=[feet.section()] if feet else (),
+        "fit",
+        title=title or recording.source.name,
+        sentence=sentence(trial),
+        status=status(trial),
+        figures={**trial.figures, **feet.figures},
+        provenance=provenance(recording, settings, command, seed),
     )
-    names, values = human.to_coordinates(motion.qpos)
-    folder = write_run(
-        out,
-        model_xml=human.xml,
-        record=record,
-        metrics=metrics,
-        coordinates=Table(names, motion.time, values),
-        files=pages | ({FILE: feet.to_json()} if feet else {}),
-        overwrite=overwrite,
-    )
-    return folder, metrics
 
 
-def status(trial: "Trial") -> str:
+def provenance(
+    recording: Recording, settings: FitSettings, command: str = "", seed: int | None = None
+) -> Provenance:
+    """Return where a result on a recording comes from: all files that were read."""
+    files = source_files([recording.source, *recording.companions])
+    return Provenance(command, settings.plain(), files, seed)
+
+
+def status(trial: Trial) -> str:
     """Return ``"ok"``, or why the result cannot be called a fit."""
-    from plantigrade.kinematics.plausible import verdict
-
     kind = "marker" if trial.fit.source_kind == "markers" else "joint"
-    error = trial.fit.metrics.get("marker_rms_mean_mm", trial.fit.metrics.get("joint_rms_mm"))
+    error = _error(trial)
     return verdict(None if error is None else 1e-3 * error, kind)
 
 
-def sentence(trial: "Trial") -> str:
+def sentence(trial: Trial) -> str:
     """Return what was done, in one sentence."""
     fitted = trial.fit
     human, seconds = fitted.human, fitted.time[-1] - fitted.time[0]
@@ -228,26 +197,16 @@ def sentence(trial: "Trial") -> str:
         f"a person of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees "
         f"of freedom and {human.feet} feet"
     )
-    error = fitted.metrics.get("marker_rms_mean_mm", fitted.metrics.get("joint_rms_mm"))
+    error = _error(trial)
     if error is not None:
         text += f"; mean error {error:.1f} mm"
-    known = trial.record.contact_known
+    known = trial.record().contact_known
     if trial.moments is not None and (known is None or known.any()):
         text += "; joint moments from the measured ground reactions"
     return text[0].upper() + text[1:] + "."
 
 
-def fit_file(path: str | Path, **settings) -> "Trial":
-    """Read, fit and analyse one recording, as ``plantigrade fit`` does, and write nothing.
-
-    Args:
-        path: The recording.
-        settings: Fields of :class:`FitSettings`.
-
-    Raises:
-        FileError: If the file cannot be read.
-        FitError: If it cannot be fitted; the message says why.
-    """
-    chosen = FitSettings(**settings)
-    loaded = load(Path(path), chosen)
-    return analyse(fit(loaded, chosen), chosen)
+def _error(trial: Trial) -> float | None:
+    """Return the mean distance of markers or joint centres from their places [mm]."""
+    figures = trial.fit.metrics
+    return figures.get("marker_rms_mean_mm", figures.get("joint_rms_mm"))

@@ -63,7 +63,8 @@ def as_synthesis(solution: "PaperSolution") -> "Synthesis":
     from plantigrade.synthesize.solution import Stage, Synthesis
     from plantigrade.synthesize.solvers.interior_point import Iterate
     from plantigrade.synthesize.tasks.task import Task
-    from plantigrade.synthesize.terms.terms import Contact, Limits
+    from plantigrade.synthesize.terms.contact import Contact
+    from plantigrade.synthesize.terms.limits import Limits
 
     paper, result = solution.paper, solution.result
     body = Body.of(solution.human, foot_sites(solution.human))

@@ -2,15 +2,12 @@
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
 from plantigrade.analyze.curves import coordinates_of, gait_curves, known, side_of
 from plantigrade.analyze.trial import analyse
 from tests.analyze.plated_walk import MASS, plated_walk, without_plates
-
-G = 9.81
 
 
 @pytest.fixture(scope="module")
@@ -20,15 +17,9 @@ def trial():
 
 
 @pytest.fixture(scope="module")
-def model(trial):
-    """Its body, as the run folder has it."""
-    return mujoco.MjModel.from_xml_string(trial.fit.human.xml)
-
-
-@pytest.fixture(scope="module")
-def curves(trial, model):
+def curves(trial):
     """Its curves."""
-    return gait_curves(model, trial.record)
+    return gait_curves(trial.record())
 
 
 def test_each_side_has_a_row_for_each_of_its_cycles(curves):
@@ -42,7 +33,7 @@ def test_each_side_has_a_row_for_each_of_its_cycles(curves):
 
 
 def test_ends_of_a_curve_are_the_angles_at_the_heel_strikes(trial, curves):
-    motion = trial.record.motion
+    motion = trial.motion
     knee = np.rad2deg(motion.qpos[:, 7 + trial.fit.human.hinge("knee_angle_l")])
     mine = [c for c in curves.cycles if c.side == "l"]
     for cycle, row in zip(mine, curves.angles["knee_angle_l"], strict=True):
@@ -59,7 +50,7 @@ def test_a_steady_walk_carries_its_weight(curves):
 
 
 def test_moments_are_per_mass_and_power_is_moment_times_speed(trial, curves):
-    motion, tau = trial.record.motion, trial.record.qfrc_actuator
+    motion, tau = trial.motion, trial.record().qfrc_actuator
     i = 6 + trial.fit.human.hinge("ankle_angle_r")
     cycle = next(c for c in curves.cycles if c.side == "r")
     inside = (motion.time >= cycle.start) & (motion.time <= cycle.stop)
@@ -69,16 +60,16 @@ def test_moments_are_per_mass_and_power_is_moment_times_speed(trial, curves):
     assert curves.powers["ankle_angle_r"][0].max() == pytest.approx(power, rel=0.03)
 
 
-def test_forces_nobody_knows_are_nan_and_so_are_the_moments_above_them(trial, model, curves):
+def test_forces_nobody_knows_are_nan_and_so_are_the_moments_above_them(trial, curves):
     """A foot that stood beside its plate has a force, but not this one."""
-    record = trial.record
-    right = [k for k, s in enumerate(record.contact_side) if s == "r"]
+    record = trial.record()
+    right = [k for k, s in enumerate(record.sites) if s.side == "r"]
     table = record.contact_known.copy()
     cycle = next(c for c in curves.cycles if c.side == "r")
     at = cycle.start + 0.2 * cycle.duration
     beside = np.abs(record.motion.time - at) < 0.05 * cycle.duration
     table[np.ix_(beside, right)] = False
-    hidden = gait_curves(model, replace(record, contact_known=table))
+    hidden = gait_curves(replace(record, contact_known=table))
     dark = np.abs(hidden.percent - 20) < 3
     for name in ("hip_flexion_r", "ankle_angle_r"):
         assert np.isnan(hidden.moments[name][0, dark]).all(), name
@@ -94,42 +85,42 @@ def test_forces_nobody_knows_are_nan_and_so_are_the_moments_above_them(trial, mo
     np.testing.assert_array_equal(hidden.angles["knee_angle_r"], curves.angles["knee_angle_r"])
 
 
-def test_a_cycle_of_which_little_is_known_is_left_out(trial, model, curves):
-    record = trial.record
+def test_a_cycle_of_which_little_is_known_is_left_out(trial, curves):
+    record = trial.record()
     table = record.contact_known.copy()
     cycle = next(c for c in curves.cycles if c.side == "r")
     inside = (record.motion.time >= cycle.start) & (record.motion.time < cycle.stop - 0.02)
-    right = [k for k, s in enumerate(record.contact_side) if s == "r"]
+    right = [k for k, s in enumerate(record.sites) if s.side == "r"]
     table[np.ix_(inside, right)] = False
-    hidden = gait_curves(model, replace(record, contact_known=table))
+    hidden = gait_curves(replace(record, contact_known=table))
     assert len(hidden.moments["knee_angle_r"]) == len(curves.moments["knee_angle_r"]) - 1
 
 
-def test_without_forces_there_are_angles_alone(model):
+def test_without_forces_there_are_angles_alone():
     bare = analyse(without_plates(plated_walk().fit()), cutoff=None)
-    curves = gait_curves(model, bare.record)
+    curves = gait_curves(bare.record())
     assert len(curves.angles["knee_angle_r"]) and not curves.moments and not curves.forces
 
 
-def test_without_cycles_every_curve_is_empty(trial, model):
-    motion = replace(trial.record.motion, events=())
-    curves = gait_curves(model, replace(trial.record, motion=motion))
+def test_without_cycles_every_curve_is_empty(trial):
+    motion = replace(trial.motion, events=())
+    curves = gait_curves(replace(trial.record(), motion=motion))
     assert curves.cycles == ()
     assert all(len(rows) == 0 for rows in curves.angles.values())
 
 
 def test_coordinates_are_the_humans(trial):
-    names, values = trial.fit.human.to_coordinates(trial.record.motion.qpos)
-    table = coordinates_of(trial.record)
+    names, values = trial.fit.human.to_coordinates(trial.motion.qpos)
+    table = coordinates_of(trial.record())
     assert table.names == names
     np.testing.assert_allclose(table.values, values, atol=1e-12)
 
 
 def test_both_feet_are_asked_for_the_midline(trial):
-    table = trial.record.contact_known.copy()
-    left = [k for k, s in enumerate(trial.record.contact_side) if s == "l"]
+    table = trial.record().contact_known.copy()
+    left = [k for k, s in enumerate(trial.record().sites) if s.side == "l"]
     table[5, left] = False
-    record = replace(trial.record, contact_known=table)
+    record = replace(trial.record(), contact_known=table)
     assert np.isnan(known(record, None)[5]) and np.isnan(known(record, "l")[5])
     assert known(record, "r")[5] == 1
     assert side_of("hip_flexion_l") == "l" and side_of("pelvis_tilt") is None

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.trial import analyse
+from plantigrade.constants import GRAVITY as G
 from plantigrade.models import Human
 from plantigrade.motion import ForcePlate
 from tests.analyze.plated_walk import MASS, plain, plated_walk, standing_fit, without_plates
-
-G = 9.81
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +21,7 @@ def exact():
 
 def inner(trial) -> slice:
     """Frames away from the ends, where a derivative has one side to go by."""
-    return slice(10, trial.record.motion.n_frames - 10)
+    return slice(10, trial.motion.n_frames - 10)
 
 
 def test_the_ground_carries_the_walk(exact):
@@ -32,7 +31,7 @@ def test_the_ground_carries_the_walk(exact):
     moment = np.linalg.norm(exact.moments.residual_moment, axis=1)[inner(exact)]
     assert force.max() < 0.01 * weight
     assert moment.max() < 0.01 * weight * 1.0  # a hundredth of body weight at a metre
-    assert exact.record.metrics["residual_force_max_n"] < 0.01 * weight
+    assert exact.figures["residual_force_max_n"] < 0.01 * weight
 
 
 def test_moments_are_those_of_a_direct_computation(exact):
@@ -57,7 +56,7 @@ def test_moments_are_those_of_a_direct_computation(exact):
 
 def test_joints_and_ground_pay_for_the_energy(exact):
     """Power of the joints and of the ground is the rate of kinetic and potential energy."""
-    motion = exact.record.motion
+    motion = exact.motion
     model = plain(exact.fit.human)
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = mujoco.MjData(model)
@@ -85,7 +84,7 @@ def test_joints_and_ground_pay_for_the_energy(exact):
 
 def test_filtering_motion_and_forces_alike_keeps_them_together():
     trial = analyse(plated_walk().fit())
-    share = trial.record.metrics["residual_force_rms_share"]
+    share = trial.figures["residual_force_rms_share"]
     assert share < 0.05, "the usual bound of a residual force"
 
 
@@ -93,11 +92,11 @@ def test_segments_share_what_the_foot_carries():
     """With hinged toes the record says which segment carries, and the sum is the foot's."""
     made = plated_walk(feet="two-segment")
     trial = analyse(made.fit(), cutoff=None)
-    record = trial.record
-    assert record.contact_segment == ("foot", "toes", "foot", "toes")
-    assert record.contact_side == ("r", "r", "l", "l")
+    record = trial.record()
+    assert [s.body for s in record.sites] == ["foot_r", "toes_r", "foot_l", "toes_l"]
+    assert all(s.measured for s in record.sites)
     for k, side in enumerate(trial.forces.sides):
-        mine = [i for i, s in enumerate(record.contact_side) if s == side]
+        mine = [i for i, s in enumerate(record.sites) if s.side == side]
         total = record.contact_force[:, mine].sum(axis=1)
         np.testing.assert_allclose(total, trial.forces.force[:, k], atol=1e-9)
     loaded = np.linalg.norm(record.contact_force, axis=2) > 0
@@ -109,10 +108,10 @@ def test_contacts_of_many_bones_add_up():
     """The same wrench about the origin, whatever the foot is made of."""
     made = plated_walk(feet="multi-segment")
     trial = analyse(made.fit(), cutoff=None)
-    record, forces = trial.record, trial.forces
-    assert len(record.contact_side) > 4
+    record, forces = trial.record(), trial.forces
+    assert len(record.sites) > 4
     for k, side in enumerate(forces.sides):
-        mine = [i for i, s in enumerate(record.contact_side) if s == side]
+        mine = [i for i, s in enumerate(record.sites) if s.side == side]
         arm = np.nan_to_num(record.contact_point[:, mine])
         load = record.contact_force[:, mine]
         moment = (np.cross(arm, load) + record.contact_torque[:, mine]).sum(axis=1)
@@ -127,8 +126,8 @@ def test_the_plates_weigh_a_walker():
     """Whoever is fitted too light is weighed by the impulse of a stride."""
     trial = analyse(plated_walk().fit(known_mass=False, mass=55.0))
     assert trial.fit.human.mass == pytest.approx(MASS, rel=0.01)
-    assert trial.record.metrics["mass_kg"] == trial.fit.human.mass
-    assert any("found from the plates" in w for w in trial.record.warnings)
+    assert trial.figures["mass_kg"] == trial.fit.human.mass
+    assert any("force plates show" in w for w in trial.notes)
     assert trial.fit.human.height == pytest.approx(1.74)
 
 
@@ -137,14 +136,14 @@ def test_a_mass_that_is_told_stands(told):
     fit = plated_walk().fit(known_mass=told is None)
     trial = analyse(fit, mass=told)
     assert trial.fit.human.mass == pytest.approx(told or MASS)
-    assert not any("mass" in w for w in trial.record.warnings)
+    assert not any("mass" in w for w in trial.notes)
 
 
 def test_without_forces_the_mass_is_a_guess_and_says_so():
     trial = analyse(without_plates(plated_walk().fit(known_mass=False)))
     assert trial.moments is None and trial.forces is None
-    assert trial.record.qfrc_actuator is None and trial.record.contact_force is None
-    assert any("mass is not known" in w for w in trial.record.warnings)
+    assert trial.record().qfrc_actuator is None and trial.record().contact_force is None
+    assert any("mass is unknown" in w for w in trial.notes)
 
 
 def plate(where, push, *, half=0.3, wide=None, rate=1000, seconds=1.5) -> ForcePlate:
@@ -196,8 +195,8 @@ def test_a_few_frames_are_analysed_without_a_filter():
     human = Human.create(1.7, 60.0)
     for n in (3, 5, 11):
         trial = analyse(standing_fit(human, (), n))
-        assert trial.record.motion.n_frames == n
-        np.testing.assert_allclose(trial.record.motion.qpos, trial.fit.qpos, atol=1e-12)
+        assert trial.motion.n_frames == n
+        np.testing.assert_allclose(trial.motion.qpos, trial.fit.qpos, atol=1e-12)
 
 
 def test_another_mass_keeps_the_lengths():
@@ -209,11 +208,11 @@ def test_another_mass_keeps_the_lengths():
 
 def test_the_measured_walk_is_weighed(data):
     """The plates of a public walk carry what its scaled OpenSim model weighs: 85.3 kg."""
-    from plantigrade.workflows.fit import fit_file
+    from plantigrade.workflows.fit import fit_trial
 
     folder = data / "opensim" / "rajagopal_walk"
     text = (folder / "subject_walk_scaled.osim").read_text(encoding="utf-8")
     masses = [float(m) for m in re.findall(r"<mass>\s*([-+.\deE]+)\s*</mass>", text)]
     assert sum(masses) == pytest.approx(85.27, abs=0.01)
-    trial = fit_file(folder / "markers_walk.trc")
+    trial = fit_trial(folder / "markers_walk.trc")[1]
     assert trial.fit.human.mass == pytest.approx(sum(masses), rel=0.01)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.commands.experiment import EXPERIMENTS, LONG, Command
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.experiments import synthesis_bench as bench
 from plantigrade.experiments import synthesis_fidelity as fidelity
@@ -71,6 +70,7 @@ def test_a_broken_file_is_refused(tmp_path):
     path.write_text("[1, 2")
     with pytest.raises(FileError, match="delete it to start anew"):
         KeptResults(path)
+    assert KeptResults(path, anew=True).results == {}
 
 
 def test_what_cannot_be_asked_for_is_a_result():
@@ -156,7 +156,7 @@ def test_different_minima_are_counted():
 def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
     extent = bench.Extent(guesses=1, sizes=(), nodes_per_second=10.0)
     said = []
-    how = {"parts": ("sit-to-stand",), "extent": extent, "folder": tmp_path}
+    how = {"parts": ("sit-to-stand",), "extent": extent, "out": tmp_path}
     table = bench.run(**how, say=said.append)
     results = json.loads((tmp_path / bench.FILE).read_text())
     assert set(results) == {"loading/sit-to-stand", "sit-to-stand/no noise"}
@@ -168,6 +168,19 @@ def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
     before, said = len(said), []
     bench.run(**how, say=said.append)
     assert before > len(said) == 1, "nothing is measured twice"
+
+
+def test_the_short_form_is_a_part_of_the_whole(monkeypatch):
+    assert set(bench.QUICK_PARTS) < set(bench.PARTS)
+    assert set(fidelity.QUICK_PARTS) < set(fidelity.PARTS)
+    asked = []
+    part = replace(bench.PARTS["walk"], measure=lambda kept, extent: asked.append(extent))
+    monkeypatch.setattr(bench, "PARTS", {"walk": part, "ipopt": part})
+    monkeypatch.setattr(bench, "QUICK_PARTS", ("walk",))
+    bench.run(quick=True)
+    assert asked == [bench.QUICK]
+    bench.run(quick=True, parts=("ipopt", "walk"))
+    assert len(asked) == 3, "what is named is done"
 
 
 def test_an_unknown_part_is_refused():
@@ -219,30 +232,7 @@ def test_a_walk_is_described_and_held_against_goals(synthesized):
 
 def test_other_tasks_are_measured_end_to_end(tmp_path):
     extent = fidelity.Extent(others=("reach",), nodes_per_second=10.0)
-    table = fidelity.run(parts=("tasks",), extent=extent, folder=tmp_path)
+    table = fidelity.run(parts=("tasks",), extent=extent, out=tmp_path)
     result = json.loads((tmp_path / fidelity.FILE).read_text())["tasks/reach"]
     assert result["success"] and result["check"]["check_slip_max_mm"] < 10
     assert "tasks/reach" in table.text() and (tmp_path / fidelity.PAGE).exists()
-
-
-# Command ------------------------------------------------------------------------------------------
-
-
-def test_the_command_runs_parts_and_refuses_them_elsewhere(tmp_path, monkeypatch):
-    calls = []
-
-    def run(**how):
-        calls.append(how)
-        return fidelity.table(KeptResults())
-
-    monkeypatch.setattr(fidelity, "run", run)
-    file = tmp_path / fidelity.FILE
-    file.write_text("{}")
-    how = {"quiet": True, "out": tmp_path, "part": ("speeds",)}
-    Command(name="synthesis-fidelity", **how).run()
-    assert calls[0]["parts"] == ("speeds",) and calls[0]["folder"] == tmp_path and file.exists()
-    Command(name="synthesis-fidelity", **how, overwrite=True, quick=True).run()
-    assert calls[1]["quick"] and not file.exists()
-    with pytest.raises(ParameterError, match="--part is for synthesis-bench"):
-        Command(name="gait-table", part=("speeds",)).run()
-    assert set(LONG) < set(EXPERIMENTS)

@@ -40,6 +40,12 @@ def test_metrics_are_flat_plain_and_counted(table):
     json.dumps(metrics, allow_nan=False)
 
 
+def test_signs_tell_figures_apart():
+    assert Row("walk, speed -5 %", "cost", 1.0).key == "walk_speed_minus_5_cost"
+    assert Row("walk, speed +5 %", "cost", 1.0).key == "walk_speed_plus_5_cost"
+    assert Row("two-segment 1-2", "slip", 1.0, "mm").key == "two_segment_1_2_slip_mm"
+
+
 def test_text_shows_ours_beside_the_goal(table):
     lines = table.text().splitlines()
     assert lines[0] == "Of two"

@@ -1,4 +1,4 @@
-"""Fixtures of the report's tests: the capsule human, its walk, and a browser."""
+"""Fixtures of the report's tests: a person, a walk, and a browser."""
 
 import pytest
 
@@ -7,15 +7,15 @@ from tests.report.walker import walk, walker
 
 
 @pytest.fixture(scope="session")
-def model():
-    """The capsule human."""
+def human():
+    """The person."""
     return walker()
 
 
 @pytest.fixture(scope="session")
-def record(model):
-    """Its walk: four seconds at 100 Hz."""
-    return walk(model)
+def record(human):
+    """A walk of four seconds at 100 Hz."""
+    return walk(human)
 
 
 @pytest.fixture

@@ -4,17 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plantigrade.synthesize.diagnose.post_mortem import broken_rows, values
+from plantigrade.synthesize.problem.formulation import Body
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize import solve
-from plantigrade.synthesize.diagnose.post_mortem import broken_rows, values
-from plantigrade.synthesize.problem.formulation import Body
 from plantigrade.synthesize.solve import synthesize
 from plantigrade.synthesize.solvers.interior_point import Options
 from plantigrade.synthesize.tasks.registry import body_for, make_task
 from plantigrade.synthesize.tasks.walking import walk
-from plantigrade.synthesize.terms.terms import Contact, Limits
+from plantigrade.synthesize.terms.contact import Contact
+from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.transcription.mesh import nodes_like, nodes_of, split
 from tests.synthesize.coarse_walk import NODES_PER_SECOND, SPEED, body, person, solved, task
 

@@ -92,11 +92,11 @@ def foot_motion(
     for k, stand in enumerate(stands):
         stance = stand.stance
         first, last = k == 0, k == len(stands) - 1
-        own = (times >= stance.strike) | first
-        own &= (times <= stance.off) | last
+        own = (times >= stance.heel_strike) | first
+        own &= (times <= stance.toe_off) | last
         out[own] = stand.at(times[own])
         if not last:
-            swing = (times > stance.off) & (times < stands[k + 1].stance.strike)
+            swing = (times > stance.toe_off) & (times < stands[k + 1].stance.heel_strike)
             if swing.any():
                 out[swing] = _swing(human, stand, stands[k + 1], curves, times[swing])
     return FootMotion(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
@@ -144,14 +144,14 @@ class _Standing:
     def at(self, times: Float[Array, " n"]) -> Float[Array, "n 6"]:
         """Return ankle, heading, pitch and toe angle; times outside the stance are cut to it."""
         s = self.stance
-        t = np.clip(times, s.strike, s.off)
+        t = np.clip(times, s.heel_strike, s.toe_off)
         landing = np.zeros_like(t)
-        if s.flat > s.strike:
-            left = np.clip((s.flat - t) / (s.flat - s.strike), 0.0, 1.0)
+        if s.foot_flat > s.heel_strike:
+            left = np.clip((s.foot_flat - t) / (s.foot_flat - s.heel_strike), 0.0, 1.0)
             landing = left**2 * (2 - left)
         rising = np.zeros_like(t)
-        if s.off > s.heel_off:
-            rising = np.clip((t - s.heel_off) / (s.off - s.heel_off), 0.0, 1.0) ** 2
+        if s.toe_off > s.heel_off:
+            rising = np.clip((t - s.heel_off) / (s.toe_off - s.heel_off), 0.0, 1.0) ** 2
         pitch = self.off_angle * rising - self.strike_angle * landing
         pivot = np.where((pitch < 0)[:, None], self.heel, self.front)
         c, sn = np.cos(pitch), np.sin(pitch)
@@ -179,7 +179,7 @@ def _swing(
     times: Float[Array, " n"],
 ) -> Float[Array, "n 6"]:
     """Return the way through the air between two footprints."""
-    off, strike = behind.stance.off, ahead.stance.strike
+    off, strike = behind.stance.toe_off, ahead.stance.heel_strike
     span = strike - off
     before, begin = behind.at(np.array([off - _STEP, off]))
     end, after = ahead.at(np.array([strike, strike + _STEP]))

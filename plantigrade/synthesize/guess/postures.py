@@ -19,7 +19,7 @@ from plantigrade.spatial.conventions import (
     rotation_matrix,
 )
 from plantigrade.synthesize.guess.legs import Leg
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 
 STRETCHED = 0.999  # of thigh and shank: as far as a leg of a guess is stretched
 
@@ -146,7 +146,7 @@ class KeyPostures:
     lift: float = 0.05
 
     def __call__(
-        self, body: Body, plan: ContactPlan, times: Float[Array, " n_times"]
+        self, body: ContactBody, plan: ContactPlan, times: Float[Array, " n_times"]
     ) -> Float[Array, "n_times nv"]:
         """Return coordinates at times."""
         from scipy.interpolate import CubicSpline
@@ -172,7 +172,7 @@ def level_foot(
     knots, values = [], []
     for s in stances:
         place = [*_ankle(human, s.footprint), s.footprint.heading]
-        knots += [s.strike, s.off]
+        knots += [s.heel_strike, s.toe_off]
         values += [place, place]
     out = np.empty((len(times), 4))
     values = np.array(values)

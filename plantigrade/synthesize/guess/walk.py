@@ -13,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.human import PELVIS
-from plantigrade.models.textbook_gait import FREE, GRAVITY, textbook_gait
+from plantigrade.models.textbook_gait import FREE, textbook_gait
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
     rotation_matrix,
@@ -36,7 +37,6 @@ from plantigrade.synthesize.guess.foot_motion import (
 from plantigrade.synthesize.guess.legs import Leg
 from plantigrade.synthesize.problem.nlp import PeriodicClosure
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters
-from plantigrade.synthesize.tasks.walking_plan import unrolled
 
 STRETCH = 0.997  # how far a leg is stretched at most: 9° in the knee
 SWAY = 0.022  # of leg length, to the standing foot at free speed; more when slow
@@ -70,7 +70,7 @@ def walking_guess(
         raise ParameterError("a guess needs at least one time")
     times = np.asarray(times, dtype=float)
     laps = 2 + int(np.ceil(max(-times.min(), times.max() - plan.duration, 0.0) / plan.duration))
-    stances = unrolled(plan, before=laps, after=laps)
+    stances = plan.unrolled(before=laps, after=laps)
     supports = _supports(plan, stances)
     way = _Way(human, supports, stances, parameters)
     book = _Book(human, parameters, _phases(stances, supports), _walking(supports))
@@ -114,7 +114,7 @@ def crude_guess(
         times: When [s].
     """
     times = np.asarray(times, dtype=float)
-    stances = unrolled(plan)
+    stances = plan.unrolled()
     begin, end = _between(stances, 0.0), _between(stances, plan.duration)
     end[3] = begin[3] + _wrapped(end[3] - begin[3])
     place = begin + (times / plan.duration)[:, None] * (end - begin)
@@ -269,14 +269,14 @@ def _supports(plan: ContactPlan, stances: Sequence[Stance]) -> list[_Support]:
         partners = [
             p
             for p in stances[:k]
-            if p.footprint.side != s.footprint.side and p.off >= s.strike >= p.strike
+            if p.footprint.side != s.footprint.side and p.toe_off >= s.heel_strike >= p.heel_strike
         ]
         if not partners:
             continue
         p = partners[-1]
-        start, stop, rest = s.strike, min(p.off, s.off), ""
+        start, stop, rest = s.heel_strike, min(p.toe_off, s.toe_off), ""
         if not plan.periodic:
-            if max(s.flat, p.flat) <= 0:
+            if max(s.foot_flat, p.foot_flat) <= 0:
                 start, rest = 0.0, "before"
             if min(s.heel_off, p.heel_off) >= plan.duration:
                 stop, rest = plan.duration, "after"
@@ -332,7 +332,7 @@ class _Way:
         for side, sign in (("r", 1.0), ("l", -1.0)):
             own = [s for s in stances if s.footprint.side == side]
             for a, b in zip(own[:-1], own[1:], strict=True):
-                swings.append(((a.off + b.strike) / 2, sign * float(size)))
+                swings.append(((a.toe_off + b.heel_strike) / 2, sign * float(size)))
         swings = sorted(swings)
         self._sway = PchipInterpolator([t for t, _ in swings], [y for _, y in swings])
         self._height = float(standing[2])
@@ -358,9 +358,9 @@ def _phases(
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Return times of heel strikes and the phase of the right foot's stride at each."""
     begin = supports[0].stop if supports[0].rest == "before" else -np.inf
-    strikes = [s for s in stances if s.strike >= begin] or list(stances[-1:])
+    strikes = [s for s in stances if s.heel_strike >= begin] or list(stances[-1:])
     first = 0.0 if strikes[0].footprint.side == "r" else 0.5
-    return np.array([s.strike for s in strikes]), first + 0.5 * np.arange(len(strikes))
+    return np.array([s.heel_strike for s in strikes]), first + 0.5 * np.arange(len(strikes))
 
 
 def _walking(supports: Sequence[_Support]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
@@ -414,7 +414,7 @@ def _between(stances: Sequence[Stance], time: float) -> Float[Array, " 4"]:
     """Return the place between the footprints of both feet nearest in time."""
 
     def away(s: Stance) -> float:
-        return max(s.strike - time, time - s.off, 0.0)
+        return max(s.heel_strike - time, time - s.toe_off, 0.0)
 
     nearest = []
     for side in ("r", "l"):

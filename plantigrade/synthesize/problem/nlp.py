@@ -17,7 +17,7 @@ Because a spline has local support, node :math:`k` touches few coefficients, and
 the problem is banded (Eqs. 4 and 9 to 14 of [Zhakatayev2023]_).
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -50,6 +50,8 @@ class ConstraintFamily:
         parameters: Numbers the function is told at each node (n_nodes, n_parameters).
         unit: Unit of a row as shown to people.
         scale: What a row of 1 is in that unit.
+        parts: Families whose rows these are, one after the other, where they share one function
+            because what it computes they share; see :meth:`stacked`.
     """
 
     name: str
@@ -63,6 +65,7 @@ class ConstraintFamily:
     parameters: Float[Array, "n_nodes n_parameters"]
     unit: str = ""
     scale: float = 1.0
+    parts: tuple["ConstraintFamily", ...] = ()
 
     @classmethod
     def free(
@@ -90,6 +93,32 @@ class ConstraintFamily:
             unit,
             scale,
         )
+
+    @classmethod
+    def stacked(
+        cls, name: str, function: "casadi.Function", parts: Sequence["ConstraintFamily"]
+    ) -> "ConstraintFamily":
+        """Return families as one that is evaluated at once.
+
+        Its ``parts`` are the families on the same memory: what limits or weighs one of them does
+        so in the whole.
+
+        Args:
+            name: Of the whole.
+            function: Gives the rows of all, in their order.
+            parts: The families; none has parameters.
+        """
+        whole = cls.free(name, function, sum((p.names for p in parts), ()), len(parts[0].lower))
+        views, first = [], 0
+        for part in parts:
+            columns = slice(first, first + len(part.names))
+            arrays = {}
+            for what in ("lower", "upper", "weight", "target", "gain"):
+                arrays[what] = getattr(whole, what)[:, columns]
+                arrays[what][:] = getattr(part, what)
+            views.append(replace(part, **arrays))
+            first = columns.stop
+        return replace(whole, parts=tuple(views))
 
     @property
     def equations(self) -> Bool[Array, "n_nodes n_rows"]:

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.problem.formulation import Body
-from plantigrade.synthesize.solution import Synthesis
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.gait_parameters import FLAT, GaitParameters
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.synthesize.tasks.task import MotionTask
 
 BOUNDS = {"step_length": 0.15, "stance": 0.03, "heel_off": 0.06}
 """How far times may go: part of the step length; parts of the stride."""
@@ -32,14 +32,14 @@ class FreeTiming:
         costs: Cost of a metre of every trial, in order; inf where none was found.
     """
 
-    synthesis: Synthesis
+    synthesis: Solution
     parameters: GaitParameters
     costs: tuple[float, ...]
 
 
 def free_timing(
-    body: Body,
-    task_of: Callable[[GaitParameters], Task],
+    body: ContactBody,
+    task_of: Callable[[GaitParameters], MotionTask],
     start: GaitParameters,
     *,
     trials: int = 25,
@@ -59,7 +59,7 @@ def free_timing(
     """
     from scipy.optimize import minimize
 
-    best: list[tuple[float, Synthesis, GaitParameters]] = []
+    best: list[tuple[float, Solution, GaitParameters]] = []
     costs: list[float] = []
     halted = False
 
@@ -108,5 +108,5 @@ def _varied(p: GaitParameters, x: Array) -> GaitParameters:
         stance_fraction=stance,
         foot_flat=flat,
         heel_off=p.heel_off + BOUNDS["heel_off"] * x[2],
-        ball_off=0.5 + flat,
+        forefoot_off=0.5 + flat,
     )

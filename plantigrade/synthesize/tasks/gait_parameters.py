@@ -24,9 +24,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF, GRAVITY
+from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF
 
 SLOWEST, FASTEST = 0.3, 2.2
 """Speeds that are walked here [m/s]."""
@@ -55,7 +56,7 @@ class GaitParameters:
         toe_out: How far each foot points outwards [rad].
         foot_flat: When the whole foot is down, fraction of the stride from heel strike.
         heel_off: When the heel leaves, fraction of the stride.
-        ball_off: When all but the toes leave, fraction of the stride.
+        forefoot_off: When all but the toes leave, fraction of the stride.
         leg_length: Hip to ground [m].
     """
 
@@ -67,12 +68,12 @@ class GaitParameters:
     toe_out: float
     foot_flat: float
     heel_off: float
-    ball_off: float
+    forefoot_off: float
     leg_length: float
 
     def __post_init__(self):
         """Refuse a stance out of order."""
-        order = (0.0, self.foot_flat, self.heel_off, self.ball_off, self.stance_fraction)
+        order = (0.0, self.foot_flat, self.heel_off, self.forefoot_off, self.stance_fraction)
         if not (np.all(np.diff(order) >= 0) and 0.5 <= self.stance_fraction < 1):
             raise ParameterError(
                 "a walking stance goes from 0 over foot flat, heel off and ball off to foot off at "
@@ -184,6 +185,6 @@ def gait_parameters(
         toe_out=TOE_OUT,
         foot_flat=flat,
         heel_off=HEEL_OFF * stance,
-        ball_off=0.5 + flat,
+        forefoot_off=0.5 + flat,
         leg_length=length,
     )

@@ -9,33 +9,26 @@ later it is as high as at take-off again, and then the toes land. Height thus fi
 flight takes and with it every time of the plan; it is a target (:func:`jump`). The body is
 stretched at take-off, its centre of mass a little above that of standing: a crouched take-off costs
 less, but nobody would call that a jump of this height.
-
-How high a person can jump is found in two steps (:func:`highest_jump`): the push alone is solved
-for the greatest height (:func:`take_off`), which needs no flight time, and the whole jump follows
-with that height as its target.
 """
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import GRAVITY
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
-from plantigrade.synthesize.tasks.standing import at_rest, basics, crouch
-from plantigrade.synthesize.tasks.task import Task
-from plantigrade.synthesize.terms.more_terms import CentreOfMass, PowerLimit, Symmetry, Within
-from plantigrade.synthesize.terms.terms import Limits, Pose, Posture, Term
+from plantigrade.synthesize.tasks.settings import Jump, Pushing, TakeOff
+from plantigrade.synthesize.tasks.squat import crouch
+from plantigrade.synthesize.tasks.standing import at_rest, basics
+from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.terms.limits import Limits, PowerLimit, Within
+from plantigrade.synthesize.terms.posture import Pose, Posture, Symmetry
+from plantigrade.synthesize.terms.targets import CentreOfMass
+from plantigrade.synthesize.terms.term import Term
 
-if TYPE_CHECKING:
-    from plantigrade.synthesize.problem.formulation import Body
-    from plantigrade.synthesize.solution import Synthesis
-
-PUSH, LANDING = 0.9, 0.9  # from standing to take-off, and from landing to standing [s]
-HEEL_OFF, BALL_OFF = 0.11, 0.035  # before take-off [s]
+HEEL_OFF, FOREFOOT_OFF = 0.11, 0.035  # before take-off [s]
 HEEL_DOWN = 0.06  # after the toes have landed [s]
 # The centre of mass at take-off above that in standing, of stature: no measurement, people stretch
 # further. At 3 % light and strong jumpers whip the trunk faster than the mesh can follow.
@@ -46,40 +39,23 @@ LOWEST = 0.6  # of the push, until the pelvis is lowest
 BACK = {"lumbar_extension": 50.0, "thorax_extension": 50.0, "lower_thorax_extension": 50.0}
 """Weights of a straight back [1/(s rad²)]; torques alone would bend it rather than the hips."""
 LEAN = float(np.deg2rad(-15.0))  # the pelvis leans forward in push and landing, on average
-MEAN = 0.62  # of the person's strengths, which are those of strong people: mean + 2 SD
 POWER = 10.0  # of a joint [W/kg]
-HIGHEST = 1.2  # nobody jumps higher [m]
 NODES_PER_SECOND = 40.0  # at 25, flight is off by a quarter of body weight between nodes
 
 
-def jump(
-    human: Human,
-    *,
-    height: float = 0.25,
-    distance: float = 0.0,
-    depth: float | None = None,
-    push: float = PUSH,
-    landing: float = LANDING,
-) -> Task:
+def jump(human: Human, told: Jump) -> MotionTask:
     """Return the task of a jump.
 
-    Args:
-        human: The person.
-        height: How far the centre of mass rises after take-off [m]; 0.3 to 0.4 m is a good jump.
-        distance: How far ahead the feet land [m].
-        depth: How far the pelvis goes down before the push [m]; 0.15 of stature if not given.
-        push: From standing still to take-off [s].
-        landing: From landing to standing still [s].
-
     Raises:
-        ParameterError: If a value is out of range.
+        ParameterError: If a value is out of range for this person.
     """
-    if not 0.02 <= height <= HIGHEST:
-        raise ParameterError(f"{height=} [m]: a jump rises 0.02 to {HIGHEST:g} m")
-    if not abs(distance) <= 0.5 * human.height:
-        raise ParameterError(f"{distance=} [m] is beyond {0.5 * human.height:.2f} m")
-    depth = DEPTH * human.height if depth is None else depth
-    _check(human, push, landing, depth)
+    height, distance, push, landing = told.height, told.distance, told.push, told.landing
+    if abs(distance) > 0.5 * human.height:
+        raise ParameterError(
+            f"distance must be at most {0.5 * human.height:.2f} m for a jump of a person of "
+            f"{human.height:.2f} m, not {distance:g}"
+        )
+    depth = _depth(human, told)
     speed = float(np.sqrt(2 * GRAVITY * height))
     flight = 2 * speed / GRAVITY
     down = push + flight
@@ -121,38 +97,23 @@ def jump(
         ),
         lift=height,
     )
-    return Task("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
+    return MotionTask("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
-def take_off(
-    human: Human,
-    *,
-    depth: float | None = None,
-    push: float = PUSH,
-    strength: float = MEAN,
-    gain: float = 150.0,
-) -> Task:
+def take_off(human: Human, told: TakeOff) -> MotionTask:
     """Return the task of leaving the ground as high as can be; it ends in the air.
 
-    Args:
-        human: The person.
-        depth: How far the pelvis goes down before the push [m]; 0.15 of stature if not given.
-        push: From standing still to take-off [s].
-        strength: Part of the person's joint strengths that may be used; 1 is a strong person.
-        gain: What a metre of height takes from the cost; effort is worth little beside it.
-
     Raises:
-        ParameterError: If a value is out of range.
+        ParameterError: If the depth is out of range for this person.
     """
-    depth = DEPTH * human.height if depth is None else depth
-    _check(human, push, LANDING, depth)
+    push, depth, gain = told.push, _depth(human, told), told.gain
     duration = push + 0.08
     plan = ContactPlan(duration, tuple(_pushing(f, push) for f in standing_feet(human).values()))
     before = standing_posture(human)
     low = crouch(human, standing_feet(human), depth)
     usual = float(np.sqrt(2 * GRAVITY * 0.35))  # height is z + v^2 / 2 g; this is its slope
     terms: tuple[Term, ...] = (
-        *(Limits(strength=strength) if isinstance(t, Limits) else t for t in basics()),
+        *(Limits(strength=told.strength) if isinstance(t, Limits) else t for t in basics()),
         *at_rest(human, 0.0, before),
         CentreOfMass(
             push,
@@ -174,43 +135,11 @@ def take_off(
         ),
         lift=0.0,
     )
-    return Task("take-off", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
-
-
-def highest_jump(
-    body: "Body",
-    *,
-    push: float = PUSH,
-    landing: float = LANDING,
-    strength: float = MEAN,
-    part: float = 0.95,
-) -> "tuple[Synthesis, Synthesis]":
-    """Return the push that goes highest, and the whole jump of that height.
-
-    Args:
-        body: The person.
-        push: From standing still to take-off [s].
-        landing: From landing to standing still [s].
-        strength: Part of the person's joint strengths that may be used in the push.
-        part: Of the greatest height that is asked of the whole jump.
-    """
-    from plantigrade.synthesize.solve import synthesize
-
-    first = synthesize(body, take_off(body.human, push=push, strength=strength))
-    height = part * rise_after(first, push)
-    return first, synthesize(body, jump(body.human, height=height, push=push, landing=landing))
-
-
-def rise_after(synthesis: "Synthesis", time: float) -> float:
-    """Return how far the centre of mass would rise freely from a time on [m]."""
-    q, v, _ = synthesis.problem.states(synthesis.c, np.array([time]))
-    symbolic = synthesis.body.symbolic
-    up = float(np.asarray(symbolic.momentum()(q[0], v[0])[0]).ravel()[2]) / symbolic.mass
-    return max(up, 0.0) ** 2 / (2 * GRAVITY)
+    return MotionTask("take-off", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
 def _pushing(foot: Footprint, push: float) -> Stance:
-    return Stance(foot, -1.0, -1.0, push - HEEL_OFF, push - BALL_OFF, push)
+    return Stance(foot, -1.0, -1.0, push - HEEL_OFF, push - FOREFOOT_OFF, push)
 
 
 def _countermovement(human: Human, push: float, depth: float) -> tuple[Term, ...]:
@@ -222,15 +151,20 @@ def _countermovement(human: Human, push: float, depth: float) -> tuple[Term, ...
     )
 
 
-def _check(human: Human, push: float, landing: float, depth: float) -> None:
-    if not 0.05 * human.height <= depth <= 0.3 * human.height:
+def _depth(human: Human, told: Pushing) -> float:
+    """Return how far the pelvis goes down [m].
+
+    Raises:
+        ParameterError: If that is out of range for this person.
+    """
+    depth = DEPTH * human.height if told.depth is None else told.depth
+    low, high = 0.05 * human.height, 0.3 * human.height
+    if not low <= depth <= high:
         raise ParameterError(
-            f"{depth=} [m]: a person of {human.height:.2f} m goes down "
-            f"{0.05 * human.height:.2f} to {0.3 * human.height:.2f} m before a jump"
+            f"depth must be {low:.2f}–{high:.2f} m for a jump of a person of {human.height:.2f} "
+            f"m, not {depth:g}"
         )
-    for name, value in (("push", push), ("landing", landing)):
-        if not 0.4 <= value <= 10.0:
-            raise ParameterError(f"{name}={value!r} [s] must be 0.4 to 10")
+    return depth
 
 
 def _habits(human: Human) -> tuple[Term, ...]:

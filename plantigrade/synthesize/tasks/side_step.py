@@ -7,10 +7,12 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
+from plantigrade.synthesize.tasks.settings import SideStep
 from plantigrade.synthesize.tasks.standing import at_rest, basics
-from plantigrade.synthesize.tasks.task import Task
-from plantigrade.synthesize.terms.more_terms import Clearance
-from plantigrade.synthesize.terms.terms import Posture, Work
+from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.terms.contact import Clearance
+from plantigrade.synthesize.terms.effort import Work
+from plantigrade.synthesize.terms.posture import Posture
 
 PARTS = (0.28, 0.17, 0.10, 0.17, 0.28)
 """Of the duration: weight over to the foot that stays, first swing, both feet, second swing, and
@@ -27,39 +29,20 @@ LEVEL = 300.0  # weight of a pelvis that stays as high as in standing [1/(s m²)
 LONGEST = 0.45  # of leg length
 
 
-def side_step(
-    human: Human,
-    *,
-    distance: float = 0.3,
-    side: str = "r",
-    duration: float = 2.4,
-    clearance: float = 0.02,
-) -> Task:
+def side_step(human: Human, told: SideStep) -> MotionTask:
     """Return the task of a step to the side, from standing to standing.
 
-    Args:
-        human: The person.
-        distance: How far [m]; 0.3 m in [Zhakatayev2023]_.
-        side: To which side, ``"r"`` or ``"l"``; that foot goes first.
-        duration: From standing to standing [s].
-        clearance: Of the sole in the middle of a swing [m].
-
     Raises:
-        ParameterError: If a value is out of range.
+        ParameterError: If the distance is out of range for this person.
     """
+    distance, side, duration, clearance = told.distance, told.side, told.duration, told.clearance
     d = human.dimensions
     longest = LONGEST * (d.thigh + d.shank)
-    if side not in ("r", "l"):
-        raise ParameterError(f"{side=} must be 'r' or 'l'")
-    if not 0.02 <= distance <= longest:
+    if distance > longest:
         raise ParameterError(
-            f"{distance=} [m]: a person of {human.height:.2f} m steps 0.02 to {longest:.2f} m "
-            "to the side"
+            f"distance must be 0.02–{longest:.2f} m for a side step of a person of "
+            f"{human.height:.2f} m, not {distance:g}"
         )
-    if not 0.8 <= duration <= 20.0:
-        raise ParameterError(f"{duration=} [s]: a step to the side takes 0.8 to 20 s")
-    if not 0.0 <= clearance <= 0.3:
-        raise ParameterError(f"{clearance=} [m] must be 0 to 0.3")
     way = distance if side == "l" else -distance
     t = np.cumsum(PARTS) * duration
     leave = {side: (t[0], t[1]), "l" if side == "r" else "r": (t[2], t[3])}
@@ -71,7 +54,7 @@ def side_step(
         end = duration + 1.0
         stances.append(Stance(here, -1.0, -1.0, off, off, off))
         stances.append(Stance(there, strike, strike, end, end, end))
-    stances.sort(key=lambda s: s.strike)
+    stances.sort(key=lambda s: s.heel_strike)
     plan = ContactPlan(duration, tuple(stances))
     before = standing_posture(human)
     after = before.copy()
@@ -97,4 +80,4 @@ def side_step(
         Work(0.5),
         Posture({**UPRIGHT, "pelvis_ty": LEVEL}, {"pelvis_ty": float(before[4]) - 0.01}),
     )
-    return Task("side-step", plan, terms, guess)
+    return MotionTask("side-step", plan, terms, guess)

@@ -1,31 +1,38 @@
 """A task: contacts, terms and a first guess; everything a motion is made from but the person."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.plan import ContactPlan
-from plantigrade.synthesize.problem.assembly import Assembly
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.contact.plan import SAME, ContactPlan
+from plantigrade.errors import ParameterError
+from plantigrade.models.mirror import mirror_sign, mirrored_name
+from plantigrade.record.conditions import Condition
+from plantigrade.synthesize.problem.builder import ProblemBuilder
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots
 from plantigrade.synthesize.splines.polynomial import PolynomialBasis
 from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
-from plantigrade.synthesize.terms.terms import Term
+from plantigrade.synthesize.terms.term import Term, one_sided, repeated
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
 BASES = {"trigonometric": TrigonometricBasis, "polynomial": PolynomialBasis}
 
-Guess = Callable[[Body, ContactPlan, Array], Array]
+Guess = Callable[[ContactBody, ContactPlan, Array], Array]
 """Coordinates (n_times, nv) at times, for a body and a plan."""
 
 
 @dataclass(frozen=True)
-class Task:
+class MotionTask:
     """What is to be done.
+
+    A periodic plan whose period is half a stride, mirrored, becomes one of a whole stride where a
+    term is about one side only: what holds of the right knee would otherwise be asked of the left
+    knee in every other half-stride.
 
     Attributes:
         name: What it is called.
@@ -34,7 +41,6 @@ class Task:
         guess: Coordinates to start from.
         nodes_per_second: Nodes a second.
         basis: ``"trigonometric"`` or ``"polynomial"``.
-        step: How far a periodic motion goes in one lap [m].
     """
 
     name: str
@@ -43,41 +49,114 @@ class Task:
     guess: Guess
     nodes_per_second: float = 20.0
     basis: str = "trigonometric"
-    step: float = 0.0
 
-    def with_terms(self, *terms: Term) -> "Task":
+    def __post_init__(self):
+        """Take a whole stride where terms are one-sided."""
+        if self.plan.periodic and self.plan.mirrored and one_sided(self.terms):
+            object.__setattr__(self, "plan", self.plan.full_stride())
+
+    def with_terms(self, *terms: Term) -> "MotionTask":
         """Return the task with more terms."""
         return replace(self, terms=(*self.terms, *terms))
 
-    def problem(self, body: Body, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:
+    def conditions(self, body: ContactBody, periods: int = 1) -> tuple[Condition, ...]:
+        """Return what must hold of the motion over some periods, as the checker judges it."""
+        plan = self.plan
+        found = [c for term in self.terms for c in term.conditions(body, plan)]
+        out = repeated(tuple(found), plan, periods if plan.periodic else 1)
+        if plan.periodic:
+            way = periods * plan.advance * float(np.cos(plan.slope))
+            when, exact = (0.0, periods * plan.duration), (way, way)
+            name = "distance walked"
+            out = (*out, Condition(name, "displacement", when, exact, exact, "pelvis_tx"))
+        return out
+
+    def nodes(self, given: Float[Array, " n"] | None = None) -> Float[Array, " n_nodes"]:
+        """Return the times of the nodes, with one wherever a term asks for it.
+
+        Args:
+            given: Nodes to keep to, start, end and all changes of contact among them [s]; spaced by
+                ``nodes_per_second`` if absent. The nearest one that may move does.
+
+        Raises:
+            ParameterError: If a term names a time outside the motion.
+        """
+        nodes = nodes_of(self.plan, self.nodes_per_second) if given is None else given.copy()
+        instants = sorted({float(t) for term in self.terms for t in term.instants})
+        fixed = [*self.plan.switches, *instants]
+        for t in instants:
+            if not -SAME <= t <= self.plan.duration + SAME:
+                raise ParameterError(
+                    f"{t:g} s is outside the motion, which lasts {self.plan.duration:g} s"
+                )
+            k = int(np.argmin(np.abs(nodes - t)))
+            if abs(nodes[k] - t) <= SAME:
+                continue
+            if np.min(np.abs(np.subtract(fixed, nodes[k]))) > SAME:
+                nodes[k] = t
+            else:
+                nodes = np.sort(np.append(nodes, t))
+        return nodes
+
+    def problem(self, body: ContactBody, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:
         """Return the problem of a person who does it.
 
         Args:
             body: The person.
-            nodes: Times of nodes, start, end and all changes of contact among them [s]; spaced by
-                ``nodes_per_second`` if absent.
+            nodes: Times of nodes, see :meth:`nodes`.
         """
-        nodes = nodes_of(self.plan, self.nodes_per_second) if nodes is None else nodes
-        basis: Basis
-        closure = None
+        nodes = self.nodes(nodes)
+        basis, closure = spline_basis(self.basis, nodes, self.plan.periodic), None
         if self.plan.periodic:
-            basis = BASES[self.basis](3, periodic_knots(nodes, 3), periodic=True)
-            nodes = nodes[:-1]
-            closure = mirror(body, self.step)
-        else:
-            basis = BASES[self.basis](3, clamped_knots(nodes, 3))
-        assembly = Assembly(body, self.plan, nodes)
+            nodes, names = nodes[:-1], body.symbolic.names
+            closure = closure_of(
+                names,
+                [s.name for s in body.sites],
+                mirrored=self.plan.mirrored,
+                advance=self.plan.advance,
+            )
+        builder = ProblemBuilder(body, self.plan, nodes)
         for term in self.terms:
-            term.put(assembly)
-        return assembly.problem(basis, closure)
+            term.add_to(builder)
+        return builder.problem(basis, closure)
 
     def start(
-        self, body: Body, problem: Problem
+        self, body: ContactBody, problem: Problem
     ) -> tuple[Float[Array, "n_coefficients nv"], Float[Array, "n_nodes n_unknowns"]]:
         """Return coefficients and forces of the first guess."""
         times = sample_times(problem)
         c = coefficients(problem, times, self.guess(body, self.plan, times))
         return c, shared_weight(problem)
+
+
+def spline_basis(name: str, nodes: Float[Array, " n"], periodic: bool) -> Basis:
+    """Return the cubic spline on nodes, start and end among them."""
+    if periodic:
+        return BASES[name](3, periodic_knots(nodes, 3), periodic=True)
+    return BASES[name](3, clamped_knots(nodes, 3))
+
+
+def closure_of(
+    names: Sequence[str], sites: Sequence[str], *, mirrored: bool, advance: float
+) -> PeriodicClosure:
+    """Return how a gait goes on after its period: translated, and mirrored after half a stride.
+
+    Args:
+        names: Coordinates.
+        sites: Names of the contact sites.
+        mirrored: Whether the period is half a stride.
+        advance: How far the gait goes in a period [m].
+    """
+    source, sign = np.arange(len(names)), np.ones(len(names))
+    pair, across = list(range(len(sites))), 1.0
+    if mirrored:
+        source = np.array([names.index(mirrored_name(n)) for n in names])
+        sign = np.array([mirror_sign(n) for n in names])
+        pair, across = [sites.index(mirrored_name(s)) for s in sites], -1.0
+    shift = np.array([advance if n == "pelvis_tx" else 0.0 for n in names])
+    u_source = np.array([3 * k + i for k in pair for i in range(3)], int)
+    u_sign = np.tile([1.0, across, 1.0], len(sites))
+    return PeriodicClosure(source, sign, shift, u_source, u_sign)
 
 
 def sample_times(problem: Problem) -> Float[Array, " n_times"]:
@@ -137,28 +216,3 @@ def shared_weight(problem: Problem) -> Float[Array, "n_nodes n_unknowns"]:
     count = free.sum(axis=1, keepdims=True)
     u[:, vertical] = np.where(free, 1.0 / np.maximum(count, 1), 0.0)
     return u
-
-
-def mirror(body: Body, step: float) -> PeriodicClosure:
-    """Return how a symmetric gait goes on after half a stride: mirrored, and a step further."""
-    names = body.symbolic.names
-    source = np.array([names.index(mirrored_name(n)) for n in names])
-    odd = ("pelvis_list", "pelvis_rotation", "pelvis_tz")
-    sign = np.array(
-        [-1.0 if n in odd or n.endswith(("_bending", "_rotation")) else 1.0 for n in names]
-    )
-    shift = np.array([step if n == "pelvis_tx" else 0.0 for n in names])
-    sites = [s.name for s in body.sites]
-    pair = [sites.index(mirrored_name(s)) for s in sites]
-    u_source = np.array([3 * k + i for k in pair for i in range(3)], int)
-    u_sign = np.tile([1.0, -1.0, 1.0], len(sites))
-    return PeriodicClosure(source, sign, shift, u_source, u_sign)
-
-
-def mirrored_name(name: str) -> str:
-    """Return the name on the other side; a name without side is its own."""
-    if name.endswith("_r"):
-        return name[:-2] + "_l"
-    if name.endswith("_l"):
-        return name[:-2] + "_r"
-    return name

@@ -14,33 +14,24 @@ The relations between these weights were settled while looking at norms of walki
 ([Schwartz2008]_); no recording and no norm is in the problem.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.contact.plan import ContactPlan
-from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.guess.walk import walking_guess
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters, gait_parameters
-from plantigrade.synthesize.tasks.task import Task
-from plantigrade.synthesize.tasks.walking_plan import advance, periodic_walk_plan, walk_plan
-from plantigrade.synthesize.terms.more_terms import Clearance, Quiet, Rest
-from plantigrade.synthesize.terms.terms import (
-    Contact,
-    Dynamics,
-    Forces,
-    Jerk,
-    Limits,
-    Posture,
-    PostureAt,
-    Term,
-    Torque,
-    Work,
-)
+from plantigrade.synthesize.tasks.settings import Walk
+from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.tasks.walking_plan import periodic_walk_plan, walk_plan
+from plantigrade.synthesize.terms.contact import Clearance, Contact, Dynamics, Forces
+from plantigrade.synthesize.terms.effort import Jerk, Torque, Work
+from plantigrade.synthesize.terms.limits import Limits
+from plantigrade.synthesize.terms.posture import Posture, PostureAt, Quiet, Rest
+from plantigrade.synthesize.terms.term import Term
 
 ANKLE = 0.2  # what torque of the ankle costs beside that of other joints
 UPRIGHT = {
@@ -71,7 +62,6 @@ HANGING = {"elbow_flex": 0.35}
 """Postures that are not zero [rad]."""
 
 CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
-STEEPEST = 0.35  # [rad]
 NODES_PER_SECOND = {True: 60.0, False: 20.0}
 """Nodes a second up to :data:`USUAL` speed, periodic and from standing; in proportion above it."""
 
@@ -98,78 +88,41 @@ def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
     )
 
 
-def walk(
-    human: Human,
-    *,
-    speed: float = 1.3,
-    periodic: bool = False,
-    steps: int = 4,
-    step_length: float | None = None,
-    cadence: float | None = None,
-    turn: float = 0.0,
-    step_height: float = 0.0,
-    heights: Sequence[float] | None = None,
-    slope: float = 0.0,
-) -> Task:
+def walk(human: Human, told: Walk) -> MotionTask:
     """Return the task of walking.
 
-    Args:
-        human: The person.
-        speed: Walking speed [m/s], 0.3 to 2.2.
-        periodic: Whether the walk goes on for ever; otherwise it starts and ends in standing.
-        steps: Number of steps of a walk from standing to standing.
-        step_length: From foot to foot [m]; what people prefer at the speed if absent.
-        cadence: Steps per minute instead.
-        turn: How far the way turns to the left [rad].
-        step_height: Height of a step up (or down, negative) in the middle of the way [m].
-        heights: Height of the ground under each step [m] instead.
-        slope: How far the ground rises along the way [rad], negative downhill; ±0.35 at most.
-
     Raises:
-        ParameterError: If a value is out of range, or a periodic walk shall turn or climb.
+        ParameterError: If a value is out of range for this person.
     """
-    if not abs(slope) <= STEEPEST:
-        raise ParameterError(
-            f"slope={slope:.2f} rad: people walk straight on slopes of ±{STEEPEST} rad (20°)"
-        )
-    if slope and turn:
-        raise ParameterError("a turn on a slope is not known: give slope or turn")
-    p = gait_parameters(human, speed, step_length=step_length, cadence=cadence)
-    if periodic:
-        if turn or step_height or heights is not None:
-            raise ParameterError(
-                "a periodic walk goes straight on even ground: leave out turn and heights, or "
-                "leave out periodic"
-            )
-        return periodic_walk(human, p, slope=slope)
-    if turn and (step_height or heights is not None):
-        raise ParameterError("a turn over steps is not known: give turn or heights")
-    if step_height and heights is not None:
-        raise ParameterError("give step_height or heights, not both")
-    if step_height:
-        heights = [step_height * (k >= steps // 2) for k in range(steps)]
-    plan = walk_plan(human, p, steps=steps, turn=turn, heights=heights)
-    plan = replace(plan, slope=slope)
+    p = gait_parameters(human, told.speed, step_length=told.step_length, cadence=told.cadence)
+    if told.periodic:
+        return periodic_walk(human, p, slope=told.slope)
+    heights = told.heights
+    if told.step_height:
+        heights = tuple(told.step_height * (k >= told.steps // 2) for k in range(told.steps))
+    plan = walk_plan(human, p, steps=told.steps, turn=told.turn, heights=heights)
+    plan = replace(plan, slope=told.slope)
 
-    def guess_from_standing(body: Body, plan: ContactPlan, times: Array) -> Array:
+    def guess_from_standing(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
         return walking_guess(body.human, plan, p, times)
 
     ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
-    ends[:, 0] -= slope  # pelvis tilt: upright
-    terms: list[Term] = [*walking_terms(slope)]
+    ends[:, 0] -= told.slope  # pelvis tilt: upright
+    terms: list[Term] = [*walking_terms(told.slope)]
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
-    return Task(
+    faster = max(1.0, told.speed / USUAL)
+    return MotionTask(
         "walk",
         plan,
         tuple(terms),
         guess_from_standing,
-        nodes_per_second=NODES_PER_SECOND[False] * max(1.0, speed / USUAL),
+        nodes_per_second=NODES_PER_SECOND[False] * faster,
     )
 
 
-def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> Task:
-    """Return the task of a walk that goes on for ever, of which half a stride is solved.
+def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> MotionTask:
+    """Return the task of a periodic walk, of which half a stride is solved.
 
     Args:
         human: The person.
@@ -178,15 +131,13 @@ def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.
     """
     plan = replace(periodic_walk_plan(human, parameters), slope=slope)
 
-    def guess(body: Body, plan: ContactPlan, times: Array) -> Array:
+    def guess(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
         return walking_guess(body.human, plan, parameters, times)
 
-    step = advance(plan)[0]
-    return Task(
+    return MotionTask(
         "walk",
         plan,
         walking_terms(slope),
         guess,
         nodes_per_second=NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL),
-        step=step,
     )

@@ -17,10 +17,10 @@ from typing import Literal
 
 import numpy as np
 
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import GRAVITY
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters
 
 Side = Literal["r", "l"]
@@ -114,22 +114,22 @@ def walk_plan(
     stances = []
     for k, fall in enumerate(falls):
         strike = fall.strike
-        flat, heel, ball, off = (
+        flat, heel, forefoot, off = (
             strike + x * p.stride_time
-            for x in (p.foot_flat, p.heel_off, p.ball_off, p.stance_fraction)
+            for x in (p.foot_flat, p.heel_off, p.forefoot_off, p.stance_fraction)
         )
         if still and k < 2:
             strike = flat = 0.0
             off = rest if k == 1 else begin + p.double_support
             heel = off - (p.stance_fraction - p.heel_off) * p.stride_time
-            ball = off - (p.stance_fraction - p.ball_off) * p.stride_time
+            forefoot = off - (p.stance_fraction - p.forefoot_off) * p.stride_time
             if k == 1:
                 heel = max(heel, 0.5 * rest)
-                ball = max(ball, heel)
+                forefoot = max(forefoot, heel)
         if closing and k >= len(falls) - 2:
-            heel = ball = off = duration
+            heel = forefoot = off = duration
             flat = strike if k == len(falls) - 1 else flat
-        stances.append(Stance(_footprint(fall, p.toe_out, bend), strike, flat, heel, ball, off))
+        stances.append(Stance(_footprint(fall, p.toe_out, bend), strike, flat, heel, forefoot, off))
     return ContactPlan(duration, tuple(stances))
 
 
@@ -145,59 +145,15 @@ def periodic_walk_plan(human: Human, parameters: GaitParameters) -> ContactPlan:
         parameters: Lengths and times of the walk.
     """
     plan = walk_plan(human, parameters, steps=1, start="walking", stop="walking", first="r")
-    return ContactPlan(parameters.step_time, plan.stances[:2], periodic=True)
-
-
-def advance(plan: ContactPlan) -> tuple[float, float]:
-    """Return how far a periodic plan goes in its half stride: along x, and up [m].
-
-    Raises:
-        ParameterError: If the plan is not periodic, or its two feet do not follow one another.
-    """
-    if not plan.periodic or len(plan.stances) != 2:
-        raise ParameterError("only a periodic plan of two stances goes on as its mirror image")
-    behind, ahead = (s.footprint.position for s in plan.stances)
-    return ahead[0] - behind[0], ahead[2] - behind[2]
-
-
-def unrolled(plan: ContactPlan, *, before: int = 2, after: int = 2) -> tuple[Stance, ...]:
-    """Return all stances of a plan; of a periodic one also those of half strides around it.
-
-    Args:
-        plan: The plan.
-        before: How many half strides before it.
-        after: How many after it.
-
-    Returns:
-        Stances in order of their strikes, every one once.
-    """
-    if not plan.periodic:
-        return plan.stances
-    forward, up = advance(plan)
-    latest = plan.stances[-1]
-    return tuple(
-        _moved(latest, k, k * plan.duration, k * forward, k * up)
-        for k in range(-before - 1, after + 1)
-    )
+    behind, ahead = plan.stances[:2]
+    advance = ahead.footprint.position[0] - behind.footprint.position[0]
+    return ContactPlan(parameters.step_time, (behind, ahead), periodic=True, advance=advance)
 
 
 def standing_distance(human: Human) -> float:
     """Return how far apart the ankles are in a person's quiet standing [m]."""
     origins = human.skeleton.origins
     return float(abs(origins["foot_l"][1] - origins["foot_r"][1]))
-
-
-def _moved(stance: Stance, laps: int, time: float, forward: float, up: float) -> Stance:
-    """Return a stance some half strides later: mirrored if their number is odd, and moved on."""
-    odd = laps % 2 == 1
-    f, sign = stance.footprint, -1.0 if odd else 1.0
-    x, y, z = f.position
-    moved = Footprint(
-        other(f.side) if odd else f.side, (x + forward, sign * y, z + up), sign * f.heading
-    )
-    times = (stance.strike, stance.flat, stance.heel_off, stance.ball_off, stance.off)
-    strike, flat, heel_off, ball_off, off = (t + time for t in times)
-    return Stance(moved, strike, flat, heel_off, ball_off, off, toes_first=stance.toes_first)
 
 
 def _footprint(fall: _Fall, toe_out: float, bend: float) -> Footprint:

@@ -1,1 +1,1 @@
-"""Conditions and costs of a task."""
+"""What a task is made of: conditions and costs, each a small class, by subject."""

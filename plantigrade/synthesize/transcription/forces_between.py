@@ -16,7 +16,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.batched import BatchedFunction
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 
 FRICTION = 0.8
 """Coefficient of friction where nobody says another: shoes on a dry floor."""
@@ -26,7 +26,7 @@ _EXACT = 1e8  # what a missing wrench costs beside a change of forces
 
 
 def explaining(
-    body: Body,
+    body: ContactBody,
     q: Float[Array, "n nv"],
     v: Float[Array, "n nv"],
     a: Float[Array, "n nv"],
@@ -70,7 +70,7 @@ def explaining(
 
 
 def remainder(
-    body: Body,
+    body: ContactBody,
     q: Float[Array, "n nv"],
     v: Float[Array, "n nv"],
     a: Float[Array, "n nv"],
@@ -87,16 +87,16 @@ def remainder(
     return np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
 
 
-def _wrenches(body: Body, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
+def _wrenches(body: ContactBody, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
     """Return the wrench a motion asks for [body weights], and the matrix from forces to it."""
-    if "wrench" not in body.kept:
-        body.kept["wrench"] = BatchedFunction(body.symbolic.root_wrench())
-        body.kept["points"] = BatchedFunction(body.symbolic.positions(list(body.sites)))
-        body.kept["pelvis"] = BatchedFunction(body.symbolic.frames())
+    symbolic, sites = body.symbolic, list(body.sites)
+    wrench = body.cache.get("root wrench", lambda: BatchedFunction(symbolic.root_wrench()))
+    places = body.cache.get("site positions", lambda: BatchedFunction(symbolic.positions(sites)))
+    frames = body.cache.get("frames", lambda: BatchedFunction(symbolic.frames()))
     n, k = len(q), len(body.sites)
-    asked = body.kept["wrench"](q, v, a)[0] / body.weight
-    place = body.kept["points"](q)[0].reshape(n, k, 3)
-    arm = place - body.kept["pelvis"](q)[0].reshape(n, -1, 3)[:, :1]
+    asked = wrench(q, v, a)[0] / body.weight
+    place = places(q)[0].reshape(n, k, 3)
+    arm = place - frames(q)[0].reshape(n, -1, 3)[:, :1]
     A = np.zeros((n, 6, k, 3))
     A[:, :3] = np.eye(3)[None, :, None, :]
     x, y, z = arm[..., 0], arm[..., 1], arm[..., 2]

@@ -36,21 +36,21 @@ def nodes_of(
 
 
 def nodes_like(
-    plan: ContactPlan, other: ContactPlan, nodes: Float[Array, " n"]
+    plan: ContactPlan, switches: Float[Array, " n_switches"], nodes: Float[Array, " n"]
 ) -> Float[Array, " n"] | None:
-    """Return the nodes of a plan that go with those of another, change by change.
+    """Return the nodes of a plan that go with those of another motion, change by change.
 
     Args:
         plan: The plan.
-        other: A plan with as many changes of contact.
+        switches: Changes of contact of the other motion [s].
         nodes: Its nodes, start and end among them [s].
 
     Returns:
-        As many nodes, or None where the plans have different numbers of changes.
+        As many nodes, or None where the plan has another number of changes.
     """
-    if len(plan.switches) != len(other.switches):
+    if len(plan.switches) != len(switches):
         return None
-    return np.interp(nodes, other.switches, plan.switches)
+    return np.interp(nodes, switches, plan.switches)
 
 
 def split(

@@ -1,0 +1,253 @@
+r"""The shape of a gait: how near to norms, how the ground pushes, how knee and ankle go.
+
+Nothing here asks how a gait was made; what a simulation of walking is usually judged by is taken
+from its curves over the cycle (:func:`~plantigrade.analyze.curves.gait_curves`), and the work of
+its muscles from its torques.
+
+Work of muscles at joints is :math:`\int \max(\tau_m \dot q, 0)\, dt` over all joints, with
+:math:`\tau_m` the joint torque less what tissue at rest bears
+(:mod:`plantigrade.dynamics.passive`). Muscles across two joints and stretched tendons make the
+true work of muscle fibres smaller; heat is not in it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.analyze import norms
+from plantigrade.analyze.curves import GaitCurves
+from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
+from plantigrade.dynamics.passive import passive_moments, scale
+from plantigrade.errors import ParameterError
+
+LEG = ("hip_flexion", "knee_angle", "ankle_angle")
+"""Angles whose mean distance from norms is the usual figure of a simulated gait."""
+
+COMPARED = (*LEG, "pelvis_tilt", "pelvis_list", "pelvis_rotation", "hip_adduction")
+HUMP = 0.02  # a trough is one if the lower hump is this much higher [body weights]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """One curve over the gait cycle against a published mean.
+
+    Attributes:
+        rmse: Root mean square difference, in the unit of the curve.
+        rmse_offset_removed: The same once the mean difference is taken off.
+        correlation: Pearson's r.
+    """
+
+    rmse: float
+    rmse_offset_removed: float
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Humps:
+    """The vertical ground reaction of one foot in stance [body weights].
+
+    Attributes:
+        first: First hump; the largest value in the first half of stance where there is none.
+        trough: Smallest value between the humps.
+        second: Second hump, likewise.
+        two: Whether there are two humps, both higher than the trough by :data:`HUMP`.
+    """
+
+    first: float
+    trough: float
+    second: float
+    two: bool
+
+
+@dataclass(frozen=True)
+class GaitShape:
+    """What a gait looks like, of one foot; mean over its cycles.
+
+    Attributes:
+        agreement: Coordinate → against the norm of the speed class.
+        humps: Of the vertical ground reaction; None where forces are not known.
+        anterior: Smallest (braking) and largest (pushing) force forward [body weights].
+        stance: Heel strike to toe off [% of the cycle].
+        knee_loading: Largest knee flexion before mid-stance [deg].
+        knee_mid_stance: Knee flexion at the middle of stance [deg].
+        knee_swing: Largest knee flexion in swing [deg].
+        ankle_range: Range of the ankle over the cycle [deg].
+        ankle_toe_off: Ankle dorsiflexion at toe off [deg].
+        ankle_power: Largest power of the ankle in the second half of stance [W/kg]; NaN where
+            torques are not known.
+    """
+
+    agreement: dict[str, Agreement]
+    humps: Humps | None
+    anterior: tuple[float, float]
+    stance: float
+    knee_loading: float
+    knee_mid_stance: float
+    knee_swing: float
+    ankle_range: float
+    ankle_toe_off: float
+    ankle_power: float
+
+    @property
+    def rmse(self) -> float:
+        """Mean over hip, knee and ankle [deg]."""
+        return float(np.mean([self.agreement[n].rmse for n in LEG]))
+
+    @property
+    def rmse_offset_removed(self) -> float:
+        """Mean over hip, knee and ankle, each without its mean difference [deg]."""
+        return float(np.mean([self.agreement[n].rmse_offset_removed for n in LEG]))
+
+
+def gait_shape(curves: GaitCurves, speed_class: str = "free", *, side: str = "r") -> GaitShape:
+    """Return what a gait looks like.
+
+    Args:
+        curves: Curves over its cycles.
+        speed_class: Class of speed of the norms, see :func:`plantigrade.analyze.norms.speed_class`.
+        side: ``"r"`` or ``"l"``.
+
+    Raises:
+        ParameterError: If that foot has no whole cycle with a toe off.
+    """
+    cycles = [c for c in curves.cycles if c.side == side and c.toe_off is not None]
+    if not cycles:
+        foot = {"r": "right", "l": "left"}.get(side, side)
+        raise ParameterError(f"no whole gait cycle of the {foot} foot with a toe off in it")
+    percent = curves.percent
+    stance = float(np.mean([c.percent(c.toe_off) for c in cycles if c.toe_off is not None]))
+
+    def mean(table: dict[str, np.ndarray], name: str) -> Float[Array, " n"]:
+        rows = table.get(name, np.empty((0, len(percent))))
+        return np.nanmean(rows, axis=0) if len(rows) else np.full(len(percent), np.nan)
+
+    agreement = {}
+    for name in COMPARED:
+        own = mean(curves.angles, name if name.startswith("pelvis") else f"{name}_{side}")
+        if np.isfinite(own).any():
+            agreement[name] = agreement_with_norm(percent, own, name, speed_class, side=side)
+    knee, ankle = (mean(curves.angles, f"{n}_{side}") for n in ("knee_angle", "ankle_angle"))
+    up, forward = (mean(curves.forces, f"{n}_{side}") for n in ("up", "forward"))
+    power = mean(curves.powers, f"ankle_angle_{side}")
+    late = (percent >= stance / 2) & (percent <= stance)
+    return GaitShape(
+        agreement,
+        humps_of(percent, up, stance) if np.isfinite(up).all() else None,
+        (float(forward.min()), float(forward.max())),
+        stance,
+        knee_loading=float(knee[percent <= stance / 2].max()),
+        knee_mid_stance=float(np.interp(stance / 2, percent, knee)),
+        knee_swing=float(knee[percent >= stance].max()),
+        ankle_range=float(np.ptp(ankle)),
+        ankle_toe_off=float(np.interp(stance, percent, ankle)),
+        ankle_power=float(power[late].max()),
+    )
+
+
+def agreement_with_norm(
+    percent: Float[Array, " n"],
+    values: Float[Array, " n"],
+    name: str,
+    speed_class: str = "free",
+    *,
+    side: str = "r",
+) -> Agreement:
+    """Return how far a curve is from the published mean of its speed class.
+
+    Args:
+        percent: Percent of the gait cycle.
+        values: The curve, in the unit of the norm.
+        name: Of the norm (:func:`plantigrade.analyze.norms.norm`).
+        speed_class: Of the norm.
+        side: Foot whose heel strikes bound the cycle.
+    """
+    band = norms.norm(name, speed_class, side=side)
+    theirs = np.interp(percent, band.percent, band.mean)
+    return Agreement(
+        rmse(values, theirs), rmse_offset_removed(values, theirs), correlation(values, theirs)
+    )
+
+
+def humps_of(percent: Float[Array, " n"], up: Float[Array, " n"], stance: float = 60.0) -> Humps:
+    """Return both humps of a vertical ground reaction and the trough between them.
+
+    A hump is a local maximum: of several in one half of stance the highest.
+
+    Args:
+        percent: Percent of the gait cycle, from heel strike.
+        up: Vertical force of the foot [body weights].
+        stance: Toe off [% of the cycle].
+    """
+    inside = np.flatnonzero(percent <= stance)
+    force = up[inside]
+    higher = (force[1:-1] > force[:-2]) & (force[1:-1] >= force[2:])
+    peaks = np.flatnonzero(higher) + 1
+    halves = percent[inside] < stance / 2
+
+    def top(half: np.ndarray) -> tuple[int, bool]:
+        mine = [i for i in peaks if half[i]]
+        if mine:
+            return int(max(mine, key=lambda i: force[i])), True
+        return int(np.argmax(np.where(half, force, -np.inf))), False
+
+    (a, left), (b, right) = top(halves), top(~halves)
+    trough = float(force[a : b + 1].min())
+    first, second = float(force[a]), float(force[b])
+    two = left and right and min(first, second) - trough >= HUMP
+    return Humps(first, trough, second, bool(two))
+
+
+@dataclass(frozen=True)
+class MuscleWork:
+    """Work of the muscles at the joints of a motion.
+
+    Attributes:
+        positive: Done [J].
+        negative: Taken up [J], a positive number.
+        way: Of the centre of mass along the ground [m].
+        weight: Body weight [N].
+    """
+
+    positive: float
+    negative: float
+    way: float
+    weight: float
+
+    @property
+    def cost_of_transport(self) -> float:
+        """Positive work for each newton of weight and metre of way; NaN without a way."""
+        return self.positive / (self.weight * self.way) if self.way > 0 else float("nan")
+
+
+def muscle_work(
+    names: Sequence[str],
+    time: Float[Array, " n_frames"],
+    q: Float[Array, "n_frames n_joints"],
+    v: Float[Array, "n_frames n_joints"],
+    tau: Float[Array, "n_frames n_joints"],
+    *,
+    mass: float,
+    height: float,
+    way: float,
+) -> MuscleWork:
+    """Return what muscles do, tissue at rest taken off the torques.
+
+    Args:
+        names: Names of the joints.
+        time: [s].
+        q: Their angles [rad].
+        v: Their speeds [rad/s].
+        tau: Their torques [N m].
+        mass: Of the person [kg].
+        height: Of the person [m].
+        way: How far the person gets [m].
+    """
+    factor = scale(mass, height)
+    tissue = passive_moments(names, list(q.T), list(v.T), factor)
+    power = (tau - np.stack([np.broadcast_to(m, len(time)) for m in tissue], axis=1)) * v
+    done = float(np.trapezoid(np.maximum(power, 0.0).sum(axis=1), time))
+    taken = float(np.trapezoid(np.maximum(-power, 0.0).sum(axis=1), time))
+    return MuscleWork(done, taken, way, mass * GRAVITY)

@@ -1,0 +1,125 @@
+"""Bars: one a row, and timelines."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plantigrade.charts.marks import Bar
+from plantigrade.charts.svg import (
+    GRID,
+    INK,
+    LETTER,
+    SOFT,
+    data_range,
+    linear_scale,
+    number_text,
+    open_svg,
+    rule,
+    text_at,
+    ticks_of,
+    title_text,
+)
+from plantigrade.charts.theme import STROKE_MIDDLE as MIDDLE
+
+
+def bar_plot(
+    labels: Sequence[str],
+    values: Sequence[float],
+    *,
+    title: str,
+    x_label: str,
+    tips: Sequence[float] = (),
+    colours: Sequence[str] = (),
+    notes: Sequence[str] = (),
+    width: int = 500,
+) -> str:
+    """Return horizontal bars, one row per label.
+
+    Args:
+        labels: Names of the rows.
+        values: Lengths of the bars; NaN leaves the row empty.
+        title: Above the plot.
+        x_label: With its unit.
+        tips: A second figure per row, drawn as a tick (the largest, say).
+        colours: CSS colour per bar.
+        notes: Words at the end of each row.
+        width: Of the drawing [px].
+    """
+    row, top = 15, 30
+    left = 24 + 6.2 * max((len(label) for label in labels), default=1)
+    right = width - 16 - 5.4 * max((len(note) for note in notes), default=0)
+    bottom = top + row * len(labels)
+    high = data_range([np.asarray([*values, *tips, 0.0], float)], pad=0.04)[1]
+    px = linear_scale(0.0, high, left, right)
+    parts = [open_svg(width, bottom + 38, f"{title}, {x_label}"), title_text(title, 4)]
+    for tick in ticks_of(0.0, high):
+        at = px(tick)
+        parts.append(rule(at, at, top, bottom, GRID))
+        parts.append(text_at(number_text(tick), at, bottom + 13, anchor="middle"))
+    parts.append(text_at(x_label, (left + right) / 2, bottom + 29, anchor="middle"))
+    for i, (label, value) in enumerate(zip(labels, values, strict=True)):
+        y = top + row * i
+        parts.append(text_at(label, left - 6, y + 11, anchor="end", colour=INK))
+        if np.isfinite(value):
+            colour = colours[i] if colours else MIDDLE
+            parts.append(
+                f'<rect x="{left:.1f}" y="{y + 2.5}" width="{px(value) - left:.1f}" '
+                f'height="{row - 5}" rx="1.5" style="fill:{colour}" opacity=".85"/>'
+            )
+        if len(tips) and np.isfinite(tips[i]):
+            parts.append(rule(px(tips[i]), px(tips[i]), y + 2.5, y + row - 2.5, SOFT, 1.6))
+        if len(notes):
+            parts.append(text_at(notes[i], width - 6, y + 11, anchor="end"))
+    return "".join(parts) + "</svg>"
+
+
+def timeline_plot(
+    rows: Sequence[tuple[str, Sequence[Bar]]],
+    *,
+    title: str,
+    x_label: str,
+    marks: Sequence[float] = (),
+    width: int = 1060,
+) -> str:
+    """Return what is on when: a row of bars for each thing, over one axis of time.
+
+    Args:
+        rows: Name of each row and its bars.
+        title: Above the plot.
+        x_label: With its unit.
+        marks: Where thin upright lines are drawn.
+        width: Of the drawing [px].
+    """
+    row, top = 19, 28
+    left = 16 + 5.9 * max((len(label) for label, _ in rows), default=1)
+    right, bottom = width - 12, top + row * len(rows)
+    ends = [v for _, bars in rows for bar in bars for v in (bar.start, bar.stop)]
+    x0, x1 = data_range([np.asarray([*ends, *marks], float)], pad=0.0)
+    px = linear_scale(x0, x1, left, right)
+    parts = [open_svg(width, bottom + 38, title), title_text(title, 4)]
+    for i in range(len(rows) + 1):
+        parts.append(rule(left, right, top + row * i, top + row * i, GRID, 0.8))
+    for i, (label, bars) in enumerate(rows):
+        y = top + row * i
+        parts.append(text_at(label, left - 6, y + 13, anchor="end", colour=INK))
+        for bar in bars:
+            a, b = float(px(bar.start)), float(px(bar.stop))
+            parts.append(
+                f'<rect x="{a:.1f}" y="{y + 3}" width="{max(b - a, 0.8):.1f}" '
+                f'height="{row - 6}" rx="1.5" style="fill:{bar.colour}" '
+                f'opacity="{bar.opacity:g}"/>'
+            )
+            if bar.label and b - a > LETTER * len(bar.label) + 6:
+                parts.append(text_at(bar.label, (a + b) / 2, y + 13, anchor="middle", colour=INK))
+    for mark in marks:
+        at = float(px(mark))
+        parts.append(
+            f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
+            f'style="stroke:{SOFT}" stroke-dasharray="3 3" stroke-width="0.8" opacity="0.7"/>'
+        )
+    for tick in ticks_of(x0, x1, max(3, round((right - left) / 80))):
+        at = float(px(tick))
+        parts.append(rule(at, at, bottom, bottom + 4, SOFT))
+        parts.append(text_at(number_text(tick), at, bottom + 15, anchor="middle"))
+    parts.append(text_at(x_label, (left + right) / 2, bottom + 31, anchor="middle"))
+    return "".join(parts) + "</svg>"

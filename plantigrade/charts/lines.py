@@ -1,0 +1,116 @@
+"""Curves over one axis."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.charts.marks import Ribbon, Series
+from plantigrade.charts.svg import (
+    TITLE,
+    axes,
+    data_range,
+    legend,
+    legend_width,
+    linear_scale,
+    open_svg,
+    path_data,
+    title_text,
+)
+
+
+def line_plot(
+    series: Sequence[Series],
+    *,
+    title: str,
+    x_label: str,
+    y_label: str,
+    bands: Sequence[Ribbon] = (),
+    marks: Sequence[tuple[float, str]] = (),
+    width: int = 330,
+    height: int = 210,
+    zero: bool = False,
+    least: float = 0.0,
+    log: float = 0.0,
+) -> str:
+    """Return a line plot.
+
+    Args:
+        series: The curves.
+        title: Above the plot.
+        x_label: With its unit.
+        y_label: With its unit.
+        bands: Shaded ranges, drawn behind.
+        marks: Vertical dashed lines: where, and in which colour (foot off).
+        width: Of the drawing [px].
+        height: Of the drawing [px].
+        zero: Whether zero must lie on the vertical axis.
+        least: The vertical axis spans at least this much, so that stillness looks still.
+        log: If positive the vertical axis counts powers of ten, from this value on: what is
+            smaller is drawn there.
+    """
+    if log > 0:
+        series = [replace(s, y=_power(s.y, log)) for s in series]
+        bands = [replace(b, low=_power(b.low, log), high=_power(b.high, log)) for b in bands]
+    xs = [s.x for s in series] + [b.x for b in bands]
+    ys = [s.y for s in series] + [b.low for b in bands] + [b.high for b in bands]
+    x0, x1 = data_range(xs, pad=0.0)
+    y0, y1 = data_range([*ys, np.zeros(1)] if zero else ys, pad=0.06, least=least)
+    series = _told_apart(series, y1 - y0)
+    left, right, bottom = 52, width - 10, height - 38
+    second = legend_width(series) > right - left - TITLE * len(title)
+    top = 40 if second else 26
+    px = linear_scale(x0, x1, left, right)
+    py = linear_scale(y0, y1, bottom, top)
+    parts = [open_svg(width, height, f"{title}, {y_label} over {x_label}"), title_text(title, left)]
+    box = (left, right, top, bottom)
+    parts += axes(x0, x1, y0, y1, px, py, box, x_label, y_label, powers=log > 0)
+    for band in bands:
+        ok = np.isfinite(band.low) & np.isfinite(band.high)
+        x = np.concatenate([band.x[ok], band.x[ok][::-1]])
+        y = np.concatenate([band.high[ok], band.low[ok][::-1]])
+        if len(x):
+            parts.append(
+                f'<path d="{path_data(px(x), py(y))}Z" style="fill:{band.colour}" '
+                f'opacity="{band.opacity}"/>'
+            )
+    for where, colour in marks:
+        at = px(where)
+        parts.append(
+            f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
+            f'style="stroke:{colour}" stroke-dasharray="3 3" stroke-width="1"/>'
+        )
+    for s in series:
+        dash = f' stroke-dasharray="{s.dash}"' if s.dash else ""
+        parts.append(
+            f'<path d="{path_data(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
+            f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"{dash}/>'
+        )
+    parts += legend(series, right, 30 if second else 15)
+    return "".join(parts) + "</svg>"
+
+
+def _told_apart(series: Sequence[Series], height: float) -> list[Series]:
+    """Return curves with those dashed that would hide another one under them.
+
+    Args:
+        series: The curves.
+        height: What the vertical axis spans.
+    """
+    out: list[Series] = []
+    for s in series:
+        hides = not s.dash and any(
+            not o.dash
+            and o.colour != s.colour
+            and len(o.y) == len(s.y)
+            and np.array_equal(np.isfinite(o.y), np.isfinite(s.y))
+            and np.nanmax(np.abs(o.y - s.y), initial=0.0) < 0.004 * height
+            for o in out
+        )
+        out.append(replace(s, dash="7 7") if hides else s)
+    return out
+
+
+def _power(values, least: float) -> np.ndarray:
+    """Return the power of ten of positive values, no less than that of ``least``."""
+    return np.log10(np.maximum(np.asarray(values, float), least))

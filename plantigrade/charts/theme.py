@@ -1,0 +1,26 @@
+"""Colours that every picture, plot and page shares.
+
+Left and right keep one colour each everywhere: blue for right, vermilion for left (Okabe and Ito's
+palette, told apart by people with any common form of colour blindness). Plots use CSS variables
+with these as fallbacks, so a drawing follows the light or dark colours of its page and also stands
+alone.
+"""
+
+RIGHT = "#0072b2"
+LEFT = "#d55e00"
+MIDDLE = "#6b7280"
+RECORDED = "#009e73"
+FITTED = "#cc79a7"
+REFERENCE = "#7e57c2"
+FORCE = "#e0a100"
+SIDE_COLOURS = {"r": RIGHT, "l": LEFT}
+PALETTE = (MIDDLE, RECORDED, RIGHT, FORCE, FITTED, LEFT, "#56b4e9", REFERENCE)
+"""Colours for any number of things, used in this order."""
+
+STROKE_RIGHT = f"var(--right, {RIGHT})"
+STROKE_LEFT = f"var(--left, {LEFT})"
+STROKE_MIDDLE = f"var(--middle, {MIDDLE})"
+STROKE_REFERENCE = f"var(--recorded, {REFERENCE})"
+STROKE_FORCE = "var(--force, #b07c00)"
+STROKES = {"r": STROKE_RIGHT, "l": STROKE_LEFT, None: STROKE_MIDDLE, "": STROKE_MIDDLE}
+"""Colours of the sides in plots."""

@@ -1,0 +1,29 @@
+"""Gait events of a plan of contacts."""
+
+from plantigrade.contact.plan import SAME, ContactPlan
+from plantigrade.motion.recording import GaitEvent
+
+
+def alternates(plan: ContactPlan) -> bool:
+    """Return whether feet step in turns, so that there are strides to measure."""
+    if plan.periodic:
+        return True
+    struck = sorted((s.heel_strike, s.footprint.side) for s in plan.stances if s.heel_strike > 0)
+    sides = [side for _, side in struck]
+    return len(sides) > 1 and all(a != b for a, b in zip(sides[:-1], sides[1:], strict=True))
+
+
+def gait_events(plan: ContactPlan, end: float) -> tuple[GaitEvent, ...]:
+    """Return heel strikes and toe offs from the start of a plan to ``end`` [s], by time.
+
+    A foot that stands from the start of a plan that does not repeat did not strike.
+    """
+    periods = 0 if not plan.periodic else round(end / plan.duration) + 2
+    edge = 10 * SAME if plan.periodic else -10 * SAME
+    events = [
+        GaitEvent(min(max(time, 0.0), end), s.footprint.side, kind)
+        for s in plan.unrolled(after=periods)
+        for time, kind in ((s.heel_strike, "heel_strike"), (s.toe_off, "toe_off"))
+        if -edge < time < end + edge
+    ]
+    return tuple(sorted(events, key=lambda e: e.time))

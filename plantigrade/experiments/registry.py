@@ -1,0 +1,55 @@
+"""The experiments by name, and what each of them takes."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from plantigrade.experiments.table import ResultTable
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A module of this folder whose function ``run`` returns a table.
+
+    Every ``run`` takes ``quick``, for a short form of it, and ``say``; beside these it may take
+    ``data`` (the folder of recordings), ``out`` (a folder to write to), ``parts`` (names of those
+    to be done) and ``overwrite`` (do anew what is in ``out``).
+
+    Attributes:
+        name: Of the module, with hyphens.
+        needs: What it cannot do without.
+        takes: What else it makes use of.
+    """
+
+    name: str
+    needs: tuple[str, ...] = ()
+    takes: tuple[str, ...] = ()
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """What it needs and what it takes."""
+        return (*self.needs, *self.takes)
+
+    def run(self, **options: Any) -> "ResultTable":
+        """Import the module and call its ``run``."""
+        import importlib
+
+        name = f"plantigrade.experiments.{self.name.replace('-', '_')}"
+        return importlib.import_module(name).run(**options)
+
+
+EXPERIMENTS = {
+    e.name: e
+    for e in (
+        Experiment("fit-accuracy", needs=("data",)),
+        Experiment("foot-segments", needs=("data",)),
+        Experiment("gait-table", needs=("data",)),
+        Experiment("gait-ablations", needs=("data",)),
+        Experiment("gait-forces", needs=("data",)),
+        Experiment("spline-table", takes=("data", "out")),
+        Experiment("synthesis-bench", takes=("out", "parts", "overwrite")),
+        Experiment("synthesis-fidelity", takes=("out", "parts", "overwrite")),
+        Experiment("synthesis-tracking", needs=("data",)),
+    )
+}
+"""Every experiment by name."""

@@ -1,0 +1,73 @@
+r"""Equations of motion as families of rows: root, muscle torques, work rates, joint torques.
+
+At every node the six equations of the root hold exactly with the forces of the ground, so every
+joint torque is the one the joint really does. All families come from one inverse dynamics and are
+evaluated together; each is limited and weighed on its own.
+"""
+
+from plantigrade.dynamics.passive import passive_moments, scale
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.nlp import ConstraintFamily
+
+EDGE = 0.5
+"""Where work rates are rounded off, in units of rows."""
+
+
+def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
+    r"""Return the equations of motion.
+
+    Its parts are
+
+    - ``"root force"`` [body weights] and ``"root moment"`` [body weight · m], what nothing explains
+      at the pelvis: zero;
+    - ``"muscle torque"``, :math:`\tau` less what passive tissue bears [:attr:`ContactBody.torque`];
+    - ``"work rate"`` of the muscles, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2} - \epsilon`;
+    - ``"joint torque"``, muscles and tissue together, where tissue bears much
+      (:attr:`ContactBody.stiff`).
+
+    All but the root are free until a term limits or weighs them.
+    """
+    sym = body.symbolic
+
+    def parts(ca, q, v, a, u):
+        forces = ca.reshape(u, 3, len(body.sites)) * body.weight
+        tau = sym.inverse_dynamics(list(body.sites))(q, v, a, forces)
+        muscle = tau[6:]
+        if body.passive:
+            factor = scale(body.human.mass, body.human.height)
+            muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
+        muscle = muscle / body.torque
+        power = muscle * v[6:]
+        work = ca.sqrt(power * power + EDGE**2) - EDGE
+        joint = [tau[sym.names.index(n)] / body.torque for n in body.stiff]
+        return (
+            tau[:3] / body.weight,
+            tau[3:6] / body.weight,
+            muscle,
+            work,
+            ca.vertcat(ca.SX(0, 1), *joint),
+        )
+
+    described = (  # name, names of rows, unit, what a row of 1 is in it
+        ("root force", "xyz", "% of body weight", 100.0),
+        ("root moment", "xyz", "% of body weight times metre", 100.0),
+        ("muscle torque", sym.names[6:], "N m", body.torque),
+        ("work rate", sym.names[6:], "W", body.torque),
+        ("joint torque", body.stiff, "N m", body.torque),
+    )
+    families = []
+    for i, (name, of, unit, size) in enumerate(described):
+        joined = f"{name} " if of == "xyz" else f"{name} of "
+        names = tuple(joined + n for n in of)
+
+        def expression(ca, q, v, a, u, p, i=i):
+            return parts(ca, q, v, a, u)[i]
+
+        function = body.function(("part of the dynamics", name), expression)
+        families.append(ConstraintFamily.free(name, function, names, n_nodes, None, unit, size))
+    for root in families[:2]:
+        root.lower[:] = root.upper[:] = 0.0
+    function = body.function(
+        "dynamics", lambda ca, q, v, a, u, p: ca.vertcat(*parts(ca, q, v, a, u))
+    )
+    return ConstraintFamily.stacked("dynamics", function, families)

@@ -1,0 +1,139 @@
+r"""Rising from a chair and sitting down on it.
+
+Both begin and end at rest: rates and accelerations are zero there, so that forces balance.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.plan import ContactPlan, Support
+from plantigrade.contact.site import ContactSite
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.spatial.conventions import (
+    OPENSIM_TO_WORLD,
+    pelvis_angles_to_quaternion,
+    rotation_matrix,
+)
+from plantigrade.synthesize.guess.legs import Leg
+from plantigrade.synthesize.guess.postures import (
+    KeyPostures,
+    posture,
+    standing_feet,
+    standing_posture,
+    standing_stances,
+)
+from plantigrade.synthesize.tasks.settings import SitToStand, StandToSit
+from plantigrade.synthesize.tasks.standing import at_rest, basics
+from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.terms.contact import Above
+from plantigrade.synthesize.terms.posture import Symmetry
+
+KNEE_PART = 0.9  # chair height, of the knee's; about what a chair of 45 cm is to an adult
+SHANK_LEAN = float(np.deg2rad(15.0))  # knees ahead of the ankles, seated
+SEATED_TILT = float(np.deg2rad(15.0))  # pelvis tilted back, seated upright
+H_POINT = 0.055  # hip joint above the seat, of stature: 10 cm (estimate)
+ISCHIA = 0.068  # between the ischial points, of stature: 12 cm (estimate)
+BUTTOCK = 0.025  # radius of an ischial point, of stature
+
+
+def seat_sites(human: Human) -> tuple[ContactSite, ...]:
+    """Return the two points a person sits on, below and a little behind the hip joints."""
+    hip = Leg(human, "r").hip
+    radius = BUTTOCK * human.height
+    drop = H_POINT * human.height - radius
+    # below the hip joints when the pelvis is tilted back as in sitting
+    x = hip[0] - drop * np.sin(SEATED_TILT)
+    z = hip[2] - drop * np.cos(SEATED_TILT)
+    half = ISCHIA * human.height / 2
+    return tuple(
+        ContactSite(
+            body="pelvis", position=(x, y, z), radius=radius, name=f"seat_{side}", part="chair"
+        )
+        for side, y in (("r", -half), ("l", half))
+    )
+
+
+def resting_place(
+    human: Human, site: ContactSite, q: Float[Array, " nv"]
+) -> tuple[float, float, float]:
+    """Return where a site of the pelvis rests in a posture, as rows of contact have it [m]."""
+    R = rotation_matrix(pelvis_angles_to_quaternion(q[None, :3]))[0]
+    centre = OPENSIM_TO_WORLD @ q[3:6] + R @ np.array(site.position)
+    rho = site.radius
+    x = centre[0] + rho * np.arcsin(R[2, 0])
+    y = centre[1] + rho * np.arctan2(R[2, 1], R[2, 2])
+    return float(x), float(y), float(centre[2] - rho)
+
+
+def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
+    """Return the coordinates of sitting upright on a chair, feet where they are in standing.
+
+    Args:
+        human: The person.
+        chair_height: Of the seat [m].
+
+    Raises:
+        ParameterError: If the legs cannot do that.
+    """
+    d = human.dimensions
+    feet = standing_feet(human)
+    ankle = feet["r"].position[0]
+    hip = chair_height + H_POINT * human.height
+    knee = d.ankle_height + d.shank * np.cos(SHANK_LEAN)
+    rise = (hip - knee) / d.thigh
+    if not -0.5 <= rise <= 0.75:
+        low, high = (knee + k * d.thigh - H_POINT * human.height for k in (-0.5, 0.75))
+        raise ParameterError(
+            f"chair_height must be {low:.2f}–{high:.2f} m for a person of {human.height:.2f} m, "
+            f"not {chair_height:g}"
+        )
+    x = ankle + d.shank * np.sin(SHANK_LEAN) - d.thigh * np.sqrt(1 - rise**2)
+    joints = {n: v for n, v in {"lumbar_extension": -SEATED_TILT}.items() if n in human.coordinates}
+    return posture(human, feet, hip=(float(x), hip), tilt=SEATED_TILT, joints=joints)
+
+
+def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
+    """Return the task of rising from a chair, or of sitting down on it.
+
+    The pelvis rests on two points below the hip joints, which roll on the seat without slipping;
+    they carry until seat-off, or from when the seat is met on.
+
+    Raises:
+        ParameterError: If the chair is too high or too low for this person.
+    """
+    d, chair_height, duration = human.dimensions, told.chair_height, told.duration
+    if chair_height is None:
+        chair_height = KNEE_PART * (d.ankle_height + d.shank)
+    reverse = isinstance(told, StandToSit)
+    feet, sites = standing_feet(human), seat_sites(human)
+    seated, standing = seated_posture(human, chair_height), standing_posture(human)
+    off = told.seat_off * duration
+    rising = np.array([0.0, off, 1.15 * off + 0.1 * duration, duration])
+    lean = _leaning(human, seated)
+    middle = (lean + standing) / 2
+    keys = [seated, lean, middle, standing]
+    span = (-1.0, off)
+    if reverse:
+        rising, keys = duration - rising[::-1], keys[::-1]
+        span = (duration - off, duration + 1.0)
+    supports = tuple(Support(s, resting_place(human, s, seated), *span) for s in sites)
+    plan = ContactPlan(duration, standing_stances(feet, duration), supports=supports)
+    terms = (
+        *basics(),
+        *at_rest(human, 0.0, keys[0]),
+        *at_rest(human, duration, keys[-1]),
+        *(Above(s.name, chair_height) for s in sites),
+        Symmetry(),
+    )
+    name = "stand-to-sit" if reverse else "sit-to-stand"
+    return MotionTask(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
+
+
+def _leaning(human: Human, seated: Float[Array, " nv"]) -> Float[Array, " nv"]:
+    """Return the posture just before seat-off: pelvis rolled forward, trunk bent."""
+    out = seated.copy()
+    out[0] -= np.deg2rad(35.0)
+    if "lumbar_extension" in human.coordinates:
+        out[6 + human.hinge("lumbar_extension")] -= np.deg2rad(10.0)
+    return out

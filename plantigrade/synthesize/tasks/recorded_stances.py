@@ -1,0 +1,204 @@
+"""When and where recorded feet stand: contacts from events and rests, footprints from paths."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.flat_foot import flat_sites
+from plantigrade.contact.plan import Footprint, Stance
+from plantigrade.contact.site import foot_sites
+from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+
+NODES_PER_SECOND = 50.0
+"""Of a tracked motion."""
+
+GRID = 1.0 / NODES_PER_SECOND  # contact changes at multiples of this, so that nodes are even [s]
+APART = 2 * GRID  # at least this lies between two changes of one foot [s]
+BEYOND = 10.0  # a change outside the motion is put this far from it [s]
+DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
+
+
+def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
+    """Return which part of which foot touches when, from gait events and from what rests.
+
+    Where a motion has no gait events, what rests touches. What is slow but has already risen by
+    :data:`DOWN`, as a heel that takes its time, touches no more.
+    """
+    points = sole_paths(human, motion.qpos)
+    rests = find_rests(points, motion.rate)
+    time = np.asarray(motion.time, float)
+    found = foot_contacts(time, motion.events, rests)
+    seen = {c.side for c in found}
+    found += tuple(
+        ContactInterval(r.side, r.region, float(time[r.start]), float(time[r.stop - 1]))
+        for r in rests
+        if r.side not in seen
+    )
+    return tuple(_settled(c, points, time) for c in found)
+
+
+def _settled(
+    contact: ContactInterval, points: SolePaths, time: Float[Array, " n_frames"]
+) -> ContactInterval:
+    """Return a contact without what is too high at its ends; heel strikes and toe offs stay."""
+    index = points.of(contact.side, contact.region)
+    inside = (time >= contact.start) & (time <= contact.stop)
+    low = time[inside & (points.position[:, index, 2].min(axis=1) < DOWN)]
+    if len(low) < 3:
+        return contact
+    first = contact.start if contact.region == "heel" else float(low[0])
+    last = contact.stop if contact.region == "toes" else float(low[-1])
+    return replace(contact, start=first, stop=last)
+
+
+def stances_of(
+    human: Human, motion: Motion, contacts: Sequence[ContactInterval], start: float, duration: float
+) -> tuple[Stance, ...]:
+    """Return the stances of both feet, times from ``start`` on and on the grid of nodes.
+
+    Args:
+        human: The person.
+        motion: The motion.
+        contacts: Which part of which foot touches when [s].
+        start: Time zero [s].
+        duration: How long the motion that is asked for lasts [s].
+    """
+    first, last = float(motion.time[0]), float(motion.time[-1])
+    paths = _Paths(human, motion)
+    found = []
+    for side in SIDES:
+        for group in _groups([c for c in contacts if c.side == side]):
+            times = _times(group, first, last)
+            if times is None:
+                continue
+            snapped = _snapped(np.array(times) - start)
+            if snapped[-1] <= APART or snapped[0] >= duration - APART:
+                continue  # hardly begun, or nearly over
+            strike, flat, heel_off, forefoot_off, off = (float(t) for t in snapped)
+            nowhere = Footprint(side, (0.0, 0.0, 0.0))
+            stance = Stance(nowhere, strike, flat, heel_off, forefoot_off, off)
+            found.append(replace(stance, footprint=paths.footprint(side, stance, start)))
+    return tuple(sorted(found, key=lambda s: (s.heel_strike, s.footprint.side)))
+
+
+def _groups(contacts: list[ContactInterval]) -> list[list[ContactInterval]]:
+    """Return contacts of one foot by stance: those that overlap belong together."""
+    groups: list[list[ContactInterval]] = []
+    for c in sorted(contacts, key=lambda c: c.start):
+        if groups and c.start <= max(x.stop for x in groups[-1]):
+            groups[-1].append(c)
+        else:
+            groups.append([c])
+    return groups
+
+
+def _times(group: list[ContactInterval], first: float, last: float) -> tuple[float, ...] | None:
+    """Return strike, foot flat, heel off, ball off and toe off of a stance [s].
+
+    What lies outside the recording is put far beyond its ends.
+    """
+    near = 1e-6 + 0.5 * GRID
+    when = {
+        region: (
+            min(c.start for c in group if c.region == region),
+            max(c.stop for c in group if c.region == region),
+        )
+        for region in {c.region for c in group}
+    }
+    begun = min(a for a, _ in when.values()) <= first + near
+    open_ = max(b for _, b in when.values()) >= last - near
+    if not begun and "heel" not in when and "ball" not in when:
+        return None
+    before, after = first - BEYOND, last + BEYOND
+    strike = before if begun else min(a for a, _ in when.values())
+    ball = when.get("ball", when.get("toes"))
+    flat = before if begun and (ball is None or ball[0] <= first + near) else None
+    if flat is None:
+        flat = after if ball is None else ball[0]
+    off = after if open_ else max(b for _, b in when.values())
+
+    def end(region: str, otherwise: float) -> float:
+        if region not in when:
+            return otherwise
+        return after if when[region][1] >= last - near else when[region][1]
+
+    heel_off = end("heel", before if begun else flat)
+    forefoot_off = end("ball", before if begun and not open_ else off)
+    return strike, flat, heel_off, forefoot_off, off
+
+
+def _snapped(times: Float[Array, " 5"]) -> Float[Array, " 5"]:
+    """Return times on the grid, in order and apart."""
+    t = np.round(times / GRID) * GRID
+    for i in range(1, 5):
+        t[i] = max(t[i], t[i - 1] + APART)
+    late = t[4] - max(np.round(times[4] / GRID) * GRID, t[0] + 4 * APART)
+    if late > 0:  # the foot leaves when it leaves: what comes before is moved forward
+        t[4] -= late
+        for i in (3, 2, 1):
+            t[i] = min(t[i], t[i + 1] - APART)
+    return np.round(t / GRID) * GRID
+
+
+class _Paths:
+    """Where the sites of the feet were on the ground in every frame."""
+
+    def __init__(self, human: Human, motion: Motion):
+        import mujoco
+
+        self.sites, self.time = foot_sites(human), np.asarray(motion.time, float)
+        self.flat = {side: flat_sites(human, self.sites, side) for side in SIDES}
+        data, at = mujoco.MjData(human.model), [human.body(s.body) for s in self.sites]
+        rho = np.array([s.radius for s in self.sites])
+        local = np.array([s.position for s in self.sites])
+        self.place = np.empty((len(self.time), len(self.sites), 2))
+        for k, qpos in enumerate(motion.qpos):
+            data.qpos[:] = qpos
+            mujoco.mj_kinematics(human.model, data)
+            R = data.xmat[at].reshape(-1, 3, 3)
+            centre = data.xpos[at] + np.einsum("kij,kj->ki", R, local)
+            heading = np.arctan2(R[:, 1, 0], R[:, 0, 0])
+            along = np.stack([np.cos(heading), np.sin(heading)], axis=1)
+            left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+            pitch, roll = np.arcsin(R[:, 2, 0]), np.arctan2(R[:, 2, 1], R[:, 2, 2])
+            roll_off = pitch[:, None] * along + roll[:, None] * left
+            self.place[k] = centre[:, :2] + rho[:, None] * roll_off
+
+    def footprint(self, side: str, stance: Stance, start: float) -> Footprint:
+        """Return the footprint nearest to where a foot was while it stood [m].
+
+        The foot flat on the ground counts if it is seen so, else whatever stands.
+        """
+        time = self.time - start
+        flat = (time >= stance.foot_flat) & (time <= stance.heel_off)
+        inner = flat.copy()
+        if flat.sum() >= 8:
+            quarter = flat.sum() // 4
+            inner[np.flatnonzero(flat)[:quarter]] = inner[np.flatnonzero(flat)[-quarter:]] = False
+        target, seen = [], []
+        for k, site in enumerate(self.sites):
+            if site.side != side:
+                continue
+            a, b = stance.interval(site.part)
+            frames = inner if flat.sum() >= 3 else (time >= a) & (time <= b)
+            seen.append(self.place[frames, k])
+            target.append(np.tile(self.flat[side][site.name][:2], (frames.sum(), 1)))
+        x, y = np.concatenate(target), np.concatenate(seen)
+        if not len(x):
+            nearest = int(np.argmin(np.abs(time - (stance.heel_strike + stance.toe_off) / 2)))
+            names = [k for k, s in enumerate(self.sites) if s.side == side]
+            x = np.array([self.flat[side][self.sites[k].name][:2] for k in names])
+            y = self.place[nearest, names]
+        dx, dy = x - x.mean(axis=0), y - y.mean(axis=0)
+        cosine, sine = (dx * dy).sum(), (dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0]).sum()
+        heading = float(np.arctan2(sine, cosine))
+        c, s = np.cos(heading), np.sin(heading)
+        px, py = y.mean(axis=0) - np.array([[c, -s], [s, c]]) @ x.mean(axis=0)
+        return Footprint(side, (float(px), float(py), 0.0), heading)

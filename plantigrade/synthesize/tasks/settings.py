@@ -1,0 +1,295 @@
+"""What each task may be told: one dataclass per task, its fields the options of the command.
+
+Nothing here loads NumPy. Angles are in radians; the command line takes degrees. What depends on the
+person (how high is a chair?) is checked where the task is made.
+"""
+
+from dataclasses import dataclass, fields
+from numbers import Integral, Real
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from plantigrade.errors import ParameterError
+from plantigrade.options import Cadence, Degrees, Flag, Metres, optional
+
+Side = Literal["r", "l"]
+Heights = Annotated[tuple[float, ...] | None, optional("METRES [METRES ...]")]
+Target = Annotated[tuple[float, float, float] | None, optional("X Y Z")]
+Formulation = Literal["default", "zhakatayev2023"]
+Basis = Annotated[
+    Literal["trigonometric", "polynomial"] | None, optional("{trigonometric,polynomial}")
+]
+
+SLOWEST, FASTEST = 0.3, 2.2
+"""Walking speeds [m/s]."""
+STEEPEST = 20.0
+"""Slope people walk straight up or down [deg]."""
+LONGEST = 20.0
+"""Of a movement in place [s]."""
+HIGHEST = 1.2
+"""Of a jump [m]."""
+RADIAN = 57.29577951308232
+"""A radian [deg]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskSettings:
+    """What every task may be told."""
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """What differs from the defaults, by name."""
+        given = ((f, getattr(self, f.name)) for f in fields(self))
+        return {f.name: value for f, value in given if value != f.default}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walk(TaskSettings):
+    """Walk from standing to standing, or periodically; straight, turning, up and down."""
+
+    speed: float = 1.3
+    """Walking speed [m/s]."""
+    periodic: Flag = False
+    """Walk periodically instead of from standing to standing."""
+    steps: int = 4
+    """Steps of a walk from standing to standing."""
+    step_length: Metres = None
+    """From foot to foot [m]; what people prefer at the speed if absent."""
+    cadence: Cadence = None
+    """Cadence instead of the step length [steps/min]."""
+    turn: Degrees = 0.0
+    """How far the path turns to the left [deg]."""
+    slope: Degrees = 0.0
+    """How far the ground rises along the path, negative downhill [deg]."""
+    step_height: float = 0.0
+    """Height of a step up in the middle of the path, down if negative [m]."""
+    heights: Heights = None
+    """Height of the ground under each step instead [m]."""
+
+    def __post_init__(self):
+        """Refuse what nobody walks."""
+        number("speed", self.speed, SLOWEST, FASTEST, "m/s", "walking")
+        optional_number("step_length", self.step_length, 0.01, 3, "m", "walking")
+        optional_number("cadence", self.cadence, 10, 400, "steps/min", "walking")
+        whole("steps", self.steps, 2, 200, "from standing to standing")
+        number("turn", self.turn * RADIAN, -720, 720, "degrees", "walking")
+        number("slope", self.slope * RADIAN, -STEEPEST, STEEPEST, "degrees", "walking")
+        number("step_height", self.step_height, -1, 1, "m", "walking")
+        uneven = self.step_height or self.heights is not None
+        if self.periodic and (self.turn or uneven):
+            raise ParameterError(
+                "a periodic walk goes straight on even ground: leave out turn and heights, or "
+                "leave out periodic"
+            )
+        if self.slope and self.turn:
+            raise ParameterError("a walk turns or goes up a slope, not both: give slope or turn")
+        if self.turn and uneven:
+            raise ParameterError("a walk turns or climbs, not both: give turn or heights")
+        if self.step_height and self.heights is not None:
+            raise ParameterError("give step_height or heights, not both")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SitToStand(TaskSettings):
+    """Rise from a chair."""
+
+    chair_height: Metres = None
+    """Height of the seat [m]; nine tenths of the knee's height if absent."""
+    duration: float = 2.0
+    """From sitting still to standing still [s]; 1.5 to 3.5 s in studies."""
+    seat_off: float = 0.35
+    """When the seat is left, as a part of the duration."""
+
+    def __post_init__(self):
+        """Refuse what nobody does."""
+        optional_number("chair_height", self.chair_height, 0.1, 2, "m", "a seat")
+        number("duration", self.duration, 0.5, LONGEST, "s", "standing up or sitting down")
+        number("seat_off", self.seat_off, 0.1, 0.8, "of the duration", "standing up")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StandToSit(SitToStand):
+    """Sit down on a chair: standing up in reverse."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Squat(TaskSettings):
+    """Squat and come up again."""
+
+    depth: Metres = None
+    """How far the pelvis goes down [m]; a fifth of stature if absent."""
+    duration: float = 2.5
+    """From standing to standing [s]."""
+
+    def __post_init__(self):
+        """Refuse what nobody does."""
+        optional_number("depth", self.depth, 0.01, 1, "m", "a squat")
+        number("duration", self.duration, 0.6, LONGEST, "s", "a squat")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reach(TaskSettings):
+    """Reach for a place with one hand, the feet where they are."""
+
+    target: Target = None
+    """Place of the middle of the hand, world [m]; straight ahead at shoulder height, a tenth of
+    stature beyond the arm, if absent."""
+    side: Side = "r"
+    """Which hand."""
+    duration: float = 1.5
+    """From standing still to the hand at rest on its target [s]."""
+    back: Flag = False
+    """Stand up again afterwards, in the same time."""
+
+    def __post_init__(self):
+        """Refuse what nobody does."""
+        word("side", self.side, ("r", "l"))
+        number("duration", self.duration, 0.3, LONGEST, "s", "reaching")
+        if self.target is not None:
+            if not isinstance(self.target, tuple) or len(self.target) != 3:
+                raise ParameterError(f"target must be three numbers [m], not {self.target!r}")
+            for x in self.target:
+                number("target", x, -10, 10, "m", "reaching")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SideStep(TaskSettings):
+    """Step to the side: one foot, then the other beside it."""
+
+    distance: float = 0.3
+    """How far [m]."""
+    side: Side = "r"
+    """To which side; that foot goes first."""
+    duration: float = 2.4
+    """From standing to standing [s]."""
+    clearance: float = 0.02
+    """Height of the sole in the middle of a swing [m]."""
+
+    def __post_init__(self):
+        """Refuse what nobody does."""
+        word("side", self.side, ("r", "l"))
+        number("distance", self.distance, 0.02, 1.0, "m", "a side step")
+        number("duration", self.duration, 0.8, LONGEST, "s", "a side step")
+        number("clearance", self.clearance, 0.0, 0.3, "m", "a side step")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pushing(TaskSettings):
+    """How a jump starts."""
+
+    depth: Metres = None
+    """How far the pelvis goes down before the push [m]; 0.15 of stature if absent."""
+    push: float = 0.9
+    """From standing still to take-off [s]."""
+
+    def __post_init__(self):
+        """Refuse what nobody does."""
+        optional_number("depth", self.depth, 0.01, 1, "m", "a jump")
+        number("push", self.push, 0.4, 10, "s", "a jump")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Jump(Pushing):
+    """Jump from standing and land."""
+
+    height: Annotated[float, tyro.conf.arg(name="jump-height")] = 0.25
+    """How far the centre of mass rises after take-off [m]; 0.3 to 0.4 m is a good jump."""
+    distance: float = 0.0
+    """How far ahead the feet land [m]."""
+    landing: float = 0.9
+    """From landing to standing still [s]."""
+
+    def __post_init__(self):
+        """Refuse what nobody does."""
+        super().__post_init__()
+        number("height", self.height, 0.02, HIGHEST, "m", "a jump")
+        number("distance", self.distance, -1.2, 1.2, "m", "a jump")
+        number("landing", self.landing, 0.4, 10, "s", "a jump")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TakeOff(Pushing):
+    """Leave the ground as high as can be; ends in the air."""
+
+    strength: float = 0.62
+    """Part of the joint strengths that may be used; 1 is a strong person, 0.62 an average one."""
+    gain: float = 150.0
+    """What a metre of height takes from the cost."""
+
+    def __post_init__(self):
+        """Refuse what nobody does."""
+        super().__post_init__()
+        number("strength", self.strength, 0.1, 2, "of a strong person's strength", "a jump")
+        number("gain", self.gain, 0, 1e6, "1/m", "a jump")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stand(TaskSettings):
+    """Stand on both feet: nothing else, to build a task of your own on."""
+
+    duration: float = 2.0
+    """How long [s]."""
+
+    def __post_init__(self):
+        """Refuse what nobody does."""
+        number("duration", self.duration, 0.1, 60, "s", "standing")
+
+
+TASKS: dict[str, type[TaskSettings]] = {
+    "walk": Walk,
+    "sit-to-stand": SitToStand,
+    "stand-to-sit": StandToSit,
+    "squat": Squat,
+    "reach": Reach,
+    "side-step": SideStep,
+    "jump": Jump,
+    "take-off": TakeOff,
+    "standing": Stand,
+}
+"""Name of a task → what it may be told."""
+
+
+def settings_for(name: str, **told: Any) -> TaskSettings:
+    """Return the settings of a task by name.
+
+    Raises:
+        ParameterError: If there is no such task or parameter, or a value is out of range.
+    """
+    if name not in TASKS:
+        raise ParameterError(f"no task {name!r}; there are {', '.join(TASKS)}")
+    known = [f.name for f in fields(TASKS[name])]
+    unknown = [key for key in told if key not in known]
+    if unknown:
+        raise ParameterError(
+            f"{name} has no parameter {unknown[0]!r}; it has {', '.join(known) or 'none'}"
+        )
+    try:
+        return TASKS[name](**{k: tuple(v) if isinstance(v, list) else v for k, v in told.items()})
+    except TypeError as error:  # a word where a number is needed
+        raise ParameterError(f"a value of {name} is of the wrong kind: {error}") from error
+
+
+def number(name: str, value: Any, low: float, high: float, unit: str, what: str) -> None:
+    """Refuse what is no number from ``low`` to ``high``."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not low <= value <= high:
+        shown = f"{float(value):g}" if isinstance(value, Real) else repr(value)
+        raise ParameterError(f"{name} must be {low:g}–{high:g} {unit} for {what}, not {shown}")
+
+
+def optional_number(name: str, value: Any, low: float, high: float, unit: str, what: str) -> None:
+    """Refuse what is neither absent nor a number from ``low`` to ``high``."""
+    if value is not None:
+        number(name, value, low, high, unit, what)
+
+
+def whole(name: str, value: Any, low: int, high: int, what: str) -> None:
+    """Refuse what is no whole number from ``low`` to ``high``."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
+        raise ParameterError(f"{name} must be a whole number from {low} to {high} {what}")
+
+
+def word(name: str, value: Any, allowed: tuple[str, ...]) -> None:
+    """Refuse another word."""
+    if value not in allowed:
+        raise ParameterError(f"{name} must be {' or '.join(map(repr, allowed))}, not {value!r}")

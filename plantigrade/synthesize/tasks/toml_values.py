@@ -1,0 +1,108 @@
+"""Values of TOML as the fields of a dataclass need them, and back."""
+
+from collections import abc
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from numbers import Real
+from typing import Any, get_args, get_origin
+
+import numpy as np
+
+from plantigrade.contact.site import Point
+from plantigrade.errors import ParameterError
+
+MOST = 1e300
+"""Numbers beyond this are refused: they become infinite where they are used."""
+
+
+def is_number(value: Any, *, nan: bool = False) -> bool:
+    """Return whether a value is a number; NaN only where that is allowed."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return False
+    if value != value:
+        return nan
+    return value in (float("inf"), -float("inf")) or abs(value) <= MOST
+
+
+def in_radians(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table whose keys with ``_deg`` behind them are in radians, and without it."""
+
+    def turned(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {k: turned(v) for k, v in value.items()}
+        if isinstance(value, list):
+            return [turned(v) for v in value]
+        return float(np.deg2rad(value)) if is_number(value) else value
+
+    return {
+        k.removesuffix("_deg"): turned(v) if k.endswith("_deg") else v for k, v in given.items()
+    }
+
+
+def as_field(kind: Any, value: Any) -> Any:
+    """Return a value as a field of that type needs it.
+
+    Raises:
+        ParameterError: If it is something else; the message says what is needed.
+    """
+    if kind is bool:
+        if not isinstance(value, bool):
+            raise ParameterError(f"is {value!r}; true or false is needed")
+        return value
+    if kind is str:
+        if not isinstance(value, str):
+            raise ParameterError(f"is {value!r}; a word in quotes is needed")
+        return value
+    if kind is float:
+        if not is_number(value):
+            raise ParameterError(f"is {value!r}; a number is needed")
+        return float(value)
+    if kind is Point:
+        if not isinstance(value, dict) or set(value) - {"body", "position", "radius"}:
+            raise ParameterError(
+                'a point is written { body = "hand_r", position = [0.0, 0.0, -0.1] }'
+            )
+        return Point(**{**value, "position": tuple(value.get("position", (0.0, 0.0, 0.0)))})
+    if get_origin(kind) is abc.Mapping:
+        if not isinstance(value, dict):
+            raise ParameterError(f"is {value!r}; a table {{ knee_angle = 1.0 }} is needed")
+        return {k: _entry(k, get_args(kind)[1], v) for k, v in value.items()}
+    n = len(get_args(kind))
+    numbers = isinstance(value, list) and all(is_number(x, nan=True) for x in value)
+    if not numbers or len(value) != n:
+        raise ParameterError(f"is {value!r}; {n} numbers in brackets are needed")
+    return tuple(float(v) for v in value)
+
+
+def _entry(key: str, kind: Any, value: Any) -> Any:
+    """Return a value of a table.
+
+    Raises:
+        ParameterError: As :func:`as_field`; the key is named.
+    """
+    try:
+        return as_field(kind, value)
+    except ParameterError as error:
+        raise ParameterError(f"{key} {error}") from error
+
+
+def table(title: str, content: Mapping[str, Any]) -> str:
+    """Return a table as text."""
+    lines = [f"{key} = {_text(value)}" for key, value in content.items()]
+    return "\n".join([title, *lines, ""])
+
+
+def _text(value: Any) -> str:
+    """Return a value as TOML."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return f'"{escaped}"'
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{k} = {_text(v)}" for k, v in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_text(v) for v in value) + "]"
+    if is_dataclass(value):
+        return _text({f.name: getattr(value, f.name) for f in fields(value)})
+    return repr(value)
