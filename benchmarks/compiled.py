@@ -12,12 +12,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
+from plantigrade.synthesize.problem.formulation import Body, dynamics_rows
 
 from plantigrade.batched import BatchedFunction
 from plantigrade.contact.site import foot_sites
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.formulation import Body, dynamics_rows
 from plantigrade.synthesize.transcription.derivatives import Derivatives
 
 NODES = 61

@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.kinematics.inverse import InverseKinematics, track
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet
 from plantigrade.workflows import fit as fitting
 
 RAJAGOPAL = "opensim/rajagopal_walk/markers_walk.trc"
@@ -72,7 +72,7 @@ def solve(path: Path) -> Solved:
     fit_s = time.perf_counter() - begin
     assert fit.markers is not None  # these trials are markers
     measured = fit.markers.positions
-    points = Points(
+    points = PointSet(
         fit.human, [p.body for p in fit.places], np.array([p.position for p in fit.places])
     )
     solver = InverseKinematics(points)

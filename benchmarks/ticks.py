@@ -16,7 +16,6 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
-from plantigrade.wbc.tasks import ComTask, PointTask, PostureTask
 
 from plantigrade.errors import PlantigradeError
 from plantigrade.experiments.table import Row, at_most
@@ -24,6 +23,7 @@ from plantigrade.models import Human
 from plantigrade.reproduce.gait import TASKS, gait_order
 from plantigrade.reproduce.reference import SIDES, Reference, reference_of
 from plantigrade.wbc.ordered_motion import STEP, TaskOrder, move
+from plantigrade.wbc.tasks import ComTask, PointTask, PostureTask
 from plantigrade.workflows.textbook import textbook_walk
 
 RECORDING = "c3d/HC038A11.c3d"
@@ -57,10 +57,10 @@ def textbook() -> Reference:
 
 def recording(path: Path) -> Reference:
     """Return a recorded gait as the tasks see it."""
-    from plantigrade.workflows.fit import fit_file
+    from plantigrade.workflows.fit import fit_trial
     from plantigrade.workflows.reproduce import reference_of_trial
 
-    return reference_of_trial(fit_file(path))
+    return reference_of_trial(fit_trial(path)[1])
 
 
 def gait_rows(subject: str, reference: Reference, tasks: str) -> Iterator[Row]:

@@ -6,10 +6,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.models.human import PELVIS
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise_cycles
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import PELVIS
 
 AXES = ("forward", "left", "up")
 

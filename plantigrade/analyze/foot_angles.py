@@ -25,7 +25,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.models.feet import point
 from plantigrade.models.parts import MIRROR
@@ -113,12 +113,11 @@ def segment_rotations(
             bodies.append(body)
             local.append(place)
             rest.append(start)
-    points = Points(human, bodies, np.array(local))
+    points = PointSet(human, bodies, np.array(local))
     x = np.empty((len(qpos), len(bodies), 3))
     turned = np.empty((len(qpos), human.model.nbody, 3, 3))
-    for k, q in enumerate(qpos):
-        x[k] = points.at(q)
-        turned[k] = points.rotations
+    for k, state in enumerate(sweep(human, qpos)):
+        x[k], turned[k] = state.position(points), state.rotations
     n = len(_METATARSALS)
     result = {}
     for i, side in enumerate(("r", "l")):

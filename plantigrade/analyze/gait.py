@@ -1,7 +1,7 @@
 r"""Spatio-temporal measures of walking from gait events and the feet's path.
 
-Lengths are taken over the ground: on a treadmill the ground's own motion (the velocity of the feet
-in stance, :func:`plantigrade.motion.events.ground_velocity`) is taken out first, so that a stride
+Lengths are taken over the ground: on a treadmill the ground's own motion
+(:mod:`plantigrade.motion.ground_velocity`) is taken out first, so that a stride
 on a belt has the length it would have on a floor. Step length and width are measured at heel strike
 along and across the line of that foot's stride, so that walking may go in any direction and turn;
 a step is named after the foot that lands.
@@ -19,9 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.motion.cycles import cut_cycles
-from plantigrade.motion.events import SIDES, ground_velocity
 from plantigrade.motion.filters import derivative, fill_gaps
+from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import GaitEvent
 
 
@@ -118,8 +119,8 @@ def gait_measures(
 
     Args:
         time: Time of each frame [s].
-        heel: Back of the heel, left then right, world [m]; NaN where not seen.
-        toe: Toe tip or metatarsal head, left then right, world [m] (to find a moving ground).
+        heel: Back of the heel, right then left, world [m]; NaN where not seen.
+        toe: Toe tip or metatarsal head, right then left, world [m] (to find a moving ground).
         events: Gait events; what they do not enclose is left unknown.
     """
     events = sorted(events, key=lambda event: event.time)

@@ -15,7 +15,7 @@ from plantigrade.analyze.curves import PELVIS, side_of
 from plantigrade.analyze.statistics import correlation, rmse
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ReproduceError
-from plantigrade.kinematics.ground import contact_points
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
@@ -232,8 +232,8 @@ def _feet_and_com(reference: Reference, motion: OrderedMotion) -> dict[str, floa
 
 def _clearance(reference: Reference, motion: OrderedMotion) -> dict[str, tuple[float, float]]:
     """Return the least height of each forefoot in mid swing, reproduced and recorded [m]."""
-    ours = contact_points(reference.human, motion.qpos)
-    theirs = contact_points(reference.human, reference.qpos)
+    ours = sole_paths(reference.human, motion.qpos)
+    theirs = sole_paths(reference.human, reference.qpos)
     result = {}
     for side in SIDES:
         front = [i for region in ("ball", "toes") for i in ours.of(side, region)]

@@ -1,4 +1,4 @@
-"""Everything MuJoCo says about a motion under test, frame by frame."""
+"""Everything MuJoCo says about a Record, frame by frame: one pass, then arrays."""
 
 import copy
 from dataclasses import dataclass
@@ -6,120 +6,198 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from plantigrade.analyze.under_test import MotionUnderTest, contact_geoms
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.contact.site import contact_sites
+from plantigrade.errors import ParameterError
+from plantigrade.record import Record
+
+CARRIES = 1e-3
+"""Without a plan, a site with more than this share of body weight is taken to stand."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Everything MuJoCo says about the motion, frame by frame, world axes.
+    """A motion and its forces in world axes.
 
     Attributes:
         weight: Body weight [N].
-        root: What the motion asks for at the root: force [N] and moment about com [N m] (n, 6).
-        tau, root_force, root_moment, com, point, gap: As in :class:`MotionCheck`.
-        velocity: Of the material at the sites' points [m/s] (n, k, 3).
-        momentum: Linear and about the centre of mass (n, 6).
-        energy: Kinetic and potential [J] (n,).
-        power: Of all generalised forces [W] (n,).
-        normal: What each site stands on pushes this way (k, 3).
-        spheres: Centres of the spheres that must not sink [m] (n, s, 3).
+        qacc: Accelerations, as recorded.
+        force: Contact forces, zero where none is known [N].
+        torque: Free moments with them [N m].
+        standing: Which site was planned to stand; without a plan, which one carries.
+        known: Frames in which all contact forces are known.
+        spread: Sites with a place of their own on the body; not measured forces.
+        root: What the motion demands at the root: force [N] and moment about the centre of mass
+            [N m].
+        tau: Generalised forces that the contacts leave to the joints [N m]; the first six entries
+            are the unexplained root (world force [N], moment about the pelvis in body axes [N m]).
+        root_force: Unexplained force [N].
+        root_moment: Unexplained moment about the centre of mass [N m].
+        com: Centre of mass [m].
+        point: Lowest point of each site, or where a measured force acts [m].
+        gap: Height of that point above what it stands on [m].
+        velocity: Of the material at these points [m/s].
+        normal: Direction in which what a site stands on pushes.
+        momentum: Linear [kg m/s] and about the centre of mass [kg m²/s].
+        energy: Kinetic and potential [J].
+        power: Of all generalised forces [W].
+        position: Origins of the bodies, the world first [m].
+        rotation: Their rotations.
+        spheres: Lowest points of the contact spheres [m].
         sphere_names: Their names.
-        sphere_radii: Their radii [m] (s,).
+        sphere_sides: Their sides.
     """
 
     weight: float
-    root: np.ndarray
-    tau: np.ndarray
-    root_force: np.ndarray
-    root_moment: np.ndarray
-    com: np.ndarray
-    point: np.ndarray
-    gap: np.ndarray
-    velocity: np.ndarray
-    momentum: np.ndarray
-    energy: np.ndarray
-    power: np.ndarray
-    normal: np.ndarray
-    spheres: np.ndarray
+    qacc: Float[Array, "n nv"]
+    force: Float[Array, "n k 3"]
+    torque: Float[Array, "n k 3"]
+    standing: Bool[Array, "n k"]
+    known: Bool[Array, " n"]
+    spread: Bool[Array, " k"]
+    root: Float[Array, "n 6"]
+    tau: Float[Array, "n nv"]
+    root_force: Float[Array, "n 3"]
+    root_moment: Float[Array, "n 3"]
+    com: Float[Array, "n 3"]
+    point: Float[Array, "n k 3"]
+    gap: Float[Array, "n k"]
+    velocity: Float[Array, "n k 3"]
+    normal: Float[Array, "n k 3"]
+    momentum: Float[Array, "n 6"]
+    energy: Float[Array, " n"]
+    power: Float[Array, " n"]
+    position: Float[Array, "n n_bodies 3"]
+    rotation: Float[Array, "n n_bodies 3 3"]
+    spheres: Float[Array, "n s 3"]
     sphere_names: tuple[str, ...]
-    sphere_radii: np.ndarray
+    sphere_sides: tuple[str, ...]
 
 
-def sweep(motion: MotionUnderTest) -> Sweep:
-    """Run MuJoCo's inverse dynamics, contacts and joint limits off, over all frames."""
-    model = copy.deepcopy(motion.model)
+def sweep(record: Record) -> Sweep:
+    """Run MuJoCo's inverse dynamics, contacts and joint limits off, over all frames.
+
+    Raises:
+        ParameterError: If the motion cannot be checked: it has no accelerations, missing values,
+            times that do not increase, or a site on no body.
+    """
+    qacc = _accelerations(record)
+    motion, human, ground = record.motion, record.human, record.ground
+    model = copy.copy(human.model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
     data = mujoco.MjData(model)
-    body = int(model.jnt_bodyid[0])
-    n, k, nv = len(motion.time), len(motion.sites), model.nv
-    carriers = np.array([model.body(site.body).id for site in motion.sites], int)
-    local = np.array([site.position for site in motion.sites]).reshape(k, 3)
-    radius = np.array([site.radius for site in motion.sites])
-    normal = np.array([s.normal or motion.ground.normal for s in motion.sites]).reshape(k, 3)
-    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    down = radius[:, None] * normal
-    loaded = [np.flatnonzero(row) for row in np.any(motion.contact_force != 0.0, axis=2)]
-    geoms = contact_geoms(model)
+    n, k, nb, nv = motion.n_frames, len(record.sites), model.nbody, model.nv
+    force, torque, point = (
+        np.nan_to_num(getattr(record, name))
+        if getattr(record, name) is not None
+        else np.zeros((n, k, 3))
+        for name in ("contact_force", "contact_torque", "contact_point")
+    )
+    carriers = np.array([human.body(site.body) for site in record.sites], int)
+    measured = np.array([site.measured for site in record.sites], bool)
+    local = np.array([site.position for site in record.sites]).reshape(k, 3)
+    level = {seat.site: seat.position[2] for seat in ground.seats}
+    seated = [i for i, site in enumerate(record.sites) if site.name in level]
+    upward = np.tile(ground.normal, (k, 1))
+    upward[seated] = [0.0, 0.0, 1.0]
+    down = np.array([site.radius for site in record.sites])[:, None] * upward
 
     wanted, explained = np.empty((n, nv)), np.zeros((n, nv))
-    com, point, velocity = np.empty((n, 3)), np.empty((n, k, 3)), np.empty((n, k, 3))
+    position, rotation = np.empty((n, nb, 3)), np.empty((n, nb, 3, 3))
+    twist, com = np.empty((n, nb, 6)), np.empty((n, 3))
     momentum, energy, power = np.empty((n, 6)), np.empty(n), np.empty(n)
-    spheres, turn = np.empty((n, len(geoms), 3)), np.empty((n, 3, 3))
+    loaded = np.any(force != 0.0, axis=2) | np.any(torque != 0.0, axis=2)
     for f in range(n):
-        data.qpos[:], data.qvel[:], data.qacc[:] = motion.qpos[f], motion.qvel[f], motion.qacc[f]
+        data.qpos[:], data.qvel[:], data.qacc[:] = motion.qpos[f], motion.qvel[f], qacc[f]
         mujoco.mj_inverse(model, data)
         mujoco.mj_subtreeVel(model, data)
         mujoco.mj_energyPos(model, data)
         mujoco.mj_energyVel(model, data)
-        wanted[f] = data.qfrc_inverse
+        wanted[f], energy[f] = data.qfrc_inverse, data.energy.sum()
         power[f] = (data.qfrc_inverse + data.qfrc_passive) @ data.qvel
-        energy[f] = data.energy.sum()
-        centre = data.subtree_com[body]
-        com[f], turn[f] = centre, data.xmat[body].reshape(3, 3)
-        momentum[f, :3] = model.body_subtreemass[body] * data.subtree_linvel[body]
-        momentum[f, 3:] = data.subtree_angmom[body]
-        spheres[f] = data.geom_xpos[geoms]
+        position[f], rotation[f] = data.xpos, data.xmat.reshape(nb, 3, 3)
+        twist[f], com[f] = data.cvel, data.subtree_com[1]
+        momentum[f, :3] = model.body_subtreemass[1] * data.subtree_linvel[1]
+        momentum[f, 3:] = data.subtree_angmom[1]
         if k:
-            rotation = data.xmat[carriers].reshape(k, 3, 3)
-            at = data.xpos[carriers] + np.einsum("kij,kj->ki", rotation, local) - down
-            twist = data.cvel[carriers]  # angular, then linear where the body's centre of mass is
-            point[f] = at
-            velocity[f] = twist[:, 3:] + cross(twist[:, :3], at - centre)
-            for i in loaded[f]:
-                mujoco.mj_applyFT(
-                    model,
-                    data,
-                    motion.contact_force[f, i],
-                    np.zeros(3),
-                    at[i],
-                    int(carriers[i]),
-                    explained[f],
-                )
+            placed = position[f, carriers] + np.einsum("kij,kj->ki", rotation[f, carriers], local)
+            point[f, ~measured] = (placed - down)[~measured]
+        for i in np.flatnonzero(loaded[f]):
+            push, turn, at = force[f, i], torque[f, i], point[f, i]
+            mujoco.mj_applyFT(model, data, push, turn, at, int(carriers[i]), explained[f])
+
+    own = twist[:, carriers]  # angular, then linear where the body's centre of mass is
+    height = ground.under(point)
+    height[:, seated] = [level[record.sites[i].name] for i in seated]
+    normal = ground.normal_at(point)
+    normal[:, seated] = [0.0, 0.0, 1.0]
     tau = wanted - explained
-    height = _heights(motion, point)
+    residual = _wrench(tau, rotation[:, 1], motion.qpos, com)
+    weight = float(model.body_subtreemass[1] * np.linalg.norm(model.opt.gravity))
+    spheres = contact_sites(human)
+    low = np.array([s.radius for s in spheres]).reshape(-1, 1) * ground.normal
+    under = [human.body(s.body) for s in spheres]
+    inside = np.array([s.position for s in spheres]).reshape(-1, 3)
+    known = np.full(n, record.contact_force is not None)
+    if record.contact_known is not None:
+        known &= record.contact_known.all(axis=1)
+    standing = record.contact_planned
+    if standing is None:
+        standing = np.linalg.norm(force, axis=2) > CARRIES * weight
     return Sweep(
-        float(model.body_subtreemass[body] * np.linalg.norm(model.opt.gravity)),
-        _wrench(wanted, turn, motion.qpos, com),
-        tau,
-        _wrench(tau, turn, motion.qpos, com)[:, :3],
-        _wrench(tau, turn, motion.qpos, com)[:, 3:],
-        com,
-        point,
-        np.einsum("nki,ki->nk", point, normal) - height,
-        velocity,
-        momentum,
-        energy,
-        power,
-        normal,
-        spheres,
-        tuple(model.geom(g).name for g in geoms),
-        np.array(model.geom_size[geoms, 0]),
+        weight=weight,
+        qacc=qacc,
+        force=force,
+        torque=torque,
+        standing=standing & ~measured,
+        known=known,
+        spread=~measured,
+        root=_wrench(wanted, rotation[:, 1], motion.qpos, com),
+        tau=tau,
+        root_force=residual[:, :3],
+        root_moment=residual[:, 3:],
+        com=com,
+        point=point,
+        gap=np.einsum("nki,ki->nk", point, upward) - height,
+        velocity=own[..., 3:] + cross(own[..., :3], point - com[:, None]),
+        normal=normal,
+        momentum=momentum,
+        energy=energy,
+        power=power,
+        position=position,
+        rotation=rotation,
+        spheres=position[:, under] + np.einsum("nsij,sj->nsi", rotation[:, under], inside) - low,
+        sphere_names=tuple(s.name for s in spheres),
+        sphere_sides=tuple(s.side for s in spheres),
     )
 
 
+def _accelerations(record: Record) -> Float[Array, "n nv"]:
+    """Return the accelerations of a record that can be checked; raise for any other."""
+    motion, n = record.motion, record.motion.n_frames
+    if motion.qacc is None:
+        raise ParameterError("cannot check a record without accelerations (motion.qacc)")
+    if n == 0 or not (np.isfinite(motion.time).all() and np.all(np.diff(motion.time) > 0)):
+        raise ParameterError("a motion to check needs frames at finite, increasing times [s]")
+    for name in ("qpos", "qvel", "qacc"):
+        values = getattr(motion, name)
+        if not np.isfinite(values).all():
+            frame = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
+            raise ParameterError(f"{name} has missing values (first in frame {frame})")
+    if record.contact_force is not None and not np.isfinite(record.contact_force).all():
+        raise ParameterError("contact_force has missing values; contact_known says what is unknown")
+    if np.any(np.abs(np.linalg.norm(motion.qpos[:, 3:7], axis=1) - 1.0) > 1e-6):
+        raise ParameterError("the quaternions in qpos[:, 3:7] must have length one")
+    for site in record.sites:
+        if site.body not in record.human.body_names:
+            known = ", ".join(record.human.body_names)
+            raise ParameterError(f"{site.name}: no body {site.body!r}; there are {known}")
+    return motion.qacc
+
+
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the cross product of rows (NumPy's own costs more than all the rest of a frame)."""
+    """Return the cross product of rows; much faster than NumPy's own for three columns."""
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
@@ -130,12 +208,3 @@ def _wrench(tau: np.ndarray, turn: np.ndarray, qpos: np.ndarray, com: np.ndarray
     force = tau[:, :3]
     moment = np.einsum("nij,nj->ni", turn, tau[:, 3:6]) + cross(qpos[:, :3] - com, force)
     return np.hstack([force, moment])
-
-
-def _heights(motion: MotionUnderTest, point: np.ndarray) -> np.ndarray:
-    """Return the height of what each site stands on, along its normal [m] (n, k)."""
-    height = motion.ground.under(point).copy()
-    for i, site in enumerate(motion.sites):
-        if site.height is not None:
-            height[:, i] = site.height
-    return height

@@ -18,8 +18,8 @@ from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import Moments, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
-from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers, Motion
@@ -36,8 +36,8 @@ class FootPath:
     """Where the feet were.
 
     Attributes:
-        heel: Back of the heel, left then right [m].
-        toe: Forefoot, left then right: midway between second metatarsal head and hallux [m].
+        heel: Back of the heel, right then left [m].
+        toe: Forefoot, right then left: midway between second metatarsal head and hallux [m].
         pelvis: Middle of the pelvis [m].
     """
 
@@ -80,7 +80,9 @@ class Trial:
         if self.fit.residual is not None:
             signals["markers.residual"] = self.fit.residual
         markers, fitted = _markers(self.fit, self.motion)
-        contact: dict[str, Any] = {} if self.forces is None else _contact(self)
+        contact: dict[str, Any] = {}
+        if self.forces is not None:
+            contact = _contact(self.fit.human, self.motion, self.forces)
         return Record(
             self.fit.human,
             self.motion,
@@ -158,13 +160,13 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
 def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     """Return heel, toe and pelvis of a motion [m]."""
     table = attachments(human)
-    names = ["heel_l", "heel_r", "metatarsal_2_head_l", "metatarsal_2_head_r"]
-    names += ["hallux_l", "hallux_r"]
+    names = ["heel_r", "heel_l", "metatarsal_2_head_r", "metatarsal_2_head_l"]
+    names += ["hallux_r", "hallux_l"]
     names += ["asis_l", "asis_r", "psis_l", "psis_r"]
-    points = Points(
+    points = PointSet(
         human, [table[n].body for n in names], np.array([table[n].position for n in names])
     )
-    x = np.array([points.at(q) for q in qpos])
+    x = points.path(qpos)
     return FootPath(x[:, 0:2], (x[:, 2:4] + x[:, 4:6]) / 2, x[:, 6:].mean(axis=1))
 
 
@@ -235,10 +237,9 @@ def _possible_cutoff(time, cutoff: float | None) -> float | None:
     return cutoff if cutoff < 0.45 * rate else None
 
 
-def _contact(trial: Trial) -> dict[str, Any]:
+def _contact(human: Human, motion: Motion, forces: FootForces) -> dict[str, Any]:
     """Return the measured forces by the segments that carry them, as fields of a Record."""
-    forces, human = trial.forces, trial.fit.human
-    carried = segment_forces(human, trial.motion.qpos, forces.force, forces.point, forces.torque)
+    carried = segment_forces(human, motion.qpos, forces.force, forces.point, forces.torque)
     sites = tuple(
         ContactSite(body=f"{segment}_{side}", name=f"{segment}_{side}", side=side, measured=True)
         for segment, side in zip(carried.segment, carried.side, strict=True)
@@ -260,9 +261,8 @@ def _markers(fit: Fit, motion: Motion) -> tuple[Markers | None, np.ndarray | Non
     if fit.kept is not None:
         seen = np.where(fit.kept[..., None], seen, np.nan)
     places = np.array([place.position for place in fit.places])
-    points = Points(fit.human, [place.body for place in fit.places], places)
-    fitted = np.array([points.at(q) for q in motion.qpos])
-    return Markers(fit.markers.names, fit.markers.time, seen), fitted
+    points = PointSet(fit.human, [place.body for place in fit.places], places)
+    return Markers(fit.markers.names, fit.markers.time, seen), points.path(motion.qpos)
 
 
 def _peak_moments(human: Human, forces: FootForces, moments: Moments) -> dict[str, float]:

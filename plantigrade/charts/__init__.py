@@ -10,8 +10,14 @@ from plantigrade.charts.lines import line_plot
 from plantigrade.charts.marks import Bar, Outline, Ribbon, Series
 from plantigrade.charts.panels import Panel, panel_plot, panels_of
 from plantigrade.charts.paths import path_plot
+from plantigrade.charts.theme import STROKE_LEFT as LEFT
+from plantigrade.charts.theme import STROKE_MIDDLE as MIDDLE
+from plantigrade.charts.theme import STROKE_RIGHT as RIGHT
 
 __all__ = [
+    "LEFT",
+    "MIDDLE",
+    "RIGHT",
     "Bar",
     "Figure",
     "Outline",

@@ -32,15 +32,17 @@ class Command(PrintOptions):
         Raises:
             FileError: If the folder is no run folder.
         """
-        from plantigrade.commands.run_folder import open_run
+        from plantigrade.record import Run
         from plantigrade.report.live import serve
+        from plantigrade.report.pages import title_of_run
+        from plantigrade.report.subject import Subject
 
-        model, record, metrics = open_run(self.run_folder)
+        run = Run.load(self.run_folder)
         serve(
-            model,
-            record,
+            run.record,
+            forces=Subject(run).forces,
             port=self.port,
             open=not self.no_open,
-            title=self.run_folder.resolve().name,
+            title=title_of_run(run),
         )
-        return Outcome(metrics=metrics)
+        return Outcome(metrics=run.metrics)

@@ -1,7 +1,7 @@
 r"""What a body stands and sits on: one ground for optimiser, checker, exported model and world.
 
 Ground is all :math:`x` with :math:`n^T x = h(x)`: a plane that may rise along x, with steps across
-it, and seats above it.
+it, relief upon it, and seats above it. Its axes are x uphill, y to the left and z off the ground.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ HEEL, TOE = 0.13, 0.27
 
 @dataclass(frozen=True)
 class Step:
-    """An edge across x: from it on the ground has another height.
+    """An edge across x, beyond which the ground has another height.
 
     Attributes:
         x: Where the edge is [m].
@@ -46,6 +46,64 @@ class Seat:
 
 
 @dataclass(frozen=True)
+class Bump:
+    """A sphere in the ground, of which a cap stands out.
+
+    Attributes:
+        centre: Its centre, axes of the ground [m].
+        radius: Its radius [m].
+    """
+
+    centre: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(frozen=True)
+class HeightField:
+    """Relief on a rectangle of the ground, bilinear between the points of a grid.
+
+    Attributes:
+        corner: Where the first point is: smallest x and y, axes of the ground [m].
+        spacing: Distance of the points along x and along y [m].
+        heights: Height of the points above :attr:`Ground.height`, not negative; one row for every
+            y, each along x [m].
+    """
+
+    corner: tuple[float, float]
+    spacing: tuple[float, float]
+    heights: tuple[tuple[float, ...], ...]
+
+    def __post_init__(self):
+        """Refuse what is no height field."""
+        z = np.array(self.heights, dtype=float) if len(set(map(len, self.heights))) == 1 else None
+        if z is None or min(z.shape) < 2 or not (np.isfinite(z).all() and (z >= 0).all()):
+            raise ParameterError(
+                "a height field needs two or more rows of as many heights [m], none below zero"
+            )
+        if not min(self.spacing) > 0:
+            raise ParameterError(f"spacing={self.spacing} [m] of a height field must be positive")
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Extent along x and y [m]."""
+        nx, ny = len(self.heights[0]) - 1, len(self.heights) - 1
+        return nx * self.spacing[0], ny * self.spacing[1]
+
+    def at(self, x: Float[Array, "*n"], y: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        """Return the height at places; zero beside the rectangle [m]."""
+        z = np.array(self.heights)
+        u = (x - self.corner[0]) / self.spacing[0]
+        v = (y - self.corner[1]) / self.spacing[1]
+        inside = (u >= 0) & (u <= z.shape[1] - 1) & (v >= 0) & (v <= z.shape[0] - 1)
+        i = np.clip(np.floor(u).astype(int), 0, z.shape[1] - 2)
+        j = np.clip(np.floor(v).astype(int), 0, z.shape[0] - 2)
+        a, b = u - i, v - j
+        low = (1 - a) * z[j, i] + a * z[j, i + 1]
+        high = (1 - a) * z[j + 1, i] + a * z[j + 1, i + 1]
+        return np.where(inside, (1 - b) * low + b * high, 0.0)
+
+
+@dataclass(frozen=True)
 class Ground:
     """What feet stand on.
 
@@ -55,6 +113,8 @@ class Ground:
         steps: Edges, in order of x.
         seats: What else carries the body.
         friction: Coefficient of friction.
+        bumps: Spheres that stand out of it.
+        field: Relief upon it.
 
     Raises:
         ParameterError: If the friction is negative, the slope no slope, or the steps out of order.
@@ -65,6 +125,8 @@ class Ground:
     steps: tuple[Step, ...] = ()
     seats: tuple[Seat, ...] = ()
     friction: float = FRICTION
+    bumps: tuple[Bump, ...] = ()
+    field: HeightField | None = None
 
     def __post_init__(self):
         """Refuse what is no ground."""
@@ -111,11 +173,41 @@ class Ground:
         heights = np.array([self.height, *(step.height for step in self.steps)])
         edges = np.array([step.x for step in self.steps])
         near = (x - margin, x + margin)
-        return np.maximum(*(heights[np.searchsorted(edges, each)] for each in near))
+        return np.asarray(np.maximum(*(heights[np.searchsorted(edges, each)] for each in near)))
 
     def under(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
         """Return the height of the ground along its normal, under world points [m]."""
-        return self.along((points @ self.to_world)[..., 0])
+        x = points @ self.to_world
+        level = self.along(x[..., 0])
+        return np.asarray(np.maximum(level, self._relief(x))) if self._uneven else level
+
+    def normal_at(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
+        """Return in which direction the ground under world points pushes, world."""
+        normal = np.broadcast_to(self.normal, points.shape).copy()
+        if not self._uneven:
+            return normal
+        x, small = points @ self.to_world, 1e-6
+        rise = [
+            (self._relief(x + d) - self._relief(x - d)) / (2 * small) for d in small * np.eye(3)[:2]
+        ]
+        tilted = np.stack([-rise[0], -rise[1], np.ones_like(rise[0])], axis=-1) @ self.to_world.T
+        tilted /= np.linalg.norm(tilted, axis=-1, keepdims=True)
+        return np.where((self._relief(x) >= self.along(x[..., 0]))[..., None], tilted, normal)
+
+    @property
+    def _uneven(self) -> bool:
+        return bool(self.bumps) or self.field is not None
+
+    def _relief(self, x: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
+        """Return the height of bumps and field, no steps among them, axes of the ground [m]."""
+        z = np.full(x.shape[:-1], self.height)
+        if self.field is not None:
+            z += self.field.at(x[..., 0], x[..., 1])
+        for bump in self.bumps:
+            aside = np.linalg.norm(x[..., :2] - np.array(bump.centre[:2]), axis=-1)
+            cap = bump.centre[2] + np.sqrt(np.maximum(bump.radius**2 - aside**2, 0.0))
+            z = np.where(aside < bump.radius, np.maximum(z, cap), z)
+        return z
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ground as JSON can hold it; see :meth:`from_dict`."""
@@ -132,11 +224,25 @@ class Ground:
             d = dict(description)
             d["steps"] = tuple(Step(float(s["x"]), float(s["height"])) for s in d.get("steps", ()))
             d["seats"] = tuple(
-                Seat(str(s["site"]), tuple(float(x) for x in s["position"]))  # type: ignore[arg-type]
-                for s in d.get("seats", ())
+                Seat(str(s["site"]), _numbers(s["position"], 3)) for s in d.get("seats", ())
             )
+            d["bumps"] = tuple(
+                Bump(_numbers(b["centre"], 3), float(b["radius"])) for b in d.get("bumps", ())
+            )
+            if field := d.get("field"):
+                heights = tuple(_numbers(row) for row in field["heights"])
+                corner, spacing = (_numbers(field[name], 2) for name in ("corner", "spacing"))
+                d["field"] = HeightField(corner, spacing, heights)
             return cls(**d | {k: float(d[k]) for k in ("height", "slope", "friction") if k in d})
         except (TypeError, ValueError, KeyError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise
             raise ParameterError(f"not a description of a ground: {error}") from error
+
+
+def _numbers(values: Any, n: int | None = None) -> Any:
+    """Return numbers as a tuple of floats; refuse another number of them than ``n``."""
+    out = tuple(float(x) for x in values)
+    if n is not None and len(out) != n:
+        raise ValueError(f"{len(out)} numbers where {n} are needed")
+    return out

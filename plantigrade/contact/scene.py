@@ -1,9 +1,234 @@
-"""The scene a motion happens in as MJCF: the body, what it stands on, and what drives it."""
+"""The scene a motion happens in, as MJCF that loads and simulates in plain MuJoCo.
+
+To the person of :attr:`Human.xml` it adds what a simulation needs: the ground of the motion with
+its steps, relief and seats, friction, a motor for every hinge with the Human's torque limits, some
+armature and damping, and contact between limbs and trunk. Masses and joints keep every digit.
+
+Feet and seats touch the ground with their spheres (``contype`` 1). Limbs and trunk touch each other
+with *cores* (``contype`` 2, group 4): the drawn shapes made thinner, for soft tissue yields. A core
+does not touch the bodies its body hangs on, up to the second, nor others of its foot.
+
+Armature and damping keep a simulation stable; they are no part of the person, and inverse dynamics
+of a recorded motion is done without them.
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import mujoco
+import numpy as np
 
 from plantigrade.contact.ground import Ground
+from plantigrade.contact.site import GEOM, ContactSite, contact_sites
 from plantigrade.models import Human
+from plantigrade.models.mjcf import numbers
+
+ARMATURE = 1e-4
+"""Armature of a hinge for each newton metre of its greatest torque [kg m² / (N m)]."""
+
+DAMPING = 5e-3
+"""Damping of a hinge for each newton metre of its greatest torque [s]."""
+
+CORE = 0.75
+"""Size of a core, as a part of the drawn shape: in quiet standing no two of them touch."""
+
+REACH = 20.0
+"""How far the ground extends from the origin [m]."""
+
+SEAT = (0.2, 0.2, 0.02)
+"""Half sizes of a seat beyond the places that rest on it, and its half thickness [m]."""
+
+_STIFF = {"solref": "0.005 1", "condim": "3"}
+_WOOD, _FLOOR = "0.72 0.60 0.45 1", "0.92 0.92 0.90 1"
 
 
-def scene_xml(human: Human, ground: Ground) -> str:
-    """Return the MJCF text of a person on a ground; loads and simulates in plain MuJoCo."""
-    return human.xml
+def scene_xml(human: Human, ground: Ground, sites: Sequence[ContactSite] = ()) -> str:
+    """Return the MJCF text of a person on a ground.
+
+    Args:
+        human: The person.
+        ground: What the motion happened on.
+        sites: Where the person was touched; those on no foot become spheres that seats can carry.
+    """
+    root = ET.fromstring(human.xml)
+    bodies = {body.get("name"): body for body in root.iter("body")}
+    next(root.iter("option")).attrib.update(cone="elliptic", impratio="10")
+    feet = {GEOM + site.name for site in contact_sites(human)}
+    for geom in root.iter("geom"):
+        if geom.get("name") in feet:
+            geom.attrib.update(_surface(ground))
+    for site in sites:
+        if not site.side and not site.measured:
+            sphere = {
+                "name": GEOM + site.name,
+                "type": "sphere",
+                "pos": numbers(site.position),
+                "size": numbers([site.radius or 0.005]),
+                "group": "3",
+                "contype": "1",
+                "conaffinity": "0",
+                **_surface(ground),
+            }
+            ET.SubElement(bodies[site.body], "geom", sphere)
+    _replace_floor(root, ground)
+    _add_cores(root, human, bodies)
+    _add_motors(root, human)
+    key = next(root.iter("key"))
+    qpos = human.standing()
+    qpos[2] += _lift(human, ground, qpos)
+    key.set("qpos", numbers(qpos))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode")
+
+
+def _surface(ground: Ground) -> dict[str, str]:
+    """Return the attributes of what touches."""
+    return {**_STIFF, "friction": numbers([ground.friction, 0.005, 0.0001])}
+
+
+def _replace_floor(root: ET.Element, ground: Ground) -> None:
+    """Put the ground where the floor of the person's own model was."""
+    world = next(root.iter("worldbody"))
+    floor = next(g for g in world.findall("geom") if g.get("name") == "floor")
+    place = list(world).index(floor)
+    world.remove(floor)
+    for i, shape in enumerate((*_treads(ground), *_relief(root, ground), *_seats(ground))):
+        fixed = {"contype": "0", "conaffinity": "1", **_surface(ground), **shape}
+        world.insert(place + i, ET.Element("geom", fixed))
+
+
+def _treads(ground: Ground) -> list[dict[str, str]]:
+    """Return a plane; where there are steps, a box for each tread, for a plane has no end."""
+    along = {"xyaxes": numbers(ground.to_world[:, :2].T.ravel()), "rgba": _FLOOR}
+    if not ground.steps:
+        pos, size = ground.normal * ground.height, (REACH, REACH, 0.1)
+        return [
+            {"name": "floor", "type": "plane", "pos": numbers(pos), "size": numbers(size), **along}
+        ]
+    heights = [ground.height, *(step.height for step in ground.steps)]
+    edges = [-REACH, *(step.x for step in ground.steps), REACH]
+    bottom = min(heights) - 1.0
+    boxes = []
+    for i, top in enumerate(heights):
+        low, high = edges[i], max(edges[i + 1], edges[i] + 1e-3)
+        centre = ground.to_world @ [(low + high) / 2, 0.0, (top + bottom) / 2]
+        half = [(high - low) / 2, REACH, (top - bottom) / 2]
+        name = f"floor_{i}" if i else "floor"
+        boxes.append(
+            {"name": name, "type": "box", "pos": numbers(centre), "size": numbers(half), **along}
+        )
+    return boxes
+
+
+def _relief(root: ET.Element, ground: Ground) -> list[dict[str, str]]:
+    """Return bumps and height field; the field's heights become an asset."""
+    shapes = [
+        {
+            "name": f"bump_{i}",
+            "type": "sphere",
+            "pos": numbers(ground.to_world @ bump.centre),
+            "size": numbers([bump.radius]),
+            "rgba": _FLOOR,
+        }
+        for i, bump in enumerate(ground.bumps)
+    ]
+    if ground.field is not None:
+        field, z = ground.field, np.array(ground.field.heights)
+        half, low = np.array(field.size) / 2, float(z.min())
+        centre = [*(np.array(field.corner) + half), ground.height + low]
+        size = [*half, max(float(np.ptp(z)), 1e-6), low + 0.1]
+        asset = ET.SubElement(ET.SubElement(root, "asset"), "hfield")
+        asset.attrib.update(
+            name="relief",
+            nrow=str(z.shape[0]),
+            ncol=str(z.shape[1]),
+            size=numbers(size),
+            elevation=numbers(z[::-1].ravel()),  # MJCF starts at the far side of y
+        )
+        shapes.append(
+            {
+                "name": "relief",
+                "type": "hfield",
+                "hfield": "relief",
+                "pos": numbers(ground.to_world @ centre),
+                "xyaxes": numbers(ground.to_world[:, :2].T.ravel()),
+                "rgba": _FLOOR,
+            }
+        )
+    return shapes
+
+
+def _seats(ground: Ground) -> list[dict[str, str]]:
+    """Return one level board for all places at a height."""
+    boards = []
+    for i, height in enumerate(sorted({seat.position[2] for seat in ground.seats})):
+        places = np.array([s.position[:2] for s in ground.seats if s.position[2] == height])
+        low, high = places.min(axis=0), places.max(axis=0)
+        half = [*((high - low) / 2 + SEAT[:2]), SEAT[2]]
+        centre = [*((high + low) / 2), height - SEAT[2]]
+        board = {"name": f"seat_{i}", "type": "box", "pos": numbers(centre), "size": numbers(half)}
+        boards.append({**board, "rgba": _WOOD})
+    return boards
+
+
+def _add_cores(root: ET.Element, human: Human, bodies: dict[str | None, ET.Element]) -> None:
+    """Add a thinner copy of every drawn shape, and say which of them never touch."""
+    for name, body in bodies.items():
+        for i, drawn in enumerate([g for g in body.findall("geom") if g.get("group") == "1"]):
+            size = [CORE * float(x) for x in drawn.get("size", "").split()]
+            core: dict[str, Any] = {
+                **drawn.attrib,
+                "name": f"core_{name}_{i}",
+                "size": numbers(size),
+                "group": "4",
+                "contype": "2",
+                "conaffinity": "2",
+                "friction": "0.3 0.005 0.0001",
+            }
+            ET.SubElement(body, "geom", core)
+    parents = {b.name: b.parent for b in human.skeleton.bodies}
+    contact = ET.SubElement(root, "contact")
+    for a, b in combinations(parents, 2):
+        if a in _above(b, parents)[:2] or b in _above(a, parents)[:2] or _one_foot(a, b, parents):
+            ET.SubElement(contact, "exclude", body1=a, body2=b)
+
+
+def _above(body: str, parents: dict[str, str]) -> list[str]:
+    """Return the bodies a body hangs on, nearest first."""
+    above = []
+    while body := parents[body]:
+        above.append(body)
+    return above
+
+
+def _one_foot(a: str, b: str, parents: dict[str, str]) -> bool:
+    """Return whether two bodies are parts of one foot: all that hangs on one shank."""
+    shanks = [
+        {x for x in _above(body, parents) if x.startswith(("tibia", "shank"))} for body in (a, b)
+    ]
+    return bool(shanks[0] & shanks[1])
+
+
+def _add_motors(root: ET.Element, human: Human) -> None:
+    """Add a motor to every hinge, with armature and damping."""
+    actuators = ET.SubElement(root, "actuator")
+    for joint in root.iter("joint"):
+        low, high = (float(x) for x in joint.get("actuatorfrcrange", "").split())
+        most, name = max(-low, high), joint.get("name", "")
+        joint.set("armature", numbers([ARMATURE * most]))
+        joint.set("damping", numbers([DAMPING * most]))
+        ET.SubElement(actuators, "motor", name=name, joint=name, ctrlrange=numbers([low, high]))
+
+
+def _lift(human: Human, ground: Ground, qpos: np.ndarray) -> float:
+    """Return how far up the standing person must go so that no sphere is in the ground [m]."""
+    data = mujoco.MjData(human.model)
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(human.model, data)
+    sites = contact_sites(human)
+    centre = np.array([data.geom(GEOM + site.name).xpos for site in sites])
+    low = centre - np.array([[site.radius] for site in sites]) * ground.normal
+    gap = low @ ground.normal - ground.under(low)
+    return float(-gap.min() / ground.normal[2])

@@ -19,13 +19,15 @@ References:
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import contact_sites
+from plantigrade.kinematics.sole_paths import SitePoints
+from plantigrade.kinematics.state import State, sweep
 from plantigrade.models import Human
 
-SIDES = ("r", "l")  # order of sides wherever this folder has an axis for them
 SOFTNESS = 0.01  # height above the lowest point at which a point's readiness falls to 1/e [m]
 
 
@@ -71,36 +73,26 @@ class Carriers:
     def __init__(self, human: Human):
         """Look up the bodies and contact points of both feet."""
         self.feet = human.feet
-        model = human.model
         self.foot = {s: human.body(f"foot_{s}") for s in SIDES}
         self.toes = {s: human.body(f"toes_{s}") for s in SIDES if f"toes_{s}" in human.body_names}
-        self.geoms = {
-            s: np.array(
-                [
-                    mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name)
-                    for name, side, _ in human.contact_points
-                    if side == s
-                ],
-                dtype=int,
-            )
-            for s in SIDES
+        sites = contact_sites(human)
+        self.points = {
+            side: SitePoints(human, [s for s in sites if s.side == side]) for side in SIDES
         }
-        self.geom_body = model.geom_bodyid
-        self.radius = model.geom_size[:, 0]
 
     def bodies(self) -> tuple[int, ...]:
         """Return the bodies that may carry a load, right side first."""
         found: list[int] = []
         for side in SIDES:
             if self.feet == "multi-segment":
-                found += [int(b) for b in np.unique(self.geom_body[self.geoms[side]])]
+                found += [int(b) for b in np.unique(self.points[side].body)]
             else:
                 found += [self.foot[side], *([self.toes[side]] if side in self.toes else [])]
         return tuple(found)
 
     def divide(
         self,
-        data,
+        state: State,
         side: str,
         force: Float[Array, " 3"],
         point: Float[Array, " 3"],
@@ -109,7 +101,7 @@ class Carriers:
         """Return what each segment of a foot carries; the sum is what was given.
 
         Args:
-            data: MuJoCo data with the kinematics of the frame.
+            state: The state of the frame.
             side: ``"r"`` or ``"l"``.
             force: Ground reaction on the foot [N].
             point: Its centre of pressure [m].
@@ -118,21 +110,20 @@ class Carriers:
         body = self.foot[side]
         if self.feet == "two-segment":
             toes = self.toes[side]
-            forward = data.xmat[body].reshape(3, 3)[:2, 0]
-            if (point[:2] - data.xpos[toes, :2]) @ forward > 0:
+            forward = state.rotation(body)[:2, 0]
+            if (point - state.origin(toes))[:2] @ forward > 0:
                 body = toes
         elif self.feet == "multi-segment":
-            return self._share(data, side, force, point, torque)
+            return self._share(state, side, force, point, torque)
         return [SegmentLoad(body, force, point, torque)]
 
-    def _share(self, data, side, force, point, torque) -> list[SegmentLoad]:
-        geoms = self.geoms[side]
-        places = data.geom_xpos[geoms].copy()
-        places[:, 2] -= self.radius[geoms]
+    def _share(self, state, side, force, point, torque) -> list[SegmentLoad]:
+        places = state.position(self.points[side]).copy()
+        places[:, 2] -= self.points[side].radius
         share = shares(places, point)
         loads = []
         rest = np.array(torque, dtype=float)
-        bodies = self.geom_body[geoms]
+        bodies = self.points[side].body
         for body in np.unique(bodies):
             mine = bodies == body
             part = share[mine].sum()
@@ -169,7 +160,6 @@ def segment_forces(
         torque: Its free moment [N m].
     """
     carriers = Carriers(human)
-    data = mujoco.MjData(human.model)
     column = {body: i for i, body in enumerate(carriers.bodies())}
     n, k = len(qpos), len(column)
     out = SegmentForces(
@@ -179,15 +169,13 @@ def segment_forces(
         np.full((n, k, 3), np.nan),
         np.zeros((n, k, 3)),
     )
-    for f in range(n):
-        data.qpos[:] = qpos[f]
-        mujoco.mj_kinematics(human.model, data)
+    for f, state in enumerate(sweep(human, qpos)):
         for side, foot_force, foot_point, foot_torque in zip(
             SIDES, force[f], point[f], torque[f], strict=True
         ):
             if not np.isfinite(foot_point).all():
                 continue
-            for load in carriers.divide(data, side, foot_force, foot_point, foot_torque):
+            for load in carriers.divide(state, side, foot_force, foot_point, foot_torque):
                 i = column[load.body]
                 out.force[f, i], out.torque[f, i] = load.force, load.torque
                 out.point[f, i] = load.point

@@ -15,7 +15,9 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import rotation_matrix
 
@@ -63,30 +65,19 @@ def centroid(
     Raises:
         ParameterError: If the arrays do not belong together.
     """
-    model = without_constraints(human)
     check_motion(human, qpos, qvel, qacc)
-    data = mujoco.MjData(model)
     n = len(qpos)
     com, com_vel, momentum = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     root = np.empty((n, 6)) if qacc is not None else None
-    for f in range(n):
-        data.qpos[:], data.qvel[:] = qpos[f], qvel[f]
+    for f, state in enumerate(sweep(human, qpos, qvel)):
+        com[f], com_vel[f], momentum[f] = state.com, state.com_velocity, state.angular_momentum
         if root is not None and qacc is not None:
-            data.qacc[:] = qacc[f]
-            mujoco.mj_inverse(model, data)
-            root[f] = data.qfrc_inverse[:6]
-        else:
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_comPos(model, data)
-            mujoco.mj_comVel(model, data)
-        mujoco.mj_subtreeVel(model, data)
-        com[f], com_vel[f] = data.subtree_com[1], data.subtree_linvel[1]
-        momentum[f] = data.subtree_angmom[1]
+            root[f] = state.inverse_dynamics(qacc[f])[:6]
     if root is None:
         return Centroid(com, com_vel, momentum)
     force, moment = root_wrench_at(root, qpos, com)
-    weight = human.mass * float(np.linalg.norm(model.opt.gravity))
-    points = zero_moment_point(force, moment, com, ground, least=0.01 * weight)
+    least = 0.01 * human.mass * GRAVITY
+    points = zero_moment_point(force, moment, com, ground, least=least)
     return Centroid(com, com_vel, momentum, force, moment, points)
 
 

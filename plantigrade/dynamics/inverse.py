@@ -8,8 +8,8 @@ With the equations of motion of the free-floating body,
 the Jacobians :math:`J_k` of the segments that carry them. Its hinge part is the internal joint
 moments; its root part should be zero and is what the measurements leave unexplained: the residual.
 
-:math:`\tau` is computed by MuJoCo's inverse dynamics without contacts and joint limits. The model
-has no passive joint moments: what ligaments and soft tissue do is part of :math:`\tau`.
+:math:`\tau` is computed from MuJoCo's equations of motion without contacts and joint limits. The
+model has no passive joint moments: what ligaments and soft tissue do is part of :math:`\tau`.
 
 The moments of a leg follow from the forces under that leg alone, those of the trunk and arms from
 the motion alone; only the residual needs both feet to be measured
@@ -18,18 +18,19 @@ the motion alone; only the residual needs both feet to be measured
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.dynamics.carriers import SIDES, Carriers
-from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
+from plantigrade.constants import SIDES
+from plantigrade.dynamics.carriers import Carriers
+from plantigrade.dynamics.centroid import check_motion, root_wrench_at
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
-from plantigrade.models.human import PELVIS
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     quaternion_to_pelvis_angles,
     rotation_matrix,
 )
@@ -102,26 +103,19 @@ def inverse_dynamics(
         raise ParameterError(
             f"the forces have {len(forces.force)} frames, the motion {n}; put both on one clock"
         )
-    model = without_constraints(human)
-    data = mujoco.MjData(model)
     carriers = Carriers(human)
-    tau, com = np.empty((n, model.nv)), np.empty((n, 3))
-    explained = np.empty(model.nv)
-    for f in range(n):
-        data.qpos[:], data.qvel[:], data.qacc[:] = qpos[f], qvel[f], qacc[f]
-        mujoco.mj_inverse(model, data)
-        com[f] = data.subtree_com[1]
-        explained[:] = 0.0
+    tau, com = np.empty((n, human.model.nv)), np.empty((n, 3))
+    for f, state in enumerate(sweep(human, qpos, qvel)):
+        tau[f], com[f] = state.inverse_dynamics(qacc[f]), state.com
         if forces is not None:
             for k, side in enumerate(SIDES):
                 force, point, torque = forces.force[f, k], forces.point[f, k], forces.torque[f, k]
                 if not np.isfinite(point).all():
                     continue
-                for load in carriers.divide(data, side, force, point, torque):
-                    mujoco.mj_applyFT(
-                        model, data, load.force, load.torque, load.point, load.body, explained
+                for load in carriers.divide(state, side, force, point, torque):
+                    tau[f] -= state.generalised_force(
+                        load.body, load.point, load.force, load.torque
                     )
-        tau[f] = data.qfrc_inverse - explained
     force, moment = root_wrench_at(tau[:, :6], qpos, com)
     names = ROOT_NAMES + human.coordinates
     return Moments(tau, names, tau * qvel, force, moment, com)

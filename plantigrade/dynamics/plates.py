@@ -24,21 +24,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.dynamics.carriers import SIDES, Carriers
+from plantigrade.constants import SIDES
+from plantigrade.dynamics.plate_loadings import centres, loadings_of, plate_level, seen_frames
+from plantigrade.dynamics.plate_owner import (
+    BESIDE,
+    exclude_partial,
+    exclude_shared,
+    find_owner,
+    longer,
+    outside_of,
+    resting_points,
+    unmeasured_frames,
+)
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
-from plantigrade.motion.events import contact_events, ground_velocity
-from plantigrade.motion.filters import derivative, lowpass, runs
-from plantigrade.motion.recording import ForcePlate, rate_of
+from plantigrade.motion.recording import ForcePlate
 
-NEAR = 0.20  # furthest a centre of pressure may be from the sole it is given to [m]
-SHARED = 0.06  # centre of pressure this far off a foot whose fellow also stands: both carry [m]
-LOW = 0.03  # height above the ground below which a point of the sole may touch it [m]
-SLOW = 0.35  # speed relative to the ground below which it does [m/s]
-BESIDE = 0.02  # how far a point of the sole must rest outside a plate to count as beside it [m]
-EDGE = 0.10  # a foot that rests this much longer than its plate is loaded is partly beside it [s]
-MARGIN = 0.05  # a foot beside the plates may carry this long before and after it looks at rest [s]
 SHORTEST_REST = 0.06  # shorter rests of a foot are a low pass in swing [s]
 
 
@@ -88,20 +90,6 @@ class FootForces:
     sides: tuple[str, str] = SIDES
 
 
-@dataclass
-class _Loading:
-    """One loading of one plate on the frames: wrench at the centre of pressure, and its owner."""
-
-    plate: ForcePlate
-    frames: np.ndarray
-    force: np.ndarray
-    cop: np.ndarray
-    free: np.ndarray
-    peak: float
-    owner: np.ndarray  # side index per frame, -1 for nobody
-    problem: str = ""
-
-
 def assign_plates(
     plates: tuple[ForcePlate, ...],
     frame_time: Float[Array, " n_frames"],
@@ -128,18 +116,18 @@ def assign_plates(
     points = _check(frame_time, foot_points)
     notes: list[str] = []
     loadings = [
-        loading for plate in plates for loading in _loadings(plate, frame_time, cutoff, threshold)
+        loading for plate in plates for loading in loadings_of(plate, frame_time, cutoff, threshold)
     ]
-    level = _plate_level(loadings)
-    resting = _resting(frame_time, points, level)
+    level = plate_level(loadings)
+    resting = resting_points(frame_time, points, level)
     touch = np.stack([resting[k].any(axis=1) for k in (0, 1)], axis=1)
-    touch = np.stack([_longer(frame_time, touch[:, k], SHORTEST_REST) for k in (0, 1)], axis=1)
+    touch = np.stack([longer(frame_time, touch[:, k], SHORTEST_REST) for k in (0, 1)], axis=1)
     for loading in loadings:
-        _own(loading, points, touch)
+        find_owner(loading, points, touch)
     excluded = np.zeros((n, 2), dtype=bool)
     for loading in loadings:
-        _exclude_shared(loading, loadings, points, resting, touch, excluded)
-        _exclude_partial(loading, plates, points, resting, excluded)
+        exclude_shared(loading, loadings, points, resting, touch, excluded)
+        exclude_partial(loading, plates, points, resting, excluded)
 
     force, moment = np.zeros((n, 2, 3)), np.zeros((n, 2, 3))
     height, weight = np.zeros((n, 2)), np.zeros((n, 2))
@@ -159,11 +147,11 @@ def assign_plates(
     with np.errstate(invalid="ignore", divide="ignore"):
         z = height / weight
     carried = measured & (force[..., 2] > 0)
-    point[carried], torque[carried, 2] = _cop(force[carried], moment[carried], z[carried])
+    point[carried], torque[carried, 2] = centres(force[carried], moment[carried], z[carried])
     force[~carried] = 0.0
 
-    unmeasured = _unmeasured(frame_time, touch, measured)
-    seen = _clock(plates, frame_time)
+    unmeasured = unmeasured_frames(frame_time, touch, measured)
+    seen = seen_frames(plates, frame_time)
     valid_side = ~unmeasured & ~excluded & seen[:, None]
     valid = np.array([bool(both.all()) for both in valid_side], dtype=bool)
     _describe(notes, frame_time, loadings, unmeasured, seen, bool(plates))
@@ -191,7 +179,7 @@ def over_plates(
         foot_points: As for :func:`assign_plates`.
     """
     points = np.concatenate([foot_points[side] for side in SIDES], axis=1)
-    outside = [_outside(p.corners, points) for p in plates if p.corners is not None]
+    outside = [outside_of(p.corners, points) for p in plates if p.corners is not None]
     if not outside:
         return np.zeros(len(points), dtype=bool)
     return (np.min(outside, axis=0) < BESIDE).all(axis=1)
@@ -204,268 +192,14 @@ def sole_points(
 
     They are the lowest points of the contact spheres.
     """
-    model = human.model
-    carriers = Carriers(human)
+    standing = sole_paths(human, human.standing()[None])
+    soles = sole_paths(human, qpos)
     result = {}
     for side in SIDES:
-        geoms = carriers.geoms[side]
-        bodies = [human.body_names[b - 1] for b in model.geom_bodyid[geoms]]
-        evaluator = Points(human, bodies, model.geom_pos[geoms])
-        order = np.argsort(evaluator.at(human.standing())[:, 0], kind="stable")
-        places = np.array([evaluator.at(q) for q in qpos]).reshape(len(qpos), len(geoms), 3)
-        places[..., 2] -= model.geom_size[geoms, 0]
-        result[side] = places[:, order]
+        own = soles.of(side)
+        order = np.argsort(standing.position[0, own, 0], kind="stable")
+        result[side] = soles.position[:, own[order]]
     return result
-
-
-# ------------------------------------------------------------------------------------- loadings
-
-
-def _loadings(
-    plate: ForcePlate,
-    frame_time: np.ndarray,
-    cutoff: float | None,
-    threshold: float,
-) -> list[_Loading]:
-    """Return a plate's contacts, smoothed and on the frames."""
-    found = []
-    for contact in contact_events(plate.time, plate.force[:, 2], threshold):
-        start = plate.time[0] if contact.start is None else contact.start
-        stop = plate.time[-1] if contact.stop is None else contact.stop
-        inside = np.flatnonzero((plate.time >= start) & (plate.time <= stop))
-        frames = np.flatnonzero((frame_time >= start - 1e-9) & (frame_time <= stop + 1e-9))
-        if len(inside) < 2 or len(frames) == 0:
-            continue
-        force, cop = plate.force[inside], plate.cop[inside]
-        known = np.isfinite(cop).all(axis=1) & np.isfinite(force).all(axis=1)
-        if known.sum() < 2:
-            continue
-        inside, force, cop = inside[known], force[known], cop[known]
-        time = plate.time[inside]
-        about = cop.mean(axis=0)  # the fixed point: near the foot, for the sake of round-off
-        moment = np.cross(cop - about, force)
-        moment[:, 2] += plate.free_moment[inside]
-        load = (force[:, 2] * (cop[:, 2] - about[2]))[:, None]
-        signal = np.hstack([force, moment, load])
-        even = np.arange(inside[0], inside[-1] + 1)
-        if len(even) != len(inside):  # samples without centre of pressure inside a contact
-            signal = np.stack(
-                [np.interp(plate.time[even], time, column) for column in signal.T], axis=1
-            )
-            time = plate.time[even]
-        if cutoff is not None and len(time) >= 4 and cutoff < 0.4 * rate_of(time):
-            signal = lowpass(time, signal, cutoff=cutoff)
-        wanted = frame_time[frames]
-        signal = np.stack([np.interp(wanted, time, column) for column in signal.T], axis=1)
-        force, moment, load = signal[:, :3], signal[:, 3:6], signal[:, 6]
-        up = force[:, 2] > 0.05 * threshold
-        if not up.any():
-            continue
-        frames, force, moment, load = frames[up], force[up], moment[up], load[up]
-        cop, free = _cop(force, moment, load / force[:, 2])
-        found.append(
-            _Loading(
-                plate, frames, force, cop + about, free, contact.peak, np.full(len(frames), -1)
-            )
-        )
-    return found
-
-
-def _cop(force, moment, height) -> tuple[np.ndarray, np.ndarray]:
-    """Return centre of pressure at ``height`` and free moment of wrenches about the origin."""
-    x = (height * force[:, 0] - moment[:, 1]) / force[:, 2]
-    y = (height * force[:, 1] + moment[:, 0]) / force[:, 2]
-    free = moment[:, 2] - (x * force[:, 1] - y * force[:, 0])
-    return np.stack([x, y, height], axis=1), free
-
-
-def _plate_level(loadings: list[_Loading]) -> float:
-    """Return the height of the plates [m]; NaN without any."""
-    heights = [np.median(loading.cop[:, 2]) for loading in loadings]
-    return float(np.median(heights)) if heights else float("nan")
-
-
-def _clock(plates, frame_time) -> np.ndarray:
-    """Return the frames that every plate covers."""
-    seen = np.ones(len(frame_time), dtype=bool)
-    for plate in plates:
-        if len(plate.time):
-            step = 1.0 / rate_of(plate.time) if len(plate.time) > 1 else 0.0
-            seen &= frame_time >= plate.time[0] - step
-            seen &= frame_time <= plate.time[-1] + step
-    return seen
-
-
-# ----------------------------------------------------------------------------------------- feet
-
-
-def _resting(time, points: list[np.ndarray], level: float) -> list[np.ndarray]:
-    """Return per side which points of the sole rest on the ground, (n_frames, n_points)."""
-    ends = [np.stack([p[:, i] for p in points[::-1]], axis=1) for i in (0, -1)]  # left, right
-    ground = ground_velocity(time, *ends)
-    resting = []
-    for p in points:
-        z = p[..., 2]
-        if len(time) >= 4:
-            smooth = lowpass(time, p, cutoff=12.0) if rate_of(time) > 60 else p
-            speed = np.linalg.norm(derivative(time, smooth) - ground[:, None], axis=-1)
-        else:
-            speed = np.zeros(p.shape[:2])
-        # The level at which the sole comes to rest takes up what the model's foot is off the real
-        # one's, but no more than a foot can be off: a foot that stays in the air does not rest.
-        still = speed.min(axis=1) < SLOW / 2
-        lowest = z.min(axis=1)
-        floor = float(np.median(lowest[still])) if still.any() else float(lowest.min())
-        if np.isfinite(level):
-            floor = float(np.clip(floor, level - 0.05, level + 0.05))
-        resting.append((z < floor + LOW) & (speed < SLOW))
-    return resting
-
-
-def _longer(time, flags, shortest) -> np.ndarray:
-    """Return the flags without runs shorter than ``shortest`` seconds."""
-    result = flags.copy()
-    for run in runs(flags):
-        if time[run.stop - 1] - time[run.start] < shortest:
-            result[run] = False
-    return result
-
-
-def _distance(sole: np.ndarray, cop: np.ndarray) -> np.ndarray:
-    """Return the horizontal distance of each point from a sole, (n_frames,) [m].
-
-    A sole is the set of all lines between its points: dense enough for a foot.
-    """
-    p, c = sole[..., :2], cop[:, None, :2]
-    i, j = np.triu_indices(p.shape[1], 1)
-    if len(i) == 0:
-        return np.linalg.norm(p[:, 0] - c[:, 0], axis=-1)
-    a, edge = p[:, i], p[:, j] - p[:, i]
-    square = np.maximum((edge**2).sum(axis=-1), 1e-12)
-    along = np.clip(((c - a) * edge).sum(axis=-1) / square, 0.0, 1.0)
-    return np.linalg.norm(c - a - along[..., None] * edge, axis=-1).min(axis=1)
-
-
-def _own(loading: _Loading, points: list[np.ndarray], touch: np.ndarray) -> None:
-    """Find whose foot is at the centre of pressure, frame by frame where it changes."""
-    frames = loading.frames
-    if loading.plate.side in SIDES:
-        loading.owner[:] = SIDES.index(loading.plate.side)
-        return
-    far = np.stack([_distance(p[frames], loading.cop) for p in points], axis=1)
-    load = loading.force[:, 2]
-    typical = np.array([_weighted_median(far[:, k], load) for k in (0, 1)])
-    best = int(np.argmin(typical))
-    other = 1 - best
-    loading.owner[:] = best
-    # One foot after the other without the plate coming free in between: a belt, a long plate.
-    changes = (far[:, other] < NEAR / 2) & (far[:, best] > NEAR / 2) & touch[frames, other]
-    if load[changes].sum() > 0.1 * load.sum():
-        nearer = np.where(far[:, best] <= far[:, other], best, other)
-        stands = touch[frames]
-        nearer = np.where(stands[:, best] & ~stands[:, other], best, nearer)
-        nearer = np.where(stands[:, other] & ~stands[:, best], other, nearer)
-        loading.owner[:] = np.where(far[np.arange(len(frames)), nearer] < NEAR, nearer, -1)
-    elif not typical[best] < NEAR:
-        loading.owner[:] = -1
-        loading.problem = "no foot was at the centre of pressure"
-
-
-def _weighted_median(values, weights) -> float:
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(total, 0.5 * total[-1])])
-
-
-def _exclude_shared(loading, loadings, points, resting, touch, excluded) -> None:
-    """Mark frames in which the other foot also stands on this plate."""
-    nobody = loading.owner < 0
-    excluded[loading.frames[nobody]] = True
-    if loading.plate.side in SIDES:
-        return
-    shared = np.zeros(len(loading.frames), dtype=bool)
-    for k in (0, 1):
-        frames = loading.frames
-        elsewhere = np.isin(
-            frames,
-            np.concatenate(
-                [o.frames[o.owner == 1 - k] for o in loadings if o.plate is not loading.plate]
-                or [np.empty(0, dtype=int)]
-            ),
-        )
-        mine = (loading.owner == k) & touch[frames, 1 - k]
-        if loading.plate.corners is not None:
-            inside = _outside(loading.plate.corners, points[1 - k][frames]) < -0.01
-            on = (inside & resting[1 - k][frames]).any(axis=1)
-            # Beside a second plate that also carries it, a foot on the edge is no third case.
-            shared |= mine & on & ~(elsewhere & (_distance(points[k][frames], loading.cop) < 0.02))
-        else:
-            off = _distance(points[k][frames], loading.cop) > SHARED
-            shared |= mine & ~elsewhere & off
-    # The instants around heel strike and toe off, where low and slow is not yet carrying, hurt
-    # nobody; a real double support lasts longer.
-    if shared.sum() >= 3:
-        excluded[loading.frames[shared]] = True
-        loading.problem = loading.problem or "both feet were on it"
-
-
-def _exclude_partial(loading, plates, points, resting, excluded) -> None:
-    """Mark a loading during which its foot rests partly beside every plate."""
-    if loading.plate.corners is None or loading.plate.side in SIDES:
-        return
-    for k in (0, 1):
-        frames = loading.frames[loading.owner == k]
-        if len(frames) == 0:
-            continue
-        outside = [_outside(p.corners, points[k][frames]) for p in plates if p.corners is not None]
-        beside = np.min(outside, axis=0) > BESIDE
-        partly = (beside & resting[k][frames]).any(axis=1)
-        if partly.mean() > 0.1:
-            excluded[frames, k] = True
-            loading.problem = loading.problem or "the foot was partly beside it"
-
-
-def _outside(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return how far points are outside a plate, negative inside, (n_frames, n_points) [m]."""
-    c = corners[:, :2]
-    centre = c.mean(axis=0)
-    far = np.full(points.shape[:2], -np.inf)
-    for a, b in zip(c, np.roll(c, -1, axis=0), strict=True):
-        edge = b - a
-        length = np.linalg.norm(edge)
-        if length < 1e-9:
-            continue
-        normal = np.array([edge[1], -edge[0]]) / length
-        normal = -normal if normal @ (centre - a) > 0 else normal
-        far = np.maximum(far, (points[..., :2] - a) @ normal)
-    return far
-
-
-def _unmeasured(time, touch: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Return frames in which a foot rests on the ground and no plate says with what force.
-
-    Where a foot was on a plate the plate knows best when: the part of a rest before and after
-    the loading is forgiven up to :data:`EDGE`. Where it was on none, :data:`MARGIN` is added,
-    unless that reaches into a loading.
-    """
-    missing = np.zeros_like(touch)
-    for k in (0, 1):
-        for run in runs(touch[:, k]):
-            frames = np.arange(run.start, run.stop)
-            on = measured[frames, k]
-            if not on.any():
-                missing[:, k] |= (time >= time[run.start] - MARGIN) & (
-                    time <= time[run.stop - 1] + MARGIN
-                )
-                continue
-            for gap in runs(~on):
-                a, b = frames[gap.start], frames[gap.stop - 1]
-                if time[b] - time[a] > EDGE:
-                    missing[a : b + 1, k] = True
-    return missing & ~measured
-
-
-# -------------------------------------------------------------------------------------- wording
 
 
 def _owner_name(owner: np.ndarray) -> str:

@@ -45,9 +45,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.human import PELVIS
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     free_joint_to_pelvis_rates,
     pelvis_rates_to_free_joint,
     rotation_matrix,

@@ -11,7 +11,7 @@ from typing import Any
 import plantigrade
 from plantigrade.errors import FileError
 from plantigrade.experiments.table import ResultTable, sheet
-from plantigrade.io.run_folder import metrics_json
+from plantigrade.record.folder import metrics_json
 
 FILE = "figures.json"
 # How the names of computing times end: these differ from run to run. What else ends so is named.

@@ -17,10 +17,10 @@ from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, o
 from plantigrade.io import read
 from plantigrade.io.mot import read_table
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet
 from plantigrade.motion import Recording, Table
-from plantigrade.motion.events import plate_events
 from plantigrade.motion.filters import lowpass
+from plantigrade.motion.plate_events import plate_events
 from plantigrade.workflows import fit as fitting
 
 LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
@@ -153,7 +153,7 @@ def frame_time_ms(trial: Trial) -> float:
     """Return the median time of inverse kinematics per frame, warm-started [ms]."""
     fit = trial.fit
     assert fit.markers is not None
-    points = Points(
+    points = PointSet(
         fit.human, [p.body for p in fit.places], np.array([p.position for p in fit.places])
     )
     solver = InverseKinematics(points)
@@ -176,7 +176,7 @@ def opensim_rows(
     names, values = trial.fit.human.to_coordinates(trial.fit.qpos)
     ours = Table(names, trial.fit.time, values)
     for joint in LEGS:
-        for side in SIDES[::-1]:
+        for side in SIDES:
             a, b = shared(ours, coordinates, f"{joint}_{side}")
             error = rmse_offset_removed(np.rad2deg(a), np.rad2deg(b))
             rows.append(at_most(name, f"{joint}_{side} against OpenSim, RMSE", error, 3, "deg"))
@@ -184,7 +184,7 @@ def opensim_rows(
         return rows
     table = read_table(folder / moments)
     for joint in LEGS:
-        for side in SIDES[::-1]:
+        for side in SIDES:
             column = f"{joint}_{side}"
             i = 6 + trial.fit.human.hinge(column)
             known = np.asarray(trial.forces.valid_side)[:, trial.forces.sides.index(side)]
@@ -219,7 +219,7 @@ def plug_in_gait_rows(name: str, trial: Trial, recording: Recording) -> list[Row
     ]
     noisy = any(roughness(x[:, 0]) > ROUGH for x in stored_moments)
     for joint, (angle, moment, sign) in PLUG_IN_GAIT.items():
-        for side in SIDES[::-1]:
+        for side in SIDES:
             column, prefix = f"{joint}_{side}", side.upper()
             stored = recording.outputs.get(prefix + angle)
             if stored is not None and np.isfinite(stored[:, 0]).sum() > 20:

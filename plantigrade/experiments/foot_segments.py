@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.foot_angles import FOOT_ANGLES, foot_angles
+from plantigrade.analyze.foot_segments import foot_marker_rms
 from plantigrade.analyze.statistics import correlation, mean_difference, rmse_offset_removed
 from plantigrade.analyze.trial import SIDES
 from plantigrade.experiments.fit_accuracy import on_clock
@@ -20,7 +21,6 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.motion import Recording
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.workflows import fit as fitting
-from plantigrade.workflows.foot_segments import foot_marker_rms
 
 WALKS = ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d", "c3d/HC032A03.c3d")
 QUICK = WALKS[-1:]
@@ -98,7 +98,7 @@ def compare(fitted: Fit, recording: Recording, events) -> list[Compared]:
     ours = foot_angles(fitted.human, fitted.time, fitted.qpos)
     result = []
     for pair, key in STORED.items():
-        for side in SIDES[::-1]:
+        for side in SIDES:
             stored = recording.outputs.get(side.upper() + key)
             if stored is None:
                 continue

@@ -12,7 +12,7 @@ import numpy as np
 from plantigrade.analyze.gait_forces import compare_forces
 from plantigrade.errors import ReproduceError
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials
-from plantigrade.kinematics.ground import moving_ground
+from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.reproduce.forces import gait_with_forces
 from plantigrade.workflows import fit as fitting
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.norms import CITATION, norm
+from plantigrade.charts import LEFT, MIDDLE, RIGHT, Ribbon, Series, line_plot
 from plantigrade.experiments.table import ResultTable, Row, at_most, sheet
-from plantigrade.report.plots import LEFT, MIDDLE, RIGHT, Band, Series, line_plot
 from plantigrade.synthesize.zhakatayev2023 import (
     BASES,
     MOTIONS,
@@ -22,7 +22,6 @@ from plantigrade.synthesize.zhakatayev2023 import (
 
 SECONDS = 2.0  # goal for a motion
 WALKS = ("cmu_asfamc/02_01.amc", "cmu_asfamc/07_01.amc", "cmu_asfamc/16_15.amc")
-QUICK = ("walk", "jump")
 FIGURES = {"walk": 5, "sit-to-stand": 6, "side-step": 7, "jump": 8}
 
 NOTES = (
@@ -51,7 +50,6 @@ def run(
     data: Path | None = None,
     *,
     out: Path | None = None,
-    quick: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
     """Return the table.
@@ -59,12 +57,11 @@ def run(
     Args:
         data: Folder of recordings, for measured knees; none are drawn if it is not given.
         out: Folder to write the figures to; none are written if it is not given.
-        quick: Two of the motions instead.
         say: Called with a line as each stage is done.
     """
     human = paper_human()
     found: dict[tuple[str, str], PaperSolution] = {}
-    for task in QUICK if quick else MOTIONS:
+    for task in MOTIONS:
         for basis in BASES:
             prefix = f"{task}, {basis}: "
             found[task, basis] = paper_motion(
@@ -85,7 +82,7 @@ def run(
         out.mkdir(parents=True, exist_ok=True)
         for name, drawing in figures(found, knees).items():
             (out / name).write_text(drawing, encoding="utf-8")
-        notes.append(f"The figures are in {out}.")
+        notes.append(f"Figures 5 to 8 are in {out}.")
     return ResultTable("Motions of the spline paper", rows, notes, sheets)
 
 
@@ -295,8 +292,6 @@ def figures(
     colours: dict[str, str] = dict(zip(BASES, (RIGHT, LEFT), strict=True))
     for task, number in FIGURES.items():
         pair = {basis: found[task, basis] for basis in BASES if (task, basis) in found}
-        if not pair:
-            continue
         panels = (("up", "pelvis_ty"), ("forward", "pelvis_tx"), ("to the right", "pelvis_tz"))
         for letter, (direction, name) in zip("abc", panels, strict=True):
             series = [
@@ -325,7 +320,7 @@ def figures(
             knee.append(Series(x, y, basis, colours[basis]))
         if task == "walk":
             b = norm("knee_angle", "free")
-            bands.append(Band(b.percent, b.mean - b.sd, b.mean + b.sd))
+            bands.append(Ribbon(b.percent, b.mean - b.sd, b.mean + b.sd))
             knee += [
                 Series(np.linspace(0, 99, 100), k, "" if i else "recorded", MIDDLE, 1.2, 0.7, "3 3")
                 for i, k in enumerate(knees.values())

@@ -15,11 +15,11 @@ import numpy as np
 from plantigrade.errors import ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
-from plantigrade.experiments.synthesis_trial import judge, motion_rows, outcome, solve, tried, why
+from plantigrade.experiments.synthesis_trial import judge, outcome, solve, tried, why
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
-    from plantigrade.report.sections import Section
+    from plantigrade.report.section import Section
     from plantigrade.workflows.synthesize import Synthesized
 
 FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
@@ -82,7 +82,7 @@ class Extent:
         masses: Of people [kg].
         feet: Foot models.
         others: Other tasks.
-        nodes_per_second: Nodes a second; the tasks' own if absent.
+        density: Nodes a second; the tasks' own if absent.
     """
 
     speeds: tuple[float, ...] = SPEEDS
@@ -90,11 +90,10 @@ class Extent:
     masses: tuple[float, ...] = MASSES
     feet: tuple[str, ...] = FEET
     others: tuple[str, ...] = OTHERS
-    nodes_per_second: float | None = None
+    density: float | None = None
 
 
-QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat", "reach", "jump"))
-QUICK_PARTS = ("speeds", "tasks")
+QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("sit-to-stand",))
 
 
 def run(
@@ -102,19 +101,17 @@ def run(
     parts: Sequence[str] = (),
     extent: Extent | None = None,
     quick: bool = False,
-    out: Path | None = None,
-    overwrite: bool = False,
+    folder: Path | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
     """Return the table of the parts, and of all that was measured before.
 
     Args:
-        parts: Names of :data:`PARTS`; all if empty, :data:`QUICK_PARTS` of a short form.
+        parts: Names of :data:`PARTS`; all if empty.
         extent: How much is measured; everything if absent.
-        quick: One speed, one person and three other tasks instead.
-        out: Folder where results are kept and the page is written; those that are there are not
+        quick: One speed, one person and one other task instead.
+        folder: Where results are kept and the page is written; those that are there are not
             measured again.
-        overwrite: They are.
         say: Called with one line per motion as it is made.
 
     Raises:
@@ -124,17 +121,17 @@ def run(
     for part in parts:
         if part not in PARTS:
             raise ParameterError(f"no part {part!r}; there are {', '.join(PARTS)}")
-    kept = KeptResults(out / FILE if out else None, say, anew=overwrite)
-    for name in parts or (QUICK_PARTS if quick else PARTS):
+    kept = KeptResults(folder / FILE if folder else None, say)
+    for name in parts or PARTS:
         for key, who, task, told in PARTS[name](extent):
             measure(kept, f"{name}/{key}", who, task, told, extent)
     found = table(kept)
-    if out is not None:
+    if folder is not None:
         grids = (check_grid(kept.results), gait_grid(kept.results))
         failed = {k: why(r) for k, r in kept.results.items() if not r["good"]}
         sections = [*curve_sections(kept.results), *(g.section() for g in grids)]
-        write_page(out / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
-        say(f"{out / PAGE}")
+        write_page(folder / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
+        say(f"{folder / PAGE}")
     return found
 
 
@@ -204,8 +201,8 @@ def measure(
 
         human = Human.create(who.height, who.mass, joints="43", feet=who.feet)
         asked = make_task(task, human, told)
-        if extent.nodes_per_second is not None:
-            asked = replace(asked, nodes_per_second=extent.nodes_per_second)
+        if extent.density is not None:
+            asked = replace(asked, density=extent.density)
         timed = solve(human, asked)
         made = judge(timed, strides=2)
         found = outcome(timed, made) | {"person": asdict(who), "task": task, "told": told}
@@ -321,9 +318,9 @@ def gait_grid(results: Mapping[str, Result]) -> Grid:
 def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
     """Return angles and ground reactions over norms, a section for every speed."""
     from plantigrade.analyze import norms
-    from plantigrade.report.plots import RIGHT, Band, Series, line_plot
-    from plantigrade.report.sections import Figure, Section
-    from plantigrade.report.theme import title_of
+    from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
+    from plantigrade.charts.labels import title_of
+    from plantigrade.report.section import Section
 
     titles = {"vertical_grf": "Vertical ground reaction", "anterior_grf": "Forward ground reaction"}
     sections = []
@@ -344,7 +341,7 @@ def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
                         title=titles.get(name, title_of(name)),
                         x_label="gait cycle [%]",
                         y_label="[BW]" if name in FORCES else "[°]",
-                        bands=[Band(band.percent, band.mean - band.sd, band.mean + band.sd)],
+                        bands=[Ribbon(band.percent, band.mean - band.sd, band.mean + band.sd)],
                         marks=[(r["gait"]["stance"], RIGHT)],
                         zero=True,
                     )
@@ -379,7 +376,6 @@ def rows_of(results: Mapping[str, Result]) -> Iterator[Row]:
     good = sum(bool(r["good"]) for r in results.values())
     yield at_least("all", "made with the same settings", good, len(results))
     for key, r in results.items():
-        yield from motion_rows(key, r)
         speed = r.get("told", {}).get("speed")
         if "check" in r and (speed is None or speed <= FREE):
             yield from check_rows(key, r["check"])

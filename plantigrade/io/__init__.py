@@ -65,8 +65,10 @@ FORMATS = (
         "coordinates plates",
         (b"endheader",),
     ),
-    Format("AMC", (".amc",), "asf_amc:read_amc", signature=(b":fully-specified", b":degrees")),
-    Format("BVH", (".bvh",), "bvh:read_bvh", "bvh:write_recording", "skeleton", (b"hierarchy",)),
+    Format("AMC", (".amc",), "amc:read_amc", signature=(b":fully-specified", b":degrees")),
+    Format(
+        "BVH", (".bvh",), "bvh:read_bvh", "bvh_writer:write_recording", "skeleton", (b"hierarchy",)
+    ),
     Format("DeepMimic", (".json", ".txt"), "deepmimic:read_deepmimic", signature=(b'"frames"',)),
     Format(
         "CSV",

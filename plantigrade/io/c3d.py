@@ -14,8 +14,9 @@ import numpy as np
 from plantigrade.errors import FileError
 from plantigrade.io.axes import rotation_to_world, to_world, up_axis_of_points
 from plantigrade.io.c3d_file import C3dFile, read_c3d_file
-from plantigrade.io.c3d_labels import Points, sort_points
+from plantigrade.io.c3d_labels import LabelledPoints, sort_points
 from plantigrade.io.force_plates import plate_axes, plates_from_c3d
+from plantigrade.io.text import not_written
 from plantigrade.motion.recording import ForcePlate, GaitEvent, Markers, Recording, Subject
 
 LENGTH_UNITS = {
@@ -145,11 +146,7 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
             pass
         out.write(str(path))
     except OSError as error:
-        raise FileError(
-            path,
-            f"cannot be written ({error.strerror or error})",
-            remedy="check that the folder exists and may be written to",
-        ) from error
+        raise not_written(path, error) from error
     except RuntimeError as error:
         raise FileError(path, f"cannot be written as C3D ({error})") from error
 
@@ -346,7 +343,7 @@ def _metres(value: float, low: float, high: float) -> float | None:
     return None
 
 
-def _people(points: Points) -> list[str]:
+def _people(points: LabelledPoints) -> list[str]:
     people = sorted(
         {points.names[i].split(":")[0] for i in points.markers if ":" in points.names[i]}
     )

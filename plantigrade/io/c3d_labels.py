@@ -51,7 +51,7 @@ _MARKER_GROUPS = {"MARKERS", "MARKER", "LABELED_MARKERS"}
 
 
 @dataclass(frozen=True)
-class Points:
+class LabelledPoints:
     """Columns of a file's points, sorted by what they are.
 
     Attributes:
@@ -71,7 +71,7 @@ class Points:
     warnings: tuple[str, ...]
 
 
-def sort_points(file: C3dFile) -> Points:
+def sort_points(file: C3dFile) -> LabelledPoints:
     """Return the file's points, sorted."""
     n = file.points.shape[1]
     raw = file.strings("POINT", "LABELS")[:n]
@@ -112,7 +112,7 @@ def sort_points(file: C3dFile) -> Points:
     names, renamed = _unique([name or f"*{i + 1}" for i, name in enumerate(plain)])
     if renamed:
         warnings.append(f"labels that occur more than once were numbered: {', '.join(renamed)}")
-    return Points(
+    return LabelledPoints(
         names,
         columns("marker"),
         columns("computed"),

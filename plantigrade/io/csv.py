@@ -23,7 +23,7 @@ import numpy as np
 from plantigrade.errors import FileError
 from plantigrade.io.axes import UP_AXES, to_world, up_axis_of_points
 from plantigrade.io.c3d import LENGTH_UNITS, unit_of_points
-from plantigrade.io.text import numbers, read_text, write_text
+from plantigrade.io.text import check_time, numbers, read_text, write_text
 from plantigrade.motion.recording import Markers, Recording, Table
 
 _SURE = 1.4  # extent along the vertical over the next, of an upright body
@@ -79,7 +79,7 @@ def read_csv(path: str | Path) -> Recording:
             path, "has a header but no rows", where=f"line {at + 2}", remedy="export it again"
         )
     time = table[:, time_at]
-    _check_time(time, rows, at + 2, path)
+    check_time(time, rows, path, first_line=at + 2)
     warnings: list[str] = []
     triples = _triples(names)
     taken = {i for three in triples.values() for i in three} | {time_at}
@@ -203,22 +203,6 @@ def _triples(names: list[str]) -> dict[str, tuple[int, int, int]]:
         if whole:
             return whole
     return {}
-
-
-def _check_time(time: np.ndarray, rows: list[str], first_line: int, path) -> None:
-    bad = ~np.isfinite(time)
-    bad[1:] |= ~(np.diff(time) > 0)
-    if not bad.any():
-        return
-    k = int(np.argmax(bad))
-    kept = [i for i, row in enumerate(rows, start=first_line) if row.strip()]
-    came = "no time" if not np.isfinite(time[k]) else f"time {time[k]:g} s after {time[k - 1]:g} s"
-    raise FileError(
-        path,
-        f"this row has {came}; time must increase",
-        where=f"line {kept[k]}",
-        remedy="sort the rows by time and remove repeated ones",
-    )
 
 
 def _positions(raw: np.ndarray, says: dict, path, warnings: list[str]) -> np.ndarray:

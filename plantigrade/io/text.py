@@ -124,11 +124,16 @@ def write_text(path: str | Path, text: str) -> None:
     try:
         Path(path).write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
-        raise FileError(
-            path,
-            f"cannot be written ({error.strerror or error})",
-            remedy="check that the folder exists and may be written to",
-        ) from error
+        raise not_written(path, error) from error
+
+
+def not_written(path: str | Path, error: OSError) -> FileError:
+    """Return the error of a file that cannot be written."""
+    return FileError(
+        path,
+        f"cannot be written ({error.strerror or error})",
+        remedy="check that the folder exists and may be written to",
+    )
 
 
 def numbers(
@@ -180,6 +185,54 @@ def numbers(
         values[i] = _parse_row(rows[i], path, kept[i][0], count, delimiter, short, names)
     values[~np.isfinite(values)] = np.nan
     return values
+
+
+def check_time(
+    time: Float[Array, " n_rows"], rows: Sequence[str], path: str | Path, *, first_line: int
+) -> None:
+    """Raise unless every row of a table has a time and it increases from row to row.
+
+    Args:
+        time: Time of each row that is not blank [s].
+        rows: The rows as text, blank ones among them.
+        path: The file.
+        first_line: Line number of ``rows[0]`` in the file, from 1.
+
+    Raises:
+        FileError: With the line.
+    """
+    bad = ~np.isfinite(time)
+    bad[1:] |= ~(np.diff(time) > 0)
+    if not bad.any():
+        return
+    k = int(np.argmax(bad))
+    kept = [n for n, row in enumerate(rows, start=first_line) if not _blank(row)]
+    what = (
+        f"has time {time[k]:g} s after {time[k - 1]:g} s" if np.isfinite(time[k]) else "has no time"
+    )
+    raise FileError(
+        path,
+        f"this row {what}; time must increase",
+        where=f"line {kept[k]}",
+        remedy="sort the rows by time and remove repeated ones",
+    )
+
+
+def count_of(word: str) -> int | None:
+    """Return a count of a header, None if the word is not one."""
+    return int(word) if word.isascii() and word.isdigit() and len(word) < 10 else None
+
+
+def parse_numbers(text: str) -> Float[Array, " n"] | None:
+    """Return all numbers of a text in one pass, None if it holds anything else."""
+    if not text.strip():
+        return np.empty(0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return np.fromstring(text, sep=" ")
+        except (DeprecationWarning, ValueError, UnicodeError):
+            return None
 
 
 def number(word: str, path: str | Path, *, where: str, what: str) -> float:
@@ -249,15 +302,10 @@ def _parse_plain(rows, plain, delimiter, count) -> np.ndarray | None:
     text = "\n".join(row for row, good in zip(rows, plain, strict=True) if good)
     if delimiter is not None and not delimiter.isspace():
         text = text.replace(delimiter, " ")
-    if not text:
-        return np.empty((0, count))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        try:
-            flat = np.fromstring(text, sep=" ")
-        except (DeprecationWarning, ValueError, UnicodeError):
-            return None
-    return flat.reshape(-1, count) if flat.size == count * int(plain.sum()) else None
+    flat = parse_numbers(text)
+    if flat is None or flat.size != count * int(plain.sum()):
+        return None
+    return flat.reshape(-1, count)
 
 
 def _parse_row(row, path, line, count, delimiter, short, names) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 from plantigrade.errors import FileError
 from plantigrade.io.axes import from_world, to_world, up_axis_of_points
 from plantigrade.io.c3d import LENGTH_UNITS, unit_of_points
-from plantigrade.io.text import number, numbers, read_text, write_text
+from plantigrade.io.text import check_time, count_of, number, numbers, read_text, write_text
 from plantigrade.motion.recording import Markers, Recording
 
 _HEADER_LINES = 40  # a header longer than this is none
@@ -190,22 +190,7 @@ def _time(table, fields, rows, first: int, path, warnings) -> np.ndarray:
             raise FileError(path, f"DataRate is {rate}", where="header", remedy="correct it")
         warnings.append("the column Time is empty; time follows from DataRate")
         return np.arange(len(table)) * step
-    bad = ~np.isfinite(time)
-    bad[1:] |= ~(np.diff(time) > 0)
-    if bad.any():
-        k = int(np.argmax(bad))
-        lines = [i for i, row in enumerate(rows, start=first + 1) if row.strip()]
-        what = (
-            "has no time"
-            if not np.isfinite(time[k])
-            else f"has time {time[k]:g} s after {time[k - 1]:g} s"
-        )
-        raise FileError(
-            path,
-            f"this row {what}; time must increase",
-            where=f"line {lines[k]}",
-            remedy="sort the rows by time and remove repeated ones",
-        )
+    check_time(time, rows, path, first_line=first + 1)
     return time
 
 
@@ -215,8 +200,8 @@ def _check_counts(fields, n_markers: int, n_frames: int, warnings: list[str]) ->
         ("nummarkers", "markers", n_markers),
     ):
         said = fields.get(key, "")
-        if said.isdigit() and int(said) != found:
-            warnings.append(f"the header announces {said[:20]} {what}, the file has {found}")
+        if count_of(said) not in (None, found):
+            warnings.append(f"the header says {said} {what}, the file holds {found}")
 
 
 def _unit(fields, raw: np.ndarray, warnings: list[str]) -> float:

@@ -20,16 +20,18 @@ where the knee's zero lies, so a person who really walks on overstretched knees 
 degrees too bent all through (the shape of the curve is not touched).
 """
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.landmarks import BONE, Attachment, attachments
 
@@ -134,13 +136,12 @@ class Calibrator:
         """Return which markers have a place (indices)."""
         return np.array([i for i, p in enumerate(self.places) if p is not None], dtype=int)
 
-    def points(self, which: np.ndarray) -> Points:
-        """Return evaluator of the markers ``which`` with the current lengths and places."""
+    def points(self, which: np.ndarray) -> PointSet:
+        """Return the markers ``which`` on the body with the current lengths and places."""
         bodies, base = self.geometry(self.dimensions)
         places = [p for p in (self.places[i] for i in which) if p is not None]
-        points = Points(self.human, [p.body for p in places], (base + self.offsets)[which])
-        points.set_geometry(bodies)
-        return points
+        local = (base + self.offsets)[which]
+        return PointSet(self.human, [p.body for p in places], local, _resized(self.human, bodies))
 
     def solve_poses(self, which: np.ndarray | None = None) -> np.ndarray:
         """Solve every frame's pose with lengths and places held; return the residuals [m]."""
@@ -171,18 +172,17 @@ class Calibrator:
         total, count = 0.0, 0
         low, high = self.human.limits
         rest = self.human.standing()[7:]
-        for f in range(len(self.measured)):
+        for f, state in enumerate(sweep(self.human, self.qpos, model=points.model)):
             target = self.measured[f, which]
             seen = np.isfinite(target[:, 0])
-            position = points.at(self.qpos[f])
-            error = np.where(seen[:, None], target - position, 0.0)
+            error = np.where(seen[:, None], target - points.values(state), 0.0)
             distance = np.linalg.norm(error, axis=1)
             # Huber: a marker far off (swapped, flying) pulls like one at five standard deviations.
             w = seen * np.minimum(1.0, 5 * noise / np.maximum(distance, 1e-9)) / noise**2
             w *= evidence
             root_w = np.sqrt(np.repeat(w, 3))
-            J = points.jacobian().reshape(-1, nv) * root_w[:, None]
-            rotation = points.rotations
+            J = points.jacobian(state).reshape(-1, nv) * root_w[:, None]
+            rotation = state.rotations
             L = self._length_jacobian(points, rotation, d_bodies, d_base[:, which])
             L = L.reshape(-1, n_l) * root_w[:, None]
             R = rotation[points.body]
@@ -218,7 +218,8 @@ class Calibrator:
         for f, (A, gq, C) in enumerate(steps):
             d = bounded_step(A, gq - C @ step, low - self.qpos[f, 7:], high - self.qpos[f, 7:])
             size = np.abs(d).max()
-            self.qpos[f] = points.integrate(self.qpos[f], d * min(1.0, 0.5 / max(size, 1e-9)))
+            shorter = min(1.0, 0.5 / max(size, 1e-9))
+            self.qpos[f] = integrate(points.model, self.qpos[f], d * shorter)
             self.qpos[f, 7:] = np.clip(self.qpos[f, 7:], low, high)
         return float(np.sqrt(total / max(count, 1)))
 
@@ -274,19 +275,15 @@ class Calibrator:
     def attach_unknown(self) -> dict[str, str]:
         """Put markers without a place on the body on which they move least."""
         bodies, _ = self.geometry(self.dimensions)
-        points = Points(self.human, [self.human.body_names[0]], np.zeros((1, 3)))
-        points.set_geometry(bodies)
-        frames = []
-        for q in self.qpos:
-            points.at(q)
-            frames.append((points.origins, points.rotations))
+        states = sweep(self.human, self.qpos, model=_resized(self.human, bodies))
+        frames = [(state.origins, state.rotations) for state in states]
         attached = {}
         for i, place in enumerate(self.places):
             seen = np.isfinite(self.measured[:, i, 0])
             if place is not None or seen.sum() < 3:
                 continue
             spreads = []
-            for body in range(1, points.model.nbody):
+            for body in range(1, self.human.model.nbody):
                 local = np.array(
                     [
                         frames[f][1][body].T @ (self.measured[f, i] - frames[f][0][body])
@@ -406,7 +403,7 @@ def standing_poses(
     human: Human,
     places: Sequence[Attachment | None],
     measured: Float[Array, "n_frames n_markers 3"],
-    points: Points | None = None,
+    points: PointSet | None = None,
 ) -> Float[Array, "n_frames nq"]:
     """Return the standing body moved to each frame's pelvis and trunk markers, upright.
 
@@ -416,14 +413,14 @@ def standing_poses(
         human: The person.
         places: Where the markers sit; those without a place are not used.
         measured: Their positions [m].
-        points: Evaluator of the markers that have a place, if there is one already.
+        points: The markers that have a place, on other segment lengths than the person's.
     """
     which = [i for i, p in enumerate(places) if p is not None]
     known = [p for p in places if p is not None]
     if points is None:
-        points = Points(human, [p.body for p in known], np.array([p.position for p in known]))
+        points = PointSet(human, [p.body for p in known], np.array([p.position for p in known]))
     standing = human.standing()
-    model_points = points.at(standing).copy()
+    model_points = points.path(standing[None])[0]
     trunk = {"pelvis", "torso", "abdomen", "lower_thorax", "thorax"}
     on_trunk = np.array([p.body in trunk for p in known])
     qpos = np.tile(standing, (len(measured), 1))
@@ -447,11 +444,18 @@ def standing_poses(
     return qpos
 
 
+def _resized(human: Human, bodies: Float[Array, "n_bodies 3"]) -> mujoco.MjModel:
+    """Return a copy of the model with other offsets between bodies; masses stay as they were."""
+    model = copy.deepcopy(human.model)
+    model.body_pos[2:] = bodies[1:]
+    return model
+
+
 def _overall_size(c: Calibrator) -> None:
     """Scale all lengths by the median ratio of distances between markers on one body or two."""
     which = c.known()
     points = c.points(which)
-    model_points = points.at(c.human.standing()).copy()
+    model_points = points.path(c.human.standing()[None])[0]
     parent = points.model.body_parentid
     ratios = []
     for i in range(len(which)):

@@ -4,17 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.ground import Rest
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.rests import Rest
 from plantigrade.motion import GaitEvent
 
-SIDES = ("r", "l")
 # Share of a stance during which each region rests, where a recording does not show it: about what
 # walks that do show it have. (A heel that has begun to rise still moves too slowly to be told.)
 USUAL = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactInterval:
     """One region of one foot on the ground.
 
     Attributes:
@@ -32,7 +32,7 @@ class Contact:
 
 def foot_contacts(
     time: Float[Array, " n_frames"], events: Sequence[GaitEvent], rests: Sequence[Rest]
-) -> tuple[Contact, ...]:
+) -> tuple[ContactInterval, ...]:
     """Return when each region touches: its rests within the stances of its foot.
 
     The heel touches from heel strike on and the toes up to toe off, whatever their speed; where a
@@ -60,7 +60,7 @@ def foot_contacts(
                     first = start
                 if region == "toes":
                     last = stop
-                contacts.append(Contact(side, region, max(first, start), min(last, stop)))
+                contacts.append(ContactInterval(side, region, max(first, start), min(last, stop)))
     return tuple(c for c in contacts if c.stop > c.start)
 
 

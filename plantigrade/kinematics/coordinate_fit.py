@@ -3,7 +3,7 @@
 The angles are taken as they are; only limits of joints cut them. Stature follows from the height
 of the pelvis above the ground where the file has it: the person whose standing foot is just on
 the ground. Where the file does not say where the pelvis goes, the standing feet do
-(:func:`plantigrade.kinematics.ground.forward_path`).
+(:func:`plantigrade.kinematics.root_path.forward_path`).
 """
 
 from dataclasses import replace
@@ -12,17 +12,11 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
-from plantigrade.kinematics.ground import (
-    contact_points,
-    drift_of,
-    find_rests,
-    forward_path,
-    level,
-    lowest,
-    moving_ground,
-    penetration_of,
-)
+from plantigrade.kinematics.ground_level import level, moving_ground
+from plantigrade.kinematics.rests import drift_of, find_rests
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.root_path import forward_path
+from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import Table, rate_of
@@ -104,10 +98,10 @@ def fit_coordinates(
     shift = float(np.median(rise))
     if abs(shift) > 0.02:
         notes.append(f"the motion was moved vertically by {1e3 * shift:+.0f} mm onto the ground.")
-    contact = contact_points(human, qpos)
+    contact = sole_paths(human, qpos)
     rests = find_rests(contact, rate, way=way)
     drift = drift_of(contact, rests, way) if rests else np.zeros(1)
-    depth = penetration_of(contact)
+    depth = contact.penetration
     return Fit(
         human=human,
         time=table.time,
@@ -129,7 +123,7 @@ def fit_coordinates(
 
 def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
     """Return the path of the ground under the feet [m]; zero overground."""
-    contact = contact_points(human, qpos)
+    contact = sole_paths(human, qpos)
     ends = [
         np.stack([contact.position[:, contact.of(s, r)].mean(axis=1) for s in ("l", "r")], axis=1)
         for r in ("heel", "toes")
@@ -138,7 +132,7 @@ def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
 
 
 def _pelvis() -> tuple[str, ...]:
-    from plantigrade.models.human import PELVIS
+    from plantigrade.spatial.conventions import PELVIS
 
     return PELVIS
 

@@ -28,8 +28,8 @@ from plantigrade.kinematics.plausible import (
     require_own_sides,
     without_far_samples,
 )
-from plantigrade.kinematics.points import Points
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
@@ -199,8 +199,8 @@ def fit_markers(
 
 def _standing(human: Human, places: Sequence[Attachment]) -> Float[Array, "n_markers 3"]:
     """Return where markers are on the standing person [m]."""
-    points = Points(human, [p.body for p in places], np.array([p.position for p in places]))
-    return points.at(human.standing()).copy()
+    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
+    return points.path(human.standing()[None])[0]
 
 
 def unseen_toes_follow(
@@ -228,7 +228,7 @@ def _solver(
     places: Sequence[Attachment],
     weights: dict[str, float] | None,
 ) -> InverseKinematics:
-    points = Points(human, [p.body for p in places], np.array([p.position for p in places]))
+    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
     usual = [1 / softness(p) ** 2 for p in places]
     w = np.array([(weights or {}).get(n, u) for n, u in zip(names, usual, strict=True)])
     return InverseKinematics(points, w)
@@ -377,7 +377,7 @@ def _follow(
             clean[suspects] = np.nan
             for f in frames:
                 q = solver.solve(clean[f], qpos[max(f - 1, 0)]).qpos
-                model = solver.points.at(q).copy()
+                model = solver.values(q)
                 _unswap(used[f], model, names, suspects[f], swapped)
                 distance = np.linalg.norm(used[f] - model, axis=1)
                 suspects[f] &= ~(distance < FLYING)
@@ -432,7 +432,7 @@ def _unswap(frame, model, names, suspects, swapped) -> None:
 
 def _distances(solver, qpos, samples) -> Float[Array, "n_frames n_markers"]:
     return np.array(
-        [np.linalg.norm(samples[f] - solver.points.at(q), axis=1) for f, q in enumerate(qpos)]
+        [np.linalg.norm(samples[f] - solver.values(q), axis=1) for f, q in enumerate(qpos)]
     )
 
 

@@ -18,7 +18,7 @@ from scipy.linalg.lapack import dposv  # pyright: ignore[reportAttributeAccessIs
 from scipy.spatial.transform import Rotation, Slerp
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
 FEWEST_POINTS = 3  # measured points that tell where the root is
@@ -53,7 +53,7 @@ _FOOT_JOINTS = ("subtalar_", "ankle_", "heel_", "cuboid_", "mtp")
 _NOISE = 0.006
 
 
-def posture_weights(points: Points) -> Float[Array, " n_hinges"]:
+def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
     """Return the usual pull of each hinge towards the rest posture [m^2/rad^2].
 
     Args:
@@ -103,13 +103,14 @@ class InverseKinematics:
 
     def __init__(
         self,
-        points: Points,
+        points: PointSet,
         weights: Float[Array, " n_points"] | None = None,
         *,
         tolerance: float = 2e-5,
         max_iterations: int = 60,
     ):
         self.points = points
+        self._state = State(points.human, points.human.standing(), model=points.model)
         self.weights = np.ones(len(points.body)) if weights is None else np.asarray(weights, float)
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self.low, self.high = points.human.limits
@@ -132,11 +133,12 @@ class InverseKinematics:
         q = np.array(start)
         q[7:] = np.clip(q[7:], self.low, self.high)
         damping = 1e-9
-        cost = self._cost(q, target, w)
+        state = self._state.moved_to(q)
+        cost = self._cost(state, target, w)
         iterations = 0
         for iterations in range(1, self.max_iterations + 1):  # noqa: B007 (reported below)
-            J = self.points.jacobian().reshape(-1, self.points.model.nv) * root_w[:, None]
-            r = (target - self.points.position).ravel() * root_w
+            J = self.points.jacobian(state).reshape(-1, len(state.qvel)) * root_w[:, None]
+            r = (target - self.points.values(state)).ravel() * root_w
             H = J.T @ J
             g = J.T @ r
             H.flat[:: H.shape[0] + 1] += damping
@@ -145,28 +147,32 @@ class InverseKinematics:
             H[pull, pull] += self.posture
             g[6:] += self.posture * (self.rest - q[7:])
             step = bounded_step(H, g, self.low - q[7:], self.high - q[7:])
-            candidate = self.points.integrate(q, step)
+            candidate = integrate(state.model, q, step)
             candidate[7:] = np.clip(candidate[7:], self.low, self.high)
-            new_cost = self._cost(candidate, target, w)
+            reached = state.moved_to(candidate)
+            new_cost = self._cost(reached, target, w)
             if new_cost <= cost * (1 + 1e-12) + 1e-16:
-                q = candidate
+                q, state = candidate, reached
                 damping = max(damping / 10, 1e-9)
                 small = np.abs(step).max() < self.tolerance or cost - new_cost < 1e-5 * cost
                 cost = new_cost
                 if small:
                     break
             else:
-                self.points.at(q)
                 damping = max(damping * 30, 1e-5)
                 if damping > 1e3:
                     break
-        position = self.points.at(q)
-        residual = np.where(seen, np.linalg.norm(target - position, axis=1), np.nan)
+        away = np.linalg.norm(target - self.points.values(state), axis=1)
+        residual = np.where(seen, away, np.nan)
         return InverseSolution(q, residual, iterations)
 
-    def _cost(self, q, target, w) -> float:
-        error = target - self.points.at(q)
-        posture = q[7:] - self.rest
+    def values(self, qpos: Float[Array, " nq"]) -> Float[Array, "n_points 3"]:
+        """Return where the points are at a configuration [m]."""
+        return self.points.values(self._state.moved_to(qpos))
+
+    def _cost(self, state: State, target, w) -> float:
+        error = target - self.points.values(state)
+        posture = state.qpos[7:] - self.rest
         return float(w @ np.einsum("ij,ij->i", error, error) + self.posture @ (posture * posture))
 
 
@@ -249,11 +255,11 @@ def track(
     velocity = np.zeros(model.nv)
     seen = np.all(np.isfinite(measured), axis=2)
     placed = seen.sum(axis=1) >= FEWEST_POINTS
-    told = ((seen @ solver.points.moves) > 0) & placed[:, None]
+    told = ((seen @ solver.points.moved[:, 0, 6:]) > 0) & placed[:, None]
     lost = ~told & told.any(axis=0)
     for k in range(n):
         if placed[k] or not placed.any():
-            guess = solver.points.integrate(previous, velocity)
+            guess = integrate(model, previous, velocity)
             solution = solver.solve(measured[k], guess)
             qpos[k], residual[k] = solution.qpos, solution.residual
             qpos[k, 7:][lost[k]] = previous[7:][lost[k]]
@@ -267,7 +273,7 @@ def track(
     if lost.any() or not placed.all():
         _bridge(qpos, placed, told)
         for k in np.flatnonzero(lost.any(axis=1) | ~placed):
-            distance = np.linalg.norm(measured[k] - solver.points.at(qpos[k]), axis=1)
+            distance = np.linalg.norm(measured[k] - solver.values(qpos[k]), axis=1)
             residual[k] = np.where(seen[k], distance, np.nan)
     return qpos, residual
 

@@ -16,7 +16,8 @@ frames in which the file's foot stands flat; so a file's toe base may lie where 
 thumbs point forward in the rest pose where no thumb says otherwise.
 
 **Poses.** Inverse kinematics on joint centres and these directions, joint limits hard. Then the
-motion is moved down to the ground and the feet are planted (:mod:`plantigrade.kinematics.ground`).
+motion is moved down to the ground and the feet are planted
+(:mod:`plantigrade.kinematics.planting`).
 """
 
 from collections.abc import Callable, Mapping
@@ -25,22 +26,19 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
-from plantigrade.kinematics.ground import (
-    contact_points,
-    drift_of,
-    find_rests,
-    level,
-    moving_ground,
-    penetration_of,
-    plant_feet,
-)
+from plantigrade.kinematics.ground_level import level, moving_ground
 from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.planting import plant_feet
+from plantigrade.kinematics.rests import drift_of, find_rests
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.state import PointSet, integrate
 from plantigrade.kinematics.terms import Terms
 from plantigrade.models import Human
 from plantigrade.models.anthropometry import Dimensions, dimensions
-from plantigrade.models.joint_names import SIDES, JointMap, identify
+from plantigrade.models.joint_names import JointMap, identify
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import derivative, lowpass
 from plantigrade.motion.recording import SkeletonMotion, rate_of
@@ -179,8 +177,8 @@ def fit_skeleton(
     qpos = targets.follow(report)
     way = source.way()
     qpos, rise = level(human, qpos, rate, way=way)
-    rests = find_rests(contact_points(human, qpos), rate, way=way)
-    before = contact_points(human, qpos)
+    rests = find_rests(sole_paths(human, qpos), rate, way=way)
+    before = sole_paths(human, qpos)
     if plant and rests:
         qpos = plant_feet(
             human,
@@ -192,7 +190,7 @@ def fit_skeleton(
         )
     elif plant:
         notes.append("no foot ever rests on the ground; the feet were left as they are.")
-    after = contact_points(human, qpos)
+    after = sole_paths(human, qpos)
     middle = float(np.median(rise))
     if abs(middle) > 0.10:
         notes.append(f"the motion was moved vertically by {middle:+.2f} m to stand on the ground.")
@@ -201,7 +199,7 @@ def fit_skeleton(
             f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the way; it was made "
             "level."
         )
-    sunk = float(penetration_of(before).max())
+    sunk = float(before.penetration.max())
     if plant and rests and sunk > UNEVEN:
         notes.append(
             f"feet were up to {1e3 * sunk:.0f} mm under the level ground (uneven terrain?); they "
@@ -240,7 +238,7 @@ def _reporter(progress: Progress | None, what: str, total: int):
 
 def _contact_metrics(contact, rests, way, suffix: str) -> dict[str, float]:
     drift = drift_of(contact, rests, way) if rests else np.zeros(1)
-    depth = penetration_of(contact)
+    depth = contact.penetration
     return {
         f"foot_drift_mean_mm{suffix}": 1e3 * float(drift.mean()),
         f"foot_drift_max_mm{suffix}": 1e3 * float(drift.max()),
@@ -675,7 +673,7 @@ class _Targets:
         step = np.zeros(terms.model.nv)
         patience = 0
         for k in range(1, len(targets)):
-            qpos[k], cost[k] = self._solved(solver, targets[k], terms.integrate(qpos[k - 1], step))
+            qpos[k], cost[k] = self._solved(solver, targets[k], integrate(terms.model, qpos[k - 1], step))
             # Arms caught on the wrong side of a joint limit: try the other ways to hold them.
             if cost[k] > LOST + 1.5 * np.median(cost[: k + 1]) and patience <= 0:
                 patience = 10
@@ -744,11 +742,7 @@ class _Targets:
     def errors(self, qpos: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """Return how far each joint centre is from the file's, which was lifted by ``rise`` [m]."""
         picked = [i for _, i in self.centres]
-        terms = Terms(
-            self.human,
-            [self.points[self.pairs[i][0]] for i in picked],
-            [(k, -1) for k in range(len(picked))],
-        )
-        ours = np.array([terms.at(q) for q in qpos])
+        bodies, places = zip(*(self.points[self.pairs[i][0]] for i in picked), strict=True)
+        ours = PointSet(self.human, bodies, np.array(places)).path(qpos)
         theirs = np.stack([self.values[i] for i in picked], axis=1)
         return np.linalg.norm(ours - theirs - rise[:, None, None] * _Z, axis=2)

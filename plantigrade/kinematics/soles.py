@@ -7,13 +7,15 @@ rest while it stands flat tell its sole; joint angles are not touched.
 
 import numpy as np
 
-from plantigrade.kinematics.ground import ContactPoints, Rest
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.rests import Rest
+from plantigrade.kinematics.sole_paths import SolePaths
 from plantigrade.models import Human
 
 THICKEST = 0.06  # a point that rests further from the ground than this does not rest on a sole [m]
 
 
-def on_own_soles(human: Human, contact: ContactPoints, rests: list[Rest]) -> Human:
+def on_own_soles(human: Human, contact: SolePaths, rests: list[Rest]) -> Human:
     """Return the person with soles that touch the ground where the feet rest.
 
     Args:
@@ -21,7 +23,7 @@ def on_own_soles(human: Human, contact: ContactPoints, rests: list[Rest]) -> Hum
         contact: The points of the soles over the recorded motion.
         rests: What rests when.
     """
-    flat = {side: _flat(contact, rests, side) for side in ("r", "l")}
+    flat = {side: _flat(contact, rests, side) for side in SIDES}
     offsets = {}
     for i, (name, side, _) in enumerate(human.contact_points):
         frames = flat[side]
@@ -34,7 +36,7 @@ def on_own_soles(human: Human, contact: ContactPoints, rests: list[Rest]) -> Hum
     return human.with_soles(offsets)
 
 
-def _flat(contact: ContactPoints, rests: list[Rest], side: str) -> np.ndarray:
+def _flat(contact: SolePaths, rests: list[Rest], side: str) -> np.ndarray:
     """Return in which frames a foot stands flat: heel and ball rest, well within their rests."""
     flat = np.ones(len(contact.position), dtype=bool)
     for region in ("heel", "ball"):

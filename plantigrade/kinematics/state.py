@@ -1,17 +1,20 @@
 r"""The evaluated state of a body: where its points are, how they move, and what moves them.
 
 Having a :class:`State` *is* having run forward kinematics at its configuration and velocity.
-Positions, Jacobians and drifts can be asked for in any order; each is computed once.
+Nothing of it can be changed: :meth:`State.moved_to` and :meth:`State.integrated` return the next
+state, and :func:`sweep` those of a motion. (States that come from one another share MuJoCo's
+memory; one that is asked after a later one evaluates itself again.) Positions, Jacobians and bias
+accelerations can be asked for in any order; each is computed once.
 
 For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :math:`v`,
 
 .. math:: \dot x = J v, \qquad \ddot x = J \dot v + \dot J v
 
-(Eqs. 2 and 9 of [Boukheddimi]_). The last term, here called *drift*, is the acceleration that
-remains where :math:`\dot v = 0`; it comes from the engine's own recursion over the bodies.
+(Eqs. 2 and 9 of [Boukheddimi]_). The last term is the *bias acceleration*, which remains where
+:math:`\dot v = 0`; it comes from the engine's own recursion over the bodies.
 """
 
-from itertools import count
+from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
@@ -19,8 +22,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-
-_STAMPS = count()
+from plantigrade.motion.motion import Motion
 
 
 class PointSet:
@@ -30,38 +32,83 @@ class PointSet:
         human: The person.
         bodies: Body name of each point.
         local: Position of each point in its body's frame [m].
+        model: The person's model with other segment lengths; their own if absent.
     """
 
-    def __init__(self, human: Human, bodies: list[str], local: Float[Array, "n_points 3"]):
+    def __init__(
+        self,
+        human: Human,
+        bodies: Sequence[str],
+        local: Float[Array, "n_points 3"],
+        model: mujoco.MjModel | None = None,
+    ):
+        self.human = human
+        self.model = human.model if model is None else model
         self.body = np.array([human.body(b) for b in bodies], dtype=int)
         self.local = np.array(local, dtype=float).reshape(-1, 3)
         if len(self.body) != len(self.local):
             raise ParameterError(f"{len(self.body)} bodies for {len(self.local)} points")
-        model = human.model
-        above = np.zeros((model.nbody, model.nv))  # which velocities move a body
-        for body in range(1, model.nbody):
-            above[body] = above[model.body_parentid[body]]
-            start = model.body_dofadr[body]
-            above[body, start : start + model.body_dofnum[body]] = 1.0
+        above = np.zeros((self.model.nbody, self.model.nv))  # which velocities move a body
+        for body in range(1, self.model.nbody):
+            above[body] = above[self.model.body_parentid[body]]
+            start = self.model.body_dofadr[body]
+            above[body, start : start + self.model.body_dofnum[body]] = 1.0
         self.moved = above[self.body][:, None, :]
 
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.body)
 
+    def values(self, state: "State") -> Float[Array, "n_points 3"]:
+        """Return where the points are [m]."""
+        return state.position(self)
+
+    def jacobian(self, state: "State") -> Float[Array, "n_points 3 nv"]:
+        """Return the Jacobian of :meth:`values`."""
+        return state.jacobian(self)
+
+    def path(self, qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames n_points 3"]:
+        """Return where the points are in every frame of a motion [m]."""
+        states = sweep(self.human, qpos, model=self.model)
+        return np.array([state.position(self) for state in states]).reshape(len(qpos), len(self), 3)
+
+
+class _Engine:
+    """MuJoCo's memory, shared by all states that come from one another."""
+
+    def __init__(self, model: mujoco.MjModel):
+        self.model, self.data = model, mujoco.MjData(model)
+        self.holds: object = None  # which state the data belongs to
+        self.velocities = False  # whether they have been evaluated too
+        self.share = model.body_mass[1:] / model.body_mass.sum()
+
+    def at(self, state: "State", *, velocities: bool) -> mujoco.MjData:
+        """Return the data evaluated at a state."""
+        model, data = self.model, self.data
+        if self.holds is not state._known:
+            data.qpos[:], data.qvel[:], data.qacc[:] = state.qpos, state.qvel, 0.0
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            self.holds, self.velocities = state._known, False
+        if velocities and not self.velocities:
+            mujoco.mj_comVel(model, data)
+            mujoco.mj_rnePostConstraint(model, data)  # accelerations of all bodies where qacc = 0
+            self.velocities = True
+        return data
+
 
 class State:
-    """A body at a configuration and velocity.
+    """A body at a configuration and velocity; it never changes.
 
     Args:
         human: The person.
         qpos: Configuration.
         qvel: Velocity; zero if absent.
+        model: The person's model with other segment lengths; their own if absent.
 
     Attributes:
-        qpos: The configuration.
-        qvel: The velocity.
-        stamp: A number of its own for every evaluation, of this state or any other.
+        qpos: The configuration, read only.
+        qvel: The velocity, read only.
     """
 
     def __init__(
@@ -69,35 +116,45 @@ class State:
         human: Human,
         qpos: Float[Array, " nq"],
         qvel: Float[Array, " nv"] | None = None,
+        *,
+        model: mujoco.MjModel | None = None,
     ):
-        self.human, self.model = human, human.model
-        self._data = mujoco.MjData(self.model)
-        self._share = self.model.body_mass[1:] / self.model.body_mass.sum()
-        self.move_to(qpos, np.zeros(self.model.nv) if qvel is None else qvel)
+        self._evaluate(human, _Engine(human.model if model is None else model), qpos, qvel)
+
+    def _evaluate(self, human, engine: _Engine, qpos, qvel) -> None:
+        self.human, self.model, self._engine = human, engine.model, engine
+        self.qpos = np.array(qpos, dtype=float)
+        self.qvel = np.zeros(engine.model.nv) if qvel is None else np.array(qvel, dtype=float)
+        self.qpos.flags.writeable = self.qvel.flags.writeable = False
+        self._known: dict = {}
+        engine.at(self, velocities=False)
+
+    @property
+    def _position_data(self) -> mujoco.MjData:
+        return self._engine.at(self, velocities=False)
+
+    @property
+    def _data(self) -> mujoco.MjData:
+        return self._engine.at(self, velocities=True)
 
     @property
     def mass(self) -> float:
         """Body mass [kg]."""
         return float(self.model.body_mass.sum())
 
-    def move_to(self, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]) -> "State":
-        """Evaluate another configuration and velocity; return this state."""
-        model, data = self.model, self._data
-        self.qpos, self.qvel = np.array(qpos), np.array(qvel)
-        data.qpos[:], data.qvel[:], data.qacc[:] = qpos, qvel, 0.0
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_comVel(model, data)
-        mujoco.mj_rnePostConstraint(model, data)  # accelerations of all bodies where qacc = 0
-        self._known: dict = {}
-        self.stamp = next(_STAMPS)
-        return self
+    def moved_to(
+        self, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"] | None = None
+    ) -> "State":
+        """Return the state at another configuration and velocity (zero if absent)."""
+        new = State.__new__(State)
+        new._evaluate(self.human, self._engine, qpos, qvel)
+        return new
 
-    def integrate(self, qacc: Float[Array, " nv"], step: float) -> "State":
-        """Move on by ``step`` [s] under a constant acceleration; return this state."""
+    def integrated(self, qacc: Float[Array, " nv"], dt: float) -> "State":
+        """Return the state after ``dt`` [s] of constant acceleration."""
         qpos = self.qpos.copy()
-        mujoco.mj_integratePos(self.model, qpos, self.qvel + 0.5 * step * qacc, step)
-        return self.move_to(qpos, self.qvel + step * qacc)
+        mujoco.mj_integratePos(self.model, qpos, self.qvel + 0.5 * dt * qacc, dt)
+        return self.moved_to(qpos, self.qvel + dt * qacc)
 
     def difference(self, qpos: Float[Array, " nq"]) -> Float[Array, " nv"]:
         """Return the tangent step that leads from ``qpos`` to this configuration."""
@@ -105,13 +162,26 @@ class State:
         mujoco.mj_differentiatePos(self.model, step, 1.0, qpos, self.qpos)
         return step
 
-    def rotation(self, body: str) -> Float[Array, "3 3"]:
-        """Return the rotation of a body: its axes are the columns."""
-        return self.rotation_of(self.human.body(body)).copy()
+    def rotation(self, body: str | int) -> Float[Array, "3 3"]:
+        """Return the rotation of a body, by name or index: its axes are the columns."""
+        return self._position_data.xmat[self._index(body)].reshape(3, 3).copy()
 
-    def rotation_of(self, body: int) -> Float[Array, "3 3"]:
-        """Return the rotation of a body by its index in the model; valid until the state moves."""
-        return self._data.xmat[body].reshape(3, 3)
+    def origin(self, body: str | int) -> Float[Array, " 3"]:
+        """Return where a body's frame is, by name or index [m]."""
+        return self._position_data.xpos[self._index(body)].copy()
+
+    @property
+    def rotations(self) -> Float[Array, "n_bodies 3 3"]:
+        """Rotation of every body, the world first."""
+        return self._position_data.xmat.reshape(-1, 3, 3).copy()
+
+    @property
+    def origins(self) -> Float[Array, "n_bodies 3"]:
+        """Where every body's frame is, the world first [m]."""
+        return self._position_data.xpos.copy()
+
+    def _index(self, body: str | int) -> int:
+        return body if isinstance(body, int) else self.human.body(body)
 
     def position(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return where points are [m]."""
@@ -125,46 +195,56 @@ class State:
         """Return the velocity of points [m/s]."""
         return self._once(points, "velocity", lambda p: self.jacobian(p) @ self.qvel)
 
-    def drift(self, points: PointSet) -> Float[Array, "n_points 3"]:
-        """Return the acceleration points have where the generalised acceleration is zero [m/s²]."""
-        return self._once(points, "drift", self._drift)
+    def bias_acceleration(self, points: PointSet) -> Float[Array, "n_points 3"]:
+        """Return the acceleration of points where the generalised acceleration is zero [m/s²]."""
+        return self._once(points, "bias acceleration", self._bias_acceleration)
 
     @property
     def com(self) -> Float[Array, " 3"]:
         """Whole-body centre of mass [m]."""
-        return self._data.subtree_com[1].copy()
+        return self._position_data.subtree_com[1].copy()
 
     @property
     def com_jacobian(self) -> Float[Array, "3 nv"]:
         """Jacobian of the centre of mass."""
         J = np.empty((3, self.model.nv))
-        mujoco.mj_jacSubtreeCom(self.model, self._data, J, 1)
+        mujoco.mj_jacSubtreeCom(self.model, self._position_data, J, 1)
         return J
 
     @property
-    def com_drift(self) -> Float[Array, " 3"]:
-        """Acceleration of the centre of mass where the generalised acceleration is zero [m/s²]."""
+    def com_velocity(self) -> Float[Array, " 3"]:
+        """Velocity of the centre of mass [m/s]."""
+        return self._momentum[0]
+
+    @property
+    def angular_momentum(self) -> Float[Array, " 3"]:
+        """Angular momentum about the centre of mass [kg m²/s]."""
+        return self._momentum[1]
+
+    @property
+    def com_bias_acceleration(self) -> Float[Array, " 3"]:
+        """Acceleration of the centre of mass where the generalised one is zero [m/s²]."""
         linear, angular = self._bodies
         arm = self._data.xipos[1:] - self._data.subtree_com[1]
-        return self._share @ (linear[1:] + (angular[1:] @ arm[:, :, None])[:, :, 0])
+        return self._engine.share @ (linear[1:] + (angular[1:] @ arm[:, :, None])[:, :, 0])
 
-    def angular_jacobian(self, body: str) -> Float[Array, "3 nv"]:
+    def angular_jacobian(self, body: str | int) -> Float[Array, "3 nv"]:
         """Jacobian of a body's angular velocity, world axes."""
         J = np.empty((3, self.model.nv))
-        mujoco.mj_jacBody(self.model, self._data, None, J, self.human.body(body))
+        mujoco.mj_jacBody(self.model, self._position_data, None, J, self._index(body))
         return J
 
-    def angular_drift(self, body: str) -> Float[Array, " 3"]:
-        """Angular acceleration of a body where the generalised acceleration is zero [rad/s²]."""
+    def angular_bias_acceleration(self, body: str) -> Float[Array, " 3"]:
+        """Angular acceleration of a body where the generalised one is zero [rad/s²]."""
         return self._data.cacc[self.human.body(body), :3].copy()
 
     @property
     def mass_matrix(self) -> Float[Array, "nv nv"]:
         """Joint-space inertia :math:`M(q)`."""
         if "M" not in self._known:
-            M = np.empty((self.model.nv, self.model.nv))
-            mujoco.mj_crb(self.model, self._data)
-            mujoco.mj_fullM(self.model, self._data, M)
+            M, data = np.empty((self.model.nv, self.model.nv)), self._position_data
+            mujoco.mj_crb(self.model, data)
+            mujoco.mj_fullM(self.model, data, M)
             self._known["M"] = M
         return self._known["M"]
 
@@ -175,6 +255,36 @@ class State:
         mujoco.mj_rne(self.model, self._data, 0, h)
         return h
 
+    def inverse_dynamics(self, qacc: Float[Array, " nv"]) -> Float[Array, " nv"]:
+        r"""Return the generalised force of an acceleration, without contact or joint limits.
+
+        .. math:: \tau = M \dot v + h - \tau_{passive} .
+        """
+        data = self._data
+        mujoco.mj_passive(self.model, data)
+        return self.mass_matrix @ qacc + self.bias - data.qfrc_passive
+
+    def generalised_force(
+        self,
+        body: int,
+        point: Float[Array, " 3"],
+        force: Float[Array, " 3"],
+        torque: Float[Array, " 3"],
+    ) -> Float[Array, " nv"]:
+        """Return the generalised force of a force at a world point of a body, and a torque."""
+        result = np.zeros(self.model.nv)
+        data = self._position_data
+        mujoco.mj_applyFT(self.model, data, force, torque, point, body, result)
+        return result
+
+    @property
+    def _momentum(self):
+        if "momentum" not in self._known:
+            data = self._data
+            mujoco.mj_subtreeVel(self.model, data)
+            self._known["momentum"] = data.subtree_linvel[1].copy(), data.subtree_angmom[1].copy()
+        return self._known["momentum"]
+
     def _once(self, points: PointSet, what: str, compute):
         key = (id(points), what)
         if key not in self._known:
@@ -183,11 +293,12 @@ class State:
         return self._known[key]
 
     def _position(self, points: PointSet):
-        rotation = self._data.xmat.reshape(-1, 3, 3)[points.body]
-        return self._data.xpos[points.body] + (rotation @ points.local[:, :, None])[:, :, 0]
+        data = self._position_data
+        rotation = data.xmat.reshape(-1, 3, 3)[points.body]
+        return data.xpos[points.body] + (rotation @ points.local[:, :, None])[:, :, 0]
 
     def _jacobian(self, points: PointSet):
-        data = self._data
+        data = self._position_data
         arm = self.position(points) - data.subtree_com[1]
         angular, linear = data.cdof[:, :3], data.cdof[:, 3:]
         J = np.empty((len(points), 3, self.model.nv))
@@ -199,7 +310,7 @@ class State:
         J *= points.moved
         return J
 
-    def _drift(self, points: PointSet):
+    def _bias_acceleration(self, points: PointSet):
         linear, angular = self._bodies
         arm = self.position(points) - self._data.subtree_com[1]
         return linear[points.body] + (angular[points.body] @ arm[:, :, None])[:, :, 0]
@@ -218,6 +329,39 @@ class State:
             linear += self.model.opt.gravity  # the engine lets gravity push up
             self._known["bodies"] = linear, _skew(data.cacc[:, :3]) + turn @ turn
         return self._known["bodies"]
+
+
+def integrate(
+    model: mujoco.MjModel, qpos: Float[Array, " nq"], step: Float[Array, " nv"]
+) -> Float[Array, " nq"]:
+    """Return the configuration a tangent step away from ``qpos``."""
+    result = np.array(qpos)
+    mujoco.mj_integratePos(model, result, step, 1.0)
+    return result
+
+
+def sweep(
+    human: Human,
+    motion: Motion | Float[Array, "n_frames nq"],
+    qvel: Float[Array, "n_frames nv"] | None = None,
+    *,
+    model: mujoco.MjModel | None = None,
+) -> Iterator[State]:
+    """Yield the state of every frame of a motion.
+
+    Args:
+        human: The person.
+        motion: The motion, or its configurations alone.
+        qvel: Velocities, where configurations are given; zero if absent.
+        model: The person's model with other segment lengths; their own if absent.
+    """
+    if isinstance(motion, Motion):
+        motion, qvel = motion.qpos, motion.qvel
+    state = None
+    for k, qpos in enumerate(motion):
+        v = None if qvel is None else qvel[k]
+        state = State(human, qpos, v, model=model) if state is None else state.moved_to(qpos, v)
+        yield state
 
 
 def _skew(vectors):

@@ -1,14 +1,15 @@
 """Terms of inverse kinematics: positions of points, vectors between them, single axes of either."""
 
+import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet, integrate
 from plantigrade.models import Human
 
 
-class Terms(Points):
+class Terms(PointSet):
     """What inverse kinematics is to match, each term linear in points fixed to bodies.
 
     A term is the position of a point, or the vector from one point to another, with each of its
@@ -36,18 +37,13 @@ class Terms(Points):
         self._from = start[self._vectors]
         self.axes = np.ones((self.n_terms, 3)) if axes is None else np.asarray(axes, float)
 
-    def at(self, qpos: Float[Array, " nq"]) -> Float[Array, "n_terms 3"]:
-        """Return the terms' values [m] at a configuration."""
-        self.points = super().at(qpos)
-        self.position = self._combined(self.points) * self.axes
-        return self.position
+    def values(self, state):
+        """Return the terms' values [m] at a state (n_terms, 3)."""
+        return self._combined(state.position(self)) * self.axes
 
-    def jacobian(self) -> Float[Array, "n_terms 3 nv"]:
+    def jacobian(self, state):
         """Return the Jacobian of the terms with respect to MuJoCo's velocity."""
-        terms, self.position = self.position, self.points
-        J = self._combined(super().jacobian()) * self.axes[:, :, None]
-        self.position = terms
-        return J
+        return self._combined(state.jacobian(self)) * self.axes[:, :, None]
 
     def _combined(self, values: np.ndarray) -> np.ndarray:
         result = values[self._to]
@@ -75,8 +71,6 @@ def follow(
         rest: Posture the hinges are pulled towards [rad].
         progress: Called with the number of frames done, now and then.
     """
-    import mujoco
-
     points = solver.points
     model = points.model
     axes = points.axes if isinstance(points, Terms) else 1.0
@@ -90,7 +84,7 @@ def follow(
         if start.ndim == 2:
             guess = start[k]
         else:
-            guess = points.integrate(qpos[k - 1], step) if k else start
+            guess = integrate(model, qpos[k - 1], step) if k else start
         qpos[k] = solver.solve(target * axes, guess).qpos
         if k:
             mujoco.mj_differentiatePos(model, step, 1.0, qpos[k - 1], qpos[k])

@@ -15,9 +15,9 @@ import numpy as np
 from plantigrade.errors import ParameterError
 from plantigrade.models.anthropometry import DE_LEVA, Dimensions
 from plantigrade.models.parts import (
-    ContactPoint,
     Inertia,
     Part,
+    SoleSphere,
     Solid,
     block,
     combine,
@@ -166,7 +166,7 @@ def _outline(d: Dimensions, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndar
 
 def _contacts(d: Dimensions, names: tuple[str, ...], segment: str, origin: np.ndarray):
     r = sphere_radius(d)
-    return tuple(ContactPoint(n, point(n, d) - origin, r, segment) for n in names)
+    return tuple(SoleSphere(n, point(n, d) - origin, r, segment) for n in names)
 
 
 _SOLE = ("heel_back_medial", "heel_back_lateral", "metatarsal_1", "metatarsal_5")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
 from plantigrade.models.coordinates import COORDINATES
@@ -16,6 +17,7 @@ from plantigrade.models.mjcf import to_mjcf, with_contact_heights
 from plantigrade.models.skeleton import Skeleton, build, split_side
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
 )
@@ -23,7 +25,6 @@ from plantigrade.spatial.conventions import (
 if TYPE_CHECKING:
     import mujoco
 
-PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
 MAX_SOLE = 0.1
 """Greatest displacement of a contact sphere from the table's [m]."""
 
@@ -94,7 +95,7 @@ class Human:
         skeleton = build(d, sex, float(mass), joints, feet)
         moving = moving_parts(joints, feet)
         names = {c for m in moving.values() for c in m.coordinates}
-        standing = {f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in ("r", "l")}
+        standing = {f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in SIDES}
         ankle = skeleton.origins["foot_r"][2]
         xml = to_mjcf(
             f"human-{joints}-{feet}",

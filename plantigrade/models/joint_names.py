@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 
 # Words for each joint without side and separators, the surest first.
@@ -48,7 +49,6 @@ MIDLINE: dict[str, tuple[str, ...]] = {
     "head": ("head", "skull"),
 }
 REQUIRED = ("hip", "knee", "ankle")
-SIDES = ("r", "l")
 FOREARM_TO_UPPER_ARM = 0.95  # usual ratio; tells a wrist from the joints around it
 
 _NOISE = frozenset(

@@ -5,7 +5,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import FRICTION, GRAVITY
 from plantigrade.models.parts import Solid
 from plantigrade.models.skeleton import Body, Skeleton, split_side
 
@@ -29,9 +29,8 @@ def to_mjcf(
     """
     root = ET.Element("mujoco", model=name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true", inertiagrouprange="5 5")
-    ET.SubElement(
-        root, "option", gravity=f"0 0 {-GRAVITY}", timestep="0.001", integrator="implicitfast"
-    )
+    option = {"gravity": f"0 0 {-GRAVITY}", "timestep": "0.001", "integrator": "implicitfast"}
+    ET.SubElement(root, "option", option, jacobian="dense")
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "headlight", ambient="0.4 0.4 0.4", diffuse="0.5 0.5 0.5")
     world = ET.SubElement(root, "worldbody")
@@ -45,7 +44,7 @@ def to_mjcf(
         contype="0",
         conaffinity="1",
         condim="3",
-        friction="1 0.005 0.0001",
+        friction=f"{FRICTION} 0.005 0.0001",
         rgba="0.92 0.92 0.90 1",
     )
     elements: dict[str, ET.Element] = {"": world}
@@ -54,7 +53,7 @@ def to_mjcf(
     hinges = [h.name for b in skeleton.bodies for h in b.hinges]
     key = [0.0, 0.0, pelvis_height, 1.0, 0.0, 0.0, 0.0, *(standing.get(h, 0.0) for h in hinges)]
     frames = ET.SubElement(root, "keyframe")
-    ET.SubElement(frames, "key", name="standing", qpos=_text(key))
+    ET.SubElement(frames, "key", name="standing", qpos=numbers(key))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
 
@@ -75,7 +74,7 @@ def with_sites(xml: str, sites: Mapping[str, tuple[str, np.ndarray]]) -> str:
             bodies[body],
             "site",
             name=name,
-            pos=_text(position),
+            pos=numbers(position),
             size="0.007",
             group="4",
             rgba="0.95 0.80 0.20 1",
@@ -96,14 +95,14 @@ def with_contact_heights(xml: str, offsets: Mapping[str, float]) -> str:
         offset = offsets.get(geom.get("name", ""))
         if offset is not None:
             place = np.array([float(v) for v in geom.get("pos", "0 0 0").split()])
-            geom.set("pos", _text(place + [0.0, 0.0, offset]))
+            geom.set("pos", numbers(place + [0.0, 0.0, offset]))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
 
 
 def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
     position = body.position if body.parent else np.array([0.0, 0.0, pelvis_height])
-    element = ET.SubElement(parent, "body", name=body.name, pos=_text(position))
+    element = ET.SubElement(parent, "body", name=body.name, pos=numbers(position))
     if not body.parent:
         ET.SubElement(element, "freejoint", name="root")
     for hinge in body.hinges:
@@ -112,17 +111,17 @@ def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
             "joint",
             name=hinge.name,
             type="hinge",
-            axis=_text(hinge.axis),
-            range=_text([hinge.low, hinge.high]),
-            actuatorfrcrange=_text(hinge.torque),
+            axis=numbers(hinge.axis),
+            range=numbers([hinge.low, hinge.high]),
+            actuatorfrcrange=numbers(hinge.torque),
         )
     i = body.inertia.tensor
     ET.SubElement(
         element,
         "inertial",
-        pos=_text(body.inertia.com),
-        mass=_text([body.inertia.mass]),
-        fullinertia=_text([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
+        pos=numbers(body.inertia.com),
+        mass=numbers([body.inertia.mass]),
+        fullinertia=numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
     )
     _, side = split_side(body.name)
     for solid in body.solids:
@@ -141,13 +140,13 @@ def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
             "geom",
             name=f"contact_{contact.segment}_{contact.name}_{side}",
             type="sphere",
-            size=_text([contact.radius]),
-            pos=_text(contact.position),
+            size=numbers([contact.radius]),
+            pos=numbers(contact.position),
             group="3",
             contype="1",
             conaffinity="0",
             condim="3",
-            friction="1 0.005 0.0001",
+            friction=f"{FRICTION} 0.005 0.0001",
             rgba="0.2 0.2 0.2 1",
         )
     return element
@@ -157,11 +156,12 @@ def _shape(solid: Solid) -> dict[str, str]:
     if solid.kind == "capsule":
         return {
             "type": "capsule",
-            "fromto": _text([*solid.a, *solid.b]),
-            "size": _text([solid.radius]),
+            "fromto": numbers([*solid.a, *solid.b]),
+            "size": numbers([solid.radius]),
         }
-    return {"type": solid.kind, "pos": _text(solid.a), "size": _text(solid.b)}
+    return {"type": solid.kind, "pos": numbers(solid.a), "size": numbers(solid.b)}
 
 
-def _text(values) -> str:
+def numbers(values) -> str:
+    """Return numbers as MJCF writes them, with every digit."""
     return " ".join(f"{float(v) + 0.0:.17g}" for v in values)

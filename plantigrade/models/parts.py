@@ -29,7 +29,7 @@ class Solid:
 
 
 @dataclass(frozen=True)
-class ContactPoint:
+class SoleSphere:
     """A small sphere by which a foot touches the ground.
 
     Attributes:
@@ -121,7 +121,7 @@ class Part:
     position: Vector
     inertia: Inertia
     solids: tuple[Solid, ...] = ()
-    contacts: tuple[ContactPoint, ...] = ()
+    contacts: tuple[SoleSphere, ...] = ()
 
 
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -140,6 +140,6 @@ def mirrored(part: Part, name: str, parent: str) -> Part:
             for s in part.solids
         ),
         contacts=tuple(
-            ContactPoint(c.name, MIRROR * c.position, c.radius, c.segment) for c in part.contacts
+            SoleSphere(c.name, MIRROR * c.position, c.radius, c.segment) for c in part.contacts
         ),
     )

@@ -9,7 +9,7 @@ from plantigrade.models.anthropometry import Dimensions
 from plantigrade.models.coordinates import COORDINATES, REFERENCE_HEIGHT, REFERENCE_MASS
 from plantigrade.models.feet import foot_parts
 from plantigrade.models.joint_sets import moving_parts
-from plantigrade.models.parts import ContactPoint, Inertia, Part, Solid, combine
+from plantigrade.models.parts import Inertia, Part, SoleSphere, Solid, combine
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Body:
     hinges: tuple[Hinge, ...]
     inertia: Inertia
     solids: tuple[Solid, ...]
-    contacts: tuple[ContactPoint, ...]
+    contacts: tuple[SoleSphere, ...]
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def build(d: Dimensions, sex: str, mass: float, joints: str, feet: str) -> Skele
         inertia = combine(p.inertia.scaled(share).shifted(o) for p, o in members[name])
         solids = tuple(_moved(s, o) for p, o in members[name] for s in p.solids)
         contacts = tuple(
-            ContactPoint(c.name, c.position + o, c.radius, c.segment)
+            SoleSphere(c.name, c.position + o, c.radius, c.segment)
             for p, o in members[name]
             for c in p.contacts
         )

@@ -30,7 +30,7 @@ from importlib.resources import files
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 
 PELVIC_PLANE = 10.0
@@ -196,7 +196,7 @@ def _series(name, relative, phase, harmonics="all"):
 
 
 def _phase(whole, side):
-    if side not in ("l", "r"):
+    if side not in SIDES:
         raise ParameterError(f"{side=}: allowed are 'l' and 'r'")
     return np.mod(whole + (0.5 if side == "l" else 0.0), 1.0)
 

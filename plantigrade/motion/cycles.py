@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import GaitEvent
@@ -65,9 +66,9 @@ def cut_cycles(
     """
     events = sorted(events, key=lambda event: event.time)
     for event in events:
-        if event.side not in ("l", "r") or event.kind not in ("heel_strike", "toe_off"):
+        if event.side not in SIDES or event.kind not in ("heel_strike", "toe_off"):
             raise ParameterError(
-                f"event {event.kind!r} of side {event.side!r}: sides are 'l' and 'r', kinds are "
+                f"event {event.kind!r} of side {event.side!r}: sides are 'r' and 'l', kinds are "
                 "'heel_strike' and 'toe_off'"
             )
 
@@ -75,7 +76,7 @@ def cut_cycles(
         return np.array([e.time for e in events if e.side == of_side and e.kind == kind])
 
     cycles = []
-    for own, other in (("l", "r"), ("r", "l")):
+    for own, other in (SIDES, SIDES[::-1]):
         if side not in (None, own):
             continue
         strikes, offs = times(own, "heel_strike"), times(own, "toe_off")

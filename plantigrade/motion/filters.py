@@ -200,3 +200,10 @@ def _check_time(time, values):
         raise ParameterError(f"{len(time)} instants but {len(values)} frames: one time per frame")
     if len(time) > 1 and not (np.diff(time) > 0).all():
         raise ParameterError("time must increase from frame to frame")
+
+
+def crossing(time: Float[Array, " n"], signal: Float[Array, " n"], k: int, level: float) -> float:
+    """Return the instant between samples ``k`` and ``k + 1`` at which a signal passes a level."""
+    a, b = signal[k], signal[k + 1]
+    part = 0.5 if a == b else float(np.clip((level - a) / (b - a), 0.0, 1.0))
+    return float(time[k] + part * (time[k + 1] - time[k]))

@@ -8,12 +8,10 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure
 from plantigrade.errors import CoordinateNotFound
+from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import GaitEvent, rate_of
 from plantigrade.motion.views import curves_of, dataframe, plot_curves, summary, table_html
-from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, quaternion_to_pelvis_angles
-
-PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
-"""Coordinates of the pelvis, as OpenSim orders them: angles, then translations in its axes."""
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS, quaternion_to_pelvis_angles
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +97,17 @@ class Motion:
         return replace(
             self, time=time, qpos=self.qpos[keep], qvel=self.qvel[keep], qacc=qacc, events=inside
         )
+
+    def at(self, time: Float[Array, " n"]) -> "Motion":
+        """Return the motion at other times [s], by cubic splines; NaN before and after it."""
+        flips = np.einsum("ij,ij->i", self.qpos[1:, 3:7], self.qpos[:-1, 3:7]) < 0
+        qpos = self.qpos.copy()
+        qpos[1:, 3:7] *= np.cumprod(np.where(flips, -1.0, 1.0))[:, None]
+        qpos = resample(self.time, qpos, time)
+        qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
+        qvel = resample(self.time, self.qvel, time)
+        qacc = None if self.qacc is None else resample(self.time, self.qacc, time)
+        return replace(self, time=time, qpos=qpos, qvel=qvel, qacc=qacc)
 
     def plot(self, *names: str) -> Figure:
         """Return a figure of coordinates over time; a notebook shows it.

@@ -95,6 +95,28 @@ def write_folder(
     return out
 
 
+def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
+    """Replace single files of a folder, each whole or not at all; return their paths.
+
+    Raises:
+        FileError: If a file cannot be written.
+    """
+    written = []
+    for name, text in files.items():
+        path, temporary = Path(folder) / name, Path(folder) / f".{name}.part"
+        try:
+            temporary.write_text(text, encoding="utf-8")
+            temporary.replace(path)
+        except OSError as error:
+            raise FileError(
+                path,
+                f"cannot be written ({error.strerror or error})",
+                remedy="check that the run folder may be written to",
+            ) from error
+        written.append(path)
+    return written
+
+
 def metrics_json(metrics: Mapping[str, Any]) -> str:
     """Return ``metrics`` as JSON that every parser reads: NaN and infinity become null.
 

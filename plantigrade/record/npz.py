@@ -26,6 +26,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import Arrays
+from plantigrade.io.text import not_written
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.record.conditions import Condition
@@ -55,9 +56,7 @@ def write_npz(record: Record, path: str | Path) -> Path:
     try:
         path.write_bytes(npz_bytes(record))
     except OSError as error:
-        raise FileError(
-            path, f"cannot be written ({error.strerror or error})", remedy="choose another place"
-        ) from error
+        raise not_written(path, error) from error
     return path
 
 
@@ -237,7 +236,7 @@ def _references(
             state.append(arrays.numbers(f"reference/{name}/{part}", len(time), width))
             if state[-1] is None:
                 arrays.refuse(f"is missing, but {key} is there", f"reference/{name}/{part}")
-        found[name] = Motion(time, *state, joint_names)
+        found[name] = Motion(time, state[0], state[1], joint_names)
     return found
 
 

@@ -32,11 +32,11 @@ def source_files(paths: Iterable[str | Path]) -> dict[str, str]:
     Raises:
         FileError: If a file cannot be read.
     """
-    paths = list(dict.fromkeys(Path(path).absolute() for path in paths))
+    files = list(dict.fromkeys(Path(path).absolute() for path in paths))
     sums: dict[str, str] = {}
-    for path in paths:
+    for path in files:
         length, name = 1, path.name
-        while length < len(path.parts) and sum(_tail(p, length) == name for p in paths) > 1:
+        while length < len(path.parts) and sum(_tail(p, length) == name for p in files) > 1:
             length += 1
             name = _tail(path, length)
         try:

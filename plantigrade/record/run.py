@@ -105,7 +105,7 @@ class Run:
 
         def contents(folder: Path) -> None:
             record = self.record
-            xml = scene_xml(record.human, record.ground)
+            xml = scene_xml(record.human, record.ground, record.sites)
             (folder / MODEL).write_text(xml, encoding="utf-8")
             write_npz(record, folder / MOTION)
             columns, values = record.human.to_coordinates(record.motion.qpos)

@@ -10,22 +10,22 @@ from dataclasses import dataclass, field
 from threading import Event
 from typing import Any
 
-import mujoco
 import numpy as np
 
+from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
-from plantigrade.report import theme
-from plantigrade.report.scene import Shape, build_scene
+from plantigrade.report.scene import build_scene
+from plantigrade.report.shapes import mesh_of
 from plantigrade.report.viewer import COM, heading_of, shape_colour, standing_height
 
 ARROW = 0.6  # one body weight is drawn this long [m]
 
 
 def serve(
-    model: mujoco.MjModel,
     record: Record,
     *,
+    forces: Record | None = None,
     port: int = 8080,
     open: bool = True,  # noqa: A002 - the word of the command line's option
     title: str = "plantigrade",
@@ -34,17 +34,17 @@ def serve(
     """Serve ``record`` on http://localhost:``port`` until interrupted, or until ``stop`` is set.
 
     Args:
-        model: The body.
         record: What to show.
+        forces: Whose forces to draw where the record has none.
         port: Port to listen on; the next free one is taken where it is in use.
         open: Whether to open the page in the default browser.
         title: Shown over the controls.
         stop: Ends the service when set (for tests and notebooks).
 
     Raises:
-        ParameterError: If the record does not fit the model or the port is no port.
+        ParameterError: If the record cannot be drawn or the port is no port.
     """
-    live = LiveViewer(model, record, port=port, title=title)
+    live = LiveViewer(record, forces=forces, port=port, title=title)
     stop = stop or Event()
     try:
         print(f"Viewer at {live.address} (end with Ctrl-C)", file=sys.stderr)
@@ -78,13 +78,18 @@ class LiveViewer:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, record: Record, *, port: int = 8080, title: str = "plantigrade"
+        self,
+        record: Record,
+        *,
+        forces: Record | None = None,
+        port: int = 8080,
+        title: str = "plantigrade",
     ):
         """Start the server and draw the first frame.
 
         Args:
-            model: The body.
             record: What to show.
+            forces: Whose forces to draw where the record has none.
             port: Port to listen on; the next free one is taken where it is in use.
             title: Shown over the controls.
         """
@@ -92,7 +97,7 @@ class LiveViewer:
             raise ParameterError(f"{port=} is no port; choose one from 1024 to 65535")
         import viser
 
-        self.scene = build_scene(model, record)
+        self.scene = build_scene(record, forces=forces)
         self.server = viser.ViserServer(host="localhost", port=port, verbose=False)
         self._nodes = _Nodes()
         self._frame = -1
@@ -318,52 +323,6 @@ class LiveViewer:
             np.array(points, np.float32).reshape(-1, 2, 3),
             np.array(colours, np.uint8).reshape(-1, 3),
         )
-
-
-def mesh_of(shape: Shape, *, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices [m] and faces of a shape, in its own frame.
-
-    Args:
-        shape: The shape.
-        around: Corners of its circles.
-    """
-    if shape.vertices is not None and shape.faces is not None:
-        return shape.vertices, shape.faces
-    x, y, z = shape.size
-    if shape.kind == "box":
-        corners = np.array([[i, j, k] for i in (-x, x) for j in (-y, y) for k in (-z, z)])
-        quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-        faces = [[a, b, c] for a, b, c, _ in quads] + [[a, c, d] for a, _, c, d in quads]
-        return corners, np.array(faces)
-    tilt = np.linspace(-np.pi / 2, np.pi / 2, around // 2 + 1)
-    if shape.kind == "cylinder":
-        profile = np.array([[0, -y], [x, -y], [x, y], [0, y]])
-        scale = np.ones(3)
-    elif shape.kind == "capsule":
-        low, high = tilt[tilt <= 1e-9], tilt[tilt >= -1e-9]
-        ends = [
-            np.stack([x * np.cos(a), x * np.sin(a) + s * y], 1) for a, s in ((low, -1), (high, 1))
-        ]
-        profile, scale = np.concatenate(ends), np.ones(3)
-    else:
-        profile = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
-        scale = np.full(3, x) if shape.kind == "sphere" else np.asarray(shape.size)
-    turn = np.linspace(0, 2 * np.pi, around, endpoint=False)
-    rows = len(profile)
-    vertices = np.stack(
-        [
-            np.outer(np.cos(turn), profile[:, 0]),
-            np.outer(np.sin(turn), profile[:, 0]),
-            np.tile(profile[:, 1], (around, 1)),
-        ],
-        axis=2,
-    ).reshape(-1, 3)
-    faces = []
-    for i in range(around):
-        a, b = i * rows, (i + 1) % around * rows
-        for j in range(rows - 1):
-            faces += [[a + j, b + j, a + j + 1], [a + j + 1, b + j, b + j + 1]]
-    return vertices * scale, np.array(faces)
 
 
 def _rgb(text: str) -> tuple[int, int, int]:

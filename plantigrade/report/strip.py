@@ -7,9 +7,11 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.charts import theme
+from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
-from plantigrade.report import theme
-from plantigrade.report.scene import Shape, poses, shapes_of
+from plantigrade.report.scene import poses
+from plantigrade.report.shapes import Shape, convex_hull, shapes_of, surface_points
 
 TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
 
@@ -68,7 +70,7 @@ def strip_svg(
     shapes = [shape for shape in shapes_of(model) if shape.body]
     forward = _heading(com)
     across = np.array([forward[1], -forward[0], 0.0])  # to the right: towards the reader
-    weight = max(float(model.body_mass.sum()) * 9.81, 1e-9)
+    weight = max(float(model.body_mass.sum()) * GRAVITY, 1e-9)
 
     drawn = []  # per instant: elements in metres, the far ones first
     extents = []
@@ -180,50 +182,13 @@ def _outline(shape: Shape, body_position, body_quat, forward, across, tint=None)
         x, z = ends[:, 0], ends[:, 1]
         span = (x.min() - radius, x.max() + radius, z.max() + radius)
         return depth, element, span
-    outline = _hull(flat(origin + _surface(shape) @ frame.T))
+    outline = convex_hull(flat(origin + surface_points(shape) @ frame.T))
     path = "M" + "L".join(f"{x:.3f} {-z:.3f}" for x, z in outline) + "Z"
     element = (
         f'<path d="{path}" fill="{fill}" stroke="{edge}" stroke-width=".008" '
         'stroke-linejoin="round"/>'
     )
     return depth, element, (outline[:, 0].min(), outline[:, 0].max(), outline[:, 1].max())
-
-
-def _surface(shape: Shape) -> np.ndarray:
-    """Return points on the geom, in its frame, whose hull is (nearly) the geom [m]."""
-    if shape.vertices is not None:
-        return shape.vertices
-    size = shape.size
-    if shape.kind == "box":
-        return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size
-    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    if shape.kind == "cylinder":
-        ends = [ring * [size[0], size[0], 0] + [0, 0, z] for z in (-size[1], size[1])]
-        return np.concatenate(ends)
-    tilt = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    ball = [ring * np.cos(a) + [0, 0, np.sin(a)] for a in tilt]
-    return np.concatenate(ball) * size
-
-
-def _hull(points: np.ndarray) -> np.ndarray:
-    """Return the convex hull of points in a plane, in order (Andrew's monotone chain)."""
-    ordered = np.unique(np.round(points, 6), axis=0)
-    if len(ordered) < 3:
-        return ordered
-
-    def chain(rows):
-        kept: list[np.ndarray] = []
-        for p in rows:
-            while len(kept) > 1:
-                a, b = kept[-2], kept[-1]
-                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0:
-                    break
-                kept.pop()
-            kept.append(p)
-        return kept[:-1]
-
-    return np.array(chain(ordered) + chain(ordered[::-1]))
 
 
 def _arrows(force, point, forward, weight):

@@ -8,11 +8,13 @@ import numpy as np
 
 from plantigrade.analyze.gait_study import FIGURES, Study
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
-from plantigrade.report.report import anchor, metric_rows, provenance_rows
-from plantigrade.report.reproduction import COLOURS, difference, pair_plot
-from plantigrade.report.sections import Figure, Section, signed
-from plantigrade.report.theme import SIDE_NAMES, side_of, title_of, without_side
-from plantigrade.report.viewer import template_text
+from plantigrade.charts import Figure
+from plantigrade.charts.labels import SIDE_NAMES, axis_label, side_of, title_of, without_side
+from plantigrade.charts.theme import STROKES
+from plantigrade.report.page import page_html
+from plantigrade.report.section import Section
+from plantigrade.report.sections.recorded import pair_plot
+from plantigrade.report.text import signed_text
 
 FIRST_FIGURE = 4  # number of the paper's first figure of curves
 
@@ -57,13 +59,10 @@ def study_html(
         metrics: Figures of the study.
         provenance: Where it came from.
     """
-    from jinja2 import Environment
-    from markupsafe import Markup
-
     n = 0 if study is None else study.n
     uncounted = [(gait.name, gait.problem) for gait in gaits if gait.problem]
     sentence = (
-        f"{len(gaits)} recorded gait{'s' if len(gaits) != 1 else ''} rebuilt from the ordered "
+        f"{len(gaits)} recorded gait{'s' if len(gaits) != 1 else ''} reproduced by the ordered "
         f"tasks “{tasks}”; {n} of them valid over a whole gait cycle and in the statistics."
     )
     sections = [
@@ -71,21 +70,16 @@ def study_html(
         gait_section(gaits),
         *([rotation_section([g for g in gaits if not g.problem])] if study is not None else []),
     ]
-    template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
-        template_text("study.html")
-    )
-    return template.render(
+    return page_html(
+        "study.html",
+        sections,
+        figures=metrics or {},
+        provenance=provenance or {},
         title="Reproduced gaits",
         sentence=sentence,
         status=status,
-        css=Markup(template_text("report.css")),
         facts=_facts(study),
-        sections=sections,
         left_out=[*uncounted, *left_out.items()],
-        markup=Markup,
-        metrics=metric_rows(dict(metrics or {})),
-        provenance=provenance_rows(dict(provenance or {})),
-        anchor=anchor,
     )
 
 
@@ -99,14 +93,14 @@ def table_section(study: Study) -> Section:
                 r.label,
                 _pm(r.simulated, r.simulated_sd),
                 _pm(r.reference, r.reference_sd),
-                difference(r.difference) + (" ‡" if r.identical else ""),
-                f"{difference(low)} to {difference(high)}" if np.isfinite(low) else "–",
+                signed_text(r.difference) + (" ‡" if r.identical else ""),
+                f"{signed_text(low)} to {signed_text(high)}" if np.isfinite(low) else "–",
                 "–" if r.p is None else f"{r.p:.3f} ({_TESTS[r.test]})",
                 f"{r.rmse:.1f}",
                 _number(r.correlation, 2),
                 str(r.paper.simulated),
                 str(r.paper.reference),
-                difference(-r.paper.difference, 0) + (" ‡" if r.paper.identical else ""),
+                signed_text(-r.paper.difference, 0) + (" ‡" if r.paper.identical else ""),
             ]
         )
     text = (
@@ -145,7 +139,7 @@ def curve_sections(study: Study) -> list[Section]:
     )
     return [
         Section("Figures 4 to 7", figures, text=text),
-        Section("The other rotations", others, text="Drawn likewise."),
+        Section("The other rotations", others, text="Drawn in the same way."),
     ]
 
 
@@ -160,8 +154,8 @@ def _curves(study: Study, name: str, title: str, width: int = 330, height: int =
         rows[0],
         rows[1],
         title=title,
-        colour=COLOURS[side_of(name) or "r"],
-        y_label=signed(without_side(name), "°"),
+        colour=STROKES[side_of(name)],
+        y_label=axis_label(without_side(name), "°"),
         note=f"RMSE {row.rmse:.1f}°, r {_number(row.correlation, 2)}",
         width=width,
         height=height,
@@ -174,12 +168,12 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
 
     columns = (
         ("strides", "cycles_count", 0),
-        ("ROM off, mean [°]", "rom_error_mean_deg", 1),
-        ("worst [°]", "rom_error_max_deg", 1),
-        ("CoM off, most [mm]", "com_error_max_mm", 1),
+        ("ROM error, mean [°]", "rom_error_mean_deg", 1),
+        ("largest [°]", "rom_error_max_deg", 1),
+        ("CoM error, largest [mm]", "com_error_max_mm", 1),
         ("contact drift [mm]", "contact_drift_max_mm", 1),
         ("lowest sole [mm]", "sole_lowest_mm", 1),
-        ("vertical force off [BW]", "vertical_force_rmse_bw", 3),
+        ("vertical force error [BW]", "vertical_force_rmse_bw", 3),
         ("s per cycle", "time_per_cycle_s", 2),
     )
     columns = [c for c in columns if any(gait.metrics.get(c[1]) is not None for gait in gaits)]
@@ -215,7 +209,7 @@ def rotation_section(gaits: Sequence[Gait]) -> Section:
     for gait in gaits:
         errors = gait.comparison.rom_error
         rows.append(
-            [gait.name, *(difference(errors[n]) if n in errors else "–" for _, n in ROTATIONS)]
+            [gait.name, *(signed_text(errors[n]) if n in errors else "–" for _, n in ROTATIONS)]
         )
     return Section(
         "Ranges of motion, gait by gait",
@@ -232,15 +226,15 @@ def _facts(study: Study | None) -> dict[str, str]:
     if study is None:
         return {}
     errors = [abs(row.difference) for row in study.rows]
+    worst = 1e3 * max(c.com_error_max_m for c in study.comparisons)
     return {
         "gaits": str(study.n),
-        "range of motion off, mean": f"{np.mean(errors):.1f}°",
-        "range of motion off, worst": f"{np.max(errors):.1f}°",
+        "range of motion error, mean": f"{np.mean(errors):.1f}°",
+        "range of motion error, largest": f"{np.max(errors):.1f}°",
         "RMSE, mean": f"{np.mean([row.rmse for row in study.rows]):.1f}°",
         "without significant difference": f"{sum(bool(r.identical) for r in study.rows)} of "
         f"{len(study.rows)}",
-        "centre of mass off, most": f"{1e3 * max(c.com_error_max_m for c in study.comparisons):.1f}"
-        " mm",
+        "centre of mass error, largest": f"{worst:.1f} mm",
     }
 
 

@@ -8,15 +8,16 @@ view, :mod:`plantigrade.report.live`.
 
 import base64
 import json
-from importlib import resources
+from typing import Any
 
-import mujoco
 import numpy as np
 
-from plantigrade.motion import Table
+from plantigrade.charts import Panel, panels_of, theme
+from plantigrade.charts.labels import SIDE_NAMES
+from plantigrade.constants import SIDES
+from plantigrade.motion.views import curves_of
 from plantigrade.record import Record
-from plantigrade.report import theme
-from plantigrade.report.curves import Line, Panel, hinge_table, panels_of
+from plantigrade.report.page import template_text
 from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces
 
 BODY, LEFT_BODY, RIGHT_BODY, STATIC = "#c9c3ba", "#dd9c74", "#7fa9c9", "#b8bec7"
@@ -24,48 +25,46 @@ COM = "#e0b020"
 
 
 def viewer_html(
-    model: mujoco.MjModel,
     record: Record,
     *,
     title: str,
     subtitle: str = "",
-    curves: Table | dict[str, np.ndarray] | None = None,
-    reference_label: str = "Reference",
+    coordinates: tuple[str, ...] = (),
+    forces: Record | None = None,
     rate: float = VIEW_RATE,
 ) -> str:
     """Return the page as one string without any outside address.
 
     Args:
-        model: The body.
-        record: What to show on it.
+        record: What to show.
         title: Heading.
         subtitle: One line beside it.
-        curves: Curves beside the body: coordinates in radians, or arrays by ``"name [unit]"``;
-            every hinge of the model where None.
-        reference_label: What the translucent body is.
+        coordinates: Whose curves stand beside the body; those of all hinges if empty.
+        forces: Whose forces to draw where the record has none.
         rate: Frames per second kept [Hz]; the page interpolates between them.
 
     Raises:
-        ParameterError: If the record does not fit the model.
+        ParameterError: If the record cannot be drawn.
     """
     from jinja2 import Environment
     from markupsafe import Markup
 
-    scene = build_scene(model, record, rate=rate)
-    panels = panels_of(
-        hinge_table(model, record.motion) if curves is None else curves, record.motion.n_frames
-    )
-    panels = (*panels, *force_panels(record, scene.weight))
-    has_force = scene.total_force is not None and bool(np.any(scene.total_force))
+    scene = build_scene(record, forces=forces, rate=rate)
+    panels = panels_of(curves_of(record.motion, coordinates or record.motion.joint_names[1:]))
+    curves = [_curve(panel, record.motion.time, scene.time) for panel in panels]
+    shown = record if forces is None else forces
+    curves += [_curve(p, shown.motion.time, scene.time) for p in force_panels(shown)]
+    has_cop = scene.cop is not None and bool(np.isfinite(scene.cop).any())
     has = {
         "reference": scene.reference_positions is not None,
         "recorded": scene.recorded is not None,
         "fitted": scene.fitted is not None,
-        "force": has_force and scene.cop is not None and bool(np.isfinite(scene.cop).any()),
-        "cop": scene.cop is not None and bool(np.isfinite(scene.cop).any()),
+        "force": has_cop and bool(np.any(scene.total_force)),
+        "cop": has_cop,
     }
     template = Environment(autoescape=True).from_string(template_text("viewer.html"))
-    text = json.dumps(_payload(model, record, scene, panels), separators=(",", ":"))
+    payload = _payload(record, scene) | {"curves": curves}
+    text = json.dumps(payload, separators=(",", ":"))
     return template.render(
         title=title,
         subtitle=subtitle,
@@ -75,31 +74,34 @@ def viewer_html(
         colours=_colours(),
         has=has,
         weight=round(scene.weight),
-        reference_label=reference_label,
+        reference_label=scene.reference_name.capitalize(),
     )
 
 
-def template_text(name: str) -> str:
-    """Return the text of the packaged template ``name``."""
-    return (resources.files("plantigrade.report") / "templates" / name).read_text("utf-8")
-
-
-def force_panels(record: Record, weight: float) -> tuple[Panel, ...]:
-    """Return ground reaction over time in fractions of body weight, vertical and forward."""
-    total, _ = side_forces(record, weight)
+def force_panels(record: Record) -> tuple[Panel, ...]:
+    """Return ground reaction over time in body weights, vertical and forward."""
+    total, _ = side_forces(record)
     if total is None or not np.any(total):
         return ()
-    panels = []
-    for axis, title in ((2, "Ground reaction, vertical"), (0, "Ground reaction, forward")):
-        lines = tuple(
-            Line(label, colour, total[:, row, axis] / weight)
-            for row, (label, colour) in enumerate(
-                (("right", theme.RIGHT), ("left", theme.LEFT), ("", theme.MIDDLE))
-            )
-            if np.any(total[:, row])
-        )
-        panels.append(Panel(title, " BW", lines))
-    return tuple(panels)
+    loaded = [(row, side) for row, side in enumerate((*SIDES, "")) if np.any(total[:, row])]
+    return tuple(
+        Panel(name, "BW", {side: total[:, row, axis] / record.weight for row, side in loaded})
+        for axis, name in ((2, "ground_force_up"), (0, "ground_force_forward"))
+    )
+
+
+def _curve(panel: Panel, clock: np.ndarray, time: np.ndarray) -> dict[str, Any]:
+    """Return a panel as the page takes it, on the frames that are drawn."""
+    lines = [
+        {
+            "label": SIDE_NAMES.get(side, ""),
+            "unit": panel.unit if panel.unit == "°" else f" {panel.unit}",
+            "colour": theme.SIDE_COLOURS.get(side, theme.MIDDLE),
+            "values": encode(np.interp(time, clock, values)),
+        }
+        for side, values in panel.curves.items()
+    ]
+    return {"title": panel.title, "lines": lines}
 
 
 def encode(array: np.ndarray) -> dict:
@@ -153,7 +155,7 @@ def standing_height(scene: Scene) -> float:
     return float(np.clip(top + 0.1, 0.4, 3.0))
 
 
-def _payload(model, record, scene, panels):
+def _payload(record: Record, scene: Scene) -> dict[str, Any]:
     shapes = []
     for shape in scene.shapes:
         item = {
@@ -171,15 +173,14 @@ def _payload(model, record, scene, panels):
     if scene.reference_positions is not None:
         reference = {
             "positions": encode(scene.reference_positions),
-            "quats": encode(scene.reference_quats),
+            "quats": _encoded(scene.reference_quats),
         }
-    side_colours = {"r": theme.RIGHT, "l": theme.LEFT}
-    counts = [scene.contact_side.count(side) for side in set(scene.contact_side)]
+    counts = [scene.site_sides.count(side) for side in set(scene.site_sides)]
     terrain = any(s.body == 0 and s.kind == "mesh" for s in scene.shapes)
     kinds = {"heel_strike": "heel strike", "toe_off": "toe off"}
     return {
         "time": _rounded(scene.time),
-        "bodies": model.nbody,
+        "bodies": scene.positions.shape[1],
         "shapes": shapes,
         "positions": encode(scene.positions),
         "quats": encode(scene.quats),
@@ -191,7 +192,7 @@ def _payload(model, record, scene, panels):
         "fitted": _encoded(scene.fitted),
         "force": _encoded(scene.force),
         "point": _encoded(scene.point),
-        "contact_colours": [side_colours.get(s, theme.MIDDLE) for s in scene.contact_side],
+        "contact_colours": [theme.SIDE_COLOURS.get(s, theme.MIDDLE) for s in scene.site_sides],
         "many_contacts": max(counts, default=0) > 1,
         "total": _encoded(scene.total_force),
         "cop": _encoded(scene.cop),
@@ -205,27 +206,12 @@ def _payload(model, record, scene, panels):
             {
                 "time": float(event.time),
                 "kind": event.kind,
-                "colour": side_colours.get(event.side, theme.MIDDLE),
-                "title": f"{theme.SIDE_NAMES.get(event.side, '')} "
+                "colour": theme.SIDE_COLOURS.get(event.side, theme.MIDDLE),
+                "title": f"{SIDE_NAMES.get(event.side, '')} "
                 f"{kinds.get(event.kind, event.kind)} {event.time:.2f} s",
             }
             for event in record.motion.events
             if scene.time[0] <= event.time <= scene.time[-1]
-        ],
-        "curves": [
-            {
-                "title": panel.title,
-                "lines": [
-                    {
-                        "label": line.label,
-                        "unit": panel.unit,
-                        "colour": line.colour,
-                        "values": encode(line.values[scene.frames]),
-                    }
-                    for line in panel.lines
-                ],
-            }
-            for panel in panels
         ],
     }
 

@@ -27,13 +27,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.ground import ContactPoints, contact_points
-from plantigrade.kinematics.state import PointSet, State
-from plantigrade.models import Human
+from plantigrade.kinematics.state import PointSet
 from plantigrade.reproduce.phases import Phase
-from plantigrade.reproduce.reference import SIDES, Reference
-from plantigrade.wbc.ordered_motion import UPPER_BODY, TaskOrder
+from plantigrade.reproduce.reference import Reference
+from plantigrade.reproduce.schedule import ContactSchedule
+from plantigrade.wbc.order import UPPER_BODY, TaskOrder
 from plantigrade.wbc.tasks import (
     ComTask,
     ContactTask,
@@ -47,9 +47,7 @@ from plantigrade.wbc.tasks import (
 # early was settled on the walks of ``gait-table``, with the gains of the posture.
 FOOT_HORIZON = 0.25  # [s]
 FOOT_JOINTS = ("ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
-STEP_TIME = 0.5  # from roll off to landing, about [s]
 FARTHEST = 0.02  # a rolling heel is not pulled harder than if it were this far off its path [m]
-LAST_TO_LEAVE = ("toe_1_", "toe_2_")  # the great toe leaves the ground last, and what is beside it
 
 
 @dataclass(frozen=True)
@@ -97,8 +95,8 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
         tasks: Which tasks.
     """
     schedule = ContactSchedule(reference)
-    floor = FloorTask(schedule.points, schedule.radius, lambda t: ~schedule(t))
-    contact = ContactTask(schedule.points, schedule.radius, schedule)
+    floor = FloorTask(schedule.points, lambda t: ~schedule(t))
+    contact = ContactTask(schedule.points, schedule)
 
     def heels(what: str, directions, farthest: float = np.inf) -> list[Task]:
         return [
@@ -120,101 +118,6 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
     levels += [heels("rolling heel", schedule.roll, FARTHEST)]
     posture = posture_task(reference, tasks) if tasks.posture else None
     return TaskOrder(levels, posture, spared=UPPER_BODY)
-
-
-class ContactSchedule:
-    """Which points of the soles touch the ground when.
-
-    Args:
-        reference: The recorded gait.
-    """
-
-    def __init__(self, reference: Reference):
-        human = reference.human
-        place = contact_points(human, human.standing()[None])
-        self.points = PointSet(human, list(place.body), place.centre)
-        self.radius = place.radius
-        self.side, self.region = np.array(place.side), np.array(place.region)
-        names = [name for name, _, _ in human.contact_points]
-        self._tip = np.array([any(toe in name for toe in LAST_TO_LEAVE) for name in names])
-        self._rolls = np.array([_rolls(human, place, i) for i in range(len(names))])
-        of = [
-            (i, c.start, c.stop)
-            for i in range(len(names))
-            for c in reference.contacts
-            if c.side == self.side[i] and c.region == self.region[i]
-        ]
-        self._index = np.array([o[0] for o in of], dtype=int)
-        self._start, self._stop = np.array([o[1] for o in of]), np.array([o[2] for o in of])
-        self._feet = [
-            tuple((self.side == side) & (self.region == r) for r in ("heel", "ball", "toes"))
-            for side in SIDES
-        ]
-        self._heel = reference.heel
-        self._time, self._on = np.nan, np.zeros(len(names), dtype=bool)
-
-    def __call__(self, time: float) -> np.ndarray:
-        """Return which points touch (n_points,).
-
-        A foot whose heel is up rolls: only points about which it can turn stay. Of toes alone on
-        the ground only the tip of the great toe touches, and what is beside it: the others have
-        left with the ball, and a foot that is about to leave turns about it freely.
-        """
-        if time == self._time:
-            return self._on
-        on = np.zeros(len(self.side), dtype=bool)
-        on[self._index[(self._start <= time) & (time < self._stop)]] = True
-        for heel, ball, toes in self._feet:
-            if on[heel].any():
-                continue
-            if on[ball].any():
-                on[(ball | toes) & ~self._rolls] = False
-            elif on[toes].any():
-                on[toes] = False
-                on[toes & self._tip] = True
-        self._time, self._on = time, on
-        return on
-
-    def swing(self, side: str):
-        """Return the directions in which a heel is led in swing: a function of state and time."""
-        foot = np.any(self._feet[SIDES.index(side)], axis=0)
-        nothing, plane = np.zeros((0, 3)), np.eye(3)[:2]
-        return lambda state, time: nothing if self(time)[foot].any() else plane
-
-    def roll(self, side: str):
-        """Return the direction in which a heel is led while its foot rolls off: the way it goes."""
-        heel, ball, toes = self._feet[SIDES.index(side)]
-        forefoot, nothing = ball | toes, np.zeros((0, 3))
-
-        def directions(state, time: float) -> np.ndarray:
-            on = self(time)
-            if on[heel].any() or not on[forefoot].any():
-                return nothing
-            return self._way(side, time)[None]
-
-        return directions
-
-    def _way(self, side: str, time: float) -> np.ndarray:
-        """Return the horizontal direction in which a heel goes from here to its next landing."""
-        path = self._heel[side]
-        step = (path(time + STEP_TIME)[0] - path(time)[0]) * [1.0, 1.0, 0.0]
-        length = np.linalg.norm(step)
-        return step / length if length > 0 else np.array([1.0, 0.0, 0.0])
-
-
-def _rolls(human: Human, place: ContactPoints, i: int) -> bool:
-    """Return whether a point of the forefoot can stay on the ground while the heel is up.
-
-    Toes that are hinged to the foot stay. A foot in one piece turns about the tips of its foremost
-    toes: all else would have to rise or to sink with it.
-    """
-    if place.body[i] != f"foot_{place.side[i]}":
-        return True
-    if f"toes_{place.side[i]}" in human.body_names:
-        return False
-    mine = [k for k in range(len(place.body)) if place.side[k] == place.side[i]]
-    foremost = sorted(mine, key=lambda k: -place.centre[k, 0])[:2]
-    return i in foremost
 
 
 def posture_task(reference: Reference, tasks: GaitTasks) -> PostureTask:
@@ -267,10 +170,6 @@ def leg_shortest(reference: Reference, phase: Phase) -> float:
     human = reference.human
     joints = PointSet(human, [f"femur_{phase.swing}", f"foot_{phase.swing}"], np.zeros((2, 3)))
     times = np.linspace(phase.start, phase.stop, 41)
-    state = State(human, reference.at(phase.start))
-    still = np.zeros(human.model.nv)
-    length = []
-    for qpos in reference.at(times):
-        hip, ankle = state.move_to(qpos, still).position(joints)
-        length.append(np.linalg.norm(hip - ankle))
+    hip, ankle = np.moveaxis(joints.path(reference.at(times)), 1, 0)
+    length = np.linalg.norm(hip - ankle, axis=1)
     return float(times[int(np.argmin(length))])

@@ -11,20 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.derivatives import continuous, differentiate
 from plantigrade.errors import ReproduceError
-from plantigrade.kinematics.contacts import Contact, foot_contacts
-from plantigrade.kinematics.ground import ContactPoints, contact_points, find_rests
+from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.soles import on_own_soles
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.motion import GaitEvent
+from plantigrade.motion import GaitEvent, Motion
 from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import even_clock
 from plantigrade.reproduce.phases import Phase, phases_between, walking_events
-
-SIDES = ("r", "l")
 
 
 @dataclass(frozen=True)
@@ -33,29 +34,27 @@ class Reference:
 
     Attributes:
         human: The person, on the soles of the recording.
-        events: Consecutive gait events; the motion lasts from the first to the last.
-        phases: Between them.
+        motion: The recorded motion, over ground that rests, with consecutive gait events; what is
+            reproduced lasts from the first of them to the last.
+        phases: Between the events.
         contacts: Which part of which foot touches when.
         com: Path of the centre of mass [m].
         heel: Path of each heel, by side [m].
-        heel_point: The heel of each side: middle of its contact points.
-        time: Time of each recorded frame [s].
-        qpos: The recorded motion, over ground that rests.
-        qvel: Its velocities.
-        qacc: Its accelerations.
+        heel_point: The heel of each side: middle of its contact sites.
     """
 
     human: Human
-    events: tuple[GaitEvent, ...]
+    motion: Motion
     phases: tuple[Phase, ...]
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactInterval, ...]
     com: Trajectory
     heel: dict[str, Trajectory]
     heel_point: dict[str, PointSet]
-    time: Float[Array, " n_frames"]
-    qpos: Float[Array, "n_frames nq"]
-    qvel: Float[Array, "n_frames nv"]
-    qacc: Float[Array, "n_frames nv"]
+
+    @property
+    def events(self) -> tuple[GaitEvent, ...]:
+        """Consecutive gait events."""
+        return self.motion.events
 
     @property
     def start(self) -> float:
@@ -69,13 +68,14 @@ class Reference:
 
     def at(self, time: float | Float[Array, " n"]) -> Float[Array, "*n nq"]:
         """Return the recorded configuration at a time or times."""
-        qpos = resample(self.time, self.qpos, np.atleast_1d(np.asarray(time, float)))
+        times = np.atleast_1d(np.asarray(time, float))
+        qpos = resample(self.motion.time, self.motion.qpos, times)
         qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
         return qpos[0] if np.ndim(time) == 0 else qpos
 
     def velocity_at(self, time: float) -> Float[Array, " nv"]:
         """Return the recorded velocity at a time."""
-        return resample(self.time, self.qvel, np.array([time]))[0]
+        return resample(self.motion.time, self.motion.qvel, np.array([time]))[0]
 
 
 def reference_of(
@@ -111,7 +111,7 @@ def reference_of(
     if ground is not None:
         qpos[:, :3] -= ground
     rate = (len(time) - 1) / (time[-1] - time[0])
-    contact = contact_points(human, qpos)
+    contact = sole_paths(human, qpos)
     rests = find_rests(contact, rate)
     human = on_own_soles(human, contact, rests)
     smooth = differentiate(human, time, qpos, None)
@@ -119,35 +119,27 @@ def reference_of(
     com, heels = _paths(human, smooth.qpos, heel_point)
     return Reference(
         human=human,
-        events=walked,
+        motion=Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, walked),
         phases=phases_between(walked),
         contacts=foot_contacts(time, events, rests),
         com=Trajectory(time, com),
         heel={side: Trajectory(time, heels[side]) for side in SIDES},
         heel_point=heel_point,
-        time=time,
-        qpos=smooth.qpos,
-        qvel=smooth.qvel,
-        qacc=smooth.qacc,
     )
 
 
-def _heel(human: Human, contact: ContactPoints, side: str) -> PointSet:
-    """Return the heel: the middle of its contact points, on the soles of the person."""
-    index = contact.of(side, "heel")
-    geoms = [human.contact_points[i][0] for i in index]
-    local = np.mean([human.model.geom(g).pos for g in geoms], axis=0)
-    return PointSet(human, [contact.body[index[0]]], local[None])
+def _heel(human: Human, contact: SolePaths, side: str) -> PointSet:
+    """Return the heel: the middle of its contact sites, on the soles of the person."""
+    sites = [contact_sites(human)[i] for i in contact.of(side, "heel")]
+    local = np.mean([site.position for site in sites], axis=0)
+    return PointSet(human, [sites[0].body], local[None])
 
 
 def _paths(human: Human, qpos, points: dict[str, PointSet]):
     """Return the paths of the centre of mass and of points by name."""
-    state = State(human, qpos[0])
     com = np.empty((len(qpos), 3))
     paths = {name: np.empty((len(qpos), 3)) for name in points}
-    still = np.zeros(human.model.nv)
-    for k, q in enumerate(qpos):
-        state.move_to(q, still)
+    for k, state in enumerate(sweep(human, qpos)):
         com[k] = state.com
         for name, point in points.items():
             paths[name][k] = state.position(point)[0]

@@ -17,13 +17,16 @@ give way a few tenths of a second before.
 """
 
 import numpy as np
+from scipy.linalg import solve_banded
+from scipy.optimize import nnls
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
 from plantigrade.dynamics.centroid import centroid
-from plantigrade.kinematics.ground import contact_points
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.reproduce.gait import ContactSchedule
 from plantigrade.reproduce.reference import Reference
+from plantigrade.reproduce.schedule import ContactSchedule
 
 LIGHTEST = 0.3  # a body that is carried by less than this hardly stands [body weights]
 
@@ -35,11 +38,11 @@ def carried_path(reference: Reference, schedule: ContactSchedule) -> Trajectory:
         reference: The recorded gait.
         schedule: Which points of the soles touch when.
     """
-    human, time = reference.human, reference.time
-    whole = centroid(human, reference.qpos, reference.qvel, reference.qacc)
+    human, motion, time = reference.human, reference.motion, reference.motion.time
+    whole = centroid(human, motion.qpos, motion.qvel, motion.qacc)
     assert whole.force is not None and whole.zmp is not None
-    weight = human.mass * float(np.linalg.norm(human.model.opt.gravity))
-    place = contact_points(human, reference.qpos).position[:, :, :2]
+    weight = human.mass * GRAVITY
+    place = sole_paths(human, motion.qpos).position[:, :, :2]
     away = np.zeros((len(time), 2))
     for k, t in enumerate(time):
         on = schedule(float(t))
@@ -56,8 +59,6 @@ def carried_path(reference: Reference, schedule: ContactSchedule) -> Trajectory:
 
 def into_hull(points: Float[Array, "n 2"], place: Float[Array, " 2"]) -> Float[Array, " 2"]:
     """Return the shortest way from a place into the convex hull of points [m]."""
-    from scipy.optimize import nnls
-
     about = points - place
     firm = 1e3 * max(1.0, float(np.abs(about).max()))  # holds the sum of the shares at one
     matrix = np.vstack([about.T, np.full(len(points), firm)])
@@ -69,8 +70,6 @@ def give_way(
     time: Float[Array, " n"], a: Float[Array, " n"], away: Float[Array, "n 2"]
 ) -> Float[Array, "n 2"]:
     """Return the solution of the boundary value problem of this module [m]."""
-    from scipy.linalg import solve_banded
-
     n = len(time)
     if n < 3 or not away.any():
         return np.zeros_like(away)

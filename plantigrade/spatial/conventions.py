@@ -14,6 +14,9 @@ from plantigrade.errors import ParameterError
 # Columns are OpenSim's axes in ours: v_ours = OPENSIM_TO_WORLD @ v_opensim.
 OPENSIM_TO_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
+PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
+"""Coordinates of the pelvis, as OpenSim orders them: angles, then translations in its axes."""
+
 
 def wxyz_to_xyzw(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
     """Return MuJoCo's quaternion in SciPy's and Pinocchio's order."""

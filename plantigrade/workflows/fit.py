@@ -10,7 +10,7 @@ from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.errors import FitError
 from plantigrade.io import read
-from plantigrade.io.asf_amc import find_asf
+from plantigrade.io.asf import find_asf
 from plantigrade.io.companions import Companions, find_companions
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.fit import fit_markers

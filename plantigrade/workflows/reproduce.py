@@ -499,7 +499,7 @@ def com_error(reference: "Reference", motion: "OrderedMotion") -> np.ndarray:
 
 def drawing(reproduced: Reproduced) -> "Reproduction":
     """Return what the report draws of a reproduced gait."""
-    from plantigrade.kinematics.ground import contact_points
+    from plantigrade.kinematics.sole_paths import sole_paths
     from plantigrade.report.reproduction import SIDES, Reproduction, stacked
     from plantigrade.reproduce.gait import gait_order, gait_tasks, phase_ends
 
@@ -513,7 +513,7 @@ def drawing(reproduced: Reproduced) -> "Reproduction":
         tasks.append(order.posture)
     names = tuple(comparison.rom)
     ground = [
-        contact_points(reference.human, qpos) for qpos in (motion.qpos, reference.at(motion.time))
+        sole_paths(reference.human, qpos) for qpos in (motion.qpos, reference.at(motion.time))
     ]
     soles = [
         np.stack(

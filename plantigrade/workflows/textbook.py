@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.ground import lowest, plant_feet
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.planting import plant_feet
+from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.textbook_gait import textbook_gait
@@ -105,12 +106,9 @@ def recorded(walk: TextbookWalk, path: Path, *, seed: int = 0) -> Recording:
     places = [table[m] for m in MARKERS.values()]
     local = np.array([p.position for p in places])
     local = local + PLACEMENT * rng.normal(size=local.shape)
-    points = Points(human, [p.body for p in places], local)
-    x = np.array([points.at(q) for q in walk.qpos])
-    rotations = []
-    for q in walk.qpos:
-        points.at(q)
-        rotations.append(points.rotations[points.body])
+    points = PointSet(human, [p.body for p in places], local)
+    x = points.path(walk.qpos)
+    rotations = [state.rotations[points.body] for state in sweep(human, walk.qpos)]
     x += np.einsum("fmij,fmj->fmi", np.array(rotations), _skin(walk, places, rng))
     x += NOISE * rng.normal(size=x.shape)
     _hide(x, walk.time, rng)

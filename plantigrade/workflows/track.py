@@ -244,6 +244,6 @@ def motion_of(trial: "Trial") -> "Motion":
 
 
 def _way(trial: "Trial") -> Float[Array, "n_frames 3"]:
-    from plantigrade.kinematics.ground import moving_ground
+    from plantigrade.kinematics.ground_level import moving_ground
 
     return moving_ground(trial.fit.time, trial.feet.heel, trial.feet.toe)

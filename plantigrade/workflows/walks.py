@@ -71,13 +71,13 @@ def refuse_uneven(trial: "Trial") -> None:
         ReproduceError: With the difference of the heights.
     """
     from plantigrade.kinematics.contacts import stances
-    from plantigrade.kinematics.ground import contact_points
+    from plantigrade.kinematics.sole_paths import sole_paths
 
     motion = trial.record.motion
-    soles = contact_points(trial.fit.human, motion.qpos)
+    soles = sole_paths(trial.fit.human, motion.qpos)
     heights = []
     for side in ("r", "l"):
-        low = soles.position[:, [s == side for s in soles.side], 2].min(axis=1)
+        low = soles.position[:, soles.of(side), 2].min(axis=1)
         for start, stop, whole in stances(motion.events, side, motion.time[0], motion.time[-1]):
             quarter = (stop - start) / 4
             middle = (motion.time > start + quarter) & (motion.time < stop - quarter)
@@ -97,7 +97,7 @@ def reference_of_trial(trial: "Trial") -> "Reference":
     Raises:
         ReproduceError: If nobody walks in it.
     """
-    from plantigrade.kinematics.ground import moving_ground
+    from plantigrade.kinematics.ground_level import moving_ground
     from plantigrade.reproduce.reference import reference_of
 
     motion = trial.record.motion

@@ -1,119 +1,52 @@
 """The judge of motions: what is physical passes, every single fault is found and named."""
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.analyze.check import (
-    QUANTITIES,
-    ContactSite,
-    Ground,
-    Limits,
-    MotionUnderTest,
-    Tolerances,
-    examine,
-    motion_of_record,
-    motion_of_run,
-)
+from plantigrade.analyze.check import check as examine
+from plantigrade.analyze.pressure import _outside
+from plantigrade.analyze.quantities import QUANTITIES
+from plantigrade.analyze.tolerances import Tolerances
+from plantigrade.constants import GRAVITY as G
+from plantigrade.contact.ground import Ground, HeightField, Seat
+from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.record import Condition, Limits, Record, Run
+from tests.analyze.bodies import MOTION, having, person, record_of, sites_of, still
+from tests.analyze.standing import balancing_forces, free_of_limits, standing_record
 
-G = 9.81
 BALL = """
 <mujoco><worldbody><body name="ball_r" pos="0 0 0.1"><freejoint/>
 <inertial pos="0 0 0" mass="2" diaginertia="0.008 0.008 0.008"/>
-<geom name="contact_ball_r" type="sphere" size="0.1"/></body></worldbody></mujoco>
+<geom name="contact_box_a_r" type="sphere" size="0.1"/></body></worldbody></mujoco>
 """
 BOX = """
 <mujoco><worldbody><body name="box_r"><freejoint/>
 <inertial pos="0 0 0.2" mass="5" diaginertia="0.1 0.1 0.1"/>
-<geom name="contact_a_r" type="sphere" size="0.02" pos="0.1 0.1 0"/>
-<geom name="contact_b_r" type="sphere" size="0.02" pos="0.1 -0.1 0"/>
-<geom name="contact_c_r" type="sphere" size="0.02" pos="-0.1 0.1 0"/>
-<geom name="contact_d_r" type="sphere" size="0.02" pos="-0.1 -0.1 0"/>
+<geom name="contact_box_a_r" type="sphere" size="0.02" pos="0.1 0.1 0"/>
+<geom name="contact_box_b_r" type="sphere" size="0.02" pos="0.1 -0.1 0"/>
+<geom name="contact_box_c_r" type="sphere" size="0.02" pos="-0.1 0.1 0"/>
+<geom name="contact_box_d_r" type="sphere" size="0.02" pos="-0.1 -0.1 0"/>
 </body></worldbody></mujoco>
 """
 
 
-def sites_of(model) -> tuple[ContactSite, ...]:
-    """Every contact sphere of a model, as a site of the body it is on."""
-    sites = []
-    for g in range(model.ngeom):
-        geom = model.geom(g)
-        if geom.name.startswith("contact_"):
-            body = model.body(int(geom.bodyid[0])).name
-            name = geom.name.removeprefix("contact_").removeprefix(f"{body[:-2]}_")
-            position = tuple(float(x) for x in geom.pos)
-            sites.append(ContactSite(name, name[-1], body, position, float(geom.size[0])))
-    return tuple(sites)
-
-
-def balancing_forces(model, sites, qpos, qvel, qacc, sideways=0.2):
-    """Least forces at the sites that explain the root of a motion, found with MuJoCo's mj_jac.
-
-    ``sideways``: how readily the ground pushes along itself.
-    """
-    data = mujoco.MjData(model)
-    n, k = len(qpos), len(sites)
-    forces = np.empty((n, k, 3))
-    W = np.tile([sideways**2, sideways**2, 1.0], k)
-    for f in range(n):
-        data.qpos[:], data.qvel[:], data.qacc[:] = qpos[f], qvel[f], qacc[f]
-        mujoco.mj_inverse(model, data)
-        A = np.empty((6, 3 * k))
-        for i, site in enumerate(sites):
-            b = model.body(site.body).id
-            point = data.xpos[b] + data.xmat[b].reshape(3, 3) @ site.position
-            point[2] -= site.radius
-            J = np.zeros((3, model.nv))
-            mujoco.mj_jac(model, data, J, None, point, b)
-            A[:, 3 * i : 3 * i + 3] = J[:, :6].T
-        forces[f] = (W * (A.T @ np.linalg.solve((A * W) @ A.T, data.qfrc_inverse[:6])).T).reshape(
-            k, 3
-        )
-    return forces
+def plateau(corner, height) -> HeightField:
+    """A rectangle of 4 m each way that is higher than the ground around it."""
+    return HeightField(corner, (4.0, 4.0), ((height, height), (height, height)))
 
 
 @pytest.fixture(scope="module")
 def human() -> Human:
-    return Human.create(1.74, 70.0, joints="43")
-
-
-def free_of_limits(human):
-    """The compiled model without contacts, as the laws of motion have it."""
-    import copy
-
-    model = copy.deepcopy(human.model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    return model
+    return standing_record().human
 
 
 @pytest.fixture(scope="module")
-def standing(human) -> MotionUnderTest:
+def standing() -> Record:
     """A person who stands still on both feet, weight shared, and swings the arms a little."""
-    n = 241
-    t = np.linspace(0.0, 1.2, n)
-    model = human.model
-    qpos = np.tile(human.standing(), (n, 1))
-    qvel, qacc = np.zeros((n, model.nv)), np.zeros((n, model.nv))
-    for name, amplitude, pace in (("arm_flex_r", 0.3, 6.0), ("arm_flex_l", -0.2, 5.0)):
-        i = human.hinge(name)
-        qpos[:, 7 + i] += amplitude * np.sin(pace * t)
-        qvel[:, 6 + i] = amplitude * pace * np.cos(pace * t)
-        qacc[:, 6 + i] = -amplitude * pace**2 * np.sin(pace * t)
-    data = mujoco.MjData(model)
-    data.qpos[:] = qpos[0]
-    mujoco.mj_kinematics(model, data)
-    sites = sites_of(model)
-    low = min(data.geom(f"contact_{s}").xpos[2] for s in ("foot_metatarsal_1_r",))
-    low -= model.geom("contact_foot_metatarsal_1_r").size[0]
-    qpos[:, 2] -= low
-    forces = balancing_forces(free_of_limits(human), sites, qpos, qvel, qacc)
-    return MotionUnderTest(
-        model, t, qpos, qvel, qacc, sites, forces, np.ones((n, len(sites)), bool)
-    )
+    return having(standing_record(), qfrc_actuator=None, contact_point=None)
 
 
 def test_standing_with_the_weight_shared_is_fine(standing):
@@ -127,7 +60,7 @@ def test_standing_with_the_weight_shared_is_fine(standing):
 def test_the_torque_of_the_ankle_balances_what_presses_on_the_foot(human, standing):
     check = examine(standing)
     model, data = human.model, mujoco.MjData(human.model)
-    data.qpos[:] = standing.qpos[0]
+    data.qpos[:] = standing.motion.qpos[0]
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     for side in ("r", "l"):
@@ -149,21 +82,14 @@ def quantities(check) -> set[str]:
     return {finding.quantity for finding in check.findings}
 
 
-def still(model, qpos, n=61, duration=0.6):
-    """Time, states and sites of a body that does not move."""
-    t = np.linspace(0.0, duration, n)
-    zero = np.zeros((n, model.nv))
-    return t, np.tile(np.asarray(qpos, float), (n, 1)), zero, zero.copy(), sites_of(model)
-
-
 @pytest.fixture
-def box() -> MotionUnderTest:
+def box() -> Record:
     """A box that stands on its four spheres."""
-    model = mujoco.MjModel.from_xml_string(BOX)
-    t, qpos, qvel, qacc, sites = still(model, [0, 0, 0.02, 1, 0, 0, 0])
+    box = person(BOX)
+    t, qpos, qvel, qacc, sites = still(box, [0, 0, 0.02, 1, 0, 0, 0])
     force = np.zeros((len(t), 4, 3))
     force[..., 2] = 5.0 * G / 4.0
-    return MotionUnderTest(model, t, qpos, qvel, qacc, sites, force, np.ones((len(t), 4), bool))
+    return record_of(box, t, qpos, qvel, qacc, sites, force, np.ones((len(t), 4), bool))
 
 
 def ballistic(model, qpos, qvel, torque, duration=0.4, step=1e-3):
@@ -195,13 +121,11 @@ def test_flight_needs_no_force(human):
     for name, value in (("hip_flexion_r", 3.0), ("lumbar_bending", -2.0), ("arm_flex_l", 1.0)):
         torque[human.hinge(name)] = value
     t, q, v, a = ballistic(model, qpos, qvel, torque)
-    sites = sites_of(model)
+    sites = sites_of(human)
     none = np.zeros((len(t), len(sites), 3))
-    flight = MotionUnderTest(
-        human.model, t, q, v, a, sites, none, np.zeros((len(t), len(sites)), bool)
-    )
+    flight = record_of(human, t, q, v, a, sites, none, np.zeros((len(t), len(sites)), bool))
     limits = Limits(coordinate=np.array([[-9.0], [9.0]]) * np.ones((2, model.nv - 6)))
-    check = examine(replace(flight, limits=limits))
+    check = examine(having(flight, limits=limits))
     assert check.ok, check.words()
     np.testing.assert_allclose(check.tau[:, 6:], np.tile(torque, (len(t), 1)), atol=1e-6)
     assert np.isnan(check.centre_of_pressure).all()
@@ -210,7 +134,7 @@ def test_flight_needs_no_force(human):
     assert check.measures["momentum"].value < 0.01
     assert check.measures["energy"].value < 0.01
 
-    hanging = examine(replace(flight, qacc=flight.qacc * 0, limits=limits))
+    hanging = examine(having(flight, qacc=0 * flight.motion.qacc, limits=limits))
     worst = hanging.findings[0]  # a body that does not fall is carried by something
     assert not hanging.ok and "root_force" in quantities(hanging)
     assert hanging.measures["root_force"].value == pytest.approx(100.0, abs=8.0)
@@ -219,7 +143,7 @@ def test_flight_needs_no_force(human):
 
 @pytest.mark.parametrize("spin", [1.0, 0.9, 0.0])
 def test_a_ball_may_roll_but_not_slip(spin):
-    model = mujoco.MjModel.from_xml_string(BALL)
+    ball = person(BALL)
     speed, radius, n = 0.5, 0.1, 101
     t = np.linspace(0.0, 0.5, n)
     turn = spin * speed / radius
@@ -233,7 +157,7 @@ def test_a_ball_may_roll_but_not_slip(spin):
     stands = np.ones((n, 1), bool)
     stands[:20] = False
     force[:20] = 0.0
-    motion = MotionUnderTest(model, t, qpos, qvel, qacc, sites_of(model), force, stands)
+    motion = record_of(ball, t, qpos, qvel, qacc, sites_of(ball), force, stands)
     # In the first tenth of a second nothing carries the ball, and that is found, too.
     check = examine(motion)
     slid = 1000.0 * (1.0 - spin) * speed * (t[-1] - t[20])
@@ -246,8 +170,9 @@ def test_a_ball_may_roll_but_not_slip(spin):
 
 def test_a_box_rests_on_a_slope_as_steep_as_friction_allows(box):
     steep = np.deg2rad(20.0)
-    n = len(box.time)
-    normal = np.array([np.sin(steep), 0.0, np.cos(steep)])  # downhill is +x
+    n = len(box.motion.time)
+    slope_down = Ground(slope=-steep, friction=0.37)  # downhill is +x
+    normal = slope_down.normal
     qpos = np.zeros((n, 7))
     qpos[:, :3] = 0.02 * normal
     qpos[:, 3], qpos[:, 5] = np.cos(0.5 * steep), np.sin(0.5 * steep)
@@ -256,8 +181,7 @@ def test_a_box_rests_on_a_slope_as_steep_as_friction_allows(box):
     share = np.array([1 + down, 1 + down, 1 - down, 1 - down]) / 4.0
     force = np.zeros((n, 4, 3))
     force[..., 2] = 5.0 * G * share
-    ground = Ground(tuple(normal), 0.0, friction=0.37)
-    slope = replace(box, qpos=qpos, contact_force=force, ground=ground)
+    slope = having(box, qpos=qpos, contact_force=force, ground=slope_down)
     check = examine(slope)
     assert check.ok, check.words()
     assert check.measures["friction"].value == pytest.approx(np.tan(steep))
@@ -265,7 +189,7 @@ def test_a_box_rests_on_a_slope_as_steep_as_friction_allows(box):
     margin = 1000.0 * (0.1 - 0.1 * down) * np.cos(steep)  # counts in proportion to the load
     assert check.measures["pressure"].value == pytest.approx(-margin)
 
-    check = examine(replace(slope, ground=Ground(tuple(normal), 0.0, friction=0.3)))
+    check = examine(having(slope, ground=Ground(slope=-steep, friction=0.3)))
     (finding,) = check.findings
     assert finding.quantity == "friction" and finding.side == "r"
     assert finding.value == pytest.approx(np.tan(steep)) and finding.limit == 0.3
@@ -274,14 +198,14 @@ def test_a_box_rests_on_a_slope_as_steep_as_friction_allows(box):
 
 def test_feet_on_two_levels_that_push_against_each_other(box):
     """The pressure under feet on a step is their mean, however they lean on each other."""
-    model = mujoco.MjModel.from_xml_string(BOX.replace('pos="0.1 0.1 0"', 'pos="0.1 0.1 0.15"'))
-    sites = sites_of(model)
+    uneven = person(BOX.replace('pos="0.1 0.1 0"', 'pos="0.1 0.1 0.15"'))
+    sites = sites_of(uneven)
     force = box.contact_force.copy()
     force[:, 0, 0], force[:, 2, 0] = -2.0, 2.0  # site a is 0.15 higher: a couple of 0.3 N m
     force[:, (0, 1), 2] -= 0.3 / 0.4
     force[:, (2, 3), 2] += 0.3 / 0.4
-    ground = Ground(height=lambda p: 0.15 * ((p[..., 0] > 0) & (p[..., 1] > 0)), friction=0.5)
-    check = examine(replace(box, model=model, sites=sites, contact_force=force, ground=ground))
+    ground = Ground(field=plateau((0.05, 0.05), 0.15), friction=0.5)
+    check = examine(having(box, human=uneven, sites=sites, contact_force=force, ground=ground))
     assert check.ok, check.words()
     load = force[0, :, 2]
     expected = load @ check.contact_point[0, :, :2] / load.sum()
@@ -291,16 +215,18 @@ def test_feet_on_two_levels_that_push_against_each_other(box):
 
 
 def test_a_seat_carries_but_is_no_foot(box):
-    seat = ContactSite("seat", "", "box_r", (-0.15, 0.0, 0.3), 0.0, height=0.32)
+    seat = ContactSite(body="box_r", position=(-0.15, 0.0, 0.3), name="seat", part="chair")
+    ground = Ground(seats=(Seat("seat", (-0.15, 0.0, 0.32)),))
     sites = (*box.sites, seat)
-    n = len(box.time)
+    n = len(box.motion.time)
     force = np.zeros((n, 5, 3))
     load = 0.5 * 5.0 * G
     force[:, 4, 2] = load
     # Without the seat's half the feet must push at x = 0.15, outside of them: they cannot.
     force[:, :2, 2] = 0.25 * load
     force[:, 2:4, 2] = 0.25 * load
-    sits = replace(box, sites=sites, contact_force=force, standing=np.ones((n, 5), bool))
+    planned = np.ones((n, 5), bool)
+    sits = having(box, sites=sites, contact_force=force, contact_planned=planned, ground=ground)
     check = examine(sits)
     assert quantities(check) == {"root_moment", "pressure"}
     assert check.measures["pressure"].value == pytest.approx(0.5 * 50.0)  # half of the weight
@@ -311,7 +237,7 @@ def test_a_seat_carries_but_is_no_foot(box):
 
     rises = np.ones((n, 5), bool)
     rises[:, 4] = False
-    check = examine(replace(sits, standing=rises))
+    check = examine(having(sits, contact_planned=rises))
     (finding,) = check.findings
     assert (finding.quantity, finding.name) == ("unsupported", "seat")
     assert finding.value == pytest.approx(40.0)
@@ -321,17 +247,21 @@ def test_a_seat_carries_but_is_no_foot(box):
 
 
 def test_a_foot_that_slides_is_found_where_and_when_it_slides(human, standing):
-    t = standing.time
+    t = standing.motion.time
     s = np.clip((t - 0.3) / 0.6, 0.0, 1.0)
     way = 0.005 * (10 * s**3 - 15 * s**4 + 6 * s**5)
     rate = 0.005 / 0.6 * (30 * s**2 - 60 * s**3 + 30 * s**4)
     second = 0.005 / 0.6**2 * (60 * s - 180 * s**2 + 120 * s**3)
-    qpos, qvel, qacc = standing.qpos.copy(), standing.qvel.copy(), standing.qacc.copy()
+    qpos, qvel, qacc = (
+        standing.motion.qpos.copy(),
+        standing.motion.qvel.copy(),
+        standing.motion.qacc.copy(),
+    )
     qpos[:, 1] += way
     qvel[:, 1] += rate
     qacc[:, 1] += second
     force = balancing_forces(free_of_limits(human), standing.sites, qpos, qvel, qacc)
-    moved = replace(standing, qpos=qpos, qvel=qvel, qacc=qacc, contact_force=force)
+    moved = having(standing, qpos=qpos, qvel=qvel, qacc=qacc, contact_force=force)
     check = examine(moved)
     assert quantities(check) == {"slip"}
     assert {finding.side for finding in check.findings} == {"l", "r"}
@@ -346,20 +276,20 @@ def test_a_foot_that_slides_is_found_where_and_when_it_slides(human, standing):
 
 
 def test_a_foot_that_pivots_slips_everywhere_but_at_the_pivot(box):
-    n, turn = len(box.time), 0.05  # [rad/s]
-    angle = turn * box.time
+    n, turn = len(box.motion.time), 0.05  # [rad/s]
+    angle = turn * box.motion.time
     corner = np.array([0.1, 0.1])
     arm = -corner  # from the pivot to the middle
     c, s = np.cos(angle), np.sin(angle)
-    qpos, qvel, qacc = box.qpos.copy(), np.zeros((n, 6)), np.zeros((n, 6))
+    qpos, qvel, qacc = box.motion.qpos.copy(), np.zeros((n, 6)), np.zeros((n, 6))
     around = np.stack([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]], axis=1)
     qpos[:, :2] = corner + around
     qpos[:, 3], qpos[:, 6] = np.cos(0.5 * angle), np.sin(0.5 * angle)
     qvel[:, :2] = turn * np.stack([-around[:, 1], around[:, 0]], axis=1)
     qvel[:, 5] = turn
     qacc[:, :2] = -(turn**2) * around
-    force = balancing_forces(box.model, box.sites, qpos, qvel, qacc)
-    check = examine(replace(box, qpos=qpos, qvel=qvel, qacc=qacc, contact_force=force))
+    force = balancing_forces(box.human.model, box.sites, qpos, qvel, qacc)
+    check = examine(having(box, qpos=qpos, qvel=qvel, qacc=qacc, contact_force=force))
     (finding,) = check.findings
     assert (finding.quantity, finding.name, finding.side) == ("slip", "d_r", "r")
     assert finding.others == ("b_r", "c_r")
@@ -369,88 +299,78 @@ def test_a_foot_that_pivots_slips_everywhere_but_at_the_pivot(box):
 
 
 def test_a_foot_in_the_ground_and_one_above_it(standing):
-    def uneven(points):
-        return np.where(points[..., 1] > 0, 0.004, 0.0)
-
-    check = examine(replace(standing, ground=Ground(height=uneven)))
+    left_higher = Ground(field=plateau((-2.0, 0.0), 0.004))
+    check = examine(having(standing, ground=left_higher))
     (finding,) = check.findings
     assert (finding.quantity, finding.side, len(finding.others)) == ("penetration", "l", 6)
     assert finding.value == pytest.approx(4.0) and finding.limit == 2.0
-    assert (finding.start, finding.end) == (standing.time[0], standing.time[-1])
-    check = examine(replace(standing, ground=Ground(height=lambda p: -uneven(p))))
+    assert (finding.start, finding.end) == (standing.motion.time[0], standing.motion.time[-1])
+    left_lower = Ground(height=-0.004, field=plateau((-2.0, -4.0), 0.004))
+    check = examine(having(standing, ground=left_lower))
     (finding,) = check.findings
     assert (finding.quantity, finding.side) == ("hover", "l")
     assert finding.value == pytest.approx(4.0)
-    # Said of the sites alone, of every frame on its own: the left toes in the last half.
-    late = np.where(standing.time > 0.6, 0.004, 0.0)
-    sites = tuple(
-        replace(site, height=late) if site.name.startswith("toe_3_l") else site
-        for site in standing.sites
-    )
-    (finding,) = examine(replace(standing, sites=sites)).findings
-    assert (finding.quantity, finding.name, finding.others) == ("penetration", "toe_3_l", ())
-    assert finding.start == pytest.approx(0.605)
 
 
 def test_a_sphere_that_is_no_site_must_not_sink_either(box):
-    extra = '<geom name="contact_e_r" type="sphere" size="0.02" pos="0 0 -0.005"/></body>'
-    model = mujoco.MjModel.from_xml_string(BOX.replace("</body>", extra, 1))
-    (finding,) = examine(replace(box, model=model)).findings
-    assert (finding.quantity, finding.name) == ("penetration", "e_r")
+    extra = '<geom name="contact_box_e_r" type="sphere" size="0.02" pos="0 0 -0.005"/></body>'
+    other = person(BOX.replace("</body>", extra, 1))
+    (finding,) = examine(having(box, human=other)).findings
+    assert (finding.quantity, finding.name) == ("penetration", "box_e_r")
     assert finding.value == pytest.approx(5.0)
 
 
 def test_forces_that_do_not_carry_the_body(standing):
-    check = examine(replace(standing, contact_force=1.05 * standing.contact_force))
+    check = examine(having(standing, contact_force=1.05 * standing.contact_force))
     (finding,) = check.findings
     assert finding.quantity == "root_force" and finding.name == finding.side == ""
     assert finding.value == pytest.approx(5.0, abs=0.1)
     # Always a little is worse than once in a while as much: both bounds are there.
-    check = examine(replace(standing, contact_force=1.007 * standing.contact_force))
+    check = examine(having(standing, contact_force=1.007 * standing.contact_force))
     (finding,) = check.findings
     assert finding.quantity == "root_force_rms" and "over the whole motion" in finding.sentence()
     once = standing.contact_force.copy()
     once[100:120] *= 1.007
-    assert examine(replace(standing, contact_force=once)).ok
+    assert examine(having(standing, contact_force=once)).ok
     once[100:120] *= 1.007
-    (finding,) = examine(replace(standing, contact_force=once)).findings
+    (finding,) = examine(having(standing, contact_force=once)).findings
     assert finding.quantity == "root_force"
-    assert finding.start == standing.time[100] and finding.end == standing.time[119]
+    assert finding.start == standing.motion.time[100] and finding.end == standing.motion.time[119]
 
 
 def test_ground_that_pulls(box):
     force = box.contact_force.copy()
     crossed = np.array([-1.0, 1.0, 1.0, -1.0])  # neither force nor moment in sum
     force[20:31, :, 2] += 1.1 * 5.0 * G / 4.0 * crossed
-    (finding,) = examine(replace(box, contact_force=force)).findings
+    (finding,) = examine(having(box, contact_force=force)).findings
     assert finding.quantity == "adhesion" and {finding.name, *finding.others} == {"a_r", "d_r"}
     assert finding.value == pytest.approx(2.5)
-    assert (finding.start, finding.end) == (box.time[20], box.time[30])
+    assert (finding.start, finding.end) == (box.motion.time[20], box.motion.time[30])
 
 
 def test_force_of_a_site_that_does_not_stand(standing):
     toe = next(i for i, s in enumerate(standing.sites) if s.name == "toe_3_r")
-    stands = standing.standing.copy()
+    stands = standing.contact_planned.copy()
     stands[80:121, toe] = False
-    (finding,) = examine(replace(standing, standing=stands)).findings
+    (finding,) = examine(having(standing, contact_planned=stands)).findings
     assert (finding.quantity, finding.name) == ("unsupported", "toe_3_r")
-    assert (finding.start, finding.end) == (standing.time[80], standing.time[120])
+    assert (finding.start, finding.end) == (standing.motion.time[80], standing.motion.time[120])
 
 
 def test_a_site_that_carries_too_much(box):
     most = 5.0 * G / 4.0
-    assert examine(replace(box, limits=Limits(force=most))).ok
-    (finding,) = examine(replace(box, limits=Limits(force=0.9 * most))).findings
+    assert examine(having(box, limits=Limits(force=most))).ok
+    (finding,) = examine(having(box, limits=Limits(force=0.9 * most))).findings
     assert finding.quantity == "force" and finding.unit == "N"
     assert finding.value == pytest.approx(most) and finding.limit == pytest.approx(0.9 * most)
 
 
 def test_weight_beside_what_stands(box):
-    stands = box.standing.copy()
+    stands = box.contact_planned.copy()
     stands[:, :2] = False
     force = box.contact_force.copy()
     force[:, :2], force[:, 2:] = 0.0, 2.0 * force[:, 2:]
-    check = examine(replace(box, contact_force=force, standing=stands))
+    check = examine(having(box, contact_force=force, contact_planned=stands))
     assert quantities(check) == {"root_moment", "pressure"}
     (finding,) = (f for f in check.findings if f.quantity == "pressure")
     assert finding.name == "the feet" and finding.value == pytest.approx(100.0)
@@ -460,9 +380,9 @@ def test_weight_beside_what_stands(box):
 ARM = """
 <mujoco><worldbody><body name="box_r"><freejoint/>
 <inertial pos="0 0 0.2" mass="50" diaginertia="1 1 1"/>
-<geom name="contact_a_r" type="sphere" size="0.02" pos="0.5 0.5 0"/>
-<geom name="contact_b_r" type="sphere" size="0.02" pos="0.5 -0.5 0"/>
-<geom name="contact_c_r" type="sphere" size="0.02" pos="-0.5 0 0"/>
+<geom name="contact_box_a_r" type="sphere" size="0.02" pos="0.5 0.5 0"/>
+<geom name="contact_box_b_r" type="sphere" size="0.02" pos="0.5 -0.5 0"/>
+<geom name="contact_box_c_r" type="sphere" size="0.02" pos="-0.5 0 0"/>
 <body name="arm" pos="0 0 0.5">
 <joint name="shoulder_l" type="hinge" axis="0 -1 0" range="-10 10" limited="true"
  actuatorfrcrange="-2 2.5"/>
@@ -471,40 +391,40 @@ ARM = """
 
 
 def test_a_joint_that_is_too_weak_for_its_arm():
-    model = mujoco.MjModel.from_xml_string(ARM)
-    t, qpos, qvel, qacc, sites = still(model, [0, 0, 0.02, 1, 0, 0, 0, 0])
-    force = balancing_forces(model, sites, qpos, qvel, qacc)
-    motion = MotionUnderTest(model, t, qpos, qvel, qacc, sites, force, np.ones((len(t), 3), bool))
+    arm = person(ARM)
+    t, qpos, qvel, qacc, sites = still(arm, [0, 0, 0.02, 1, 0, 0, 0, 0])
+    force = balancing_forces(arm.model, sites, qpos, qvel, qacc)
+    motion = record_of(arm, t, qpos, qvel, qacc, sites, force, np.ones((len(t), 3), bool))
     (finding,) = examine(motion).findings
     assert (finding.quantity, finding.name, finding.side) == ("torque", "shoulder_l", "l")
     assert finding.value == pytest.approx(0.3 * G)  # held level, one kilogram at 0.3 m
     assert (finding.limit, finding.unit) == (2.5, "N m")
     assert "shoulder_l needs 2.94 N m between 0.00 and 0.60 s" in finding.sentence()
-    assert examine(replace(motion, limits=Limits(torque=np.array([[0.0], [3.0]])))).ok
+    assert examine(having(motion, limits=Limits(torque=np.array([[0.0], [3.0]])))).ok
     other = Limits(torque=np.array([[-3.0], [0.0]]))  # strong, but the other way
-    assert quantities(examine(replace(motion, limits=other))) == {"torque"}
+    assert quantities(examine(having(motion, limits=other))) == {"torque"}
 
 
 def test_limits_of_joints_and_of_their_speed(human, standing):
     n = human.model.nv - 6
-    assert examine(replace(standing, limits=Limits(velocity=1.81))).ok
+    assert examine(having(standing, limits=Limits(velocity=1.81))).ok
     (finding,) = (
-        f for f in examine(replace(standing, limits=Limits(velocity=1.5))).findings if f.time == 0.0
+        f for f in examine(having(standing, limits=Limits(velocity=1.5))).findings if f.time == 0.0
     )
     assert (finding.quantity, finding.name, finding.side) == ("velocity", "arm_flex_r", "r")
     assert finding.value == pytest.approx(1.8) and finding.limit == 1.5
     assert finding.end < np.arccos(1.5 / 1.8) / 6.0 + 0.01
     each = np.full(n, 1.5)
     each[human.hinge("arm_flex_r")] = 2.0
-    assert examine(replace(standing, limits=Limits(velocity=each))).ok
-    check = examine(replace(standing, limits=Limits(velocity=1.5)))
+    assert examine(having(standing, limits=Limits(velocity=each))).ok
+    check = examine(having(standing, limits=Limits(velocity=1.5)))
     assert len(check.findings) == 3 and {f.name for f in check.findings} == {"arm_flex_r"}
     (sentence,) = check.words()
     assert "1.8 rad/s" in sentence and "and 2 more times; at most 1.5 rad/s" in sentence
     narrow = human.limits.copy()
     k = human.hinge("arm_flex_l")
     narrow[0, k] = human.standing()[7 + k] - 0.1
-    check = examine(replace(standing, limits=Limits(coordinate=narrow)))
+    check = examine(having(standing, limits=Limits(coordinate=narrow)))
     assert quantities(check) == {"coordinate"}
     assert {f.name for f in check.findings} == {"arm_flex_l"}
     assert check.measures["coordinate"].value == pytest.approx(np.rad2deg(0.1), rel=1e-3)
@@ -513,18 +433,18 @@ def test_limits_of_joints_and_of_their_speed(human, standing):
 
 def test_velocities_and_accelerations_of_another_motion(human, standing):
     k = human.hinge("elbow_flex_r")
-    qvel = standing.qvel.copy()
+    qvel = standing.motion.qvel.copy()
     qvel[100:141, 6 + k] += 0.1
-    (finding,) = examine(replace(standing, qvel=qvel)).findings
+    (finding,) = examine(having(standing, qvel=qvel)).findings
     assert (finding.quantity, finding.name) == ("velocity_mismatch", "elbow_flex_r")
     assert finding.start == pytest.approx(0.5, abs=0.01)
     assert finding.end == pytest.approx(0.7, abs=0.01)
-    qacc = standing.qacc.copy()
+    qacc = standing.motion.qacc.copy()
     qacc[100:141, 6 + k] += 2.0
-    (finding,) = examine(replace(standing, qacc=qacc)).findings
+    (finding,) = examine(having(standing, qacc=qacc)).findings
     assert (finding.quantity, finding.name) == ("acceleration_mismatch", "elbow_flex_r")
     assert finding.start == pytest.approx(0.5, abs=0.01)
-    slower = replace(standing, time=1.1 * standing.time)
+    slower = having(standing, time=1.1 * standing.motion.time)
     assert quantities(examine(slower)) == {"velocity_mismatch", "acceleration_mismatch"}
 
 
@@ -535,19 +455,17 @@ def test_figures_are_flat_and_words_are_sentences(standing):
     import json
 
     check = examine(standing)
-    metrics = check.metrics()
+    metrics = check.figures()
     assert set(check.measures) == set(QUANTITIES)
     assert metrics["check_ok"] is True and metrics["check_findings"] == 0
     assert metrics["check_root_force_rms_bw_percent"] < 1e-6
     json.dumps({k: None if v != v else v for k, v in metrics.items()}, allow_nan=False)
-    broken = replace(standing, contact_force=0.5 * standing.contact_force)
+    broken = having(standing, contact_force=0.5 * standing.contact_force)
     for sentence in examine(broken).words():
         assert "at most" in sentence and " s; " in sentence
 
 
 def test_distance_from_a_hull_is_that_of_a_fine_drawing_of_it():
-    from plantigrade.analyze.check import _outside
-
     rng = np.random.default_rng(0)
     n, k = 40, 6
     corners, point = rng.normal(size=(n, k, 2)), 2.0 * rng.normal(size=(n, 2))
@@ -571,58 +489,133 @@ def test_distance_from_a_hull_is_that_of_a_fine_drawing_of_it():
             assert near < 0.4
 
 
-def test_a_run_folder_can_be_checked_again(tmp_path, human, standing):
-    from plantigrade.motion.motion import Motion
-    from plantigrade.record.folder import write_run
-    from plantigrade.record.record import Record
-
+def test_a_run_folder_can_be_checked_again(tmp_path, standing):
     first = examine(standing)
-    motion = Motion(standing.time, standing.qpos, standing.qvel, human.joint_names, standing.qacc)
-    segments = {
-        s.name: seg for s, (_, _, seg) in zip(standing.sites, human.contact_points, strict=True)
-    }
-    record = Record(
-        motion,
+    record = having(
+        standing,
         qfrc_actuator=first.tau,
-        contact_force=standing.contact_force,
         contact_point=first.contact_point,
-        contact_side=tuple(s.side for s in standing.sites),
-        contact_segment=tuple(segments[s.name] for s in standing.sites),
+        ground=Ground(friction=0.7),
+        signals=first.signals(),
     )
-    folder = write_run(
-        tmp_path / "run",
-        model_xml=human.xml,
-        record=record,
-        metrics={"settings": {"friction": 0.7}},
-    )
-    again = motion_of_run(folder)
+    Run(record, "synthesize", figures=first.figures()).save(tmp_path / "run")
+    again = Run.load(tmp_path / "run").record
     assert again.ground.friction == 0.7
-    assert [s.body for s in again.sites] == [s.body for s in standing.sites]
     check = examine(again)
-    assert check.ok, check.words()
+    assert check.ok and check.status == "ok", check.words()
     np.testing.assert_allclose(check.tau, first.tau, atol=1e-9)
+    assert list(again.signals["check.quantity"]) == list(QUANTITIES)
 
-    pushed = replace(record, contact_force=1.05 * standing.contact_force)
-    assert quantities(examine(motion_of_record(human.model, pushed))) == {"root_force"}
-    beside = replace(record, contact_point=first.contact_point + 0.05)
-    with pytest.raises(ParameterError, match="no contact sphere.*give the sites"):
-        motion_of_record(human.model, beside)
-    with pytest.raises(ParameterError, match="no accelerations"):
-        motion_of_record(human.model, replace(record, motion=replace(motion, qacc=None)))
+    unplanned = having(again, contact_planned=None)  # then a site stands where it carries
+    pushed = having(unplanned, contact_force=1.05 * standing.contact_force)
+    assert quantities(examine(pushed)) == {"root_force"}
+
+
+def test_measured_forces_act_where_the_plates_say():
+    """A walk over plates: no plan, no spheres, but the same laws."""
+    from plantigrade.analyze.trial import analyse
+    from tests.analyze.plated_walk import plated_walk
+
+    record = analyse(plated_walk().fit(), cutoff=None).record()
+    record = having(
+        record,
+        **{k: getattr(record.motion, k)[10:-10] for k in MOTION},
+        **{
+            k: getattr(record, k)[10:-10]
+            for k in (
+                "qfrc_actuator",
+                "contact_force",
+                "contact_point",
+                "contact_torque",
+                "contact_known",
+            )
+        },
+    )
+    check = examine(record)
+    assert check.measures["root_force"].value < 1.0  # [% of body weight]
+    np.testing.assert_allclose(check.tau, record.qfrc_actuator, atol=1e-6)
+    assert np.isnan(check.measures["hover"].value)
+    hidden = record.contact_known.copy()
+    hidden[: len(hidden) // 2] = False
+    lost = having(
+        record, contact_known=hidden, contact_force=record.contact_force * hidden[..., None]
+    )
+    assert examine(lost).measures["root_force"].value < 1.0
+    unknown = examine(having(record, contact_force=None, contact_known=None))
+    assert np.isnan(unknown.measures["root_force"].value)
+
+
+# Conditions of the task ---------------------------------------------------------------------------
+
+
+def within(name, quantity, lower, upper, time=(0.0, np.inf), **more) -> Condition:
+    """A condition with constant bounds."""
+    n = len(time)
+    return Condition(name, quantity, time, (lower,) * n, (upper,) * n, **more)
+
+
+def test_conditions_are_judged_at_every_frame(standing):
+    arm = within("arm", "coordinate", -0.1, 0.2, of="arm_flex_r")
+    check = examine(having(standing, conditions=(arm,)))
+    assert quantities(check) == {"condition"} and check.conditions["arm"].bad
+    peak = check.conditions["arm"]
+    assert peak.value == pytest.approx(np.rad2deg(-0.3), rel=1e-3) and peak.below
+    assert peak.limit == pytest.approx(np.rad2deg(-0.1)) and peak.unit == "deg"
+    assert peak.time == pytest.approx(1.5 * np.pi / 6.0, abs=0.005)
+    sentence = next(f for f in check.findings if f.below).sentence()
+    assert "arm is -17.2 deg between" in sentence and "at least -5.73 deg" in sentence
+    assert check.figures()["check_conditions_broken"] == 1
+    assert "arm (at least)" in check.signals()["check.where"]
+    wide = within("arm", "coordinate", -0.3, 0.3, of="arm_flex_r")
+    assert examine(having(standing, conditions=(wide,))).ok
+
+
+def test_a_condition_holds_in_every_lap(standing):
+    """The worst lap of a condition is the one that is reported."""
+    early = within("arm", "coordinate", -1.0, 1.0, (0.0, 0.2), of="arm_flex_r")
+    late = within("arm", "coordinate", -0.1, 1.0, (0.6, 1.0), of="arm_flex_r")
+    for conditions in ((early, late), (late, early)):
+        check = examine(having(standing, conditions=conditions))
+        assert check.conditions["arm"].bad and 0.6 <= check.conditions["arm"].time <= 1.0
+
+
+@pytest.mark.parametrize(
+    "condition, holds",
+    [
+        (within("speed", "speed", -1.81, 1.81, of="arm_flex_r"), True),
+        (within("speed", "speed", -1.5, 1.5, of="arm_flex_r"), False),
+        (within("rest", "rest", 0.0, 0.0, (0.3, 0.3)), False),
+        (within("height", "com", 0.8, 1.2, axis="z"), True),
+        (within("height", "com", 1.2, 1.3, axis="z"), False),
+        (within("drift", "com speed", -0.05, 0.05, axis="x"), True),
+        (within("toe", "point", -0.001, 0.0, (0.1, 0.1), of="foot_r", axis="z"), False),
+        (within("way", "displacement", -0.01, 0.01, of="pelvis_tx"), True),
+        (within("swing", "displacement", 0.1, 0.2, (0.0, 0.05), of="arm_flex_r"), False),
+        (within("power", "power", -1.0, 1.0, of="knee_angle_r"), True),
+        (within("power", "power", 3.0, 4.0, of="arm_flex_r"), False),
+        (within("tilt", "speed", -0.01, 0.01, of="pelvis_tilt"), True),
+        (within("lap two", "com", 0.8, 1.2, (5.0, 6.0), axis="z"), False),
+    ],
+    ids=lambda value: getattr(value, "name", str(value)),
+)
+def test_every_kind_of_condition(standing, condition, holds):
+    check = examine(having(standing, conditions=(condition,)))
+    assert check.ok == holds, check.status
+    if not holds:
+        assert check.status.startswith(condition.name)
 
 
 def test_what_does_not_belong_together_is_refused(box):
     with pytest.raises(ParameterError, match="increasing"):
-        replace(box, time=box.time[::-1].copy())
-    bad = box.qvel.copy()
+        examine(having(box, time=box.motion.time[::-1].copy()))
+    bad = box.motion.qvel.copy()
     bad[7] = np.nan
     with pytest.raises(ParameterError, match="qvel has missing values .*frame 7"):
-        replace(box, qvel=bad)
+        examine(having(box, qvel=bad))
+    elsewhere = ContactSite(body="hand", name="x", side="r")
     with pytest.raises(ParameterError, match="no body 'hand'; there are box_r"):
-        replace(box, sites=(ContactSite("x", "r", "hand", (0, 0, 0)), *box.sites[1:]))
+        examine(having(box, sites=(elsewhere, *box.sites[1:])))
     with pytest.raises(ParameterError, match="length one"):
-        replace(box, qpos=2.0 * box.qpos)
-    with pytest.raises(ParameterError, match="normal"):
-        Ground((0.0, 0.0, 0.0))
-    with pytest.raises(ParameterError, match="one for each of the 61 frames"):
-        replace(box, sites=(replace(box.sites[0], height=np.zeros(3)), *box.sites[1:]))
+        examine(having(box, qpos=2.0 * box.motion.qpos))
+    with pytest.raises(ParameterError, match="without accelerations"):
+        examine(having(box, qacc=None))

@@ -17,7 +17,7 @@ from plantigrade.analyze.statistics import rmse_offset_removed
 from plantigrade.errors import ParameterError
 from plantigrade.io import read
 from plantigrade.kinematics.fit import Person, fit_markers, unseen_toes_follow
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import place_markers
@@ -181,8 +181,8 @@ def test_segments_are_found_again_from_oxford_markers(human):
     rng = np.random.default_rng(5)
     local = np.array([placed[n].position for n in OXFORD])
     local = local + 0.005 * rng.normal(size=local.shape)
-    points = Points(human, [placed[n].body for n in OXFORD], local)
-    x = np.array([points.at(q) for q in qpos])
+    points = PointSet(human, [placed[n].body for n in OXFORD], local)
+    x = points.path(qpos)
     markers = Markers(tuple(OXFORD), time, x + 0.0005 * rng.normal(size=x.shape))
     recording = Recording(Path("walk.c3d"), markers, subject=Subject(height=1.70, mass=65.0))
     fitted = fit_markers(recording, Person(joints="66"))

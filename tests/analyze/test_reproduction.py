@@ -8,10 +8,10 @@ import pytest
 
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison, angles_deg, compare, over_swings
 from plantigrade.errors import ReproduceError
-from plantigrade.kinematics.ground import contact_points
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.reproduce.reference import Contact, Reference, reference_of
+from plantigrade.reproduce.reference import ContactInterval, Reference, reference_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 from plantigrade.wbc.ordered_motion import OrderedMotion
 from plantigrade.workflows.textbook import TextbookWalk, textbook_walk
@@ -136,14 +136,14 @@ def standing() -> Reference:
     """Somebody who stands on both feet for a second and never walks."""
     human = Human.create()
     qpos = human.standing()
-    qpos[2] -= contact_points(human, qpos[None]).position[..., 2].min()
+    qpos[2] -= sole_paths(human, qpos[None]).position[..., 2].min()
     time = np.linspace(0.0, 1.0, 101)
     many = np.tile(qpos, (len(time), 1))
     still = np.zeros((len(time), human.model.nv))
     events = textbook_walk(human).events[:3]
     first, last = (replace(events[0], time=0.0), replace(events[2], time=1.0))
     return Reference(
-        human, (first, last), (), tuple(Contact(s, "heel", 0.2, 0.7) for s in "rl"),
+        human, (first, last), (), tuple(ContactInterval(s, "heel", 0.2, 0.7) for s in "rl"),
         Trajectory.fixed(np.zeros(3)), {}, {}, time, many, still, still,
     )  # fmt: skip
 

@@ -208,11 +208,11 @@ def test_another_mass_keeps_the_lengths():
 
 def test_the_measured_walk_is_weighed(data):
     """The plates of a public walk carry what its scaled OpenSim model weighs: 85.3 kg."""
-    from plantigrade.workflows.fit import fit_file
+    from plantigrade.workflows.fit import fit_trial
 
     folder = data / "opensim" / "rajagopal_walk"
     text = (folder / "subject_walk_scaled.osim").read_text(encoding="utf-8")
     masses = [float(m) for m in re.findall(r"<mass>\s*([-+.\deE]+)\s*</mass>", text)]
     assert sum(masses) == pytest.approx(85.27, abs=0.01)
-    trial = fit_file(folder / "markers_walk.trc")
+    trial = fit_trial(folder / "markers_walk.trc")[1]
     assert trial.fit.human.mass == pytest.approx(sum(masses), rel=0.01)

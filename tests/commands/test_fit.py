@@ -235,14 +235,15 @@ def test_bad_input_is_one_sentence(data, tmp_path, monkeypatch, capsys, words, s
 def test_a_named_file_of_forces_comes_before_those_in_the_recording(data, tmp_path):
     from plantigrade.io import read, write
     from plantigrade.motion import Recording
-    from plantigrade.workflows.fit import FitSettings, load
+    from plantigrade.workflows.fit import load
+    from plantigrade.workflows.settings import FitSettings
 
     own = read(data / "c3d/HC038A11.c3d")
     other = tmp_path / "mine.mot"
     write(Recording(other, plates=own.plates[:1]), other)
     loaded = load(data / "c3d/HC038A11.c3d", FitSettings(forces=other))
-    assert len(loaded.recording.plates) == 1 and len(own.plates) == 2
-    assert other in loaded.sources
+    assert len(loaded.plates) == 1 and len(own.plates) == 2
+    assert other in loaded.companions
 
 
 def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):

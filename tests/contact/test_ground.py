@@ -1,77 +1,112 @@
-"""The ground is where every footprint stands, and its steps lie close to the higher footprint."""
+"""One ground: level, sloped, with steps, bumps, relief and seats."""
+
+import json
 
 import numpy as np
 import pytest
 
 from plantigrade.constants import FRICTION
-from plantigrade.contact.ground import Ground, Seat, Step
-from plantigrade.contact.plan import ContactPlan, Footprint, Stance
+from plantigrade.contact.ground import Bump, Ground, HeightField, Seat, Step
+from plantigrade.contact.plan import ContactPlan, Footprint, Stance, Support
+from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 
+LENGTH = 0.6
 
-def plan(heights, slope=0.0):
-    """Return steps of 0.7 m, alternating feet, footprints at the given heights."""
+
+def plan(heights, **more) -> ContactPlan:
+    """A walk whose footprints have these heights [m]."""
     stances = tuple(
-        Stance(Footprint("rl"[i % 2], (0.7 * i, 0.1 * (-1) ** (i + 1), z)), t, t, t + 0.5, t + 0.5,
-               t + 0.6)
-        for i, (z, t) in enumerate(zip(heights, np.arange(len(heights)) * 0.5, strict=True))
-    )  # fmt: skip
-    return ContactPlan(float(len(heights)), stances, slope=slope)
+        Stance(
+            Footprint("rl"[i % 2], (LENGTH * i, 0.1 * (-1) ** (i + 1), z)),
+            0.5 * i,
+            0.5 * i + 0.1,
+            0.5 * i + 0.4,
+            0.5 * i + 0.5,
+            0.5 * i + 0.6,
+        )
+        for i, z in enumerate(heights)
+    )
+    return ContactPlan(0.5 * len(heights), stances, **more)
 
 
-def test_level_ground_has_no_steps():
-    ground = Ground.of_plan(plan([0.0, 0.0, 0.0]))
-    assert ground == Ground() and ground.friction == FRICTION
-    assert not ground.under(np.random.default_rng(0).normal(size=(4, 5, 3))).any()
+def test_level_ground_has_one_height():
+    assert Ground.of_plan(plan([0.0, 0.0, 0.0])) == Ground(friction=FRICTION)
 
 
 @pytest.mark.parametrize("heights", [[0.0, 0.1, 0.1], [0.0, 0.0, -0.12, -0.12], [0.1, 0.2, 0.2]])
 def test_every_footprint_lies_on_the_ground(heights):
     made = plan(heights)
     ground = Ground.of_plan(made)
+    assert np.all(np.diff([step.x for step in ground.steps]) > 0)
     for stance in made.stances:
-        x, _, z = stance.footprint.position
+        x, y, z = stance.footprint.position
         for reach in (-0.08, 0.0, 0.22):  # heel, ankle, toes
-            assert ground.along(np.array([x + reach]))[0] == pytest.approx(z)
+            assert ground.under(np.array([x + reach, y, 5.0])) == pytest.approx(z)
 
 
 def test_a_margin_sees_the_higher_tread_early():
     ground = Ground.of_plan(plan([0.0, 0.15, 0.15]))
-    (step,) = ground.steps
-    just_before = np.array([step.x - 0.03])
+    (edge,) = ground.steps
+    just_before = np.array([edge.x - 0.03])
     assert ground.along(just_before)[0] == 0.0
     assert ground.along(just_before, 0.06)[0] == pytest.approx(0.15)
 
 
-def test_a_slope_turns_the_normal_and_the_axes():
-    ground = Ground(height=0.2, slope=0.3, steps=(Step(1.0, 0.5),))
-    np.testing.assert_allclose(ground.to_world @ [0.0, 0.0, 1.0], ground.normal, atol=1e-15)
-    assert np.linalg.norm(ground.normal) == pytest.approx(1.0)
-    on = np.array([[0.5, 3.0, 0.2], [1.5, -2.0, 0.5]]) @ ground.to_world.T  # x uphill, y, height
-    assert on[1, 2] - on[0, 2] > 0.3  # it rises along x
-    np.testing.assert_allclose(ground.under(on), on @ ground.normal)
+def test_a_point_of_a_slope_is_as_high_as_the_slope_says():
+    slope = np.deg2rad(7.0)
+    ground = Ground(slope=slope)
+    x = np.array([[0.0, 0.0, 0.0], [1.0, 0.3, np.tan(slope)], [-2.0, 0.0, -2.0 * np.tan(slope)]])
+    np.testing.assert_allclose(x @ ground.normal - ground.under(x), 0.0, atol=1e-12)
+    np.testing.assert_allclose(ground.to_world[:, 2], ground.normal)
+    np.testing.assert_allclose(ground.normal_at(x), np.tile(ground.normal, (3, 1)))
 
 
-def test_it_comes_back_from_its_description():
-    ground = Ground(0.1, 0.2, (Step(0.5, 0.3),), (Seat("seat", (0.0, 0.1, 0.45)),), 0.5)
-    assert Ground.from_dict(ground.to_dict()) == ground
-    assert Ground.from_dict({}) == Ground()
+@pytest.mark.parametrize("slope", [0.0, 0.2])
+def test_a_bump_is_a_cap_of_a_sphere(slope):
+    ground = Ground(slope=slope, bumps=(Bump((0.3, 0.1, -0.4), 0.5),))
+    inside = np.array([[0.3, 0.1, 0.1], [0.4, 0.1, -0.4 + np.sqrt(0.24)], [0.9, 0.1, 0.0]])
+    world = inside @ ground.to_world.T
+    np.testing.assert_allclose(ground.under(world), inside[:, 2], atol=1e-12)
+    outward = (inside[:2] - [0.3, 0.1, -0.4]) / 0.5
+    np.testing.assert_allclose(
+        ground.normal_at(world),
+        np.vstack([outward, [0.0, 0.0, 1.0]]) @ ground.to_world.T,
+        atol=1e-6,
+    )
+
+
+def test_relief_is_bilinear_and_ends_at_its_edge():
+    heights = ((0.0, 0.0, 0.0), (0.0, 0.02, 0.04))
+    ground = Ground(height=0.1, field=HeightField((1.0, -1.0), (0.5, 2.0), heights))
+    x = np.array([[1.5, 1.0, 0.0], [1.75, 0.0, 0.0], [0.9, 0.0, 0.0]])
+    np.testing.assert_allclose(ground.under(x), [0.12, 0.115, 0.1])
+    normal = ground.normal_at(x[1])
+    np.testing.assert_allclose(normal[:2] / normal[2], [-0.02, -0.015], rtol=1e-4)
+
+
+def test_a_ground_is_the_same_after_json():
+    seat = Seat("seat_r", (0.1, 0.0, 0.45))
+    field = HeightField((0.0, 0.0), (0.1, 0.1), ((0.0, 0.01), (0.0, 0.02)))
+    ground = Ground(0.1, 0.05, (Step(0.4, 0.2),), (seat,), 0.6, (Bump((0, 0, 0), 0.02),), field)
+    again = Ground.from_dict(json.loads(json.dumps(ground.to_dict())))
+    assert again == ground
+    site = ContactSite(body="pelvis", name="seat_r", part="chair")
+    sits = plan([0.0], supports=(Support(site, (0.1, 0.0, 0.45), 0.0, 1.0),))
+    assert Ground.of_plan(sits).seats == (seat,)
 
 
 @pytest.mark.parametrize(
-    "description",
+    "broken, match",
     [
-        {"friction": -0.1},
-        {"friction": float("nan")},
-        {"slope": 2.0},
-        {"steps": [{"x": 1.0, "height": 0.1}, {"x": 0.0, "height": 0.2}]},
-        {"steps": [{"x": 1.0}]},
-        {"steps": 3},
-        {"seats": [{"site": "seat", "position": ["a"]}]},
-        {"height": "high"},
-        {"colour": 1},
+        ({"friction": -0.1}, "friction"),
+        ({"slope": 2.0}, "right angle"),
+        ({"steps": [{"x": 1.0, "height": 0.1}, {"x": 0.0, "height": 0.0}]}, "order"),
+        ({"seats": [{"site": "a", "position": [0.0, 1.0]}]}, "2 numbers where 3"),
+        ({"field": {"corner": [0, 0], "spacing": [1, 1], "heights": [[0.0]]}}, "two or more rows"),
+        ({"bumps": [{"centre": [0, 0, 0]}]}, "radius"),
     ],
 )
-def test_what_is_not_a_ground_is_refused(description):
-    with pytest.raises(ParameterError):
-        Ground.from_dict(description)
+def test_what_is_no_ground_is_refused(broken, match):
+    with pytest.raises(ParameterError, match=match):
+        Ground.from_dict(broken)

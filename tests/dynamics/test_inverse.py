@@ -14,6 +14,7 @@ from plantigrade.dynamics import (
 from plantigrade.dynamics.carriers import Carriers, shares
 from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import (
     configuration_to_pinocchio,
@@ -107,13 +108,13 @@ def test_round_trip_with_forward_dynamics(joints, feet):
     torque[:, :6] = 0
     qacc = np.empty_like(qvel)
     carriers = Carriers(human)
-    for f in range(len(qpos)):
+    for f, state in enumerate(sweep(human, qpos)):
         data.qpos[:], data.qvel[:] = qpos[f], qvel[f]
         mujoco.mj_forward(model, data)
         data.xfrc_applied[:] = 0
         for k, side in enumerate(("r", "l")):
             for load in carriers.divide(
-                data, side, forces.force[f, k], forces.point[f, k], forces.torque[f, k]
+                state, side, forces.force[f, k], forces.point[f, k], forces.torque[f, k]
             ):
                 arm = load.point - data.xipos[load.body]
                 data.xfrc_applied[load.body, :3] += load.force
@@ -131,14 +132,11 @@ def test_division_over_segments_keeps_the_wrench(joints, feet):
     human = person(joints, feet)
     _, qpos, *_ = movement(human, n=4, dt=0.1)
     forces = random_forces(human, qpos)
-    data = mujoco.MjData(human.model)
     carriers = Carriers(human)
-    for f in range(len(qpos)):
-        data.qpos[:] = qpos[f]
-        mujoco.mj_kinematics(human.model, data)
+    for f, state in enumerate(sweep(human, qpos)):
         for k, side in enumerate(("r", "l")):
             loads = carriers.divide(
-                data, side, forces.force[f, k], forces.point[f, k], forces.torque[f, k]
+                state, side, forces.force[f, k], forces.point[f, k], forces.torque[f, k]
             )
             assert {human.body_names[load.body - 1][-1] for load in loads} == {side}
             total = sum(load.force for load in loads)
@@ -225,13 +223,13 @@ def test_power_is_the_change_of_energy():
     data = mujoco.MjData(model)
     carriers = Carriers(human)
     energy, external = np.empty(len(t)), np.zeros(len(t))
-    for f in range(len(t)):
+    for f, state in enumerate(sweep(human, qpos)):
         data.qpos[:], data.qvel[:] = qpos[f], qvel[f]
         mujoco.mj_forward(model, data)
         energy[f] = data.energy.sum()
         for k, side in enumerate(("r", "l")):
             loads = carriers.divide(
-                data, side, forces.force[f, k], forces.point[f, k], forces.torque[f, k]
+                state, side, forces.force[f, k], forces.point[f, k], forces.torque[f, k]
             )
             for load in loads:
                 jp, jr = np.zeros((3, model.nv)), np.zeros((3, model.nv))

@@ -3,9 +3,9 @@
 import xml.etree.ElementTree as ET
 
 import numpy as np
-from plantigrade.synthesize.zhakatayev2023 import MOTIONS
 
 from plantigrade.experiments import spline_table
+from plantigrade.synthesize.zhakatayev2023 import MOTIONS
 
 
 def test_measured_knees_bend_in_swing(data):

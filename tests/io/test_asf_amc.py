@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.io.asf_amc import find_asf, read_amc, read_asf
+from plantigrade.io.amc import read_amc
+from plantigrade.io.asf import find_asf, read_asf
 from plantigrade.io.bvh import read_bvh
 
 WALKS = {  # mean speeds by the data's own description [m/s]

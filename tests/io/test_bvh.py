@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.io.asf_amc import read_amc
-from plantigrade.io.bvh import read_bvh, write_bvh
+from plantigrade.io.amc import read_amc
+from plantigrade.io.bvh import read_bvh
+from plantigrade.io.bvh_writer import write_bvh
 from plantigrade.io.deepmimic import read_deepmimic
 
 BODY = """HIERARCHY

@@ -6,7 +6,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from plantigrade.errors import FileError
-from plantigrade.io.asf_amc import read_amc
+from plantigrade.io import read
+from plantigrade.io.amc import read_amc
 from plantigrade.io.bvh import read_bvh
 from plantigrade.io.deepmimic import read_deepmimic
 from plantigrade.io.mot import read_mot
@@ -77,15 +78,43 @@ def damage(draw, text):
 )
 @given(content=st.data())
 def test_damaged(tmp_path, name, content):
-    text, read = SOURCES[name]
+    text, reader = SOURCES[name]
     (tmp_path / "leg.asf").write_text(LEG)
     (tmp_path / "leg_01.amc").write_text(AMC)
     (tmp_path / name).write_bytes(content.draw(damage(text)))
     try:
-        recording = read_amc(tmp_path / "leg_01.amc") if read is None else read(tmp_path / name)
+        recording = read_amc(tmp_path / "leg_01.amc") if reader is None else reader(tmp_path / name)
     except FileError as error:
         assert error.path.parent == tmp_path and error.problem
         return
     if recording.skeleton is not None:
         assert np.isfinite(recording.skeleton.positions).all()
         assert (np.diff(recording.skeleton.time) > 0).all()
+
+
+TRC = (
+    "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n"
+    "100\t100\t2\t1\tmm\nFrame#\tTime\tA\t\t\n\t\tX1\tY1\tZ1\n1\t0.0\t1\t2\t3\n2\t0.01\t1\t2\t3\n"
+)
+
+
+@pytest.mark.parametrize("count", ["9" * 5000, "²", "٣"])
+@pytest.mark.parametrize(
+    ("name", "text", "place"),
+    [
+        ("a.trc", TRC, "\t2\t1\tmm"),
+        ("a.mot", SOURCES["force.sto"][0], "=2\n"),
+        ("a.bvh", BODY + MOTION, "CHANNELS 3 "),
+    ],
+)
+def test_counts_that_python_cannot_take(tmp_path, name, text, place, count):
+    """Python refuses to turn more than 4300 digits into a number, and a superscript two."""
+    assert place in text
+    digit = next(c for c in place if c.isdigit())
+    (tmp_path / name).write_text(text.replace(place, place.replace(digit, count, 1)))
+    try:
+        recording = read(tmp_path / name)
+    except FileError as error:
+        assert error.problem
+    else:
+        assert recording.markers is not None or recording.plates

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.io.mot import knee_sign, read_mot, read_table, write_mot
+from plantigrade.io.mot import read_mot, read_table, write_mot
+from plantigrade.io.opensim_coordinates import knee_sign
 from plantigrade.motion.recording import ForcePlate, Recording, Table
 
 GRAVITY = 9.81

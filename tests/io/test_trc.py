@@ -110,7 +110,7 @@ def test_errors_name_the_line(tmp_path, change, match):
 def test_what_is_odd_is_said(tmp_path):
     """Fewer frames than announced; a last row cut off."""
     recording = read_trc(write(tmp_path / "a.trc", text().replace("\t3\t4\tmm", "\t9\t4\tmm")))
-    assert recording.warnings == ("the header announces 9 frames, the file has 3",)
+    assert recording.warnings == ("the header says 9 frames, the file holds 3",)
     recording = read_trc(write(tmp_path / "a.trc", text()[:-30]))
     assert len(recording.markers.time) == 2 and "cut off" in recording.warnings[0]
 

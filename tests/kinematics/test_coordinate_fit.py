@@ -8,7 +8,7 @@ import pytest
 from plantigrade.errors import FileError, FitError
 from plantigrade.io.mot import read_mot
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
-from plantigrade.kinematics.ground import lowest
+from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.models import Human
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import Table

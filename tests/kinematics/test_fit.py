@@ -7,7 +7,7 @@ import pytest
 
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import Person, fit_markers
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.markers import place_markers
 from plantigrade.motion import Markers, Recording, Subject
@@ -52,8 +52,8 @@ def markers_of(human, time, qpos, *, noise=0.001, shift=0.0, seed=0, names=NAMES
     placed = place_markers(names, human)
     local = np.array([placed[n].position for n in names])
     local = local + shift * rng.normal(size=local.shape)
-    points = Points(human, [placed[n].body for n in names], local)
-    x = np.array([points.at(q) for q in qpos])
+    points = PointSet(human, [placed[n].body for n in names], local)
+    x = points.path(qpos)
     return Markers(tuple(names), time, x + noise * rng.normal(size=x.shape))
 
 
@@ -135,11 +135,11 @@ def test_flying_samples_are_left_out_and_named():
 def test_markers_of_unknown_name_go_to_the_segment_they_move_with():
     human, time, qpos = walker()
     known = markers_of(human, time, qpos)
-    cluster = Points(
+    cluster = PointSet(
         human, ["femur_r"] * 3 + ["tibia_l"], np.array([[0.1, -0.08, -0.2], [0.1, -0.05, -0.3],
                                                         [0.02, -0.1, -0.25], [0.05, 0.06, -0.2]])
     )  # fmt: skip
-    extra = np.array([cluster.at(q) for q in qpos])
+    extra = cluster.path(qpos)
     names = (*known.names, "X1", "X2", "X3", "X4")
     fit = fit_markers(
         recording(Markers(names, time, np.concatenate([known.positions, extra], axis=1)))

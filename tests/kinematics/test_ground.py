@@ -4,17 +4,11 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FitError
-from plantigrade.kinematics.ground import (
-    Rest,
-    contact_points,
-    drift_of,
-    find_rests,
-    forward_path,
-    level,
-    lowest,
-    penetration_of,
-    plant_feet,
-)
+from plantigrade.kinematics.ground_level import level
+from plantigrade.kinematics.planting import plant_feet
+from plantigrade.kinematics.rests import Rest, drift_of, find_rests
+from plantigrade.kinematics.root_path import forward_path
+from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
 
 RATE = 100.0
@@ -34,7 +28,7 @@ def standing(human) -> np.ndarray:
 
 def test_standing_feet_touch_the_ground_and_rest(human, standing):
     assert np.abs(lowest(human, standing)).max() < 1e-9
-    rests = find_rests(contact_points(human, standing), RATE)
+    rests = find_rests(sole_paths(human, standing), RATE)
     assert {(r.side, r.region) for r in rests} == {
         (s, r) for s in ("r", "l") for r in ("heel", "ball", "toes")
     }
@@ -55,7 +49,7 @@ def test_a_raised_foot_does_not_move_the_ground(human, standing):
     q[:, 7 + human.hinge("knee_angle_r")] = 1.2
     q[:, 2] += 0.05
     levelled, _ = level(human, q, RATE)
-    left = contact_points(human, levelled)
+    left = sole_paths(human, levelled)
     assert abs(left.position[:, left.of("l"), 2].min()) < 1e-6
 
 
@@ -70,13 +64,13 @@ def test_planted_feet_neither_slide_nor_sink(human, standing):
     s = np.linspace(0, 1, len(q))
     q[:, 0] += 0.04 * s
     q[:, 2] -= 0.01 * s
-    contact = contact_points(human, q)
+    contact = sole_paths(human, q)
     rests = find_rests(contact, RATE)
     assert drift_of(contact, rests).max() > 0.015
     planted = plant_feet(human, q, rate=RATE)
-    after = contact_points(human, planted)
+    after = sole_paths(human, planted)
     assert drift_of(after, rests).max() < 0.003
-    assert penetration_of(after).max() < 0.003
+    assert after.penetration.max() < 0.003
     low, high = human.limits
     assert (planted[:, 7:] >= low - 1e-9).all() and (planted[:, 7:] <= high + 1e-9).all()
     arms = [7 + i for i, c in enumerate(human.coordinates) if c.startswith(("arm", "elbow"))]
@@ -88,10 +82,10 @@ def test_feet_on_a_belt_move_with_it(human, standing):
     belt[:, 0] = -1.2 * np.arange(100) / RATE
     q = standing.copy()
     q[:, :3] += belt
-    rests = find_rests(contact_points(human, q), RATE, way=belt)
+    rests = find_rests(sole_paths(human, q), RATE, way=belt)
     assert len(rests) == 6
-    assert not find_rests(contact_points(human, q), RATE)
-    assert drift_of(contact_points(human, q), rests, belt).max() < 1e-9
+    assert not find_rests(sole_paths(human, q), RATE)
+    assert drift_of(sole_paths(human, q), rests, belt).max() < 1e-9
 
 
 def test_path_is_that_of_a_body_swinging_over_its_foot(human):
@@ -107,7 +101,7 @@ def test_path_is_that_of_a_body_swinging_over_its_foot(human):
     d = human.dimensions
     expected = 2 * (d.thigh + d.shank) * np.sin(0.2)
     assert abs(moved[-1, 0] - moved[0, 0] - expected) < 0.04 * expected + 0.01
-    contact = contact_points(human, moved)
+    contact = sole_paths(human, moved)
     rest = [Rest("r", region, 0, n) for region in ("heel", "ball")]
     assert drift_of(contact, rest).max() < 0.02
     assert np.abs(contact.position[:, contact.of("r"), 2].min(axis=1)).max() < 1e-9

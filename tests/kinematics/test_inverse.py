@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear, minimize
 
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step, track
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet, integrate
 from plantigrade.models.landmarks import attachments
 from tests.models.presets import PRESETS, person, random_state
 
@@ -38,10 +38,15 @@ def test_a_step_on_a_closed_range_does_not_move():
     np.testing.assert_allclose(step, [1, 1, 1, 1, 1, 1, 0, 0.5])
 
 
+def where(points, qpos):
+    """Where points are in one posture."""
+    return points.path(qpos[None])[0]
+
+
 def landmark_solver(human, every=1):
     places = attachments(human)
     names = list(places)[::every]
-    points = Points(
+    points = PointSet(
         human, [places[n].body for n in names], np.array([places[n].position for n in names])
     )
     return points, InverseKinematics(points, tolerance=1e-9, max_iterations=300)
@@ -69,9 +74,9 @@ def test_a_known_pose_is_found_again(preset):
         q = gentle_state(human, rng)
         start = human.standing()
         start[:7] = q[:7]
-        found = solver.solve(points.at(q).copy(), start)
+        found = solver.solve(where(points, q), start)
         assert np.nanmax(found.residual) < 1e-3
-        np.testing.assert_allclose(points.at(found.qpos), points.at(q), atol=1e-3)
+        np.testing.assert_allclose(where(points, found.qpos), where(points, q), atol=1e-3)
 
 
 def test_limits_hold_though_the_markers_ask_for_more():
@@ -81,7 +86,7 @@ def test_limits_hold_though_the_markers_ask_for_more():
     knee = human.hinge("knee_angle_r")
     q = human.standing()
     q[7 + knee] = human.limits[0, knee] - 0.5
-    found = solver.solve(points.at(q).copy(), human.standing())
+    found = solver.solve(where(points, q), human.standing())
     low, high = human.limits
     assert (found.qpos[7:] >= low).all() and (found.qpos[7:] <= high).all()
     assert found.qpos[7 + knee] == pytest.approx(low[knee], abs=1e-6)
@@ -95,7 +100,7 @@ def test_limits_hold_for_any_markers(seed):
     points, _ = landmark_solver(human)
     solver = InverseKinematics(points)
     rng = np.random.default_rng(seed)
-    x = points.at(human.standing()) + 0.4 * rng.normal(size=(len(points.body), 3))
+    x = where(points, human.standing()) + 0.4 * rng.normal(size=(len(points.body), 3))
     found = solver.solve(x, human.standing())
     low, high = human.limits
     assert (found.qpos[7:] >= low).all() and (found.qpos[7:] <= high).all()
@@ -107,15 +112,15 @@ def test_it_is_a_minimum():
     human = person("42", "rigid")
     points, solver = landmark_solver(human, every=3)
     rng = np.random.default_rng(3)
-    x = points.at(gentle_state(human, rng)) + 0.01 * rng.normal(size=(len(points.body), 3))
+    x = where(points, gentle_state(human, rng)) + 0.01 * rng.normal(size=(len(points.body), 3))
     start = human.standing()
     found = solver.solve(x, start)
     low, high = human.limits
 
     def cost(step):
-        q = points.integrate(found.qpos, step)
+        q = integrate(human.model, found.qpos, step)
         posture = q[7:] - solver.rest
-        return float(np.sum((x - points.at(q)) ** 2) + solver.posture @ posture**2)
+        return float(np.sum((x - where(points, q)) ** 2) + solver.posture @ posture**2)
 
     bounds = [(-0.1, 0.1)] * 6 + list(zip(low - found.qpos[7:], high - found.qpos[7:], strict=True))
     best = minimize(cost, np.zeros(human.model.nv), method="L-BFGS-B", bounds=bounds)
@@ -126,7 +131,7 @@ def test_gaps_are_left_out_and_their_limbs_held_by_posture():
     human = person("42", "two-segment")
     points, solver = landmark_solver(human)
     q = gentle_state(human, np.random.default_rng(1))
-    x = points.at(q).copy()
+    x = where(points, q)
     names = list(attachments(human))
     lost = [i for i, n in enumerate(names) if points.body[i] == human.body("hand_r")]
     x[lost] = np.nan
@@ -145,7 +150,7 @@ def test_a_marker_without_one_of_its_coordinates_is_a_gap():
     human = person("42", "rigid")
     points, solver = landmark_solver(human)
     q = gentle_state(human, np.random.default_rng(6))
-    x = points.at(q).copy()
+    x = where(points, q)
     x[3, 1] = np.nan
     start = human.standing()
     start[:7] = q[:7]
@@ -165,11 +170,11 @@ def test_no_marker_at_all_leaves_the_pose_where_it_was():
 def test_weights_decide_between_markers_that_disagree():
     human = person("42", "rigid")
     local = np.array([[0.1, 0.0, 0.0], [0.1, 0.0, 0.0]])
-    points = Points(human, ["pelvis", "pelvis"], local)
-    x = points.at(human.standing()).copy()
+    points = PointSet(human, ["pelvis", "pelvis"], local)
+    x = where(points, human.standing())
     x[1] += [0.0, 0.0, 0.04]
     found = InverseKinematics(points, np.array([3.0, 1.0])).solve(x, human.standing())
-    assert points.at(found.qpos)[0, 2] - x[0, 2] == pytest.approx(0.01, abs=1e-5)
+    assert where(points, found.qpos)[0, 2] - x[0, 2] == pytest.approx(0.01, abs=1e-5)
 
 
 def test_a_movement_is_tracked_through_a_full_turn_and_gaps():
@@ -183,7 +188,7 @@ def test_a_movement_is_tracked_through_a_full_turn_and_gaps():
     qpos[:, 3], qpos[:, 6] = np.cos(heading / 2), np.sin(heading / 2)
     qpos[:, 7 + human.hinge("knee_angle_r")] = 0.6 - 0.5 * np.cos(5 * time)
     qpos[:, 7 + human.hinge("hip_flexion_l")] = 0.5 * np.sin(5 * time)
-    x = np.array([points.at(q) for q in qpos])
+    x = points.path(qpos)
     rng = np.random.default_rng(0)
     x[rng.uniform(size=x.shape[:2]) < 0.2] = np.nan
     x[60:63] = np.nan  # nothing seen at all
@@ -204,8 +209,8 @@ def test_a_hidden_arm_and_a_hidden_body_go_straight_from_where_they_were_to_wher
     qpos = np.tile(human.standing(), (n, 1))
     qpos[:, elbow] = np.linspace(0.4, 1.6, n)
     qpos[:, 0] = np.linspace(0.0, 0.8, n)
-    measured = np.array([points.at(q) for q in qpos])
-    below = points.moves[:, human.hinge("elbow_flex_r")] > 0
+    measured = points.path(qpos)
+    below = points.moved[:, 0, 6 + human.hinge("elbow_flex_r")] > 0
     measured[15:25, below] = np.nan
     measured[30:33] = np.nan
     measured[33, 2:] = np.nan  # two points do not tell where a body is

@@ -26,13 +26,13 @@ TRUNK = ("asis_r", "asis_l", "psis_r", "psis_l", "c7", "t10", "suprasternale", "
 @pytest.fixture(scope="module")
 def person():
     """Return where trunk markers sit and their positions on the standing person."""
-    from plantigrade.kinematics.points import Points
+    from plantigrade.kinematics.state import PointSet
 
     human = Human.create(1.7, 65.0, "female")
     table = attachments(human)
     places = [table[name] for name in TRUNK]
-    points = Points(human, [p.body for p in places], np.array([p.position for p in places]))
-    return places, points.at(human.standing()).copy()
+    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
+    return places, points.path(human.standing()[None])[0]
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])

@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FitError
-from plantigrade.io.asf_amc import read_amc
+from plantigrade.io.amc import read_amc
 from plantigrade.io.bvh import read_bvh
 from plantigrade.io.deepmimic import read_deepmimic
-from plantigrade.kinematics.ground import (
-    Rest,
-    contact_points,
-    drift_of,
-    find_rests,
-    plant_feet,
-)
+from plantigrade.kinematics.planting import plant_feet
+from plantigrade.kinematics.rests import Rest, drift_of, find_rests
 from plantigrade.kinematics.retarget import fit_skeleton
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.models.joint_names import identify, split_name
 from plantigrade.motion import Recording
@@ -93,7 +89,7 @@ def steps(human: Human, n: int = 90) -> np.ndarray:
     q[:, 7 + human.hinge("lumbar_extension")] = -0.3 * bend
     q[:, 7 + human.hinge("lumbar_rotation")] = 0.2 * swing
     q[:, 7 + human.hinge("neck_rotation")] = -0.3 * swing
-    points = contact_points(human, q)
+    points = sole_paths(human, q)
     q[:, :3] -= points.position[:, points.of("r", "heel")].mean(axis=1) - points.position[
         0, points.of("r", "heel")
     ].mean(axis=0)
@@ -214,7 +210,7 @@ def test_cmu_walks_stand_on_the_ground(data, name):
         assert 50 < np.ptp(knee) < 85  # a step flexes the knee by about 60 degrees
         hip = np.rad2deg(fit.qpos[:, 7 + fit.human.hinge(f"hip_flexion_{side}")])
         assert np.abs(hip - thigh_angle(fit.recording.skeleton, side)).mean() < 4
-    contact = contact_points(fit.human, fit.qpos)
+    contact = sole_paths(fit.human, fit.qpos)
     rests = find_rests(contact, 120.0)
     assert np.median(drift_of(contact, rests)) < 0.004
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.ground import contact_points, find_rests
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.soles import THICKEST, on_own_soles
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
@@ -21,7 +22,7 @@ def walk(request):
 
 def rested(human, qpos):
     """Median height of what rests, by region."""
-    contact = contact_points(human, qpos)
+    contact = sole_paths(human, qpos)
     heights = {"heel": [], "ball": [], "toes": []}
     for rest in find_rests(contact, RATE):
         quarter = (rest.stop - rest.start) // 4
@@ -32,7 +33,7 @@ def rested(human, qpos):
 
 
 def put_on(human, qpos):
-    contact = contact_points(human, qpos)
+    contact = sole_paths(human, qpos)
     return on_own_soles(human, contact, find_rests(contact, RATE))
 
 

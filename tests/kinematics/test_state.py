@@ -1,11 +1,15 @@
-"""Positions, Jacobians and drifts of a state, against the engine's own and against differences."""
+"""Positions, Jacobians and bias accelerations of a state, against the engine and differences."""
+
+import copy
 
 import mujoco
 import numpy as np
 import pytest
 
 from plantigrade.errors import CoordinateNotFound, ParameterError
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import PointSet, State, sweep
+from plantigrade.models import Human
+from plantigrade.motion import Motion
 from tests.models.presets import PRESETS, person, random_state
 
 STEP = 1e-5
@@ -31,7 +35,7 @@ def difference(human, q, v, value):
 
 
 @pytest.mark.parametrize("preset", PRESETS, ids="-".join)
-def test_jacobians_and_drifts_are_rates(preset):
+def test_jacobians_and_bias_accelerations_are_rates(preset):
     human, rng = person(*preset), np.random.default_rng(0)
     q, v = random_state(human, rng)
     points, state = points_of(human, rng), State(human, q, v)
@@ -42,14 +46,14 @@ def test_jacobians_and_drifts_are_rates(preset):
         rate = difference(human, q, unit, lambda s: s.com)
         np.testing.assert_allclose(state.com_jacobian[:, k], rate, atol=1e-8)
     np.testing.assert_allclose(state.velocity(points), state.jacobian(points) @ v, atol=1e-12)
-    # Velocities stay what they are: what accelerates does so by the drift alone.
+    # Velocities stay what they are: what accelerates does so by the bias alone.
     rate = difference(human, q, v, lambda s: s.velocity(points))
-    np.testing.assert_allclose(state.drift(points), rate, atol=1e-6)
+    np.testing.assert_allclose(state.bias_acceleration(points), rate, atol=1e-6)
     rate = difference(human, q, v, lambda s: s.com_jacobian @ v)
-    np.testing.assert_allclose(state.com_drift, rate, atol=1e-6)
+    np.testing.assert_allclose(state.com_bias_acceleration, rate, atol=1e-6)
     for body in ("pelvis", "foot_r", human.body_names[-1]):
         rate = difference(human, q, v, lambda s, body=body: s.angular_jacobian(body) @ v)
-        np.testing.assert_allclose(state.angular_drift(body), rate, atol=1e-6)
+        np.testing.assert_allclose(state.angular_bias_acceleration(body), rate, atol=1e-6)
         turning = difference(human, q, v, lambda s, body=body: s.rotation(body))
         spin = turning @ state.rotation(body).T
         omega = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
@@ -104,7 +108,7 @@ def test_a_body_thrown_falls_as_its_centre_of_mass_does():
     q, v = random_state(human, rng)
     state = State(human, q, v)
     a = -np.linalg.solve(state.mass_matrix, state.bias)
-    fall = state.com_jacobian @ a + state.com_drift
+    fall = state.com_jacobian @ a + state.com_bias_acceleration
     armature = human.model.dof_armature.max()  # a rotor's inertia belongs to no body
     np.testing.assert_allclose(fall, human.model.opt.gravity, atol=1e-8 + 1e2 * armature)
 
@@ -116,27 +120,93 @@ def test_integration_is_exact_where_acceleration_is_constant():
     a[0], a[6 + human.hinge("knee_angle_r")] = 2.0, 3.0
     start = state.qpos
     for _ in range(100):
-        state.integrate(a, 0.01)
+        state = state.integrated(a, 0.01)
     np.testing.assert_allclose(state.qvel, a, atol=1e-12)
     np.testing.assert_allclose(state.difference(start), 0.5 * a, atol=1e-12)
 
 
-def test_a_state_is_asked_twice_and_answers_alike():
-    """What is computed once must not outlive the configuration it was computed for."""
+def test_a_state_answers_alike_after_later_ones_were_evaluated():
+    """States share MuJoCo's memory: none of it may be seen stale."""
     human, rng = person("42", "two-segment"), np.random.default_rng(5)
     points = points_of(human, rng)
     (q0, v0), (q1, v1) = random_state(human, rng), random_state(human, rng)
     state = State(human, q0, v0)
-    first = [state.position(points).copy(), state.jacobian(points).copy(), state.mass_matrix]
-    state.move_to(q1, v1)
-    fresh = State(human, q1, v1)
-    np.testing.assert_array_equal(state.jacobian(points), fresh.jacobian(points))
-    np.testing.assert_array_equal(state.drift(points), fresh.drift(points))
-    np.testing.assert_array_equal(state.mass_matrix, fresh.mass_matrix)
-    state.move_to(q0, v0)
-    np.testing.assert_array_equal(state.position(points), first[0])
-    np.testing.assert_array_equal(state.jacobian(points), first[1])
-    np.testing.assert_array_equal(state.mass_matrix, first[2])
+    first = [state.com, state.rotation("head"), state.origins]
+    later = state.moved_to(q1, v1)
+    fresh, alone = State(human, q1, v1), State(human, q0, v0)
+    for ours, theirs in ((later, fresh), (state, alone), (later, fresh)):
+        np.testing.assert_array_equal(ours.jacobian(points), theirs.jacobian(points))
+        np.testing.assert_array_equal(
+            ours.bias_acceleration(points), theirs.bias_acceleration(points)
+        )
+        np.testing.assert_array_equal(ours.com_bias_acceleration, theirs.com_bias_acceleration)
+        np.testing.assert_array_equal(ours.mass_matrix, theirs.mass_matrix)
+        np.testing.assert_array_equal(ours.angular_momentum, theirs.angular_momentum)
+        np.testing.assert_array_equal(ours.com, theirs.com)
+    for ours, theirs in zip(first, [state.com, state.rotation("head"), state.origins], strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_a_state_cannot_be_changed():
+    human = person("42", "two-segment")
+    given = human.standing()
+    state = State(human, given)
+    given[2] = 5.0
+    assert state.qpos[2] != 5.0
+    with pytest.raises(ValueError, match="read-only"):
+        state.qpos[2] = 5.0
+    with pytest.raises(ValueError, match="read-only"):
+        state.qvel[2] = 5.0
+
+
+def test_a_sweep_yields_the_states_of_a_motion():
+    human, rng = person("42", "two-segment"), np.random.default_rng(6)
+    qpos, qvel = (
+        np.array(x) for x in zip(*(random_state(human, rng) for _ in range(4)), strict=True)
+    )
+    points = points_of(human, rng)
+    motion = Motion(0.1 * np.arange(4), qpos, qvel, human.joint_names)
+    kept = list(sweep(human, motion))
+    for state, bare, q, v in zip(kept, sweep(human, qpos), qpos, qvel, strict=True):
+        alone = State(human, q, v)
+        np.testing.assert_array_equal(state.velocity(points), alone.velocity(points))
+        np.testing.assert_array_equal(bare.position(points), alone.position(points))
+        assert not bare.qvel.any()
+    np.testing.assert_array_equal(points.path(qpos)[2], kept[2].position(points))
+    assert not list(sweep(human, qpos[:0])) and points.path(qpos[:0]).shape[0] == 0
+
+
+def test_inverse_dynamics_is_the_engines():
+    human, rng = person("42", "two-segment"), np.random.default_rng(7)
+    model = copy.deepcopy(human.model)
+    data = mujoco.MjData(model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    q, v = random_state(human, rng)
+    a = rng.normal(size=model.nv)
+    data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
+    mujoco.mj_inverse(model, data)
+    state = State(human, q, v)
+    np.testing.assert_allclose(state.inverse_dynamics(a), data.qfrc_inverse, atol=1e-9)
+    force, torque, point = rng.normal(size=(3, 3))
+    local = state.rotation("foot_r").T @ (point - state.origin("foot_r"))
+    foot = PointSet(human, ["foot_r"], local[None])
+    expected = state.jacobian(foot)[0].T @ force + state.angular_jacobian("foot_r").T @ torque
+    ours = state.generalised_force(human.body("foot_r"), point, force, torque)
+    np.testing.assert_allclose(ours, expected, atol=1e-10)
+
+
+def test_other_lengths_move_the_points_and_leave_the_person_alone():
+    human = person("42", "two-segment")
+    longer = Human.create(1.74, 71.0, lengths={"thigh": 0.47, "upper_arm": 0.33})
+    body, local = ["toes_r", "hand_l"], np.array([[0.02, 0.01, 0.0], [0.0, 0.02, -0.05]])
+    resized = copy.deepcopy(human.model)
+    resized.body_pos[2:] = human.body_positions(longer.dimensions)[1:]
+    q, _ = random_state(human, np.random.default_rng(2))
+    ours, direct = PointSet(human, body, local, resized), PointSet(longer, body, local)
+    np.testing.assert_allclose(ours.path(q[None]), direct.path(q[None]), atol=1e-13)
+    np.testing.assert_allclose(
+        State(human, q, model=resized).jacobian(ours), State(longer, q).jacobian(direct), atol=1e-13
+    )
 
 
 def test_bad_points_are_refused():

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from plantigrade.constants import SIDES
+
 
 def walker(
     *,
@@ -27,13 +29,14 @@ def walker(
     time = np.arange(int(duration * rate)) / rate
     stride = speed * stride_time
     heel, toe, truth = np.zeros((len(time), 2, 3)), np.zeros((len(time), 2, 3)), []
-    for k, side in enumerate("lr"):
-        cycle = time / stride_time + 0.5 * (k == 0) + 0.13
+    for k, side in enumerate(SIDES):
+        left = side == "l"
+        cycle = time / stride_time + 0.5 * left + 0.13
         number, phase = np.floor(cycle), cycle % 1.0
         swing = np.clip((phase - stance) / (1 - stance), 0.0, 1.0)
         # Half a sine wave on a step: the foot leaves and lands at a fifth of its peak speed.
         gone = 0.3 * swing + 0.35 * (1 - np.cos(np.pi * swing))
-        x = stride * (number + gone - 0.13 - 0.5 * (k == 0))
+        x = stride * (number + gone - 0.13 - 0.5 * left)
         rise = np.clip((phase - 0.66 * stance) / (0.34 * stance), 0.0, 1.0)
         pitch = np.where(phase < stance, 0.8 * rise**2, 0.8 * (1 - swing) ** 2 - 0.35 * swing**2)
         pitch = np.where(phase < 0.1 * stance, -0.35 * (1 - phase / (0.1 * stance)), pitch)
@@ -41,7 +44,7 @@ def walker(
         toe_z = lift + np.where(pitch < 0, -foot * np.sin(pitch), 0.0)
         heel_z = lift + np.where(pitch > 0, foot * np.sin(pitch), 0.0)
         offset = np.where(pitch > 0, foot * (1 - np.cos(pitch)), 0.0)
-        y = 0.06 * (1 if k == 0 else -1)
+        y = 0.06 * (1 if left else -1)
         direction = -1.0 if backward else 1.0
         heel[:, k] = np.stack([x + direction * offset, np.full_like(x, y), heel_z], axis=1)
         toe[:, k] = np.stack(
@@ -54,7 +57,7 @@ def walker(
         )
         for n in range(-2, cycles + 2):
             for fraction, kind in ((0.0, "heel_strike"), (stance, "toe_off")):
-                instant = (n + fraction - 0.5 * (k == 0) - 0.13) * stride_time
+                instant = (n + fraction - 0.5 * left - 0.13) * stride_time
                 if time[0] - 0.1 < instant < time[-1] + 0.1:
                     truth.append((instant, side, kind))
     pelvis = np.stack([speed * time, 0 * time, 0.95 + 0 * time], axis=1)

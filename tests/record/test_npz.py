@@ -15,6 +15,7 @@ from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import GaitEvent, Markers
 from plantigrade.record import Limits, Record
+from plantigrade.record.conditions import Condition
 from plantigrade.record.npz import npz_bytes, read_npz, write_npz
 
 HUMAN = Human.create(height=1.68, mass=61.0, sex="female", feet="two-segment")
@@ -75,6 +76,9 @@ def a_record(n=5):
         recorded_markers=Markers(("A", "Ferse"), time, rng.normal(size=(n, 2, 3))),
         fitted_markers=rng.normal(size=(n, 2, 3)),
         clock=12.5,
+        conditions=(
+            Condition("knee", "coordinate", (0.0, 0.02), (0.0, 0.0), (0.2, 0.3), "knee_angle_r"),
+        ),
         notes=("marker LHEE is missing — its gaps were closed",),
     )
 

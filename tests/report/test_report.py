@@ -16,7 +16,7 @@ from plantigrade.motion import Motion, Table
 from plantigrade.record import Record
 from plantigrade.report.curves import panels_of
 from plantigrade.report.live import mesh_of
-from plantigrade.report.plots import Series, line_plot, ticks_of
+from plantigrade.charts import Series, line_plot, ticks_of
 from plantigrade.report.report import ReportData, Section, report_html
 from plantigrade.report.scene import MAX_FRAMES, build_scene, foot_bodies, shapes_of, side_forces
 from plantigrade.report.strip import strip_svg

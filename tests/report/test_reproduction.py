@@ -8,7 +8,7 @@ import pytest
 
 from plantigrade.analyze.reproduction import ROTATIONS
 from plantigrade.errors import FileError
-from plantigrade.report.plots import Bar, Series, line_plot, timeline_plot
+from plantigrade.charts import Bar, Series, line_plot, timeline_plot
 from plantigrade.report.reproduction import (
     FILE,
     Reproduction,

@@ -5,7 +5,6 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
-from plantigrade.wbc.tasks import ComTask, ContactTask
 
 from plantigrade.dynamics.centroid import centroid, without_constraints
 from plantigrade.errors import ParameterError
@@ -18,6 +17,7 @@ from plantigrade.reproduce.reference import SIDES
 from plantigrade.reproduce.support import carried_path, give_way, into_hull
 from plantigrade.wbc.force_tasks import AngularMomentumTask, LandingTask, PassingPosture
 from plantigrade.wbc.ordered_motion import TaskOrder
+from plantigrade.wbc.tasks import ComTask, ContactTask
 from tests.models.presets import person
 from tests.reproduce.walks import reference
 

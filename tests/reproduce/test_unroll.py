@@ -122,19 +122,19 @@ def test_a_mirror_twice_is_the_motion_itself(human, walk):
 
 def test_the_mirror_image_moves_as_the_mirrored_points_do(human, walk):
     """The right ankle of the image is where the left one is, on the other side of the plane."""
-    from plantigrade.kinematics.points import Points
+    from plantigrade.kinematics.state import PointSet
 
     for qpos in walk.qpos[::40]:
         of = {
-            s: Points(human, [f"foot_{s}", f"hand_{s}", "head"], np.zeros((3, 3)))
+            s: PointSet(human, [f"foot_{s}", f"hand_{s}", "head"], np.zeros((3, 3)))
             for s in ("r", "l")
         }
         image = mirror(human, qpos[None])[0]
-        np.testing.assert_allclose(of["r"].at(image), of["l"].at(qpos) * [1, -1, 1], atol=1e-9)
+        np.testing.assert_allclose(of["r"].path(image[None]), of["l"].path(qpos[None]) * [1, -1, 1], atol=1e-9)
 
 
 def test_events_of_the_repetition_make_whole_strides(data):
-    from plantigrade.workflows.fit import fit_file
+    from plantigrade.workflows.fit import fit_trial
     from plantigrade.workflows.walks import whole_cycles
 
     for name, mirrored in (
@@ -142,7 +142,7 @@ def test_events_of_the_repetition_make_whole_strides(data):
         ("deepmimic/humanoid3d_walk.txt", False),
         ("opensim/moco_2d_walking/referenceCoordinates.sto", True),
     ):
-        trial = fit_file(data / name)
+        trial = fit_trial(data / name)[1]
         assert not cut_cycles(trial.record.motion.events)
         whole = whole_cycles(trial)
         assert len(cut_cycles(whole.record.motion.events)) >= 2, name

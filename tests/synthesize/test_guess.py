@@ -10,8 +10,8 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.human import PELVIS
 from plantigrade.models.textbook_gait import textbook_gait
+from plantigrade.spatial.conventions import PELVIS
 from plantigrade.synthesize.guess.legs import Leg
 from plantigrade.synthesize.guess.walk import crude_guess, perturbed, walking_guess
 from plantigrade.synthesize.problem.nlp import PeriodicClosure

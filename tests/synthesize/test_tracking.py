@@ -4,18 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plantigrade.synthesize.problem.formulation import Body
 
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.contacts import Contact
-from plantigrade.kinematics.ground import contact_points, lowest
+from plantigrade.kinematics.contacts import ContactInterval as Contact
+from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
-from plantigrade.synthesize.problem.formulation import Body
 from plantigrade.synthesize.solve import synthesize
 from plantigrade.synthesize.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
 from plantigrade.workflows.textbook import textbook_walk

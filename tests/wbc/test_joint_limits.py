@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from plantigrade.wbc.tasks import PostureTask
 
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.ordered_motion import TaskOrder, move
+from plantigrade.wbc.tasks import PostureTask
 from tests.models.presets import PRESETS, person, random_state
 
 

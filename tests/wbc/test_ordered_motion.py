@@ -4,14 +4,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, PostureTask
 
-from plantigrade.kinematics.ground import contact_points
+from plantigrade.kinematics.sole_paths import points_of, sole_paths
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.ordered_motion import SINGULAR, STEP, TaskOrder, arrest, move, stack
+from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, PostureTask
 from tests.models.presets import person
 
 HAND = (0.0, 0.0, -0.08)
@@ -23,8 +23,8 @@ def human():
 
 
 def soles_of(human):
-    place = contact_points(human, human.standing()[None])
-    return PointSet(human, list(place.body), place.centre), place.radius
+    place = sole_paths(human, human.standing()[None])
+    return points_of(human, place.sites), place.radius
 
 
 def standing(human, **gains):

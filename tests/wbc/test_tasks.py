@@ -3,6 +3,11 @@
 import mujoco
 import numpy as np
 import pytest
+
+from plantigrade.kinematics.sole_paths import points_of, sole_paths
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.trajectory import Trajectory
+from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.tasks import (
     ComTask,
     ContactTask,
@@ -11,11 +16,6 @@ from plantigrade.wbc.tasks import (
     PointTask,
     PostureTask,
 )
-
-from plantigrade.kinematics.ground import contact_points
-from plantigrade.kinematics.state import PointSet, State
-from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc.hierarchy import solve_hierarchy
 from tests.models.presets import person, random_state
 
 BODIES = [("42", "two-segment"), ("66", "multi-segment"), ("43", "rigid"), ("58", "two-segment")]
@@ -24,8 +24,8 @@ NOW = 0.37
 
 
 def soles(human):
-    place = contact_points(human, human.standing()[None])
-    return PointSet(human, list(place.body), place.centre), place.radius
+    place = sole_paths(human, human.standing()[None])
+    return points_of(human, place.sites), place.radius
 
 
 def waving(rng, dimension=3):

@@ -14,7 +14,7 @@ from plantigrade.motion import GaitEvent
 from plantigrade.report.reproduction import read_reproduction, reproduction_sections
 from plantigrade.reproduce.phases import in_order, walking_events
 from plantigrade.workflows import reproduce as reproducing
-from plantigrade.workflows.fit import fit_file
+from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.reproduce import Reproduced, ReproduceSettings
 from plantigrade.workflows.textbook import recorded, textbook_walk
 
@@ -24,7 +24,7 @@ def trial(tmp_path_factory):
     """The textbook walk, recorded and fitted."""
     path = tmp_path_factory.mktemp("walk") / "walk.c3d"
     write(recorded(textbook_walk(Human.create(1.74, 71.0), speed=1.25), path), path)
-    return fit_file(path)
+    return fit_trial(path)[1]
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +115,7 @@ def test_the_pages_show_the_forces(forced, made):
 
 
 def test_measured_forces_stand_beside_the_computed_ones(data):
-    made = reproducing.reproduce_trial(fit_file(data / "c3d/HC038A11.c3d"))
+    made = reproducing.reproduce_trial(fit_trial(data / "c3d/HC038A11.c3d")[1])
     assert reproducing.dynamics_status(made) == "ok"
     force, moment = reproducing.measured_forces(made)
     # where both feet are known they carry about the body's weight

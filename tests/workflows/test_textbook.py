@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.points import Points
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.workflows.textbook import (
@@ -99,8 +99,8 @@ def test_the_recording_has_the_faults_it_says(walk):
     assert recording.subject.height == walk.human.height and recording.subject.sex == "female"
     table = attachments(walk.human)
     places = [table[m] for m in MARKERS.values()]
-    truth = Points(walk.human, [p.body for p in places], np.array([p.position for p in places]))
-    x = np.array([truth.at(q) for q in walk.qpos])
+    truth = PointSet(walk.human, [p.body for p in places], np.array([p.position for p in places]))
+    x = truth.path(walk.qpos)
     off = markers.positions - x
     hidden = ~np.isfinite(off[..., 0])
     assert hidden.any(axis=0).sum() == int(HIDDEN * len(MARKERS))

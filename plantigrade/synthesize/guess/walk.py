@@ -13,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.human import PELVIS
-from plantigrade.models.textbook_gait import FREE, GRAVITY, textbook_gait
+from plantigrade.models.textbook_gait import FREE, textbook_gait
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
     rotation_matrix,

@@ -24,9 +24,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF, GRAVITY
+from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF
 
 SLOWEST, FASTEST = 0.3, 2.2
 """Speeds that are walked here [m/s]."""

@@ -13,10 +13,10 @@ less, but nobody would call that a jump of this height.
 
 import numpy as np
 
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import GRAVITY
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
 from plantigrade.synthesize.tasks.settings import Jump, Pushing, TakeOff

@@ -10,8 +10,9 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
-from plantigrade.kinematics.contacts import Contact, foot_contacts
-from plantigrade.kinematics.ground import ContactPoints, contact_points, find_rests
+from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 
@@ -24,26 +25,28 @@ BEYOND = 10.0  # a change outside the motion is put this far from it [s]
 DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
 
 
-def contacts_of(human: Human, motion: Motion) -> tuple[Contact, ...]:
+def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     """Return which part of which foot touches when, from gait events and from what rests.
 
     Where a motion has no gait events, what rests touches. What is slow but has already risen by
     :data:`DOWN`, as a heel that takes its time, touches no more.
     """
-    points = contact_points(human, motion.qpos)
+    points = sole_paths(human, motion.qpos)
     rests = find_rests(points, motion.rate)
     time = np.asarray(motion.time, float)
     found = foot_contacts(time, motion.events, rests)
     seen = {c.side for c in found}
     found += tuple(
-        Contact(r.side, r.region, float(time[r.start]), float(time[r.stop - 1]))
+        ContactInterval(r.side, r.region, float(time[r.start]), float(time[r.stop - 1]))
         for r in rests
         if r.side not in seen
     )
     return tuple(_settled(c, points, time) for c in found)
 
 
-def _settled(contact: Contact, points: ContactPoints, time: Float[Array, " n_frames"]) -> Contact:
+def _settled(
+    contact: ContactInterval, points: SolePaths, time: Float[Array, " n_frames"]
+) -> ContactInterval:
     """Return a contact without what is too high at its ends; heel strikes and toe offs stay."""
     index = points.of(contact.side, contact.region)
     inside = (time >= contact.start) & (time <= contact.stop)
@@ -56,7 +59,7 @@ def _settled(contact: Contact, points: ContactPoints, time: Float[Array, " n_fra
 
 
 def stances_of(
-    human: Human, motion: Motion, contacts: Sequence[Contact], start: float, duration: float
+    human: Human, motion: Motion, contacts: Sequence[ContactInterval], start: float, duration: float
 ) -> tuple[Stance, ...]:
     """Return the stances of both feet, times from ``start`` on and on the grid of nodes.
 
@@ -85,9 +88,9 @@ def stances_of(
     return tuple(sorted(found, key=lambda s: (s.heel_strike, s.footprint.side)))
 
 
-def _groups(contacts: list[Contact]) -> list[list[Contact]]:
+def _groups(contacts: list[ContactInterval]) -> list[list[ContactInterval]]:
     """Return contacts of one foot by stance: those that overlap belong together."""
-    groups: list[list[Contact]] = []
+    groups: list[list[ContactInterval]] = []
     for c in sorted(contacts, key=lambda c: c.start):
         if groups and c.start <= max(x.stop for x in groups[-1]):
             groups[-1].append(c)
@@ -96,7 +99,7 @@ def _groups(contacts: list[Contact]) -> list[list[Contact]]:
     return groups
 
 
-def _times(group: list[Contact], first: float, last: float) -> tuple[float, ...] | None:
+def _times(group: list[ContactInterval], first: float, last: float) -> tuple[float, ...] | None:
     """Return strike, foot flat, heel off, ball off and toe off of a stance [s].
 
     What lies outside the recording is put far beyond its ends.

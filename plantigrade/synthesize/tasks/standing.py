@@ -3,7 +3,7 @@
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.models import Human
-from plantigrade.motion.motion import PELVIS
+from plantigrade.spatial.conventions import PELVIS
 from plantigrade.synthesize.guess.postures import (
     KeyPostures,
     standing_feet,

@@ -24,8 +24,9 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.contacts import Contact
-from plantigrade.kinematics.ground import contact_points, find_rests
+from plantigrade.kinematics.contacts import ContactInterval
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.soles import on_own_soles
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -101,7 +102,7 @@ def track(
     human: Human,
     motion: Motion,
     *,
-    contacts: Sequence[Contact] | None = None,
+    contacts: Sequence[ContactInterval] | None = None,
     start: float | None = None,
     stop: float | None = None,
     tracking: Tracking | None = None,
@@ -181,7 +182,7 @@ def grounded(human: Human, motion: Motion) -> tuple[Human, Motion, float]:
     Returns:
         The person, the motion, and how far it was lifted [m].
     """
-    points = contact_points(human, motion.qpos)
+    points = sole_paths(human, motion.qpos)
     own = on_own_soles(human, points, find_rests(points, motion.rate))
     names = [name for name, _, _ in human.contact_points]
     up = {n: float(own.model.geom(n).pos[2] - human.model.geom(n).pos[2]) for n in names}

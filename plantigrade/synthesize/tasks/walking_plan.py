@@ -17,10 +17,10 @@ from typing import Literal
 
 import numpy as np
 
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import GRAVITY
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters
 
 Side = Literal["r", "l"]

@@ -1,23 +1,30 @@
 """Tasks: what a motion is to achieve, each a small class with one interface.
 
-:class:`Task` asks for an error, its Jacobian and its drift; an ordered list of tasks is a
-hierarchy (:mod:`plantigrade.wbc.ordered_motion`).
+A :class:`Task` gives an error, its Jacobian and its bias acceleration; an ordered list of tasks is
+a hierarchy (:mod:`plantigrade.wbc.order`).
 """
 
 from plantigrade.wbc.tasks.com import ComTask
-from plantigrade.wbc.tasks.contact import ContactTask
+from plantigrade.wbc.tasks.contact import ContactTask, SoleContactTask
 from plantigrade.wbc.tasks.floor import FloorTask
+from plantigrade.wbc.tasks.landing import LandingTask, PlacingHeelTask
+from plantigrade.wbc.tasks.momentum import AngularMomentumTask
 from plantigrade.wbc.tasks.orientation import OrientationTask
 from plantigrade.wbc.tasks.point import PointTask
-from plantigrade.wbc.tasks.posture import PostureTask
+from plantigrade.wbc.tasks.posture import PassingPosture, PostureTask
 from plantigrade.wbc.tasks.task import Task
 
 __all__ = [
+    "AngularMomentumTask",
     "ComTask",
     "ContactTask",
     "FloorTask",
+    "LandingTask",
     "OrientationTask",
+    "PassingPosture",
+    "PlacingHeelTask",
     "PointTask",
     "PostureTask",
+    "SoleContactTask",
     "Task",
 ]

@@ -31,9 +31,9 @@ class ComTask(Task):
         """Return the Jacobian of the centre of mass."""
         return state.com_jacobian[self._axes]
 
-    def drift(self, state, time):
+    def bias_acceleration(self, state, time):
         """Return its acceleration where nothing accelerates [m/s²]."""
-        return state.com_drift[self._axes]
+        return state.com_bias_acceleration[self._axes]
 
     def target_rates(self, state, time):
         """Return velocity and acceleration of the target."""

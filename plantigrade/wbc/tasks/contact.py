@@ -14,13 +14,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.sole_paths import SitePoints
+from plantigrade.kinematics.state import State
 from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.tasks.task import Task
 
 TOUCHING = 0.002  # a point no higher than this above the ground touches it [m]
+SOLE = 60.0  # rate at which a landing sole comes to rest [1/s]: 0.2 m/s stop within 2 mm
 APPROACH = 40.0  # rate at which a point comes down that should touch already [1/s]
 
 
@@ -28,8 +30,7 @@ class ContactTask(Task):
     """Holds points that touch the ground, and brings down those that should.
 
     Args:
-        points: The contact points: centres of small spheres.
-        radius: Radius of each sphere [m].
+        points: The contact sites.
         active: Function of time that says which of them should touch.
         name: Name.
         gains: ``stiffness`` and ``damping``.
@@ -40,12 +41,11 @@ class ContactTask(Task):
         spot: Where each that touches is held: centre of the sphere [m].
     """
 
-    arrests = True
+    causes_impact = True
 
     def __init__(
         self,
-        points: PointSet,
-        radius: Float[Array, " n_points"],
+        points: SitePoints,
         active: Callable[[float], Bool[Array, " n_points"]],
         name: str = "contact",
         **gains,
@@ -54,7 +54,7 @@ class ContactTask(Task):
         order = np.unique(points.body, return_index=True)[1]
         if (np.diff(points.body) != 0).sum() != len(order) - 1:
             raise ParameterError("contact points of one segment must follow one another")
-        self.points, self.radius, self._schedule = points, radius, active
+        self.points, self._schedule = points, active
         self._bases: dict[bytes, np.ndarray] = {}
         self.reset()
 
@@ -65,15 +65,15 @@ class ContactTask(Task):
         self.on, self.coming = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
 
     def begin(self, state, time):
-        """Note which points touch now; a new one is held where it touches."""
+        """Note which points touch now; a new one is held where it lands."""
         scheduled = self._schedule(time)
         position = state.position(self.points)
-        low = position[:, 2] - self.radius < TOUCHING
+        low = self.points.height(state) < TOUCHING
         on = scheduled & (self.on | low)
         new = on & ~self.on
         if new.any():
             self.spot[new] = position[new]
-            self.spot[new, 2] = self.radius[new]
+            self.spot[new, 2] = self.points.radius[new]
         self.on, self.coming = on, scheduled & ~on
         return bool(new.any())
 
@@ -81,17 +81,17 @@ class ContactTask(Task):
         """Return how far points are from their spots, then how high the coming ones are [m]."""
         position = state.position(self.points)
         held = (position[self.on] - self.spot[self.on]).ravel()
-        return np.concatenate([held, (position[:, 2] - self.radius)[self.coming]])
+        return np.concatenate([held, self.points.height(state)[self.coming]])
 
     def jacobian(self, state: State, time: float):
         """Return the Jacobian of the points that touch, then of the coming ones' heights."""
         J = state.jacobian(self.points)
         return np.concatenate([J[self.on].reshape(-1, state.model.nv), J[self.coming, 2]])
 
-    def drift(self, state: State, time: float):
+    def bias_acceleration(self, state: State, time: float):
         """Return their acceleration where nothing accelerates [m/s²]."""
-        drift = state.drift(self.points)
-        return np.concatenate([drift[self.on].ravel(), drift[self.coming, 2]])
+        bias = state.bias_acceleration(self.points)
+        return np.concatenate([bias[self.on].ravel(), bias[self.coming, 2]])
 
     def level(self, state, time):
         """Return the rows, reduced to the motions of the segments that touch."""
@@ -99,10 +99,9 @@ class ContactTask(Task):
         n = 3 * int(self.on.sum())
         if len(full.lower) > n:  # those that come down have a rate of their own
             rate = full.matrix[n:] @ state.qvel
-            height = (state.position(self.points)[:, 2] - self.radius)[self.coming]
-            full.lower[n:] = (
-                -(APPROACH**2) * height - 2 * APPROACH * rate - self.drift(state, time)[n:]
-            )
+            height = self.points.height(state)[self.coming]
+            bias = self.bias_acceleration(state, time)[n:]
+            full.lower[n:] = -(APPROACH**2) * height - 2 * APPROACH * rate - bias
         return self._reduced(state, full)
 
     def position_level(self, state, time):
@@ -140,7 +139,26 @@ class ContactTask(Task):
             local = self.points.local[on]
             Q = np.linalg.qr(_twist(local - local.mean(axis=0)))[0]
             self._bases[key] = Q.T.reshape(6, n, 3)
-        return (self._bases[key] @ state.rotation_of(segment).T).reshape(6, 3 * n)
+        return (self._bases[key] @ state.rotation(segment).T).reshape(6, 3 * n)
+
+
+class SoleContactTask(ContactTask):
+    """Holds the points of a sole from the moment they should touch, wherever they are.
+
+    A point that is not on its spot yet is drawn there by a critically damped spring, as heel pad
+    and shoe do; nothing stops at once.
+    """
+
+    def begin(self, state, time):
+        """Note which points are held now; a new one is held at the spot it is above."""
+        on = self._schedule(time)
+        new = on & ~self.on
+        if new.any():
+            position = state.position(self.points)
+            self.spot[new] = position[new]
+            self.spot[new, 2] = self.points.radius[new]
+        self.on, self.coming = on.copy(), np.zeros_like(on)
+        return bool(new.any())
 
 
 def _twist(arm: np.ndarray) -> np.ndarray:

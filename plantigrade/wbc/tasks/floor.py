@@ -11,8 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
-from plantigrade.kinematics.state import PointSet
+from plantigrade.arrays import Array, Bool
+from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.tasks.task import Task
 
@@ -24,52 +24,48 @@ class FloorTask(Task):
     """Keeps points above the ground.
 
     Args:
-        points: The points: centres of small spheres.
-        radius: Radius of each sphere [m].
+        points: The contact sites.
         guarded: Function of time that says which of them to guard (not those that touch, unless
             they have sunk); all if absent.
         name: Name.
         gains: ``stiffness`` and ``damping``.
     """
 
-    settles = True
-
-    settles = True
+    initialises = True
 
     def __init__(
         self,
-        points: PointSet,
-        radius: Float[Array, " n_points"],
+        points: SitePoints,
         guarded: Callable[[float], Bool[Array, " n_points"]] | None = None,
         name: str = "floor",
         stiffness: float = 1600.0,
         **gains,
     ):
         super().__init__(name, stiffness=stiffness, **gains)
-        self.points, self.radius, self._guarded = points, radius, guarded
-        self._stamp, self._low = (-1, np.nan), np.zeros(len(points), dtype=bool)
+        self.points, self._guarded = points, guarded
+        self._known: tuple[object, float] = (None, np.nan)
+        self._low = np.zeros(len(points), dtype=bool)
 
     def _which(self, state, time):
-        if self._stamp != (state.stamp, time):
-            height = state.position(self.points)[:, 2] - self.radius
+        if self._known[0] is not state or self._known[1] != time:
+            height = self.points.height(state)
             which = height < NEAR
             if self._guarded is not None:
                 which &= self._guarded(time) | (height < -SUNK)
-            self._stamp, self._low = (state.stamp, time), which
+            self._known, self._low = (state, time), which
         return self._low
 
     def error(self, state, time):
         """Return the heights of the points that are guarded [m]."""
-        which = self._which(state, time)
-        return state.position(self.points)[which, 2] - self.radius[which]
+        return self.points.height(state)[self._which(state, time)]
 
     def jacobian(self, state, time):
         """Return the Jacobian of these heights."""
         return state.jacobian(self.points)[self._which(state, time), 2]
 
-    def drift(self, state, time):
+    def bias_acceleration(self, state, time):
         """Return the vertical acceleration of the points where nothing accelerates [m/s²]."""
-        return state.drift(self.points)[self._which(state, time), 2]
+        return state.bias_acceleration(self.points)[self._which(state, time), 2]
 
     def level(self, state, time):
         """Return the rows, as inequalities."""

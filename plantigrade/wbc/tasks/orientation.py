@@ -45,6 +45,6 @@ class OrientationTask(Task):
         """Return the Jacobian of the body's angular velocity."""
         return self._directions @ state.angular_jacobian(self.body)
 
-    def drift(self, state, time):
+    def bias_acceleration(self, state, time):
         """Return its angular acceleration where nothing accelerates [rad/s²]."""
-        return self._directions @ state.angular_drift(self.body)
+        return self._directions @ state.angular_bias_acceleration(self.body)

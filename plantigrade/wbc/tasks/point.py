@@ -41,13 +41,14 @@ class PointTask(Task):
         self.farthest = farthest
         self.point, self.target = point, target
         self._wanted = np.eye(3) if directions is None else directions
-        self._stamp, self._now = (-1, np.nan), np.zeros((0, 3))
+        self._known: tuple[object, float] = (None, np.nan)
+        self._now = np.zeros((0, 3))
 
     def _directions(self, state: State, time: float) -> np.ndarray:
         if not callable(self._wanted):
             return self._wanted
-        if self._stamp != (state.stamp, time):
-            self._stamp = (state.stamp, time)
+        if self._known[0] is not state or self._known[1] != time:
+            self._known = (state, time)
             self._now = self._wanted(state, time)
         return self._now
 
@@ -63,9 +64,9 @@ class PointTask(Task):
         """Return the Jacobian of the point along the directions."""
         return self._directions(state, time) @ state.jacobian(self.point)[0]
 
-    def drift(self, state, time):
+    def bias_acceleration(self, state, time):
         """Return its acceleration along them where nothing accelerates [m/s²]."""
-        return self._directions(state, time) @ state.drift(self.point)[0]
+        return self._directions(state, time) @ state.bias_acceleration(self.point)[0]
 
     def target_rates(self, state, time):
         """Return velocity and acceleration of the target along the directions."""

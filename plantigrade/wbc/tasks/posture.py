@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.tasks.task import Task
 
 SHORTEST = 0.06  # time to go below which the gains grow no further [s]
@@ -53,7 +54,7 @@ class PostureTask(Task):
         """Return the identity."""
         return np.eye(state.model.nv)
 
-    def drift(self, state, time):
+    def bias_acceleration(self, state, time):
         """Return zero."""
         return np.zeros(state.model.nv)
 
@@ -68,6 +69,46 @@ class PostureTask(Task):
 
     def level(self, state, time):
         """Return the rows this task asks of the generalised acceleration."""
-        from plantigrade.wbc.hierarchy import Level
-
         return Level.equation(self.jacobian(state, time), self.acceleration(state, time), self.name)
+
+
+class PassingPosture(PostureTask):
+    r"""Draws every coordinate to a fixed posture, to pass it at a given time and velocity.
+
+    With :math:`e` the way from the posture :math:`q_e`, which is passed at the velocity
+    :math:`v_e`, and :math:`T` the time to go,
+
+    .. math:: \dot v = -\frac{6}{T^2} e - \frac{1}{T} (4 v + 2 v_e),
+
+    the path of least acceleration from here and now to there and then. In the last moments, when
+    the gains would grow without end, the body follows the straight line into the posture.
+
+    Args:
+        target: Function of time that returns the posture of the present phase and the time at
+            which the phase ends [s].
+        velocity: Function of time that returns the velocity at which the posture is passed.
+        shortest: Shortest time to go [s].
+        name: Name.
+    """
+
+    def __init__(
+        self,
+        target: Callable[[float], tuple[Float[Array, " nq"], float]],
+        velocity: Callable[[float], Float[Array, " nv"]],
+        *,
+        shortest: float = 0.07,
+        name: str = "posture",
+    ):
+        super().__init__(target, shortest=shortest, name=name)
+        self.velocity = velocity
+
+    def acceleration(self, state, time) -> Float[Array, " nv"]:
+        """Return the generalised acceleration the posture asks for."""
+        posture, end = self.target(time)
+        passed, left = self.velocity(time), end - time
+        error = state.difference(posture)
+        if left >= self.shortest:
+            return -6 * error / left**2 - (4 * state.qvel + 2 * passed) / left
+        error = error + passed * max(left, 0.0)
+        short = self.shortest
+        return -6 * error / short**2 - 4 * (state.qvel - passed) / short

@@ -28,8 +28,9 @@ from plantigrade.wbc.hierarchy import Level
 class Task(ABC):
     r"""Something to regulate to zero.
 
-    Subclasses give :meth:`error`, :meth:`jacobian` and :meth:`drift`; a task whose target moves
-    gives :meth:`target_rates` too. All four may return no rows while the task is not active.
+    Subclasses give :meth:`error`, :meth:`jacobian` and :meth:`bias_acceleration`; a task whose
+    target moves gives :meth:`target_rates` too. All four may return no rows while the task is not
+    active.
 
     Args:
         name: What it is called in plots and messages.
@@ -37,9 +38,8 @@ class Task(ABC):
         damping: :math:`\lambda_d` [1/s]; critical if absent.
     """
 
-    arrests = False  # whether it stops points where it begins: an impact
-    settles = False  # whether a first posture is made to satisfy it
-    settles = False  # whether a motion starts with it satisfied, by a small step if need be
+    causes_impact = False  # whether velocities jump where it begins
+    initialises = False  # whether the first posture is corrected until it is satisfied
 
     def __init__(self, name: str, *, stiffness: float = 400.0, damping: float | None = None):
         self.name = name
@@ -55,7 +55,7 @@ class Task(ABC):
         r"""Return :math:`J = \partial f / \partial q` with respect to MuJoCo's velocity."""
 
     @abstractmethod
-    def drift(self, state: State, time: float) -> Float[Array, " n_rows"]:
+    def bias_acceleration(self, state: State, time: float) -> Float[Array, " n_rows"]:
         r"""Return :math:`\dot J v`."""
 
     def target_rates(
@@ -87,7 +87,7 @@ class Task(ABC):
             return Level.equation(np.zeros((0, len(state.qvel))), error, self.name)
         matrix = self.jacobian(state, time)
         rate = matrix @ state.qvel
-        wanted = -self.stiffness * error - self.drift(state, time)
+        wanted = -self.stiffness * error - self.bias_acceleration(state, time)
         moving = self.target_rates(state, time)
         if moving is not None:
             rate = rate - moving[0]

@@ -20,15 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.state import PointSet, State
-from plantigrade.reproduce.reference import SIDES, Reference
+from plantigrade.kinematics.sole_paths import SitePoints
+from plantigrade.kinematics.state import State
 from plantigrade.wbc.hierarchy import Level
 
-FRICTION = 0.8  # of shoe or foot on a dry floor
 EDGES = 4  # of the friction pyramid
 UNIT = 0.1  # body weights per unit of lambda: of the size of joint accelerations in y
 GREATEST = 5.0  # vertical force of one point, body weights
-LOADING = 13.0  # steepest loading and unloading of a foot, body weights per second
 
 
 class FrictionPyramid:
@@ -92,8 +90,7 @@ class ReducedDynamics:
 
 def reduced_dynamics(
     state: State,
-    points: PointSet,
-    radius: Float[Array, " n_points"],
+    points: SitePoints,
     touching: np.ndarray,
     pyramid: FrictionPyramid,
 ) -> ReducedDynamics:
@@ -101,18 +98,18 @@ def reduced_dynamics(
 
     Args:
         state: The state.
-        points: The contact points: centres of small spheres.
-        radius: Radius of each sphere [m]; the force acts at its lowest point.
+        points: The contact sites; forces act at the lowest points of their spheres.
         touching: Indices of the points that carry.
         pyramid: What forces they carry.
     """
     M, h = state.mass_matrix, state.bias
     J = state.jacobian(points)[touching].copy()
-    names = state.human.body_names
     for i, p in enumerate(touching):
-        turn = state.angular_jacobian(names[points.body[p] - 1])
-        J[i, 0] -= turn[1] * radius[p]  # velocity of what lies below the centre: + w x (0, 0, -r)
-        J[i, 1] += turn[0] * radius[p]
+        turn = state.angular_jacobian(int(points.body[p]))
+        J[i, 0] -= (
+            turn[1] * points.radius[p]
+        )  # velocity of what lies below the centre: + w x (0, 0, -r)
+        J[i, 1] += turn[0] * points.radius[p]
     G = np.einsum("kcv,cf->vkf", J, pyramid.edges).reshape(len(h), -1)
     n_joints, n_shares = len(h) - 6, G.shape[1]
     root = np.linalg.solve(M[:6, :6], np.hstack([-M[:6, 6:], G[:6], -h[:6, None]]))
@@ -124,51 +121,3 @@ def reduced_dynamics(
     moment_matrix = M[6:] @ matrix
     moment_matrix[:, n_joints:] -= G[6:]
     return ReducedDynamics(matrix, offset, moment_matrix, M[6:] @ offset + h[6:], G, n_joints)
-
-
-class LoadLimit:
-    """How much a foot may carry, that has just landed or is about to leave.
-
-    Rigid contact would let the load of a foot jump. On six recordings with force plates the
-    smoothed load rose by at most 8 to 23 and fell by at most 9 to 13 body weights per second; it
-    may therefore be at most :data:`LOADING` times the time since the foot landed, and times the
-    time until it leaves. How much it carries within that is left to mechanics. The number was
-    settled on those same recordings: from 13 upwards, and without any limit, vertical forces stay
-    within 0.05 to 0.08 body weights of the plates'; at 10 and below a quick walk cannot shift its
-    weight in time and falls.
-
-    Args:
-        reference: The recorded gait, which says when each foot stands.
-        loading: Steepest loading and unloading [body weights per second].
-    """
-
-    def __init__(self, reference: Reference, loading: float = LOADING):
-        self.loading = loading
-        first, last = reference.time[0], reference.time[-1]
-        seen = 0.03  # a stance that reaches an end of the recording was not seen whole [s]
-        self.stances: dict[str, list[tuple[float, float]]] = {}
-        for side in SIDES:
-            merged: list[list[float]] = []
-            for c in sorted((c for c in reference.contacts if c.side == side), key=_start):
-                if merged and c.start <= merged[-1][1] + 0.02:
-                    merged[-1][1] = max(merged[-1][1], c.stop)
-                else:
-                    merged.append([c.start, c.stop])
-            self.stances[side] = [
-                (
-                    a if a > first + seen else -np.inf,
-                    b if b < last - seen else np.inf,
-                )
-                for a, b in merged
-            ]
-
-    def __call__(self, side: str, time: float) -> float:
-        """Return the greatest vertical force [body weights]."""
-        for start, stop in self.stances[side]:
-            if start - 1e-9 <= time <= stop + 1e-9:
-                return max(self.loading * min(time - start, stop - time), 0.0)
-        return np.inf
-
-
-def _start(contact) -> float:
-    return contact.start

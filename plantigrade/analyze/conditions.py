@@ -1,0 +1,182 @@
+"""Whether a motion meets the conditions of its task: at every frame, not only at the nodes."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.analyze.judge import runs
+from plantigrade.analyze.sweep import Sweep
+from plantigrade.analyze.tolerances import Tolerances
+from plantigrade.analyze.verdict import Finding, Measure
+from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.passive import passive_moments, scale
+from plantigrade.models.human import PELVIS
+from plantigrade.record import Condition, Record
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+
+AXES = ("x", "y", "z")
+
+
+def judge_conditions(
+    record: Record, s: Sweep, tol: Tolerances
+) -> tuple[dict[str, Measure], list[Finding]]:
+    """Return the worst of every condition by its name, and where conditions are violated.
+
+    Conditions of one name are one condition at several times, as in the laps of a periodic motion.
+    """
+    worst: dict[str, tuple[float, Measure]] = {}
+    findings: list[Finding] = []
+    for condition in record.conditions:
+        excess, measure, more = _judge(record, s, tol, condition)
+        findings += more
+        if condition.name not in worst or not excess <= worst[condition.name][0]:
+            worst[condition.name] = (excess, measure)
+    return {name: measure for name, (_, measure) in worst.items()}, findings
+
+
+def _judge(
+    record: Record, s: Sweep, tol: Tolerances, condition: Condition
+) -> tuple[float, Measure, list[Finding]]:
+    """Return how far one condition is violated, in tolerances, its worst frame, its findings."""
+    allowed, unit, factor = _unit(condition, tol)
+    time, value = _values(record, s, condition)
+    low, high = condition.bounds(time)
+    if condition.quantity == "displacement":
+        low, high = (np.array(each[-1:]) for each in (condition.lower, condition.upper))
+    label = condition.name
+    if not len(time) or not np.isfinite(value).all():
+        instant = float(condition.time[0])
+        bad = Finding("condition", label, "", instant, instant, instant, np.nan, np.nan, unit)
+        bad = replace(bad, excess=np.inf)
+        return np.inf, Measure("condition", np.nan, np.nan, unit, instant, label, bad=True), [bad]
+    excess = np.maximum(low - value, value - high) * factor / allowed
+    below = low - value > value - high
+    bound = np.where(below, low, high)
+
+    def measure(i: int) -> Measure:
+        return Measure(
+            "condition",
+            float(factor * value[i]),
+            float(factor * bound[i]),
+            unit,
+            float(time[i]),
+            label,
+            bad=bool(excess[i] > 1.0),
+            below=bool(below[i]),
+        )
+
+    findings = []
+    for start, stop in runs(excess > 1.0, time):
+        i = start + int(np.argmax(excess[start:stop]))
+        m = measure(i)
+        findings.append(
+            Finding(
+                "condition",
+                label,
+                "",
+                m.time,
+                float(time[start]),
+                float(time[stop - 1]),
+                m.value,
+                m.limit,
+                unit,
+                excess=float(excess[i]),
+                below=m.below,
+            )
+        )
+    i = int(np.argmax(excess))
+    return float(excess[i]), measure(i), findings
+
+
+def _unit(condition: Condition, tol: Tolerances) -> tuple[float, str, float]:
+    """Return the tolerance of a condition, the unit it is shown in, and the factor to it."""
+    degrees = np.rad2deg(1.0)
+    return {
+        "rad": (tol.condition_deg, "deg", degrees),
+        "m": (0.001 * tol.condition_mm, "m", 1.0),
+        "rad/s": (np.rad2deg(tol.condition_rad_s), "deg/s", degrees),
+        "m/s": (tol.condition_m_s, "m/s", 1.0),
+        "W": (tol.condition_w, "W", 1.0),
+    }[condition.unit]
+
+
+def _values(
+    record: Record, s: Sweep, condition: Condition
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Return the times at which a condition is judged, and the values there.
+
+    These are all frames in its time, and both ends of it, between frames if need be.
+    """
+    frames = record.motion.time
+    series = _SERIES[condition.quantity](record, s, condition)
+    start, stop = condition.time[0], condition.time[-1]
+    stop = stop if np.isfinite(stop) else max(start, float(frames[-1]))
+    inside = frames[condition.holds_at(frames)]
+    ends = [t for t in (start, stop) if frames[0] - 1e-9 <= t <= frames[-1] + 1e-9]
+    time = np.unique(np.r_[inside, ends])
+    value = np.interp(time, frames, series)
+    if condition.quantity == "displacement":
+        return time[-1:], value[-1:] - value[:1]
+    return time, value
+
+
+def _coordinate(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    return record.motion[condition.of]
+
+
+def _speed(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    motion, name = record.motion, condition.of
+    if name in PELVIS[:3]:
+        return np.gradient(motion[name], motion.time, edge_order=2)
+    if name in PELVIS:
+        return motion.qvel[:, :3] @ OPENSIM_TO_WORLD[:, PELVIS.index(name) - 3]
+    return motion.velocity(name)
+
+
+def _rest(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    return np.abs(record.motion.qvel).max(axis=1)
+
+
+def _point(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    body = record.human.body(condition.of)
+    place = s.position[:, body] + s.rotation[:, body] @ np.array(condition.position)
+    return _along(record, place - condition.radius * record.ground.normal, condition)
+
+
+def _com(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    return _along(record, s.com, condition)
+
+
+def _com_speed(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    return _along(record, s.momentum[:, :3] / record.human.mass, condition)
+
+
+def _power(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    """Return the power of a joint's muscles: its own, less that of passive tissue [W]."""
+    motion, human, i = record.motion, record.human, record.human.hinge(condition.of)
+    q, v = (
+        np.stack([f(name) for name in human.coordinates])
+        for f in (motion.__getitem__, motion.velocity)
+    )
+    passive = passive_moments(human.coordinates, list(q), list(v), scale(human.mass, human.height))
+    return (s.tau[:, 6 + i] - passive[i]) * v[i]
+
+
+def _along(
+    record: Record, vectors: Float[Array, "n 3"], condition: Condition
+) -> Float[Array, " n"]:
+    """Return the component of world vectors along an axis of the ground."""
+    return vectors @ record.ground.to_world[:, AXES.index(condition.axis)]
+
+
+_SERIES: dict[str, Callable[[Record, Sweep, Condition], np.ndarray]] = {
+    "coordinate": _coordinate,
+    "displacement": _coordinate,
+    "speed": _speed,
+    "rest": _rest,
+    "point": _point,
+    "com": _com,
+    "com speed": _com_speed,
+    "power": _power,
+}

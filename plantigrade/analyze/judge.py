@@ -1,0 +1,178 @@
+"""From values over time and places to the worst of each quantity and findings: see ``check``."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from plantigrade.analyze.quantities import OF_JOINTS, quantity
+from plantigrade.analyze.verdict import Finding, Measure, Slip
+
+_APART = 0.1  # excesses no further apart in time are one finding [s]
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One quantity over time and places.
+
+    Attributes:
+        quantity: Which.
+        values: Its values (n, m); -inf or NaN where there is none.
+        limit: What is allowed, tolerance included.
+        names: Names of the columns.
+        sides: Sides of the columns; none if empty.
+        times: Times of the rows [s]; those of the frames if None. NaN: a mean over the motion.
+        shown: The limit to show, without the tolerance; ``limit`` if None.
+        actual: Values, limits and unit that findings show instead of these.
+        worst_only: Whether findings name the worst column only.
+        unless: Add no finding if one of these quantities has one: it is the same fault.
+    """
+
+    quantity: str
+    values: np.ndarray
+    limit: float
+    names: Sequence[str] = ("",)
+    sides: Sequence[str] = ()
+    times: np.ndarray | None = None
+    shown: float | None = None
+    actual: tuple[np.ndarray, np.ndarray, str] | None = None
+    worst_only: bool = False
+    unless: tuple[str, ...] = ()
+
+
+@dataclass(eq=False)
+class Judge:
+    """Collects measures and findings.
+
+    Attributes:
+        time: Time of each frame [s].
+        measures: The worst of each quantity so far.
+        findings: What is wrong so far.
+    """
+
+    time: np.ndarray
+    measures: dict[str, Measure] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+
+    def add(self, series: Series) -> None:
+        """Measure a quantity, and report every time and place where it is out of its limit."""
+        t = self.time if series.times is None else series.times
+        values = np.where(np.isfinite(series.values), series.values, -np.inf)
+        names, sides = series.names, series.sides or ("",) * len(series.names)
+        unit, limit = quantity(series.quantity).unit, series.limit
+        shown = limit if series.shown is None else series.shown
+        if values.size == 0 or not np.isfinite(values).any():
+            self.measures[series.quantity] = Measure(series.quantity, np.nan, shown, unit)
+            return
+        row, column = divmod(int(np.argmax(values)), values.shape[1])
+        worst = float(values[row, column])
+        said = {finding.quantity for finding in self.findings}
+        report = worst > limit and said.isdisjoint(series.unless)
+        self.measures[series.quantity] = Measure(
+            series.quantity, worst, shown, unit, float(t[row]), names[column], sides[column], report
+        )
+        if not report:
+            return
+        for group in _groups(series, names, sides):
+            part = values[:, group]
+            for start, stop in runs(np.any(part > limit, axis=1), t):
+                inside = part[start:stop]
+                row, column = divmod(int(np.argmax(inside)), inside.shape[1])
+                bad = [names[int(group[j])] for j in np.flatnonzero((inside > limit).any(axis=0))]
+                row, column = start + row, int(group[column])
+                name, value, most = names[column], float(values[row, column]), shown
+                excess, of = value / max(shown, 1e-9), unit
+                if series.actual is not None:
+                    value, most = (float(x[row, column]) for x in series.actual[:2])
+                    excess, of = value / max(most, 1e-9), series.actual[2]
+                mean = np.isnan(t[row])
+                self.findings.append(
+                    Finding(
+                        series.quantity,
+                        name,
+                        sides[column],
+                        float(t[row]),
+                        float(self.time[0] if mean else t[start]),
+                        float(self.time[-1] if mean else t[stop - 1]),
+                        value,
+                        most,
+                        of,
+                        tuple(each for each in bad if each != name),
+                        excess,
+                    )
+                )
+
+    def add_slips(self, slips: Sequence[Slip], limit: float) -> None:
+        """Measure the slips, and report the stances of each foot once."""
+        unit = quantity("slip").unit
+        if not slips:
+            self.measures["slip"] = Measure("slip", np.nan, limit, unit)
+            return
+        worst = max(slips, key=lambda s: s.distance)
+        self.measures["slip"] = Measure(
+            "slip",
+            worst.distance,
+            limit,
+            unit,
+            worst.time,
+            worst.site,
+            worst.side,
+            worst.distance > limit,
+        )
+        bad = sorted((s for s in slips if s.distance > limit), key=lambda s: s.start)
+        while bad:
+            first = bad[0]
+            same, end = [first], first.end
+            for s in bad[1:]:
+                if _key(s.site, s.side) == _key(first.site, first.side) and s.start <= end:
+                    same.append(s)
+                    end = max(end, s.end)
+            bad = [s for s in bad if not any(s is each for each in same)]
+            w = max(same, key=lambda s: s.distance)
+            others = tuple(dict.fromkeys(s.site for s in same if s.site != w.site))
+            self.findings.append(
+                Finding(
+                    "slip",
+                    w.site,
+                    w.side,
+                    w.time,
+                    w.since,
+                    w.until,
+                    w.distance,
+                    limit,
+                    unit,
+                    others,
+                    w.distance / limit,
+                )
+            )
+
+
+def _key(name: str, side: str) -> str:
+    """Return what is reported together: a foot; a place on no foot alone."""
+    return side or name
+
+
+def _groups(series: Series, names: Sequence[str], sides: Sequence[str]) -> list[np.ndarray]:
+    """Return the columns that are reported together."""
+    if series.worst_only:
+        return [np.arange(len(names))]
+    if series.quantity in OF_JOINTS:
+        keys = list(names)
+    else:
+        keys = [_key(n, s) for n, s in zip(names, sides, strict=True)]
+    return [np.flatnonzero([k == key for k in keys]) for key in dict.fromkeys(keys)]
+
+
+def runs(mask: np.ndarray, times: np.ndarray | None = None) -> list[tuple[int, int]]:
+    """Return (start, stop) of every run of true; with ``times``, close ones are one."""
+    edges = np.flatnonzero(np.diff(np.r_[0, mask.astype(np.int8), 0]))
+    found = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+    if times is None:
+        return found
+    merged: list[tuple[int, int]] = []
+    for start, stop in found:
+        if merged and times[start] - times[merged[-1][1] - 1] <= _APART:
+            merged[-1] = (merged[-1][0], stop)
+        else:
+            merged.append((start, stop))
+    return merged

@@ -1,0 +1,237 @@
+"""What the checker says of a motion: the worst of every quantity, and every fault in words."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plantigrade.analyze.quantities import OF_COORDINATES, OF_JOINTS, QUANTITY, quantity
+from plantigrade.arrays import Array, Float
+
+MOST_SAID = 3
+"""Sentences in :attr:`Verdict.status`; the others are counted."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """The worst of one quantity over the motion.
+
+    Attributes:
+        quantity: Which, one of :data:`~plantigrade.analyze.quantities.QUANTITIES` or
+            ``"condition"``.
+        value: The worst value; NaN if there was nothing to look at.
+        limit: What is allowed.
+        unit: Unit of both.
+        time: When [s]; NaN for a mean over the motion.
+        name: Site, coordinate or condition; empty for the whole body.
+        side: ``"r"``, ``"l"`` or empty.
+        bad: Whether it is out of its limit by more than the tolerance.
+        below: Whether the limit is a lower one.
+    """
+
+    quantity: str
+    value: float
+    limit: float
+    unit: str
+    time: float = np.nan
+    name: str = ""
+    side: str = ""
+    bad: bool = False
+    below: bool = False
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong.
+
+    Attributes:
+        quantity: What, as in :class:`Measure`.
+        name: Where it is worst, as in :class:`Measure`.
+        side: ``"r"``, ``"l"`` or empty.
+        time: When it is worst [s].
+        start: Since when it is too large [s].
+        end: Until when [s].
+        value: Its worst value.
+        limit: What is allowed.
+        unit: Unit of both.
+        others: More sites of the same foot with the same fault at the same time.
+        excess: How bad it is: value over limit; of a condition, violation over tolerance.
+        below: Whether the limit is a lower one.
+    """
+
+    quantity: str
+    name: str
+    side: str
+    time: float
+    start: float
+    end: float
+    value: float
+    limit: float
+    unit: str
+    others: tuple[str, ...] = ()
+    excess: float = np.nan
+    below: bool = False
+
+    @property
+    def where(self) -> str:
+        """The place in words: ``"left heel back medial"``, or the name of a coordinate."""
+        if self.quantity in (*OF_COORDINATES, "pressure"):
+            return self.name
+        plain = self.name.removesuffix(f"_{self.side}") if self.side else self.name
+        return ({"r": "right ", "l": "left "}.get(self.side, "") + plain).replace("_", " ")
+
+    def sentence(self, more_times: int = 0) -> str:
+        """Return what is wrong, where, when, what is allowed and what to do.
+
+        Args:
+            more_times: How often the same happens at other times.
+        """
+        kind = quantity(self.quantity)
+        if np.isnan(self.value):
+            return f"{self.where} could not be checked: the motion has no frames at its times"
+        what = kind.words.format(where=self.where, value=_number(self.value), unit=self.unit)
+        bound = "at least" if self.below else "at most"
+        allowed = f"{bound} {_number(self.limit)} {self.unit}".rstrip()
+        if self.others:
+            n, foot = len(self.others), self.side and self.quantity not in OF_COORDINATES
+            more = ("more place" if n == 1 else "more places") + " of that foot" if foot else "more"
+            what += f" (and so {'does' if n == 1 else 'do'} {n} {more})"
+        again = "once more" if more_times == 1 else f"{more_times} more times"
+        when = self._when() + (f", and {again}" if more_times else "")
+        return f"{what} {when}; {allowed} is allowed: {kind.advice}"
+
+    def _when(self) -> str:
+        if np.isnan(self.time):
+            return "over the whole motion"
+        if self.end - self.start < 5e-3:
+            return f"at {self.time:.2f} s"
+        return f"between {self.start:.2f} and {self.end:.2f} s"
+
+
+@dataclass(frozen=True, eq=False)
+class Slip:
+    """One stance of one site.
+
+    Attributes:
+        site: Its name.
+        side: Its foot.
+        start: First frame of the stance, its time [s].
+        end: Last frame [s].
+        distance: Largest distance along the ground from where the material touched [mm].
+        time: When [s].
+        since: When 5 % of that distance was covered [s].
+        until: When 95 % of it was covered [s].
+    """
+
+    site: str
+    side: str
+    start: float
+    end: float
+    distance: float
+    time: float
+    since: float
+    until: float
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What the checker says of a Record.
+
+    Attributes:
+        measures: The worst of every quantity, by its name, good or bad.
+        conditions: The worst of every condition of the task, by its name.
+        findings: What is wrong, worst first.
+        time: Time of each frame [s].
+        tau: Generalised forces that the contacts leave to the joints [N m]; the first six entries
+            are the unexplained root (world force [N], moment about the pelvis in body axes [N m]).
+        root_force: Unexplained force, world [N].
+        root_moment: Unexplained moment about the centre of mass, world [N m].
+        com: Centre of mass [m].
+        contact_point: Lowest point of each site, world [m].
+        gap: Height of that point above what it stands on [m].
+        centre_of_pressure: Where the feet must push for this motion, world [m]; NaN where they
+            need (next to) no force.
+        slips: Every stance of every site.
+    """
+
+    measures: dict[str, Measure]
+    conditions: dict[str, Measure]
+    findings: tuple[Finding, ...]
+    time: Float[Array, " n_frames"]
+    tau: Float[Array, "n_frames nv"]
+    root_force: Float[Array, "n_frames 3"]
+    root_moment: Float[Array, "n_frames 3"]
+    com: Float[Array, "n_frames 3"]
+    contact_point: Float[Array, "n_frames n_sites 3"]
+    gap: Float[Array, "n_frames n_sites"]
+    centre_of_pressure: Float[Array, "n_frames 3"]
+    slips: tuple[Slip, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.findings
+
+    @property
+    def status(self) -> str:
+        """``"ok"``, or what is wrong, where and when, worst first."""
+        words = self.words()
+        if self.ok:
+            return "ok"
+        more = len(words) - MOST_SAID
+        if more > 0:
+            words = [*words[:MOST_SAID], f"and {more} more finding{'s' if more > 1 else ''}"]
+        return "; ".join(words)
+
+    def words(self) -> list[str]:
+        """Return one sentence for each fault; of one that recurs, for the worst time."""
+        if self.ok:
+            return [f"checked {len(self.time)} frames: everything is within its limits"]
+        times: dict[tuple[str, str], list[Finding]] = {}
+        for finding in self.findings:
+            where = finding.name if finding.quantity in OF_JOINTS else finding.side or finding.name
+            times.setdefault((finding.quantity, where), []).append(finding)
+        return [
+            max(same, key=lambda f: f.excess).sentence(len(same) - 1) for same in times.values()
+        ]
+
+    def figures(self) -> dict[str, Any]:
+        """Return flat figures for ``metrics.json``, unit as suffix."""
+        figures: dict[str, Any] = {
+            "check_ok": self.ok,
+            "check_frames": len(self.time),
+            "check_findings": len(self.findings),
+        }
+        figures |= {QUANTITY[q].key: measure.value for q, measure in self.measures.items()}
+        if self.conditions:
+            figures["check_conditions"] = len(self.conditions)
+            figures["check_conditions_broken"] = sum(m.bad for m in self.conditions.values())
+        return figures
+
+    def signals(self) -> dict[str, np.ndarray]:
+        """Return all measures and findings as signals of a Record, conditions last."""
+        rows = [*self.measures.values(), *self.conditions.values()]
+
+        def words(values: list[str]) -> np.ndarray:
+            return np.array(values, dtype=np.str_) if values else np.array([], dtype="U1")
+
+        return {
+            "check.quantity": words([m.quantity for m in rows]),
+            "check.value": np.array([m.value for m in rows], float),
+            "check.limit": np.array([m.limit for m in rows], float),
+            "check.time": np.array([m.time for m in rows], float),
+            "check.where": words([m.name + (" (at least)" if m.below else "") for m in rows]),
+            "check.side": words([m.side for m in rows]),
+            "check.unit": words([m.unit for m in rows]),
+            "check.bad": np.array([m.bad for m in rows], bool),
+            "check.findings": words([f.sentence() for f in self.findings]),
+        }
+
+    def __repr__(self) -> str:
+        """Return the verdict in one line."""
+        return f"Verdict({len(self.time)} frames, {self.status})"
+
+
+def _number(value: float) -> str:
+    """Return a number with three digits."""
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"

@@ -1,0 +1,330 @@
+"""ASF skeletons (Acclaim, used by the CMU motion capture database).
+
+The file gives each bone a direction, a length, an axis frame and its free rotations;
+:mod:`plantigrade.io.amc` reads their values in every frame.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import FileError
+from plantigrade.io.skeletons import euler_rotation
+from plantigrade.io.text import read_text
+
+MAX_BONES = 1000
+
+_ROOT_CHANNELS = ("TX", "TY", "TZ", "RX", "RY", "RZ")
+_BONE_CHANNELS = ("rx", "ry", "rz", "tx", "ty", "tz", "l")
+
+
+@dataclass(frozen=True)
+class Bone:
+    """One bone of an ASF skeleton, in file axes and units, angles in radians.
+
+    Attributes:
+        name: Its name.
+        parent: Index of its parent bone in the skeleton; -1 where that is the root.
+        direction: Unit vector along the bone in the rest pose.
+        length: Length in file units.
+        axis: World rotation of its axis frame in the rest pose.
+        dof: Its free channels in the order of the AMC values: ``rx ry rz tx ty tz l``.
+        limits: Lower and upper limit of each channel [rad, file units].
+    """
+
+    name: str
+    parent: int
+    direction: Float[Array, "3"]
+    length: float
+    axis: Float[Array, "3 3"]
+    dof: tuple[str, ...]
+    limits: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class AsfSkeleton:
+    """An ASF skeleton.
+
+    Attributes:
+        source: The file.
+        bones: Its bones, parents before children.
+        length_unit: The ``length`` of the ``:units`` block.
+        radians: Whether the file's angles are radians.
+        root_order: Channels of the root line of the AMC file.
+        root_axis: Rotation of the root's axis frame.
+        root_position: Position added to the root's translations, file units.
+    """
+
+    source: Path
+    bones: tuple[Bone, ...]
+    length_unit: float
+    radians: bool
+    root_order: tuple[str, ...]
+    root_axis: Float[Array, "3 3"]
+    root_rotation_order: str
+    root_position: Float[Array, "3"]
+
+    def rest_pose(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+        """Return where each bone starts and ends at rest, root at the origin, file axes."""
+        starts, ends = np.zeros((len(self.bones), 3)), np.zeros((len(self.bones), 3))
+        for i, bone in enumerate(self.bones):
+            starts[i] = ends[bone.parent] if bone.parent >= 0 else 0.0
+            ends[i] = starts[i] + bone.direction * bone.length
+        return starts, ends
+
+
+def read_asf(path: str | Path) -> AsfSkeleton:
+    """Read an ASF skeleton.
+
+    Raises:
+        FileError: If the file is not a whole ASF skeleton; the line is named.
+    """
+    path = Path(path)
+    return _AsfParser(path, read_text(path)).parse()
+
+
+class _AsfParser:
+    """Reads an ASF file line by line; every error names the line."""
+
+    def __init__(self, path: Path, text: str):
+        self.path = path
+        self.lines = [line.split("#", 1)[0].split() for line in text.splitlines()]
+        self.n = 0
+
+    def error(self, problem: str, line: int | None = None, remedy: str = "") -> FileError:
+        where = f"line {(self.n if line is None else line) + 1}" if self.lines else ""
+        return FileError(
+            self.path, problem, where=where, remedy=remedy or "check the skeleton file (.asf)"
+        )
+
+    def number(self, word: str) -> float:
+        try:
+            value = float(word)
+        except ValueError:
+            raise self.error(f"{word!r} is not a number") from None
+        if not np.isfinite(value):
+            raise self.error(f"{word!r} is not a finite number")
+        return value
+
+    def numbers(self, words: list[str], count: int, what: str) -> np.ndarray:
+        if len(words) < count:
+            raise self.error(f"{what} needs {count} numbers, here are {len(words)}")
+        return np.array([self.number(word) for word in words[:count]])
+
+    def section(self) -> list[tuple[int, list[str]]]:
+        """Return the lines up to the next ``:keyword`` and stand on it."""
+        rows = []
+        while self.n < len(self.lines):
+            words = self.lines[self.n]
+            if words and words[0].startswith(":"):
+                break
+            if words:
+                rows.append((self.n, words))
+            self.n += 1
+        return rows
+
+    def parse(self) -> AsfSkeleton:
+        found: dict[str, list[tuple[int, list[str]]]] = {}
+        self.section()
+        while self.n < len(self.lines):
+            keyword = self.lines[self.n][0][1:].lower()
+            self.n += 1
+            found.setdefault(keyword, []).extend(self.section())
+        self.n = max(len(self.lines) - 1, 0)
+        for needed in ("root", "bonedata", "hierarchy"):
+            if not found.get(needed):
+                raise self.error(
+                    f"there is no :{needed} section, so this is not a whole ASF skeleton"
+                )
+        units = {words[0].lower(): (n, words[1:]) for n, words in found.get("units", [])}
+        self.n, words = units.get("length", (0, ["1"]))
+        length_unit = float(self.numbers(words, 1, "units length")[0])
+        if length_unit <= 0:
+            raise self.error(f"units length is {length_unit}; it must be positive")
+        self.n, words = units.get("angle", (0, ["deg"]))
+        radians = bool(words) and words[0].lower().startswith("rad")
+        self.to_rad = 1.0 if radians else np.pi / 180
+        bones = self.bones(found["bonedata"])
+        bones = self.hierarchy(found["hierarchy"], bones)
+        return AsfSkeleton(self.path, bones, length_unit, radians, *self.root(found["root"]))
+
+    def root(self, rows):
+        order, axis_order = _ROOT_CHANNELS, "XYZ"
+        position, orientation = np.zeros(3), np.zeros(3)
+        for self.n, words in rows:
+            key, rest = words[0].lower(), words[1:]
+            if key == "order":
+                order = tuple(word.upper() for word in rest)
+                if sorted(set(order)) != sorted(order) or not set(order) <= set(_ROOT_CHANNELS):
+                    raise self.error(
+                        f"root order is {' '.join(rest)}; allowed are {' '.join(_ROOT_CHANNELS)}"
+                    )
+            elif key == "axis":
+                axis_order = self.axis_order(rest)
+            elif key == "position":
+                position = self.numbers(rest, 3, "root position")
+            elif key == "orientation":
+                orientation = self.numbers(rest, 3, "root orientation") * self.to_rad
+        axis = fixed_axes(axis_order, orientation[None])[0]
+        return order, axis, axis_order, position
+
+    def axis_order(self, words: list[str]) -> str:
+        order = words[0].upper() if words else "XYZ"
+        if sorted(order) != ["X", "Y", "Z"]:
+            raise self.error(f"axis order is {order!r}; it must hold X, Y and Z once each")
+        return order
+
+    def bones(self, rows) -> dict[str, dict]:
+        bones: dict[str, dict] = {}
+        bone: dict | None = None
+        expect_limits = 0
+        for self.n, words in rows:
+            key, rest = words[0].lower(), words[1:]
+            if key == "begin":
+                if bone is not None:
+                    raise self.error("a bone begins before the last one has its end")
+                bone, expect_limits = {"line": self.n}, 0
+                continue
+            if bone is None:
+                raise self.error(f"{words[0]!r} stands outside begin … end")
+            if key == "end":
+                self.add(bone, bones)
+                bone = None
+            elif key == "name":
+                bone["name"] = self.word(rest, "name")
+            elif key == "direction":
+                bone["direction"] = self.numbers(rest, 3, "direction")
+            elif key == "length":
+                bone["length"] = float(self.numbers(rest, 1, "length")[0])
+            elif key == "axis":
+                angles = self.numbers(rest, 3, "axis") * self.to_rad
+                bone["axis"] = fixed_axes(self.axis_order(rest[3:]), angles[None])[0]
+            elif key == "dof":
+                dof = tuple(word.lower() for word in rest)
+                if not set(dof) <= set(_BONE_CHANNELS) or len(set(dof)) != len(dof):
+                    raise self.error(
+                        f"dof is {' '.join(rest)}; allowed are {' '.join(_BONE_CHANNELS)}"
+                    )
+                bone["dof"] = dof
+            elif key == "limits" or words[0].startswith("("):
+                expect_limits = 1
+                line = " ".join(rest if key == "limits" else words)
+                bone.setdefault("limits", []).extend(self.limits(line))
+            elif expect_limits and key == "limits":
+                pass
+            # id, bodymass, cofmass and whatever else describe no motion
+        if bone is not None:
+            raise self.error("the last bone has no end: the file is cut off", bone["line"])
+        if not bones:
+            raise self.error("there are no bones in :bonedata")
+        return bones
+
+    def limits(self, line: str) -> list[tuple[float, float]]:
+        pairs = []
+        for text in re.findall(r"\(([^()]*)\)", line):
+            words = text.replace(",", " ").split()
+            try:
+                low, high = (float(word) for word in words)
+            except ValueError:
+                raise self.error(f"limits ({text}) are not two numbers") from None
+            pairs.append((low, high))
+        return pairs
+
+    def word(self, words: list[str], what: str) -> str:
+        if not words:
+            raise self.error(f"{what} is empty")
+        return words[0]
+
+    def add(self, bone: dict, bones: dict[str, dict]) -> None:
+        for field in ("name", "direction", "length"):
+            if field not in bone:
+                raise self.error(f"this bone has no {field}", bone["line"])
+        size = np.linalg.norm(bone["direction"])
+        if size < 1e-6 and bone["length"] > 0:
+            raise self.error(f"bone {bone['name']!r} has no direction (0 0 0)", bone["line"])
+        bone["direction"] = bone["direction"] / (size or 1.0)
+        if bone["name"] in bones or bone["name"] == "root":
+            raise self.error(f"there are two bones named {bone['name']!r}", bone["line"])
+        if len(bones) >= MAX_BONES:
+            raise self.error(f"there are more than {MAX_BONES} bones: no human skeleton")
+        bones[bone["name"]] = bone
+
+    def hierarchy(self, rows, bones: dict[str, dict]) -> tuple[Bone, ...]:
+        parent_of: dict[str, str] = {}
+        for self.n, words in rows:
+            if words[0].lower() in ("begin", "end") and len(words) == 1:
+                continue
+            for child in words[1:]:
+                for name in (words[0], child):
+                    if name != "root" and name not in bones:
+                        raise self.error(
+                            f"the hierarchy names bone {name!r}, which is not in :bonedata"
+                        )
+                if child in parent_of or child == "root":
+                    raise self.error(f"bone {child!r} has two parents")
+                parent_of[child] = words[0]
+        children: dict[str, list[str]] = {}
+        for child, parent in parent_of.items():
+            children.setdefault(parent, []).append(child)
+        order, stack = [], list(reversed(children.get("root", [])))
+        while stack:
+            name = stack.pop()
+            order.append(name)
+            stack.extend(reversed(children.get(name, [])))
+        lost = [name for name in bones if name not in order]
+        if lost:
+            raise self.error(f"these bones do not hang on the root: {', '.join(lost[:8])}")
+        index = {name: i for i, name in enumerate(order)} | {"root": -1}
+        return tuple(
+            Bone(
+                name,
+                index[parent_of[name]],
+                bones[name]["direction"],
+                bones[name]["length"],
+                bones[name].get("axis", np.eye(3)),
+                bones[name].get("dof", ()),
+                tuple(
+                    (low * self.to_rad, high * self.to_rad)
+                    if channel.startswith("r")
+                    else (low, high)
+                    for channel, (low, high) in zip(
+                        bones[name].get("dof", ()), bones[name].get("limits", []), strict=False
+                    )
+                ),
+            )
+            for name in order
+        )
+
+
+def fixed_axes(order: str, angles: Float[Array, "n k"]) -> Float[Array, "n 3 3"]:
+    """Return rotations about fixed axes, the first letter of ``order`` first; angles in xyz."""
+    columns = ["XYZ".index(letter) for letter in reversed(order)]
+    return euler_rotation(order[::-1], angles[:, columns])
+
+
+def find_asf(path: Path) -> Path:
+    """Return the skeleton file beside the motion ``path``.
+
+    Raises:
+        FileError: If there is none, or several and none by its name.
+    """
+    try:
+        beside = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
+    except OSError as error:
+        raise FileError(path.parent, f"cannot be searched ({error.strerror})") from error
+    stem = path.stem.lower()
+    for wanted in (stem, stem.split("_")[0], re.split(r"[_\-. ]", stem)[0]):
+        for candidate in beside:
+            if candidate.stem.lower() == wanted:
+                return candidate
+    if len(beside) == 1:
+        return beside[0]
+    problem = (
+        "there is no skeleton file (.asf) beside it"
+        if not beside
+        else f"which skeleton is its own? Beside it lie {', '.join(p.name for p in beside[:8])}"
+    )
+    raise FileError(path, problem, remedy="name it with the option skeleton=FILE.asf")

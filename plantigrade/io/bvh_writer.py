@@ -1,0 +1,106 @@
+"""Writes the motion of a skeleton as BVH."""
+
+import re
+from pathlib import Path
+from warnings import catch_warnings, simplefilter
+
+import numpy as np
+
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.io.skeletons import FORWARD_LEFT_UP_OF_Y_UP
+from plantigrade.io.text import write_text
+from plantigrade.motion.recording import Recording, SkeletonMotion
+
+
+def write_recording(recording: Recording, path: str | Path) -> None:
+    """Write the skeleton of a recording as BVH.
+
+    Raises:
+        FileError: If there is no skeleton, or the file cannot be written.
+    """
+    if recording.skeleton is None:
+        raise FileError(path, "the recording has no skeleton", remedy="write its markers to .trc")
+    write_bvh(recording.skeleton, path)
+
+
+def write_bvh(skeleton: SkeletonMotion, path: str | Path, *, order: str = "ZXY") -> Path:
+    """Write a skeleton's motion as BVH, in centimetres, y up, x left, z forward.
+
+    Joints keep their rest offsets; a joint whose distance to its parent changes gets position
+    channels of its own. Bones that end at no joint get an ``End Site``.
+
+    Args:
+        skeleton: What to write; evenly sampled.
+        path: The file.
+        order: Order of the rotation channels.
+
+    Raises:
+        ParameterError: If ``order`` is not a permutation of XYZ, or there are gaps.
+        FileError: If the file cannot be written.
+    """
+    from scipy.spatial.transform import Rotation
+
+    order = order.upper()
+    if sorted(order) != ["X", "Y", "Z"]:
+        raise ParameterError(f"{order=} must hold X, Y and Z once each")
+    if not (np.isfinite(skeleton.positions).all() and np.isfinite(skeleton.rotations).all()):
+        raise ParameterError("the skeleton's motion has gaps (NaN); fill them before writing BVH")
+    if len(skeleton.time) < 1:
+        raise ParameterError("the skeleton's motion has no frames")
+    T = FORWARD_LEFT_UP_OF_Y_UP.T  # ours to file
+    p, ends = skeleton.positions @ T.T * 100, skeleton.ends @ T.T * 100
+    R = T @ skeleton.rotations @ T.T
+    rest = skeleton.rest_positions @ T.T * 100
+    n, k = p.shape[:2]
+    frame_time = float((skeleton.time[-1] - skeleton.time[0]) / (n - 1)) if n > 1 else 0.01
+    tolerance = 1e-5 * max(float(np.ptp(rest, axis=0).max()), 1e-9)
+    children: dict[int, list[int]] = {}
+    for i, parent in enumerate(skeleton.parents):
+        children.setdefault(parent, []).append(i)
+    lines, columns = ["HIERARCHY"], []
+    rotation_channels = " ".join(f"{x}rotation" for x in order)
+    stack: list[tuple[int, int, bool]] = [(i, 0, False) for i in reversed(children.get(-1, []))]
+    while stack:
+        i, depth, closing = stack.pop()
+        tab = "  " * depth
+        if closing:
+            lines.append(f"{tab}}}")
+            continue
+        parent = skeleton.parents[i]
+        if parent < 0:
+            offset, local_p, local_R = np.zeros(3), p[:, i], R[:, i]
+            moves = True
+        else:
+            offset = rest[i] - rest[parent]
+            back = np.swapaxes(R[:, parent], 1, 2)
+            local_p = np.einsum("nij,nj->ni", back, p[:, i] - p[:, parent])
+            local_R = back @ R[:, i]
+            moves = bool(np.abs(local_p - offset).max() > tolerance)
+            if moves and (np.abs(local_p - local_p[0]) <= tolerance).all():
+                offset, moves = local_p[0], False
+        name = re.sub(r"[\s{}]+", "_", skeleton.names[i]) or f"joint{i}"
+        count = "6 Xposition Yposition Zposition " if moves else "3 "
+        lines += [
+            f"{tab}{'ROOT' if parent < 0 else 'JOINT'} {name}",
+            f"{tab}{{",
+            f"{tab}  OFFSET " + " ".join(f"{x:.7g}" for x in offset),
+            f"{tab}  CHANNELS {count}{rotation_channels}",
+        ]
+        if moves:
+            columns.append(local_p)
+        with catch_warnings():  # at a singularity any of the equal angles will do
+            simplefilter("ignore", UserWarning)
+            columns.append(Rotation.from_matrix(local_R).as_euler(order, degrees=True))
+        if not children.get(i):
+            tip = np.einsum("nij,ni->nj", R[:, i], ends[:, i] - p[:, i])
+            tip = np.median(tip, axis=0) if np.isfinite(tip).all() else np.zeros(3)
+            text = " ".join(f"{x:.7g}" for x in tip)
+            lines += [f"{tab}  End Site", f"{tab}  {{", f"{tab}    OFFSET {text}", f"{tab}  }}"]
+        stack.append((i, depth, True))
+        stack.extend((child, depth + 1, False) for child in reversed(children.get(i, [])))
+    lines += ["MOTION", f"Frames: {n}", f"Frame Time: {frame_time:.8g}"]
+    table = np.concatenate(columns, axis=1)
+    row = " ".join(["%.6f"] * table.shape[1])
+    lines += [row % tuple(values) for values in table.tolist()]
+    write_text(path, "\n".join(lines) + "\n")
+    return Path(path)

@@ -1,0 +1,160 @@
+r"""Ground reactions in the tables of OpenSim.
+
+Any columns ``NAMEvx NAMEvy NAMEvz`` are a force, ``NAMEpx …`` its point,
+``NAMEmx …`` or the same name with *torque* or *moment* instead of *force* its torque about that
+point. With force :math:`f` and torque :math:`t` about :math:`p`, the centre of pressure and the
+free moment about the vertical are (file axes)
+
+.. math:: c = p + (t_z / f_y,\ 0,\ -t_x / f_y), \quad
+    T = t_y - (c_z - p_z) f_x + (c_x - p_x) f_z .
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.errors import ParameterError
+from plantigrade.motion.recording import ForcePlate, Table
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+
+MIN_FORCE = 10.0  # [N] vertical; below it there is no centre of pressure
+
+
+@dataclass(frozen=True)
+class ForceGroup:
+    """The columns of one ground reaction.
+
+    Attributes:
+        name: What the columns have in common.
+        columns: Three columns each of force, point and torque; empty where there are none.
+    """
+
+    name: str
+    columns: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
+
+
+def force_groups(names: Sequence[str]) -> list[ForceGroup]:
+    """Return the ground reactions among the column names, in the order of the file."""
+    have = set(names)
+    groups = []
+    for name in names:
+        if not re.search(r"(?:^|[^A-Za-z]|force|grf)[vV][xX]$", name, re.IGNORECASE):
+            continue
+        stem, v = name[:-2], name[-2]
+        lower = name[-1] == "x"
+        xyz = "xyz" if lower else "XYZ"
+
+        def triple(stem: str, letters: str, xyz: str = xyz) -> tuple[str, ...]:
+            """Return the three columns ``stem + letters + axis``, nothing unless all exist."""
+            columns = tuple(f"{stem}{letters}{x}" for x in xyz)
+            return columns if have.issuperset(columns) else ()
+
+        force = triple(stem, v)
+        if not force:
+            continue
+        point = triple(stem, "p") or triple(stem, "P")
+        torque: tuple[str, ...] = triple(stem, "m") or triple(stem, "M") or triple(stem, "t")
+        for old, new in (
+            ("force", "torque"),
+            ("force", "moment"),
+            ("Force", "Torque"),
+            ("Force", "Moment"),
+        ):
+            if old in stem and not torque:
+                other = stem.replace(old, new)
+                torque = triple(other, "") or triple(other, "m") or triple(other, "t")
+        groups.append(ForceGroup(stem.rstrip("_. ") or "force", (force, point, torque)))
+    return groups
+
+
+def side_of(name: str) -> str | None:
+    """Return ``"r"`` or ``"l"`` where a plate's name says which foot it is, else None.
+
+    Example:
+        >>> side_of("ground_force_r"), side_of("calcn_l_force"), side_of("1_ground_force")
+        ('r', 'l', None)
+    """
+    found = re.search(r"(?:^|[_. ])(r|l|right|left)(?:$|[_. ])", name, re.IGNORECASE)
+    return found[1][0].lower() if found else None
+
+
+def plate_of(table: Table, group: ForceGroup, warnings: list[str]) -> ForcePlate:
+    """Return one ground reaction at its centre of pressure, in our axes."""
+    n = len(table.time)
+
+    def columns(names: tuple[str, ...], missing: float) -> np.ndarray:
+        if not names:
+            return np.full((n, 3), missing)
+        return np.stack([table[name] for name in names], axis=1)
+
+    f, p, t = (
+        columns(names, missing)
+        for names, missing in zip(group.columns, (0.0, np.nan, 0.0), strict=True)
+    )
+    size = np.nan_to_num(np.abs(f)).mean(axis=0)
+    if size.max() > 0 and size[1] < 0.8 * size.max():
+        warnings.append(
+            f"{group.name}: the largest force is along {'xyz'[int(size.argmax())]}, not y; OpenSim "
+            "files have y up"
+        )
+    loaded = np.abs(f[:, 1]) >= MIN_FORCE
+    if loaded.any() and np.median(f[loaded, 1]) < 0:
+        warnings.append(f"{group.name}: forces push down; turned to forces on the body")
+        f, t = -f, -t
+    loaded &= f[:, 1] >= MIN_FORCE
+    far = np.abs(p[loaded & np.isfinite(p).all(axis=1)])
+    if far.size and np.median(far.max(axis=1)) > 20.0:
+        warnings.append(f"{group.name}: points are given in mm; read so, torques in N mm")
+        p, t = p / 1000, t / 1000
+    if not group.columns[1]:
+        warnings.append(f"{group.name}: the file gives no point of application")
+    elif loaded.any() and not np.any(p[loaded]) and not np.any(t[loaded]):
+        warnings.append(f"{group.name}: point of application and torque are all zero: not known")
+        p = np.full_like(p, np.nan)
+    vertical = np.where(loaded, f[:, 1], np.nan)
+    t = np.where(np.isfinite(t), t, 0.0)
+    d_x, d_z = t[:, 2] / vertical, -t[:, 0] / vertical  # from p to the centre of pressure [m]
+    cop = p + np.stack([d_x, np.zeros(n), d_z], axis=1)
+    free = t[:, 1] - (np.nan_to_num(d_z) * f[:, 0] - np.nan_to_num(d_x) * f[:, 2])
+    cop[~loaded] = np.nan
+    return ForcePlate(
+        name=group.name,
+        time=table.time,
+        force=f @ OPENSIM_TO_WORLD.T,
+        cop=cop @ OPENSIM_TO_WORLD.T,
+        free_moment=np.where(np.isfinite(free), free, 0.0),
+        side=side_of(group.name),
+    )
+
+
+def plates_table(plates: Sequence[ForcePlate]) -> Table:
+    """Return plates as OpenSim's columns, on the clock of the first, in its axes."""
+    if not plates:
+        raise ParameterError("there are no plates to write")
+    time = plates[0].time
+    names: list[str] = []
+    columns: list[np.ndarray] = []
+    sides = [plate.side for plate in plates]
+    for n, plate in enumerate(plates, start=1):
+        known = plate.side if plate.side and sides.count(plate.side) == 1 else str(n)
+        loaded = np.all(np.isfinite(plate.cop), axis=1)
+        signals = np.concatenate(
+            [
+                np.nan_to_num(plate.force) @ OPENSIM_TO_WORLD,
+                np.where(loaded[:, None], plate.cop, 0.0) @ OPENSIM_TO_WORLD,
+            ],
+            axis=1,
+        )
+        moment = np.nan_to_num(plate.free_moment)
+        if len(plate.time) != len(time) or not np.allclose(plate.time, time):
+            signals = np.stack(
+                [np.interp(time, plate.time, s, left=0, right=0) for s in signals.T], axis=1
+            )
+            moment = np.interp(time, plate.time, moment, left=0, right=0)
+        zero = np.zeros(len(time))
+        names += [f"ground_force_{known}_{q}{x}" for q in "vp" for x in "xyz"]
+        names += [f"ground_torque_{known}_{x}" for x in "xyz"]
+        columns += [*signals.T, zero, moment, zero]
+    return Table(tuple(names), time, np.stack(columns, axis=1))

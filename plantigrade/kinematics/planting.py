@@ -1,0 +1,209 @@
+"""Feet that neither slide nor sink: regions at rest are held, the body changes as little as it can.
+
+The ground is the plane z = 0.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.terms import Terms, follow
+from plantigrade.models import Human
+
+LANDING = 0.12  # time over which a foot comes to its spot on the ground and leaves it [s]
+SLIDES = 0.03  # a foot that rests for a second and strays further slides or pivots indeed [m]
+SINKS = 0.002  # a point this deep in the ground is lifted in another pass [m]
+PASSES = 4
+_PLANTED = 1.0  # weight of the foot's points
+_HELD = {"pelvis": 0.06, "knee": 0.01}  # weights of points that stay where they were
+_POSTURE = 4e-4  # pull of each hinge to where it was [m^2/rad^2]
+_FOOT_POSTURE = 2e-3  # the same of joints within the foot
+
+
+def plant_feet(
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    stance: Bool[Array, "n_frames 2"] | None = None,
+    *,
+    rate: float,
+    rests: list[Rest] | None = None,
+    way: Float[Array, "n_frames 3"] | None = None,
+    progress=None,
+) -> Float[Array, "n_frames nq"]:
+    """Return the motion with feet that neither slide nor sink, changed as little as possible.
+
+    Every region of a foot that rests is held where it rests on the mean; before and after, the
+    correction fades in and out. Points that would sink into the ground are lifted onto it. The
+    legs and, less, the pelvis follow; all else keeps its joint angles.
+
+    Args:
+        human: The person.
+        qpos: The motion.
+        stance: Which foot (right, left) stands when; found from the motion where not given.
+        rate: Frames per second [Hz].
+        rests: What rests when; found from the motion where not given.
+        way: Path of the ground itself (a treadmill's belt) [m].
+        progress: Called with the number of frames done, now and then.
+    """
+    n = len(qpos)
+    if n < 2:
+        return qpos.copy()
+    path = np.zeros((n, 3)) if way is None else way
+    contact = sole_paths(human, qpos)
+    if rests is None:
+        rests = find_rests(contact, rate, way=path, stance=stance)
+    solver, held = _planting_solver(human, contact)
+    fade = max(2, round(LANDING * rate))
+    wanted, weight = _wanted(contact, rests, path, fade)
+    # The pelvis and knees follow the feet's common lift, so that legs keep their angles.
+    lift = ((wanted - contact.position)[..., 2] * weight).sum(axis=1) / weight.sum(axis=1)
+    result = qpos
+    for attempt in range(PASSES):
+        values = np.array([solver.values(q)[-len(held) :] for q in qpos])
+        values[..., 2] += lift[:, None]
+        goal = wanted.copy()
+        goal[..., 2] += contact.radius
+        result = follow(
+            solver,
+            np.concatenate([goal, values], axis=1),
+            result if attempt else qpos,
+            weights=np.concatenate([_PLANTED * weight, np.tile(held, (n, 1))], axis=1),
+            rest=qpos[:, 7:],
+            progress=progress if attempt == 0 else None,
+        )
+        # Points that sink all the same are asked for again, above the ground by as much.
+        depth = np.maximum(0.0, -sole_paths(human, result).position[..., 2])
+        sunk = depth > SINKS
+        if not sunk.any():
+            break
+        wanted[..., 2] += np.where(depth > 0.5 * SINKS, np.minimum(depth, 0.02), 0.0)
+        weight = np.where(sunk, np.minimum(4.0 * weight, 16.0), weight)
+    return result
+
+
+def _planting_solver(human: Human, contact: SolePaths):
+    """Return inverse kinematics on soles, pelvis and knees, and the weights of the last two."""
+    points = [(site.body, np.array(site.position)) for site in contact.sites]
+    held = []
+    for offset in np.vstack([np.zeros(3), 0.25 * np.eye(3)]):
+        points.append(("pelvis", offset))
+        held.append(_HELD["pelvis"])
+    for side in SIDES:
+        body, position = human.skeleton.parts[f"tibia_{side}"]
+        points.append((body, np.asarray(position)))
+        held.append(_HELD["knee"])
+    terms = Terms(human, points, [(i, -1) for i in range(len(points))])
+    solver = InverseKinematics(terms, tolerance=1e-4, max_iterations=12)
+    solver.posture = np.full(len(solver.rest), _POSTURE)
+    words = ("mtp", "cuboid", "heel")
+    inner = [i for i, c in enumerate(human.coordinates) if c.startswith(words)]
+    solver.posture[inner] = _FOOT_POSTURE
+    return solver, np.array(held)
+
+
+def _wanted(contact: SolePaths, rests: list[Rest], way: np.ndarray, fade: int):
+    """Return where each point of the soles should be, and how much that matters.
+
+    A region at rest is moved as a whole: horizontally to its mean place, each of its points down
+    (or up) to the ground. The correction of a point fades out over ``fade`` frames, and crosses
+    over to the next one where two are closer than that.
+    """
+    n, m = contact.position.shape[:2]
+    position = contact.position - way[:, None]
+    shift = np.full((n, m, 3), np.nan)
+    for rest, core in _cores(rests):
+        index = contact.of(rest.side, rest.region)
+        frames = slice(rest.start, rest.stop)
+        path = position[frames, index]
+        centre = path.mean(axis=1)[:, :2]
+        spot = np.median(position[core][:, index, :2].mean(axis=1), axis=0)
+        if len(centre) > 8 * fade and np.linalg.norm(centre - spot, axis=1).max() > SLIDES:
+            spot = _slow(centre, fade)
+        shift[frames, index, :2] = (spot - centre)[:, None]
+        shift[frames, index, 2] = -path[..., 2]
+    offset = np.zeros((n, m, 3))
+    for all_points in (contact.of(side) for side in SIDES):
+        resting = np.isfinite(shift[:, all_points, 0])
+        # What a free point of a foot takes over from the regions of it that rest.
+        common = np.zeros((n, 3))
+        some = np.asarray(resting.any(axis=1))
+        common[some] = np.nanmean(shift[some][:, all_points], axis=1)
+        common = _faded(common, some, fade)
+        for i in all_points:
+            own = np.isfinite(shift[:, i, 0])
+            near = _nearness(own, fade)[:, None]
+            filled = _held(np.nan_to_num(shift[:, i]), own) - common
+            offset[:, i] = common + near * filled
+    wanted = position + offset
+    weight = np.full((n, m), 0.3)
+    for i in range(m):
+        weight[:, i] = 0.3 + 0.7 * _nearness(np.isfinite(shift[:, i, 0]), fade)
+    sunk = wanted[..., 2] < 0
+    wanted[..., 2] = np.where(sunk, 0.0, wanted[..., 2])
+    weight[sunk] = np.maximum(weight[sunk], 1.0)
+    return wanted + way[:, None], weight
+
+
+def _slow(path: np.ndarray, fade: int) -> np.ndarray:
+    """Return the path without what is faster than some ``fade`` frames."""
+    k = np.arange(-4 * fade, 4 * fade + 1)
+    window = np.exp(-0.5 * (k / (1.5 * fade)) ** 2)
+    padded = np.pad(path, ((4 * fade, 4 * fade), (0, 0)), mode="edge")
+    return np.stack([np.convolve(x, window / window.sum(), "valid") for x in padded.T], axis=1)
+
+
+def _cores(rests: list[Rest]) -> list[tuple[Rest, np.ndarray]]:
+    """Return each rest with the frames that tell its place.
+
+    Regions of a foot that rest at the same time are parts of one thing: their places are taken
+    from the same frames, those in which most of them rest, so that they fit together.
+    """
+    result = []
+    for side in SIDES:
+        mine = sorted((r for r in rests if r.side == side), key=lambda r: r.start)
+        groups: list[list[Rest]] = []
+        for rest in mine:
+            if groups and rest.start < max(r.stop for r in groups[-1]):
+                groups[-1].append(rest)
+            else:
+                groups.append([rest])
+        for group in groups:
+            start, stop = group[0].start, max(r.stop for r in group)
+            count = np.zeros(stop - start, int)
+            for r in group:
+                count[r.start - start : r.stop - start] += 1
+            for r in group:
+                own = count[r.start - start : r.stop - start]
+                result.append((r, r.start + np.flatnonzero(own == own.max())))
+    return result
+
+
+def _nearness(inside: np.ndarray, fade: int) -> np.ndarray:
+    """Return 1 where ``inside``, falling smoothly to 0 over ``fade`` frames around it."""
+    if not inside.any():
+        return np.zeros(len(inside))
+    k = np.arange(len(inside))
+    where = np.flatnonzero(inside)
+    after = np.searchsorted(where, k)
+    gap = np.minimum(
+        np.abs(k - where[np.clip(after, 0, len(where) - 1)]),
+        np.abs(k - where[np.clip(after - 1, 0, len(where) - 1)]),
+    )
+    s = np.clip(1 - gap / fade, 0, 1)
+    return s * s * (3 - 2 * s)
+
+
+def _held(values: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Return values carried over gaps: linear between two runs, constant at the ends."""
+    if not inside.any():
+        return np.zeros_like(values)
+    k = np.arange(len(values))
+    where = np.flatnonzero(inside)
+    return np.stack([np.interp(k, where, values[where, i]) for i in range(values.shape[1])], 1)
+
+
+def _faded(values: np.ndarray, inside: np.ndarray, fade: int) -> np.ndarray:
+    return _held(values, inside) * _nearness(inside, fade)[:, None]

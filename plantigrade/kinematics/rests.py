@@ -1,0 +1,106 @@
+"""When the regions of the feet rest on the ground.
+
+A foot is in contact region by region: heel, ball (metatarsal heads) and toes come down and leave
+one after another. A region rests while its lowest point is near the ground and nearly still.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.sole_paths import SolePaths
+from plantigrade.motion.filters import lowpass, runs
+
+NEAR = 0.035  # a region higher above the ground than this does not rest [m]
+SLOW = 0.35  # a region faster than this does not come to rest [m/s] …
+STILL = 0.22  # … and one slower than this rests
+SHORTEST = 0.06  # shortest rest [s]
+SMOOTH = 10.0  # low-pass of the points before their speed is taken [Hz]
+
+
+@dataclass(frozen=True)
+class Rest:
+    """One rest of a region of a foot on the ground: frames ``start`` to before ``stop``."""
+
+    side: str
+    region: str
+    start: int
+    stop: int
+
+
+def find_rests(
+    contact: SolePaths,
+    rate: float,
+    *,
+    way: Float[Array, "n_frames 3"] | None = None,
+    stance: Bool[Array, "n_frames 2"] | None = None,
+) -> list[Rest]:
+    """Return when each region of each foot rests on the ground.
+
+    Args:
+        contact: The points of the soles.
+        rate: Frames per second [Hz].
+        way: Path of the ground itself (a treadmill's belt) [m].
+        stance: Where the foot stands at all (right, left), if that is known.
+    """
+    n = len(contact.position)
+    position = contact.position - (0.0 if way is None else way[:, None])
+    time = np.arange(n) / rate
+    rests = []
+    for s, side in enumerate(SIDES):
+        for region in ("heel", "ball", "toes"):
+            index = contact.of(side, region)
+            if not len(index):
+                continue
+            height = position[:, index, 2].min(axis=1)
+            speed = point_speed(time, position[:, index].mean(axis=1))
+            near = height < NEAR
+            calm = _hysteresis(speed, STILL, SLOW) & near
+            if stance is not None:
+                calm &= stance[:, s]
+            for run in runs(calm):
+                if run.stop - run.start >= max(2, SHORTEST * rate):
+                    rests.append(Rest(side, region, run.start, run.stop))
+    return rests
+
+
+def point_speed(time: Float[Array, " n"], path: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    """Return the speed of a point along its smoothed path [m/s]."""
+    if len(time) < 3:
+        return np.zeros(len(time))
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    if len(time) > 15 and rate > 2.5 * SMOOTH:
+        path = lowpass(time, path, cutoff=SMOOTH)
+    return np.linalg.norm(np.gradient(path, time, axis=0), axis=-1)
+
+
+def _hysteresis(value: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Return where the value is below ``high`` in a run that is somewhere below ``low``."""
+    below = value < high
+    for run in runs(below):
+        if value[run].min() >= low:
+            below[run] = False
+    return below
+
+
+def stance_of(rests: list[Rest], n_frames: int) -> Bool[Array, "n_frames 2"]:
+    """Return which foot (right, left) stands in which frame."""
+    stance = np.zeros((n_frames, 2), dtype=bool)
+    for rest in rests:
+        stance[rest.start : rest.stop, SIDES.index(rest.side)] = True
+    return stance
+
+
+def drift_of(
+    contact: SolePaths, rests: list[Rest], way: Float[Array, "n_frames 3"] | None = None
+) -> Float[Array, " n_rests"]:
+    """Return how far each resting region strays from its mean place on the ground [m]."""
+    position = contact.position - (0.0 if way is None else way[:, None])
+    result = []
+    for rest in rests:
+        index = contact.of(rest.side, rest.region)
+        centre = position[rest.start : rest.stop, index, :2].mean(axis=1)
+        result.append(float(np.linalg.norm(centre - centre.mean(axis=0), axis=1).max()))
+    return np.array(result)

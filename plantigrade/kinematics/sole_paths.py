@@ -1,0 +1,91 @@
+"""Where the soles of a person are over a motion: the lowest points of the contact spheres."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.models import Human
+
+_REGIONS = {"heel": "heel", "metatarsal": "ball", "toe": "toes", "base": "middle"}
+
+
+def region_of(site: ContactSite) -> str:
+    """Return the region of the sole a site belongs to: heel, ball, toes or middle."""
+    name = site.name.removeprefix(f"{site.body[:-2]}_")
+    return next(region for word, region in _REGIONS.items() if name.startswith(word))
+
+
+class SitePoints(PointSet):
+    """Contact sites of one person: the centres of their spheres are the points.
+
+    Args:
+        human: The person.
+        sites: The sites.
+
+    Attributes:
+        sites: The sites.
+        radius: Radius of each sphere [m].
+    """
+
+    def __init__(self, human: Human, sites: Sequence[ContactSite]):
+        local = np.array([site.position for site in sites])
+        super().__init__(human, [site.body for site in sites], local)
+        self.sites = tuple(sites)
+        self.radius = np.array([site.radius for site in sites])
+
+    def height(self, state: State) -> Float[Array, " n_points"]:
+        """Return how high the lowest points of the spheres are [m]."""
+        return state.position(self)[:, 2] - self.radius
+
+
+@dataclass(frozen=True)
+class SolePaths:
+    """The soles of a person over a motion.
+
+    Attributes:
+        sites: The contact spheres.
+        position: Lowest point of each sphere, straight below its centre [m].
+    """
+
+    sites: tuple[ContactSite, ...]
+    position: Float[Array, "n_frames n_sites 3"]
+
+    @cached_property
+    def region(self) -> tuple[str, ...]:
+        """Region of each site: ``"heel"``, ``"ball"``, ``"toes"`` or ``"middle"``."""
+        return tuple(region_of(site) for site in self.sites)
+
+    @cached_property
+    def radius(self) -> Float[Array, " n_sites"]:
+        """Radius of each sphere [m]."""
+        return np.array([site.radius for site in self.sites])
+
+    def of(self, side: str, region: str | None = None) -> np.ndarray:
+        """Return the indices of a foot's sites, of one region or of all."""
+        pairs = enumerate(zip(self.sites, self.region, strict=True))
+        return np.array(
+            [i for i, (s, r) in pairs if s.side == side and region in (None, r)], dtype=int
+        )
+
+    @property
+    def penetration(self) -> Float[Array, " n_frames"]:
+        """How deep the lowest point lies below the ground in every frame [m]."""
+        return np.maximum(0.0, -self.position[..., 2].min(axis=1))
+
+
+def sole_paths(human: Human, qpos: Float[Array, "n_frames nq"]) -> SolePaths:
+    """Return where the soles are in every frame."""
+    sites = contact_sites(human)
+    paths = SolePaths(sites, SitePoints(human, sites).path(qpos))
+    paths.position[..., 2] -= paths.radius
+    return paths
+
+
+def lowest(human: Human, qpos: Float[Array, "n_frames nq"]) -> Float[Array, " n_frames"]:
+    """Return the height of the lowest point of the soles in every frame [m]."""
+    return sole_paths(human, qpos).position[..., 2].min(axis=1)

@@ -1,0 +1,84 @@
+"""The velocity of the ground under the feet: zero overground, the belt's on a treadmill.
+
+A foot in stance moves with the ground, so the velocity that the feet's points share most often is
+the ground's.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.motion.filters import derivative, fill_gaps, lowpass
+from plantigrade.motion.recording import rate_of
+
+SLOWEST_BELT = 0.15
+"""A ground slower than this stands still [m/s]; no treadmill gait is that slow."""
+
+LONGEST_GAP = 0.1
+"""Longest gap of a marker that is closed before looking for events [s]."""
+
+CUTOFF = 12.0
+"""Low-pass of the foot's points [Hz]; lower where the frame rate is too low for it."""
+
+
+def ground_velocity(
+    time: Float[Array, " n_frames"],
+    heel: Float[Array, "n_frames 2 3"],
+    toe: Float[Array, "n_frames 2 3"],
+    *,
+    cutoff: float = CUTOFF,
+) -> Float[Array, "n_frames 3"]:
+    """Return the velocity of the ground under the feet [m/s].
+
+    It is the velocity that the feet's points share most often (the densest spot of their
+    velocities). On a treadmill it is followed through the recording, so that a belt that changes
+    its speed, or slopes, is followed too.
+
+    Args:
+        time: Time of each frame [s].
+        heel: Back of the heel, right then left, world [m].
+        toe: Toe tip or metatarsal head, right then left, world [m].
+        cutoff: Low-pass of the points before differentiation [Hz].
+    """
+    still = np.zeros((len(time), 3))
+    if len(time) < 8:
+        return still
+    velocity = derivative(time, smooth_feet(time, np.stack([heel, toe], axis=2), cutoff))
+    samples = velocity.reshape(len(time), -1, 3)
+    seen = np.isfinite(samples).all(axis=2)
+    common = _densest(samples[seen])
+    if common is None or np.linalg.norm(common) < SLOWEST_BELT:
+        return still
+    # Follow the belt: the densest spot among the samples of two seconds to either side.
+    centres = np.arange(time[0], time[-1] + 0.5, 0.5)
+    followed = []
+    for centre in centres:
+        near = (np.abs(time - centre) <= 2.0)[:, None] & seen
+        spot = _densest(samples[near]) if near.sum() > 50 else None
+        lost = spot is None or np.linalg.norm(spot - common) > 0.5 * np.linalg.norm(common)
+        followed.append(common if lost else spot)
+    followed = np.array(followed)
+    return np.stack([np.interp(time, centres, followed[:, i]) for i in range(3)], axis=1)
+
+
+def smooth_feet(time, points, cutoff):
+    """Return the points with short gaps closed, low-pass filtered."""
+    rate = rate_of(time)
+    return lowpass(time, fill_gaps(time, points, longest=LONGEST_GAP), cutoff=min(cutoff, rate / 4))
+
+
+def travel(time, velocity):
+    """Return how far the ground has moved since the first frame."""
+    steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None]
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+
+
+def _densest(samples, radius=0.15):
+    """Return the densest spot of a cloud of velocities, or None for an empty cloud."""
+    if len(samples) == 0:
+        return None
+    samples = samples[:: max(1, len(samples) // 800)]
+    apart = np.linalg.norm(samples[:, None] - samples[None], axis=-1)
+    spot = samples[np.argmax((apart < radius).sum(axis=1))]
+    for _ in range(5):
+        spot = samples[np.linalg.norm(samples - spot, axis=1) < radius].mean(axis=0)
+    return spot

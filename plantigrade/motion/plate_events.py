@@ -1,0 +1,229 @@
+"""Heel strike and toe off from force plates."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.errors import ParameterError
+from plantigrade.motion.events import check_frames
+from plantigrade.motion.filters import crossing, lowpass, runs
+from plantigrade.motion.recording import ForcePlate, GaitEvent, rate_of
+
+PULL_FACTOR = 5.0
+"""A plate's threshold is at least this many times as far above rest as it reads below."""
+
+MOST_RAISED = 2.5
+"""The threshold is raised to this many times itself at most: 50 N, as is usual on treadmills."""
+
+SLOWEST_EDGE = 0.08
+"""Longest time in which a plate's force passes between its threshold and :data:`EDGE_LEVEL` [s]."""
+
+EDGE_LEVEL = 0.25
+"""Force at the upper end of an edge, of the greatest on the plates; a foot that comes down or
+leaves passes it in 10 to 60 ms, another foot on the plate or a drifting plate makes it creep."""
+
+TOE_TIP = 0.2
+"""How far the foot reaches beyond the toe point, of its length from heel to toe point."""
+
+
+@dataclass(frozen=True)
+class PlateContact:
+    """One loading of a force plate.
+
+    Attributes:
+        start: When the force rose through the threshold [s]; None if loaded from the first sample.
+        stop: When it fell through it [s]; None if still loaded at the last sample.
+        peak: Greatest vertical force [N].
+    """
+
+    start: float | None
+    stop: float | None
+    peak: float
+
+
+def contact_events(
+    time: Float[Array, " n_samples"],
+    vertical_force: Float[Array, " n_samples"],
+    threshold: float = 20.0,
+    *,
+    shortest: float = 0.08,
+) -> tuple[PlateContact, ...]:
+    """Return when a plate was loaded.
+
+    The force is smoothed (50 Hz, no lag) so that noise around the threshold makes no contacts, and
+    a plate's offset is taken out: the value it rests at, if that is within the threshold.
+
+    Args:
+        time: Time of each sample [s].
+        vertical_force: Force of the ground on the body, upward positive [N].
+        threshold: Force that counts as contact [N].
+        shortest: Contacts shorter than this are knocks, gaps shorter than a quarter of it are
+            noise [s].
+
+    Raises:
+        ParameterError: If the threshold is not positive.
+    """
+    if not threshold > 0:
+        raise ParameterError(f"{threshold=} [N] must be positive")
+    if len(time) < 4:
+        return ()
+    force = np.nan_to_num(np.asarray(vertical_force, dtype=float))
+    rate = rate_of(time)
+    if rate > 250:
+        force = lowpass(time, force, cutoff=50.0)
+    low = force[force < threshold]
+    if len(low) > 0.05 * len(force):
+        force = force - np.median(low)
+    loaded = force > threshold
+    for gap in runs(~loaded):
+        if 0 < gap.start and gap.stop < len(loaded):
+            if time[gap.stop] - time[gap.start] < shortest / 4:
+                loaded[gap] = True
+    contacts = []
+    for on in runs(loaded):
+        first, last = on.start, on.stop - 1
+        if time[last] - time[first] < shortest and first > 0 and last < len(time) - 1:
+            continue
+        start = crossing(time, force, first - 1, threshold) if first > 0 else None
+        stop = crossing(time, force, last, threshold) if last < len(time) - 1 else None
+        contacts.append(PlateContact(start, stop, float(force[on].max())))
+    return tuple(contacts)
+
+
+def plate_events(
+    plates: Sequence[ForcePlate],
+    time: Float[Array, " n_frames"],
+    heel: Float[Array, "n_frames 2 3"],
+    toe: Float[Array, "n_frames 2 3"],
+    *,
+    threshold: float = 20.0,
+    margin: float = 0.02,
+) -> tuple[GaitEvent, ...]:
+    """Return the heel strikes and toe offs that force plates saw whole.
+
+    A contact belongs to the foot that is nearest its centre of pressure. It gives a heel strike
+    only where the heel came down inside the plate, a toe off only where the toe tip left inside it,
+    and neither while the other foot is on the same plate: a partial hit would be late or early.
+    Nor is there an event where the force creeps through the threshold (:data:`SLOWEST_EDGE`): a
+    foot that comes down or leaves changes it fast, so something else was on the plate as well.
+
+    Args:
+        plates: Measured ground reactions. A plate without corners is taken as large enough; one
+            that names its foot is believed.
+        time: Time of each marker frame [s].
+        heel: Back of the heel, right then left, world [m].
+        toe: Toe tip or metatarsal head, right then left, world [m].
+        threshold: Force that counts as contact [N]; more on a plate whose record reads below rest
+            by more than a fifth of it, as filtered records do.
+        margin: How far outside the plate's edge a marker may be, for markers stand off the foot
+            [m].
+    """
+    check_frames(time, heel, toe, None)
+    contacts = []
+    for plate in plates:
+        force = plate.force[:, 2]
+        contacts.append(contact_events(plate.time, force, _above_noise(force, threshold)))
+    peaks = [contact.peak for found in contacts for contact in found]
+    upper = max(2 * threshold, EDGE_LEVEL * max(peaks, default=0.0))
+    tip = toe + TOE_TIP * (toe - heel)
+    events = []
+    for plate, found in zip(plates, contacts, strict=True):
+        for contact in found:
+            side = plate.side or _foot_on(plate, contact, time, heel, toe)
+            if side is None:
+                continue
+            own, other = SIDES.index(side), 1 - SIDES.index(side)
+            ends = ((contact.start, heel, "heel_strike", 1), (contact.stop, tip, "toe_off", -1))
+            for instant, point, kind, direction in ends:
+                if instant is None or not time[0] <= instant <= time[-1]:
+                    continue
+                frame = int(np.argmin(np.abs(time - instant)))
+                if plate.side is None and (
+                    not _inside(plate.corners, point[frame, own], margin)
+                    or _is_on(plate.corners, time, heel, toe, frame, other)
+                ):
+                    continue
+                if _is_steep(plate, instant, direction, upper):
+                    events.append(GaitEvent(instant, side, kind))
+    return tuple(sorted(events, key=lambda event: (event.time, event.side)))
+
+
+def _above_noise(force, threshold):
+    """Return the threshold, raised where the plate's own record is not good for it [N].
+
+    The ground cannot pull: how far the force reads below rest is the error of the record near
+    the edges (noise, or the ringing that a low-pass filter leaves beside every edge).
+    """
+    low = force[np.isfinite(force) & (force < threshold)]
+    if len(low) == 0:
+        return threshold
+    below = np.median(low) - np.percentile(low, 1)
+    return float(np.clip(PULL_FACTOR * below, threshold, MOST_RAISED * threshold))
+
+
+def _is_on(corners, time, heel, toe, frame, side):
+    """Say whether an end of a foot rests inside a plate."""
+    return any(
+        _inside(corners, p[frame, side], -1e-9) and _rests(time, p, frame, side)
+        for p in (heel, toe)
+    )
+
+
+def _is_steep(plate, instant, direction, upper):
+    """Say whether the force passes from threshold to `upper` fast, in time's direction or against.
+
+    True as well where the plate's record ends too soon to tell.
+    """
+    since = direction * (plate.time - instant)
+    if since.max() < SLOWEST_EDGE:
+        return True
+    inside = (since >= 0) & (since <= SLOWEST_EDGE)
+    return bool((plate.force[inside, 2] >= upper).any())
+
+
+def _foot_on(plate, contact, time, heel, toe):
+    """Return the side whose foot is nearest the centre of pressure while the plate is loaded."""
+    start = plate.time[0] if contact.start is None else contact.start
+    stop = plate.time[-1] if contact.stop is None else contact.stop
+    instants = np.linspace(start, stop, 11)[2:-2]
+    best, side = np.inf, None
+    for k, name in enumerate(SIDES):
+        apart = []
+        for instant in instants:
+            frame = int(np.argmin(np.abs(time - instant)))
+            cop = plate.cop[int(np.argmin(np.abs(plate.time - instant))), :2]
+            a, b = heel[frame, k, :2], toe[frame, k, :2]
+            along = b - a
+            part = np.clip((cop - a) @ along / max(along @ along, 1e-9), 0.0, 1.0)
+            apart.append(np.linalg.norm(cop - a - part * along))
+        apart = np.array(apart)
+        if np.isfinite(apart).any() and np.nanmedian(apart) < best:
+            best, side = float(np.nanmedian(apart)), name
+    return side if best < 0.3 else None
+
+
+def _inside(corners, point, margin):
+    """Say whether a point is over the plate, grown by the margin; True without corners."""
+    if corners is None:
+        return margin >= 0
+    p, c = point[:2], corners[:, :2]
+    if not np.isfinite(p).all():
+        return False
+    centre = c.mean(axis=0)
+    for a, b in zip(c, np.roll(c, -1, axis=0), strict=True):
+        edge = b - a
+        normal = np.array([edge[1], -edge[0]]) / np.linalg.norm(edge)
+        if normal @ (centre - a) > 0:
+            normal = -normal
+        if normal @ (p - a) > margin:
+            return False
+    return True
+
+
+def _rests(time, point, frame, side):
+    a, b = max(frame - 2, 0), min(frame + 2, len(time) - 1)
+    way = np.linalg.norm(point[b, side] - point[a, side])
+    return bool(way < 0.3 * (time[b] - time[a]))

@@ -1,0 +1,219 @@
+r"""Swings of a foot, found as humps of its speed, and which of them are steps.
+
+:math:`s(t)` is the speed of the foot's slower end relative to the ground
+(:mod:`plantigrade.motion.events`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.motion.filters import crossing, runs
+
+TOE_OFF_FRACTION = 0.22
+"""Speed of the slower end of the foot at toe off, of its peak in that swing."""
+
+HEEL_STRIKE_FRACTION = 0.125
+"""Speed of the slower end of the foot at heel strike, of its peak in the swing before."""
+
+SLOWEST_SWING = 0.4
+"""Lowest peak speed of the slower end that counts as a swing [m/s]; shuffling reaches 0.6."""
+
+SHORTEST_SWING = 0.1
+"""Shortest swing [s]; a sprinter's lasts 0.3 s."""
+
+OTHER_FOOT_STANDS = 0.2
+"""Least part of a swing in which the other foot stands; a sprinter's 0.28, a jumper's 0."""
+
+LONGEST_FLIGHT = 0.22
+"""Longest time both feet are in the air in running [s]; a runner stays below 0.2 s."""
+
+SHORTEST_STANCE = 0.06
+"""Shortest stance [s]; a sprinter's lasts 0.08 s. A foot that rests for less was only slow."""
+
+SHORTEST_STEP = 0.12
+"""Shortest time from one foot's landing to the other's [s]; a sprinter's is 0.2 s."""
+
+LEAST_WAY = 1.0
+"""Least way of the foot in a step, of its length from heel to toe: its prints do not overlap."""
+
+MOST_LIFT = 0.6
+"""Greatest lift of the foot's lower end in a step, of its way; a sprinter's 0.25, on stairs 0.5."""
+
+PELVIS_FOLLOWS = 0.1
+"""Least way of the pelvis during a swing, of the foot's way; 0.4 in steady walking."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A hump of the foot's speed: frames `first` to `last`, events None where cut off."""
+
+    first: int
+    last: int
+    start: float | None
+    stop: float | None
+    peak: float
+
+    @property
+    def whole(self):
+        """Whether both its events were seen."""
+        return self.start is not None and self.stop is not None
+
+
+def swings(time, speed, middle, height, length):
+    """Return the humps of `speed` that are steps, whole or cut by the ends of a stretch."""
+    found = []
+    for stretch in runs(np.isfinite(speed)):
+        s = speed[stretch]
+        if len(s) < 5:
+            continue
+        taken = np.zeros(len(s), dtype=bool)
+        for top in np.argsort(-s, kind="stable").tolist():
+            peak = s[top]
+            if peak < SLOWEST_SWING:
+                break
+            if taken[top]:
+                continue
+            low = np.flatnonzero(s[:top] < TOE_OFF_FRACTION * peak)
+            high = np.flatnonzero(s[top:] < HEEL_STRIKE_FRACTION * peak)
+            left = int(low[-1]) if len(low) else -1
+            right = int(top + high[0]) if len(high) else len(s)
+            clash = taken[max(left, 0) : right].any()
+            # The skirt of a higher hump is no hump: it must come down to stance on both sides.
+            taken[max(left, 0) : min(right + 1, len(s))] = True
+            if clash:
+                continue
+            start = stop = None
+            offset = stretch.start
+            if left >= 0:
+                start = crossing(time, speed, offset + left, TOE_OFF_FRACTION * peak)
+            if right < len(s):
+                stop = crossing(time, speed, offset + right - 1, HEEL_STRIKE_FRACTION * peak)
+            last = offset + min(right, len(s) - 1)
+            found.append(Swing(offset + max(left, 0), last, start, stop, float(peak)))
+    found = _joined(sorted(found, key=lambda swing: swing.first))
+    return [s for s in found if not s.whole or _carries(s, middle, height, length)]
+
+
+def _joined(swings):
+    """Return the swings with those made one between which the foot did not really stand."""
+    joined: list[Swing] = []
+    for swing in swings:
+        before = joined[-1] if joined else None
+        if (
+            before is not None
+            and before.whole
+            and swing.whole
+            and swing.start - before.stop < SHORTEST_STANCE
+        ):
+            peak = max(before.peak, swing.peak)
+            swing = Swing(before.first, swing.last, before.start, swing.stop, peak)
+            joined.pop()
+        joined.append(swing)
+    return joined
+
+
+def _carries(swing, middle, height, length):
+    """Say whether a whole swing puts the foot elsewhere, further than it lifts it."""
+    way = np.linalg.norm(middle[swing.last] - middle[swing.first])
+    ends = max(height[swing.first], height[swing.last])
+    lift = np.max(height[swing.first : swing.last + 1]) - ends
+    return (
+        way >= LEAST_WAY * length
+        and lift <= MOST_LIFT * way
+        and swing.stop - swing.start >= SHORTEST_SWING
+    )
+
+
+def apart(steps):
+    """Return the steps (foot, swing) without those that end as the other foot lands.
+
+    The foot that was away for the shorter time only closed up to the other.
+    """
+    return [
+        (k, swing)
+        for k, swing in steps
+        if not any(
+            other != k
+            and swing.stop is not None
+            and longer.stop is not None
+            and abs(swing.stop - longer.stop) < SHORTEST_STEP
+            and swing.last - swing.first <= longer.last - longer.first
+            for other, longer in steps
+        )
+    ]
+
+
+def alternating(steps, speed):
+    """Return the steps (foot, swing) without those that the same foot took before and after.
+
+    Where the other foot was hidden between them it may have stepped.
+    """
+    steps = sorted(steps, key=lambda step: step[1].first + step[1].last)
+    kept = []
+    for i, (k, swing) in enumerate(steps):
+        lone = []
+        for j in (i - 1, i + 1):
+            if 0 <= j < len(steps) and steps[j][0] == k:
+                a, b = sorted((swing.first, steps[j][1].first))
+                lone.append(bool(np.isfinite(speed[a : b + 1, 1 - k]).all()))
+            else:
+                lone.append(False)
+        ends = (i == 0) + (i == len(steps) - 1)
+        if sum(lone) + ends < 2 or not any(lone):
+            kept.append((k, swing))
+    return kept
+
+
+def judge_cut(time, speed, swing, usual):
+    """Return a swing cut off by the end of a stretch with what can be said of it, or None."""
+    if swing.start is None and swing.stop is None:
+        return None
+    if not np.isfinite(usual):
+        # No whole swing to compare with: its own peak must lie inside what was seen.
+        inner = speed[swing.first + 1 : swing.last]
+        seen = len(inner) > 0 and inner.max() > max(speed[swing.first], speed[swing.last])
+        return swing if seen else None
+    peak = max(swing.peak, usual) if swing.peak < 1.5 * usual else swing.peak
+    s = speed[swing.first : swing.last + 1]
+    top = int(np.argmax(s))
+    if swing.stop is not None:  # came in from outside: only its end can be known
+        if swing.peak < TOE_OFF_FRACTION * usual:
+            return None
+        below = np.flatnonzero(s[top:] < HEEL_STRIKE_FRACTION * peak)
+        if len(below) == 0 or top + below[0] == 0:
+            return None
+        k = swing.first + top + int(below[0]) - 1
+        stop = crossing(time, speed, k, HEEL_STRIKE_FRACTION * peak)
+        return Swing(swing.first, swing.last, None, stop, float(peak))
+    if swing.peak < 0.5 * usual:
+        return None
+    first = swing.first
+    below = np.flatnonzero(s[:top] < TOE_OFF_FRACTION * peak)
+    if len(below) == 0:
+        return None
+    start = crossing(time, speed, first + int(below[-1]), TOE_OFF_FRACTION * peak)
+    return Swing(first, swing.last, start, None, float(peak))
+
+
+def other_stands(time, other, swing, usual):
+    """Say whether the other foot stood for part of the swing; True where it was not seen."""
+    start = time[swing.first] if swing.start is None else swing.start
+    stop = time[swing.last] if swing.stop is None else swing.stop
+    inside = (time >= start) & (time <= stop) & np.isfinite(other)
+    if not inside.any():
+        return True
+    reference = usual if np.isfinite(usual) else swing.peak
+    stands = other < TOE_OFF_FRACTION * reference
+    flights = runs(inside & ~stands)
+    longest = max((time[f.stop - 1] - time[f.start] for f in flights), default=0.0)
+    return bool(np.mean(stands[inside]) >= OTHER_FOOT_STANDS and longest <= LONGEST_FLIGHT)
+
+
+def pelvis_follows(time, body, middle, swing):
+    """Say whether the pelvis moves with the foot; True where it was not seen."""
+    if body is None:
+        return True
+    way = np.linalg.norm(middle[swing.last] - middle[swing.first])
+    moved = np.linalg.norm(body[swing.last] - body[swing.first])
+    return not moved < PELVIS_FOLLOWS * way  # NaN says nothing against it

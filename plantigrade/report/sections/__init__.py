@@ -1,0 +1,48 @@
+"""The sections of a report, in order; each draws itself if the run has what it needs."""
+
+from plantigrade.report.sections import (
+    contacts,
+    cycles,
+    foot_segments,
+    ground,
+    markers,
+    measured,
+    measures,
+    paths,
+    recorded,
+    solver,
+    tasks,
+    verdict,
+)
+
+SECTIONS = (
+    # what the run was made for
+    verdict.check_section,
+    verdict.findings_section,
+    verdict.broken_section,
+    recorded.curve_section,
+    recorded.rom_section,
+    tasks.task_section,
+    tasks.residual_section,
+    recorded.com_section,
+    measured.force_section,
+    measured.moment_section,
+    # what every motion has, and what its forces add
+    cycles.angle_section,
+    cycles.force_section,
+    ground.ground_section,
+    cycles.moment_section,
+    cycles.power_section,
+    markers.marker_section,
+    paths.path_section,
+    measures.measure_section,
+    # what planned contact, a solver or many markers add
+    contacts.segment_section,
+    contacts.pressure_section,
+    contacts.contact_section,
+    solver.strength_section,
+    solver.convergence_section,
+    foot_segments.foot_segment_section,
+)
+
+__all__ = ["SECTIONS"]

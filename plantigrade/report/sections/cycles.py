@@ -1,0 +1,235 @@
+"""Curves over the gait cycle: angles, ground reaction, moments and powers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.analyze import norms
+from plantigrade.analyze.curves import known_above
+from plantigrade.arrays import Array, Float
+from plantigrade.charts import Figure, Ribbon, Series, line_plot, panel_plot, panels_of
+from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
+from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
+from plantigrade.motion.views import curves_of
+from plantigrade.report.section import Section
+from plantigrade.report.subject import Subject
+
+SHOWN = (
+    *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
+    *("hip_flexion", "hip_adduction", "hip_rotation"),
+    *("knee_angle", "ankle_angle", "subtalar_angle", "mtp_angle"),
+    *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
+    *("arm_flex", "arm_add", "elbow_flex"),
+)
+LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
+POWERED = (*LOADED, "lumbar_extension")
+FORCES = {
+    "up": "ground_force_up",
+    "forward": "ground_force_forward",
+    "left": "ground_force_sideways",
+}
+NORMS = {
+    "vertical_grf": "ground_force_up",
+    "anterior_grf": "ground_force_forward",
+    "hip_power": "hip_flexion_power",
+    "knee_power": "knee_angle_power",
+    "ankle_power": "ankle_angle_power",
+}
+"""Names of published curves where they are not ours."""
+MOST = 24  # panels of joint angles over time
+
+
+@dataclass(frozen=True)
+class CycleCurves:
+    """One quantity over the gait cycle, one row per cycle.
+
+    Attributes:
+        name: Coordinate with its side (``"knee_angle_r"``), as in OpenSim.
+        percent: Percent of the gait cycle, 0 at heel strike.
+        values: In ``unit``; NaN where unknown.
+        unit: Unit as written in the plot (``"°"``, ``"N m/kg"``).
+    """
+
+    name: str
+    percent: Float[Array, " n_percent"]
+    values: Float[Array, "n_cycles n_percent"]
+    unit: str = "°"
+
+
+def angle_section(subject: Subject) -> list[Section]:
+    """Return joint angles over the gait cycle; over time where there is no whole cycle."""
+    if subject.walks:
+        curves = chosen(subject.angle_curves.percent, subject.angle_curves.angles, SHOWN, "°")
+        return [
+            cycle_section(
+                "Joint angles over the gait cycle",
+                curves,
+                subject,
+                caption="From one heel strike of a foot (0 %) to its next (100 %).",
+            )
+        ]
+    motion = subject.record.motion
+    panels = panels_of(curves_of(motion, motion.joint_names[1:]))
+    text = "Joint angles over time; no whole gait cycle was found or asked for."
+    if len(panels) > MOST:
+        text += f" The first {MOST} of {len(panels)} are drawn; all are in motion.mot."
+    figures = [Figure(panel_plot(panel, motion.time)) for panel in panels[:MOST]]
+    return [Section("Joint angles", figures, text=text)]
+
+
+def force_section(subject: Subject) -> list[Section]:
+    """Return ground reaction over the gait cycle."""
+    source = subject.force_curves
+    curves = chosen(source.percent, source.forces, tuple(FORCES), "BW")
+    if not curves:
+        return []
+    caption = "Force of the ground on the foot, in body weights (BW)."
+    title = "Ground reaction over the gait cycle"
+    return [cycle_section(title, curves, subject, caption=caption)]
+
+
+def moment_section(subject: Subject) -> list[Section]:
+    """Return joint moments over the gait cycle; over time where there is no whole cycle."""
+    title, source, record = "Joint moments", subject.force_curves, subject.forces
+    curves = chosen(source.percent, source.moments, LOADED, "N m/kg", "_moment")
+    what = "Internal moments{}, made by the body's own muscles and ligaments"
+    if curves:
+        caption = (
+            what.format("") + "; positive in the direction in which the joint angle is positive."
+        )
+        return [cycle_section(title, curves, subject, caption=caption)]
+    if record.qfrc_actuator is None:
+        return [Section(title, missing="no forces were measured, so no joint moments.")]
+    panels = panels_of(
+        {
+            f"{name}_moment [N m]": known_above(record, name) * record.torque(name)
+            for name in record.human.coordinates
+        }
+    )
+    if not panels:
+        missing = "no foot had a force of its own measured, so no joint moments."
+        return [Section(title, missing=missing)]
+    legs = [p for p in panels if p.name.removesuffix("_moment") in LEG] or panels[:12]
+    figures = [Figure(panel_plot(panel, record.motion.time, zero=True)) for panel in legs]
+    return [Section(title, figures, text=what.format(" over time") + ".")]
+
+
+def power_section(subject: Subject) -> list[Section]:
+    """Return joint powers over the gait cycle; over time where there is no whole cycle."""
+    source, record = subject.force_curves, subject.forces
+    curves = chosen(source.percent, source.powers, LOADED, "W/kg", "_power")
+    if curves:
+        caption = (
+            "Joint moment times joint speed: positive where muscles give energy to the body, "
+            "negative where they absorb it."
+        )
+        return [cycle_section("Joint powers", curves, subject, caption=caption)]
+    if record.qfrc_actuator is None or source.cycles:
+        missing = "joint powers need measured or computed forces and whole gait cycles."
+        return [Section("Joint powers", missing=missing)]
+    powers = {
+        f"{full}_power [W/kg]": known_above(record, full)
+        * record.torque(full)
+        * record.motion.velocity(full)
+        / record.human.mass
+        for name in POWERED
+        for full in (name, f"{name}_r", f"{name}_l")
+        if full in record.human.coordinates
+    }
+    figures = [
+        Figure(panel_plot(panel, record.motion.time, zero=True)) for panel in panels_of(powers)
+    ]
+    text = "Joint moment times joint speed, per kilogram of body mass."
+    return [Section("Joint powers over time", figures, text=text)]
+
+
+def cycle_section(
+    title: str,
+    curves: Sequence[CycleCurves],
+    subject: Subject,
+    *,
+    caption: str,
+    published: bool = True,
+) -> Section:
+    """Return curves over the gait cycle, one plot per quantity, left and right together."""
+    grouped: dict[tuple[str, str], list[CycleCurves]] = {}
+    for curve in curves:
+        grouped.setdefault((without_side(curve.name), curve.unit), []).append(curve)
+    bands = _norms(subject.speed_class) if published else {}
+    marks = [(at, STROKES[side]) for side, at in subject.foot_off.items()]
+    figures = [
+        Figure(_plot(base, unit, members, bands.get(base), marks))
+        for (base, unit), members in grouped.items()
+    ]
+    words = caption
+    if any(len(curve.values) > 1 for curve in curves):
+        counts = ", ".join(
+            f"{max(counted)} {SIDE_NAMES.get(side or '', 'middle')}"
+            for side in ("r", "l", None)
+            if (counted := [len(c.values) for c in curves if side_of(c.name) == side])
+        )
+        words += f" Line and coloured band: mean and standard deviation over cycles ({counts})."
+    if marks:
+        words += " Dashed upright lines: foot off."
+    if any(base in bands for base, _ in grouped):
+        words += " Grey band: published mean ± 1 SD of healthy people (Schwartz 2008)."
+    return Section(title, figures, text=words)
+
+
+def _plot(base: str, unit: str, members: Sequence[CycleCurves], norm, marks) -> str:
+    series, ribbons = [], []
+    if norm is not None:
+        low, high = norm.mean - norm.sd, norm.mean + norm.sd
+        ribbons.append(Ribbon(norm.percent, low, high, STROKE_MIDDLE, 0.22))
+        series.append(Series(norm.percent, norm.mean, "norm", STROKE_MIDDLE, 1.0, 0.8, "4 3"))
+    for curve in sorted(members, key=lambda c: side_of(c.name) != "r"):
+        side = side_of(curve.name)
+        mean, sd = mean_sd(curve.values)
+        if len(curve.values) > 1:
+            ribbons.append(Ribbon(curve.percent, mean - sd, mean + sd, STROKES[side], 0.18))
+        series.append(Series(curve.percent, mean, SIDE_NAMES.get(side or "", ""), STROKES[side], 2))
+    sides = {side_of(curve.name) for curve in members}
+    return line_plot(
+        series,
+        bands=ribbons,
+        marks=[mark for mark in marks if any(STROKES[side] == mark[1] for side in sides)],
+        title=title_of(base),
+        x_label="gait cycle [%]",
+        y_label=axis_label(base, unit),
+        least=SPAN.get(unit, 0.0),
+    )
+
+
+def chosen(
+    percent: Float[Array, " n_percent"],
+    table: Mapping[str, Array],
+    names: Sequence[str],
+    unit: str,
+    suffix: str = "",
+) -> list[CycleCurves]:
+    """Return the curves of some coordinates, both sides of each."""
+    found = []
+    for name in names:
+        for side in ("", "_r", "_l"):
+            values = table.get(f"{name}{side}")
+            if values is not None and len(values):
+                full = f"{FORCES.get(name, name)}{suffix}{side}"
+                found.append(CycleCurves(full, percent, values, unit))
+    return found
+
+
+def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+    """Return mean and standard deviation over rows, NaN left out; NaN where nothing is known."""
+    known = np.isfinite(values)
+    count = known.sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(known, values, 0.0).sum(axis=0) / count
+        spread = np.where(known, values - mean, 0.0) ** 2
+        sd = np.sqrt(spread.sum(axis=0) / np.maximum(count - 1, 1))
+    return mean, sd
+
+
+def _norms(speed_class: str) -> dict:
+    return {NORMS.get(name, name): norms.norm(name, speed_class) for name in norms.names()}

@@ -1,0 +1,201 @@
+"""What a body looks like: its visual geoms, as meshes and as outlines."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float, Int
+from plantigrade.charts.labels import side_of
+
+_KINDS = {
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
+    int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
+    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
+    int(mujoco.mjtGeom.mjGEOM_BOX): "box",
+    int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
+    int(mujoco.mjtGeom.mjGEOM_HFIELD): "mesh",
+}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One visual geom, fixed to a body.
+
+    Attributes:
+        kind: ``"sphere"``, ``"capsule"``, ``"ellipsoid"``, ``"cylinder"``, ``"box"``, ``"mesh"``.
+        size: MuJoCo's sizes: radius, half length, half axes [m].
+        position: In the body's frame [m].
+        quat: Rotation into the body's frame, ``wxyz``.
+        colour: Red, green, blue in 0–1; None where the side's colour is to be used (sided bodies)
+            or the model sets none.
+        body: Index of the body.
+        body_name: Its name.
+        vertices: Of a mesh, in the shape's frame [m].
+        faces: Of a mesh.
+    """
+
+    kind: str
+    size: Float[Array, " 3"]
+    position: Float[Array, " 3"]
+    quat: Float[Array, " 4"]
+    colour: tuple[float, float, float] | None
+    body: int
+    body_name: str
+    vertices: Float[Array, "n_vertices 3"] | None = None
+    faces: Int[Array, "n_faces 3"] | None = None
+
+    @property
+    def side(self) -> str | None:
+        """``"r"``, ``"l"`` or None for the middle."""
+        return side_of(self.body_name)
+
+
+def shapes_of(model: mujoco.MjModel) -> tuple[Shape, ...]:
+    """Return the visual geoms (MuJoCo's groups 0 to 2, planes left out)."""
+    shapes = []
+    for g in range(model.ngeom):
+        kind = _KINDS.get(int(model.geom_type[g]))
+        rgba = model.geom_rgba[g]
+        if model.geom_matid[g] >= 0:
+            rgba = model.mat_rgba[model.geom_matid[g]]
+        if kind is None or model.geom_group[g] > 2 or rgba[3] == 0:
+            continue
+        body = int(model.geom_bodyid[g])
+        sided = side_of(model.body(body).name) is not None
+        default = sided or bool(np.allclose(rgba[:3], 0.5))
+        vertices, faces = _mesh(model, g) if kind == "mesh" else (None, None)
+        shapes.append(
+            Shape(
+                kind=kind,
+                size=np.array(model.geom_size[g], dtype=float),
+                position=np.array(model.geom_pos[g], dtype=float),
+                quat=np.array(model.geom_quat[g], dtype=float),
+                colour=None if default else (float(rgba[0]), float(rgba[1]), float(rgba[2])),
+                body=body,
+                body_name=model.body(body).name,
+                vertices=vertices,
+                faces=faces,
+            )
+        )
+    return tuple(shapes)
+
+
+def foot_bodies(model: mujoco.MjModel, side: str) -> Bool[Array, " nbody"]:
+    """Return which bodies belong to the foot of ``side``: all that the ankle joint moves."""
+    inside = np.zeros(model.nbody, dtype=bool)
+    roots = [
+        int(model.jnt_bodyid[j])
+        for j in range(model.njnt)
+        if "ankle" in model.joint(j).name and side_of(model.joint(j).name) == side
+    ]
+    words = ("foot", "calc", "talus", "toe", "heel", "meta", "phal")
+    for body in range(1, model.nbody):
+        name = model.body(body).name
+        by_name = not roots and side_of(name) == side and any(w in name.lower() for w in words)
+        inside[body] = body in roots or by_name or inside[model.body_parentid[body]]
+    return inside
+
+
+def mesh_of(shape: Shape, *, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices [m] and faces of a shape, in its own frame.
+
+    Args:
+        shape: The shape.
+        around: Corners of its circles.
+    """
+    if shape.vertices is not None and shape.faces is not None:
+        return shape.vertices, shape.faces
+    x, y, z = shape.size
+    if shape.kind == "box":
+        corners = np.array([[i, j, k] for i in (-x, x) for j in (-y, y) for k in (-z, z)])
+        quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        faces = [[a, b, c] for a, b, c, _ in quads] + [[a, c, d] for a, _, c, d in quads]
+        return corners, np.array(faces)
+    tilt = np.linspace(-np.pi / 2, np.pi / 2, around // 2 + 1)
+    if shape.kind == "cylinder":
+        profile = np.array([[0, -y], [x, -y], [x, y], [0, y]])
+        scale = np.ones(3)
+    elif shape.kind == "capsule":
+        low, high = tilt[tilt <= 1e-9], tilt[tilt >= -1e-9]
+        ends = [
+            np.stack([x * np.cos(a), x * np.sin(a) + s * y], 1) for a, s in ((low, -1), (high, 1))
+        ]
+        profile, scale = np.concatenate(ends), np.ones(3)
+    else:
+        profile = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
+        scale = np.full(3, x) if shape.kind == "sphere" else np.asarray(shape.size)
+    turn = np.linspace(0, 2 * np.pi, around, endpoint=False)
+    rows = len(profile)
+    vertices = np.stack(
+        [
+            np.outer(np.cos(turn), profile[:, 0]),
+            np.outer(np.sin(turn), profile[:, 0]),
+            np.tile(profile[:, 1], (around, 1)),
+        ],
+        axis=2,
+    ).reshape(-1, 3)
+    faces = []
+    for i in range(around):
+        a, b = i * rows, (i + 1) % around * rows
+        for j in range(rows - 1):
+            faces += [[a + j, b + j, a + j + 1], [a + j + 1, b + j, b + j + 1]]
+    return vertices * scale, np.array(faces)
+
+
+def surface_points(shape: Shape) -> np.ndarray:
+    """Return points on the geom, in its frame, whose hull is (nearly) the geom [m]."""
+    if shape.vertices is not None:
+        return shape.vertices
+    size = shape.size
+    if shape.kind == "box":
+        return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size
+    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    if shape.kind == "cylinder":
+        ends = [ring * [size[0], size[0], 0] + [0, 0, z] for z in (-size[1], size[1])]
+        return np.concatenate(ends)
+    tilt = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    ball = [ring * np.cos(a) + [0, 0, np.sin(a)] for a in tilt]
+    return np.concatenate(ball) * size
+
+
+def convex_hull(points: np.ndarray) -> np.ndarray:
+    """Return the convex hull of points in a plane, in order (Andrew's monotone chain)."""
+    ordered = np.unique(np.round(points, 6), axis=0)
+    if len(ordered) < 3:
+        return ordered
+
+    def chain(rows):
+        kept: list[np.ndarray] = []
+        for p in rows:
+            while len(kept) > 1:
+                a, b = kept[-2], kept[-1]
+                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0:
+                    break
+                kept.pop()
+            kept.append(p)
+        return kept[:-1]
+
+    return np.array(chain(ordered) + chain(ordered[::-1]))
+
+
+def _mesh(model, geom):
+    """Return vertices and faces of a mesh or height field, in the geom's frame."""
+    if int(model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_MESH):
+        mesh = int(model.geom_dataid[geom])
+        v0, nv = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        f0, nf = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+        vertices, faces = model.mesh_vert[v0 : v0 + nv], model.mesh_face[f0 : f0 + nf]
+        return np.array(vertices, dtype=float), np.array(faces, dtype=int)
+    field = int(model.geom_dataid[geom])
+    rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
+    start = int(model.hfield_adr[field])
+    half_x, half_y, height, _ = model.hfield_size[field]
+    x, y = np.meshgrid(np.linspace(-half_x, half_x, columns), np.linspace(-half_y, half_y, rows))
+    z = np.array(model.hfield_data[start : start + rows * columns], dtype=float) * height
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    lower = np.stack([corner, corner + 1, corner + columns], axis=1)
+    upper = np.stack([corner + 1, corner + columns + 1, corner + columns], axis=1)
+    return np.stack([x.ravel(), y.ravel(), z], axis=1), np.concatenate([lower, upper])

@@ -1,0 +1,146 @@
+"""Numbers and names as a page writes them."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from plantigrade.charts.labels import SIDE_NAMES, side_of, title_of
+
+UNITS = {
+    "deg": "°", "rad": "rad", "mm": "mm", "cm": "cm", "m": "m", "s": "s", "ms": "ms", "hz": "Hz",
+    "us": "µs", "n": "N", "nm": "N m", "kg": "kg", "w": "W", "j": "J", "percent": "%",
+    "bw": "body weight", "mps": "m/s", "spm": "steps/min", "mb": "MB", "pct": "%",
+    "m_s": "m/s", "steps_min": "steps/min", "nm_kg": "N m/kg", "w_kg": "W/kg",
+}  # fmt: skip
+
+
+def figure_text(value: Any) -> str:
+    """Return a figure as a table shows it.
+
+    Example:
+        >>> figure_text(-0.012345), figure_text(1234.5), figure_text(None), figure_text(True)
+        ('−0.0123', '1234', '', 'yes')
+    """
+    if value is None:
+        return ""
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (int, str, np.integer)):
+        return str(value)
+    return number_text(float(value))
+
+
+def number_text(value: float) -> str:
+    """Return three digits of a number, with a true minus sign."""
+    if not math.isfinite(value):
+        return "–"
+    text = f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+    return text.replace("-", "−")
+
+
+def signed_text(value: float, digits: int = 1) -> str:
+    """Return a signed figure.
+
+    Example:
+        >>> signed_text(-0.04), signed_text(-2.0), signed_text(3)
+        ('0.0', '−2.0', '+3.0')
+    """
+    text = f"{value:+.{digits}f}"
+    return (text if float(text) else text[1:]).replace("-", "−")
+
+
+def correlation_text(value: float) -> str:
+    """Return a correlation, a dash where nothing moves."""
+    return f"{value:.2f}".replace("-", "−") if math.isfinite(value) else "–"
+
+
+def power_text(value: float) -> str:
+    """Return a small number as a power of ten."""
+    return f"{value:.1e}".replace("e-0", "e-").replace("-", "−") if math.isfinite(value) else "–"
+
+
+def sided_title(name: str) -> str:
+    """Return the title of a coordinate with its side.
+
+    Example:
+        >>> sided_title("knee_angle_r"), sided_title("pelvis_tilt")
+        ('Knee flexion, right', 'Pelvis tilt')
+    """
+    side = side_of(name)
+    return f"{title_of(name)}, {SIDE_NAMES[side]}" if side else title_of(name)
+
+
+def place_text(name: str, side: str) -> str:
+    """Return the name of a place with its side in front.
+
+    Example:
+        >>> place_text("heel_back_r", "r"), place_text("chair", "")
+        ('right heel back', 'chair')
+    """
+    plain = name.removesuffix(f"_{side}") if side else name
+    front = f"{SIDE_NAMES[side]} " if side in SIDE_NAMES and plain != name else ""
+    return f"{front}{plain.replace('_', ' ')}"
+
+
+def task_text(name: str) -> str:
+    """Return a task's name with its side written out.
+
+    Example:
+        >>> task_text("swing heel r"), task_text("posture")
+        ('swing heel right', 'posture')
+    """
+    stem, _, side = name.rpartition(" ")
+    return f"{stem} {SIDE_NAMES[side]}" if side in SIDE_NAMES and stem else name
+
+
+def figure_rows(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the figures of a run as rows of name and value, as they are to be read."""
+    return [
+        (_label(key), figure_text(value))
+        for key, value in figures.items()
+        if isinstance(value, (int, float, str, bool, np.number))
+    ]
+
+
+def _label(key: str) -> str:
+    """Return the key of a figure as words, its unit in brackets.
+
+    Example:
+        >>> _label("knee_rom_error_r_deg"), _label("walking_speed_m_s"), _label("frames")
+        ('knee rom error right [°]', 'walking speed [m/s]', 'frames')
+    """
+    words = key.split("_")
+    unit = next((n for n in (2, 1) if len(words) > n and "_".join(words[-n:]) in UNITS), 0)
+    name = " ".join(SIDE_NAMES.get(word, word) for word in words[: len(words) - unit])
+    return f"{name} [{UNITS['_'.join(words[-unit:])]}]" if unit else name
+
+
+def provenance_rows(values: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return provenance as rows: a name and either one value or pairs below it."""
+    rows = []
+    for name, value in values.items():
+        if value in (None, "", {}, []):
+            continue
+        label = str(name).replace("_", " ")
+        if isinstance(value, Mapping):
+            rows.append((label, [(str(k), _flat(v)) for k, v in value.items()]))
+        elif isinstance(value, (list, tuple)):
+            rows.append((label, [("", _flat(v)) for v in value]))
+        else:
+            rows.append((label, [("", _flat(value))]))
+    return rows
+
+
+def _flat(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k}: {_flat(v)}" for k, v in value.items())
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_flat(v) for v in value)
+    return "–" if value is None else str(value)
+
+
+def anchor(title: str) -> str:
+    """Return the address of a section within its page."""
+    return "".join(c if c.isalnum() else "-" for c in title.lower()).strip("-")

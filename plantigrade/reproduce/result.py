@@ -1,0 +1,103 @@
+"""A recorded gait rebuilt from ordered tasks, with or without the forces that move it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.constants import FRICTION
+from plantigrade.contact.ground import Ground
+from plantigrade.record import Record
+from plantigrade.reproduce.forces import LoadLimit, forced_order
+from plantigrade.reproduce.gait import GaitTasks, gait_order, phase_ends
+from plantigrade.reproduce.reference import Reference
+from plantigrade.reproduce.schedule import ContactSchedule
+from plantigrade.wbc.forces import GroundForces
+from plantigrade.wbc.stepping import STEP, OrderedMotion, move
+
+
+@dataclass(frozen=True)
+class ReproducedGait:
+    """A recorded gait and the motion rebuilt from it.
+
+    Attributes:
+        reference: What the tasks saw of the recording.
+        tasks: Which tasks.
+        motion: What came out.
+        friction: Coefficient of friction.
+    """
+
+    reference: Reference
+    tasks: GaitTasks
+    motion: OrderedMotion
+    friction: float = FRICTION
+
+    def record(self) -> Record:
+        """Return what happened, the recorded motion beside it as ``references["recorded"]``.
+
+        The reference keeps its own frames, on the same clock; :meth:`Motion.at` puts it on others.
+        """
+        reference, record = self.reference, self.motion.record()
+        schedule = ContactSchedule(reference)
+        return replace(
+            record,
+            motion=replace(record.motion, events=reference.events),
+            sites=schedule.points.sites,
+            contact_planned=np.array([schedule(float(t)) for t in self.motion.time]),
+            ground=Ground(friction=self.friction),
+            signals={**record.signals, **self._gait_signals()},
+            references={"recorded": reference.motion},
+        )
+
+    def _gait_signals(self) -> dict[str, np.ndarray]:
+        """Return phases, posture instants and contacts of the recording."""
+        phases, contacts = self.reference.phases, self.reference.contacts
+        posture = self.tasks.posture
+        return {
+            "phase.span": np.array([(p.start, p.stop) for p in phases]),
+            "phase.kind": np.array([p.kind for p in phases], dtype=np.str_),
+            "phase.swing": np.array([p.swing for p in phases], dtype=np.str_),
+            "posture.end": (
+                phase_ends(self.reference, self.tasks.phases) if posture else np.zeros(0)
+            ),
+            "contact.span": np.array([(c.start, c.stop) for c in contacts]).reshape(-1, 2),
+            "contact.place": np.array([f"{c.region}_{c.side}" for c in contacts], dtype=np.str_),
+        }
+
+
+def rebuild(
+    reference: Reference,
+    tasks: GaitTasks | None = None,
+    *,
+    forces: bool = False,
+    friction: float = FRICTION,
+    step: float = STEP,
+    progress: Callable[[float], None] | None = None,
+) -> ReproducedGait:
+    """Rebuild a recorded gait from ordered tasks.
+
+    Args:
+        reference: The recorded gait.
+        tasks: Which tasks; the default ones if absent.
+        forces: Whether forces move the body: joint moments and ground reactions come with it.
+        friction: Coefficient of friction, for forces.
+        step: Time step [s].
+        progress: Called with the share that is done, now and then.
+
+    Raises:
+        ParameterError: If the tasks ask for phases that do not exist.
+        SolverError: If the first tick has no solution.
+    """
+    tasks = tasks or GaitTasks()
+    motion = move(
+        reference.human,
+        forced_order(reference, tasks) if forces else gait_order(reference, tasks),
+        reference.at(reference.start),
+        reference.velocity_at(reference.start),
+        start=reference.start,
+        stop=reference.stop,
+        step=step,
+        ground=GroundForces(friction, LoadLimit(reference)) if forces else None,
+        progress=progress,
+    )
+    return ReproducedGait(reference, tasks, motion, friction)

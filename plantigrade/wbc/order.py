@@ -1,0 +1,106 @@
+"""Tasks in strict order, and the rows that they ask for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.state import State
+from plantigrade.models import Human
+from plantigrade.wbc.hierarchy import Level
+from plantigrade.wbc.tasks import PostureTask, Task
+
+# Nobody walking waves the arms to lift the centre of mass by a millimetre, though the arms could
+# where the legs are nearly straight: to the tasks, what is spared counts this little.
+RELUCTANCE = 0.1
+UPPER_BODY = (
+    "arm_",
+    "elbow_",
+    "pro_sup",
+    "wrist_",
+    "fingers_",
+    "clavicle_",
+    "neck_",
+    "lower_neck_",
+    "upper_neck_",
+)
+REST = 5.0  # damping of what no task determines, where there is no posture [1/s]
+
+
+@dataclass(frozen=True)
+class TaskOrder:
+    """Tasks in strict order.
+
+    Attributes:
+        levels: The tasks of each level, most important first.
+        posture: What is preferred where the levels leave freedom; rest if absent. It is the
+            lowest level of all.
+        spared: First letters of coordinates that the tasks use least (:data:`RELUCTANCE`) where
+            others can do it.
+    """
+
+    levels: Sequence[Sequence[Task]]
+    posture: PostureTask | None = None
+    spared: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the tasks, in order."""
+        names = [task.name for level in self.levels for task in level]
+        return (*names, *([self.posture.name] if self.posture else []))
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """All tasks above the posture, in order."""
+        return tuple(task for level in self.levels for task in level)
+
+    @property
+    def level_numbers(self) -> tuple[int, ...]:
+        """Level of each task, from 1."""
+        numbers = [k for k, level in enumerate(self.levels, start=1) for _ in level]
+        return (*numbers, *([len(self.levels) + 1] if self.posture else []))
+
+    @property
+    def meanings(self) -> tuple[str, ...]:
+        """What each kind of task does, in one sentence."""
+        tasks = (*self.tasks, *([self.posture] if self.posture else []))
+        return tuple((type(t).__doc__ or "").strip().split("\n")[0].replace("`", "") for t in tasks)
+
+    def rows(self, state: State, time: float) -> list[list[Level]]:
+        """Return what each task of each level asks of the generalised acceleration."""
+        return [[task.level(state, time) for task in level] for level in self.levels]
+
+    def preferred(self, state: State, time: float) -> Float[Array, " nv"]:
+        """Return the generalised acceleration that is preferred where the levels leave freedom."""
+        if self.posture is None:
+            return -REST * state.qvel
+        return self.posture.acceleration(state, time)
+
+    def readiness(self, human: Human) -> Float[Array, " nv"]:
+        """Return how readily each coordinate is used by tasks that could do without it."""
+        ready = np.ones(human.model.nv)
+        for i, name in enumerate(human.coordinates):
+            if name.startswith(self.spared):
+                ready[6 + i] = RELUCTANCE
+        return ready
+
+
+def stacked(rows: Sequence[Level]) -> Level:
+    """Return the rows of several tasks as one level."""
+    asked = [row for row in rows if len(row.lower)] or rows[:1]
+    if len(asked) == 1:
+        return asked[0]
+    lower = np.concatenate([r.lower for r in asked])
+    equal = all(r.lower is r.upper for r in asked)
+    return Level(
+        np.concatenate([r.matrix for r in asked]),
+        lower,
+        lower if equal else np.concatenate([r.upper for r in asked]),
+        " and ".join(r.name for r in asked),
+    )
+
+
+def scaled(level: Level, by: Float[Array, " n"]) -> Level:
+    """Return a level in unknowns that are divided by factors."""
+    return replace(level, matrix=level.matrix * by)

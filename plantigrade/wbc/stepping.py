@@ -1,0 +1,253 @@
+r"""Motion from ordered tasks: at every tick, the hierarchy's acceleration, integrated.
+
+One noun and one verb: a :class:`~plantigrade.wbc.order.TaskOrder` (levels of tasks, most important
+first, and what is preferred where they leave freedom) and :func:`move`. At every tick the tasks'
+rows become a hierarchical quadratic program (Eqs. 2-9 of [Boukheddimi]_), its answer is integrated
+over the step, and so on.
+
+The unknowns are the generalised acceleration, or, where
+:class:`~plantigrade.wbc.forces.GroundForces` are given, joint accelerations and contact forces that
+satisfy the equations of motion. Without forces, velocities jump where a contact begins
+(:func:`~plantigrade.wbc.start.velocity_after_impact`).
+
+Least squares in the coordinates would use every joint alike. Without forces the unknowns are
+scaled, so that an order can spare some (:data:`~plantigrade.wbc.order.RELUCTANCE`) where others can
+do what a task asks: in walking, arms and neck.
+"""
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.contact.site import ContactSite
+from plantigrade.errors import SolverError
+from plantigrade.kinematics.state import State
+from plantigrade.models import Human
+from plantigrade.motion.motion import Motion
+from plantigrade.record import Record
+from plantigrade.wbc.forces import ForceUnknowns, GroundForces
+from plantigrade.wbc.hierarchy import Level, solve_hierarchy
+from plantigrade.wbc.joint_limits import JointLimits
+from plantigrade.wbc.order import TaskOrder, scaled, stacked
+from plantigrade.wbc.start import SINGULAR, first_state, velocity_after_impact
+
+STEP = 0.005  # [s]
+
+
+@dataclass(frozen=True)
+class OrderedMotion:
+    """What came out, tick by tick.
+
+    Attributes:
+        human: Who moved.
+        order: The tasks.
+        time: Time of each tick [s].
+        qpos: Configurations.
+        qvel: Velocities; after the impact where there is one.
+        qacc: Accelerations, from each tick to the next.
+        active: Whether each task asked for anything.
+        residual: By how much each task's acceleration was missed [its unit per s²].
+        solver_time: Time in the hierarchical program [s].
+        kinematics_time: Time in kinematics, Jacobians and rows [s].
+        exact: Whether no inequality was in the way.
+        qfrc: Generalised forces: what the equations of motion leave unexplained at the root
+            [N, N m], then joint moments [N m]; None for a motion without forces, as are the next
+            two.
+        contact_force: Ground reaction at each site, world [N]; zero where it carries none.
+        contact_point: Where it acts, world [m]; NaN where it carries none.
+        sites: The sites that may carry force.
+        stopped: Why it ended early; empty where it did not.
+    """
+
+    human: Human = field(repr=False)
+    order: TaskOrder = field(repr=False)
+    time: Float[Array, " n"]
+    qpos: Float[Array, "n nq"]
+    qvel: Float[Array, "n nv"]
+    qacc: Float[Array, "n nv"]
+    active: Bool[Array, "n n_tasks"]
+    residual: Float[Array, "n n_tasks"]
+    solver_time: Float[Array, " n"] = field(repr=False)
+    kinematics_time: Float[Array, " n"] = field(repr=False)
+    exact: Bool[Array, " n"] = field(repr=False)
+    qfrc: Float[Array, "n nv"] | None = None
+    contact_force: Float[Array, "n k 3"] | None = None
+    contact_point: Float[Array, "n k 3"] | None = None
+    sites: tuple[ContactSite, ...] = ()
+    stopped: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the tasks, in order."""
+        return self.order.names
+
+    def record(self) -> Record:
+        """Return what happened, with the tasks' residuals as signals."""
+        return Record(
+            self.human,
+            Motion(self.time, self.qpos, self.qvel, self.human.joint_names, self.qacc),
+            qfrc_actuator=self.qfrc,
+            sites=self.sites,
+            contact_force=self.contact_force,
+            contact_point=self.contact_point,
+            signals={
+                "tasks.names": np.array(self.names, dtype=np.str_),
+                "tasks.level": np.array(self.order.level_numbers),
+                "tasks.meanings": np.array(self.order.meanings, dtype=np.str_),
+                "tasks.active": self.active,
+                "tasks.residual": self.residual,
+                "solver.time": self.solver_time,
+                "kinematics.time": self.kinematics_time,
+                "exact": self.exact,
+                "stopped": np.array(self.stopped, dtype=np.str_),
+            },
+        )
+
+
+@dataclass
+class _Tick:
+    """One tick of an :class:`OrderedMotion`."""
+
+    qpos: np.ndarray
+    qvel: np.ndarray
+    active: np.ndarray
+    residual: np.ndarray
+    solver_time: float
+    kinematics_time: float
+    exact: bool
+    qacc: np.ndarray
+    qfrc: np.ndarray | None = None
+    contact_force: np.ndarray | None = None
+    contact_point: np.ndarray | None = None
+
+
+class AccelerationUnknowns:
+    """The hierarchical program of one tick in the generalised acceleration.
+
+    Args:
+        state: The first state.
+        order: The tasks.
+    """
+
+    impacts = True  # velocities jump where a contact begins
+    sites: tuple[ContactSite, ...] = ()
+
+    def __init__(self, state: State, order: TaskOrder):
+        self.ready = order.readiness(state.human)
+
+    def program(
+        self, state: State, time: float, rows: list[list[Level]], wanted, bounds
+    ) -> dict[str, Any]:
+        """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
+        low, high = bounds
+        return {
+            "levels": [scaled(stacked(level), self.ready) for level in rows],
+            "lower": low / self.ready,
+            "upper": high / self.ready,
+            "preferred": wanted / self.ready,
+        }
+
+    def answer(self, state: State, x: Float[Array, " n"]) -> dict[str, Array]:
+        """Return the acceleration of an answer."""
+        return {"qacc": self.ready * x}
+
+
+def move(
+    human: Human,
+    order: TaskOrder,
+    qpos: Float[Array, " nq"],
+    qvel: Float[Array, " nv"] | None = None,
+    *,
+    start: float = 0.0,
+    stop: float,
+    step: float = STEP,
+    limits: JointLimits | None = None,
+    ground: GroundForces | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> OrderedMotion:
+    """Move a person by an order of tasks.
+
+    Args:
+        human: Who moves.
+        order: The tasks.
+        qpos: Configuration to start from.
+        qvel: Velocity to start with; rest if absent.
+        start: Time of the start [s].
+        stop: Time of the end [s].
+        step: Time step [s].
+        limits: Joint limits; the person's if absent.
+        ground: What the ground can do; without it the motion needs no forces.
+        progress: Called with the share that is done, now and then.
+
+    Raises:
+        ParameterError: If forces are asked for and the order has no contact task.
+        SolverError: If the first tick has no solution.
+
+    Example:
+        >>> import numpy as np
+        >>> from plantigrade.wbc.tasks import ComTask
+        >>> from plantigrade.kinematics.trajectory import Trajectory
+        >>> from plantigrade.models import Human
+        >>> human = Human.create()
+        >>> here = State(human, human.standing()).com
+        >>> down = ComTask(Trajectory.fixed(here - np.array([0.0, 0.0, 0.1])))
+        >>> motion = move(human, TaskOrder([[down]]), human.standing(), stop=1.0)
+        >>> round(float(State(human, motion.qpos[-1]).com[2] - here[2]), 3)
+        -0.1
+    """
+    state = State(human, qpos, qvel)
+    limits = limits or JointLimits(human, step)
+    unknowns = (
+        AccelerationUnknowns(state, order)
+        if ground is None
+        else ForceUnknowns(state, order, ground)
+    )
+    times = start + step * np.arange(max(1, round((stop - start) / step)) + 1)
+    ticks: list[_Tick] = []
+    stopped = ""
+    for k, now in enumerate(times.tolist()):
+        began = clock.perf_counter()
+        state = state.integrated(ticks[-1].qacc, step) if k else first_state(state, order, now)
+        begins = [task.begin(state, now) for task in order.tasks]
+        if any(begins) and (unknowns.impacts or not k):
+            state = state.moved_to(state.qpos, velocity_after_impact(state, order, now))
+        rows = order.rows(state, now)
+        wanted = order.preferred(state, now)
+        program = unknowns.program(state, now, rows, wanted, limits.bounds(state))
+        built = clock.perf_counter()
+        try:
+            solution = solve_hierarchy(**program, singular=SINGULAR)
+        except SolverError as error:
+            if k < 2:
+                raise
+            stopped = str(error)
+            break
+        solved = clock.perf_counter()
+        answer = unknowns.answer(state, solution.x)
+        active, residual = _missed(order, rows, wanted, answer["qacc"])
+        times_spent = solved - built, built - began
+        ticks.append(
+            _Tick(state.qpos, state.qvel, active, residual, *times_spent, solution.exact, **answer)
+        )
+        if progress is not None and k % 50 == 0:
+            progress(k / len(times))
+    columns = {f.name: [getattr(tick, f.name) for tick in ticks] for f in fields(_Tick)}
+    arrays = {name: np.array(values) for name, values in columns.items() if values[0] is not None}
+    return OrderedMotion(
+        human, order, times[: len(ticks)], **arrays, sites=unknowns.sites, stopped=stopped
+    )
+
+
+def _missed(order: TaskOrder, rows: list[list[Level]], wanted, qacc) -> tuple[Array, Array]:
+    """Return which tasks asked for anything, and by how much an acceleration misses them."""
+    flat = [row for level in rows for row in level]
+    active = [len(row.lower) > 0 for row in flat]
+    residual = [np.linalg.norm(row.residual(qacc)) for row in flat]
+    if order.posture is not None:
+        active.append(True)
+        residual.append(np.linalg.norm(qacc - wanted))
+    return np.array(active, dtype=bool), np.array(residual)

@@ -1,0 +1,85 @@
+"""A run of every engine passes the check that the documentation prints, in plain MuJoCo."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze.trial import analyse
+from plantigrade.commands import main as cli
+from plantigrade.contact.ground import Ground
+from plantigrade.record import Run
+from tests.analyze.plated_walk import plated_walk
+from tests.analyze.standing import standing_record
+
+USAGE = Path(__file__).parents[1] / "docs" / "usage.md"
+NAMED = "runs/fit-walk"
+FRAMES = (0.2, 0.35, 0.5, 0.65, 0.8)
+
+
+def recipe() -> str:
+    """Return the code of the documentation."""
+    text = USAGE.read_text(encoding="utf-8").split("A run can be checked without plantigrade")[1]
+    return text.split("```python\n")[1].split("```")[0]
+
+
+def self_check(folder: Path, share: float, motion: str = "motion.npz") -> tuple[np.ndarray, float]:
+    """Run the recipe on a frame of a folder; return the root and how far the torques are off."""
+    with np.load(folder / motion) as stored:
+        frame = int(share * len(stored["time"]))
+    code = recipe()
+    assert f"{NAMED}/motion.npz" in code and f"{NAMED}/model.xml" in code and "frame = 50" in code
+    code = code.replace(f"{NAMED}/motion.npz", str(folder / motion))
+    code = code.replace(NAMED, str(folder)).replace("frame = 50", f"frame = {frame}")
+    printed: list = []
+    exec(compile(code, str(USAGE), "exec"), {"print": printed.append})
+    root, off = printed
+    return root, float(off)
+
+
+@pytest.mark.parametrize("feet", ["rigid", "two-segment", "multi-segment"])
+def test_a_recording_over_force_plates(tmp_path, feet):
+    record = analyse(plated_walk(feet).fit(), cutoff=None).record()
+    folder = Run(record, "fit").save(tmp_path / "run").folder
+    for share in FRAMES:
+        root, off = self_check(folder, share)
+        assert off < 1e-6  # [N m]
+        assert np.abs(root).max() < 0.01 * record.weight
+
+
+@pytest.mark.parametrize("ground", [Ground(), Ground(friction=0.5)])
+def test_a_record_of_the_checker(tmp_path, ground):
+    record = replace(standing_record(), ground=ground)
+    folder = Run(record, "synthesize").save(tmp_path / "run").folder
+    for share in FRAMES:
+        root, off = self_check(folder, share)
+        assert off < 1e-9 and np.abs(root).max() < 1e-6
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    """Folder of a fitted textbook walk; that of the reproduced one lies beside it."""
+    out = tmp_path_factory.mktemp("self-check") / "demo"
+    assert cli.main(["demo", "--out", str(out)]) == 0
+    return out
+
+
+def test_a_reproduced_walk_moved_by_forces(demo):
+    folder = demo.with_name("demo-reproduced")
+    weight = Run.load(folder).record.weight
+    for share in FRAMES:
+        root, off = self_check(folder, share, "forces.npz")
+        assert off < 1e-6
+        assert np.abs(root).max() < 0.02 * weight
+
+
+@pytest.mark.parametrize("task", ["squat", "sit-to-stand", "walk"])
+def test_a_motion_from_a_task(tmp_path, task):
+    out = tmp_path / "run"
+    cli.main(["synthesize", task, "--joints", "43", "--out", str(out)])
+    weight = Run.load(out).record.weight
+    for share in FRAMES:
+        root, off = self_check(out, share)
+        assert off < 1e-6
+        assert np.abs(root).max() < 0.02 * weight
