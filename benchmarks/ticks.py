@@ -16,13 +16,13 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
+from plantigrade.wbc.ordered_motion import STEP, TaskOrder, move
 
 from plantigrade.errors import PlantigradeError
 from plantigrade.experiments.table import Row, at_most
 from plantigrade.models import Human
 from plantigrade.reproduce.gait import TASKS, gait_order
 from plantigrade.reproduce.reference import SIDES, Reference, reference_of
-from plantigrade.wbc.ordered_motion import STEP, TaskOrder, move
 from plantigrade.wbc.tasks import ComTask, PointTask, PostureTask
 from plantigrade.workflows.textbook import textbook_walk
 

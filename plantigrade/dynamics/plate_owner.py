@@ -4,8 +4,8 @@ import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.plate_loadings import Loading
-from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.filters import derivative, lowpass, runs
+from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import rate_of
 
 NEAR = 0.20  # furthest a centre of pressure may be from the sole it is given to [m]

@@ -7,8 +7,8 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.rests import SHORTEST, STILL, point_speed
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
-from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.filters import runs
+from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import even_clock
 
 STEEPEST = 0.035  # a slope of the ground steeper than this is no fault of the recording

@@ -673,7 +673,9 @@ class _Targets:
         step = np.zeros(terms.model.nv)
         patience = 0
         for k in range(1, len(targets)):
-            qpos[k], cost[k] = self._solved(solver, targets[k], integrate(terms.model, qpos[k - 1], step))
+            qpos[k], cost[k] = self._solved(
+                solver, targets[k], integrate(terms.model, qpos[k - 1], step)
+            )
             # Arms caught on the wrong side of a joint limit: try the other ways to hold them.
             if cost[k] > LOST + 1.5 * np.median(cost[: k + 1]) and patience <= 0:
                 patience = 10

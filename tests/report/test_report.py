@@ -10,14 +10,14 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 import pytest
+from plantigrade.report.curves import panels_of
+from plantigrade.report.report import ReportData, Section, report_html
 
+from plantigrade.charts import Series, line_plot, ticks_of
 from plantigrade.errors import ParameterError
 from plantigrade.motion import Motion, Table
 from plantigrade.record import Record
-from plantigrade.report.curves import panels_of
 from plantigrade.report.live import mesh_of
-from plantigrade.charts import Series, line_plot, ticks_of
-from plantigrade.report.report import ReportData, Section, report_html
 from plantigrade.report.scene import MAX_FRAMES, build_scene, foot_bodies, shapes_of, side_forces
 from plantigrade.report.strip import strip_svg
 from plantigrade.report.viewer import encode, viewer_html

@@ -5,10 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from plantigrade.analyze.reproduction import ROTATIONS
-from plantigrade.errors import FileError
-from plantigrade.charts import Bar, Series, line_plot, timeline_plot
 from plantigrade.report.reproduction import (
     FILE,
     Reproduction,
@@ -18,6 +14,10 @@ from plantigrade.report.reproduction import (
     reproduction_sections,
     stacked,
 )
+
+from plantigrade.analyze.reproduction import ROTATIONS
+from plantigrade.charts import Bar, Series, line_plot, timeline_plot
+from plantigrade.errors import FileError
 from plantigrade.report.strip import strip_svg
 from tests.report.walker import walk, walker
 

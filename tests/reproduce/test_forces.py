@@ -5,6 +5,9 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
+from plantigrade.reproduce.ground_forces import FRICTION, LOADING, LoadLimit
+from plantigrade.wbc.force_tasks import AngularMomentumTask, LandingTask, PassingPosture
+from plantigrade.wbc.ordered_motion import TaskOrder
 
 from plantigrade.dynamics.centroid import centroid, without_constraints
 from plantigrade.errors import ParameterError
@@ -12,11 +15,8 @@ from plantigrade.kinematics.state import State
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.reproduce.forces import ForcedMotion, gait_with_forces, move_with_forces
 from plantigrade.reproduce.gait import ContactSchedule
-from plantigrade.reproduce.ground_forces import FRICTION, LOADING, LoadLimit
 from plantigrade.reproduce.reference import SIDES
 from plantigrade.reproduce.support import carried_path, give_way, into_hull
-from plantigrade.wbc.force_tasks import AngularMomentumTask, LandingTask, PassingPosture
-from plantigrade.wbc.ordered_motion import TaskOrder
 from plantigrade.wbc.tasks import ComTask, ContactTask
 from tests.models.presets import person
 from tests.reproduce.walks import reference

@@ -6,13 +6,13 @@ within 2 mm, feet no more than 5 mm below the ground.
 
 import numpy as np
 import pytest
+from plantigrade.wbc.ordered_motion import STEP, stack
 
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.reproduce.gait import TASKS, GaitTasks, gait_order, gait_tasks
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
-from plantigrade.wbc.ordered_motion import STEP, stack
 from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask
 from tests.reproduce.walks import paths, rebuilt, reference, soles
 

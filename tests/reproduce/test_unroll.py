@@ -130,7 +130,9 @@ def test_the_mirror_image_moves_as_the_mirrored_points_do(human, walk):
             for s in ("r", "l")
         }
         image = mirror(human, qpos[None])[0]
-        np.testing.assert_allclose(of["r"].path(image[None]), of["l"].path(qpos[None]) * [1, -1, 1], atol=1e-9)
+        np.testing.assert_allclose(
+            of["r"].path(image[None]), of["l"].path(qpos[None]) * [1, -1, 1], atol=1e-9
+        )
 
 
 def test_events_of_the_repetition_make_whole_strides(data):

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plantigrade.synthesize.diagnose.post_mortem import broken_rows, values
+from plantigrade.synthesize.problem.formulation import Body
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize import solve
-from plantigrade.synthesize.diagnose.post_mortem import broken_rows, values
-from plantigrade.synthesize.problem.formulation import Body
 from plantigrade.synthesize.solve import synthesize
 from plantigrade.synthesize.solvers.interior_point import Options
 from plantigrade.synthesize.tasks.registry import body_for, make_task

@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
+from plantigrade.synthesize.problem.formulation import site_targets
 
 from plantigrade.analyze.check import examine
 from plantigrade.dynamics import centroid
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.formulation import site_targets
 from plantigrade.synthesize.tasks.walking import walk
-from plantigrade.synthesize.terms.posture import Rest
-from plantigrade.synthesize.terms.posture import Posture
+from plantigrade.synthesize.terms.posture import Posture, Rest
 from plantigrade.synthesize.transcription.mesh import nodes_of
 from plantigrade.workflows.synthesize import under_test
 from tests.models.presets import other_side
