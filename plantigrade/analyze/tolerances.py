@@ -41,7 +41,7 @@ class Tolerances:
             in percent of its greatest value (but of no less than body weight times 1 m/s).
         condition_deg: Violation of a task's condition on an angle [deg].
         condition_mm: On a place or distance [mm].
-        clearance: On the height of a swinging foot, which may dip as long as it does not touch [mm].
+        clearance: On the height of a swinging foot, which may dip but not touch [mm].
         condition_rad_s: On an angular velocity [rad/s].
         condition_m_s: On a velocity [m/s].
         condition_w: On a power [W].
