@@ -41,7 +41,7 @@ MOST_SAID = 3  # violations of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
 UNITS = {
     "speed": "m/s", "step_length": "m", "cadence": "steps/min", "step_height": "m",
-    "duration": "s", "chair_height": "m", "distance": "m", "height": "m", "depth": "m",
+    "duration": "s", "chair_height": "m", "distance": "m", "jump_height": "m", "depth": "m",
     "push": "s", "landing": "s", "clearance": "m", "turn": "°", "slope": "°",
 }  # fmt: skip
 """Of what tasks are told, by name."""
@@ -92,8 +92,12 @@ def synthesize_task(
     human = person(how)
     task = the_task(human, told, how, file)
     body = ContactBody.for_plan(human, task.plan)
-    if how.optimise_timing:
-        solution, tried = _optimised(body, told, how, file, progress)
+    if isinstance(told, Walk) and told.optimise_timing:
+        if file is not None:
+            raise ParameterError(
+                "the timing of a task file stays as it is: leave out optimise_timing"
+            )
+        solution, tried = _optimised(body, told, how, progress)
     else:
         solution, tried = _best(body, task, how, warm, origin.seed, progress)
     prepared = clock.perf_counter() - began - solution.seconds
@@ -109,7 +113,7 @@ def synthesize_task(
         solution,
         settings,
         origin,
-        strides=how.strides,
+        strides=told.strides if isinstance(told, Walk) else 1,
         words=words,
         figures={"prepare_time_s": prepared, "restarts": len(tried)},
     )
@@ -189,22 +193,9 @@ def _rank(made: Solution) -> tuple[float, float]:
 
 
 def _optimised(
-    body: ContactBody,
-    told: TaskSettings,
-    how: SolveSettings,
-    file: TaskFile | None,
-    progress: Progress | None,
+    body: ContactBody, told: Walk, how: SolveSettings, progress: Progress | None
 ) -> tuple[Solution, tuple[str, ...]]:
-    """Return a periodic walk whose times of contact cost least.
-
-    Raises:
-        ParameterError: If the task is another one.
-    """
-    if not isinstance(told, Walk) or file is not None or not told.periodic:
-        raise ParameterError(
-            "only a periodic walk chooses its own timing: plantigrade synthesize walk --periodic "
-            "--optimise-timing"
-        )
+    """Return a periodic walk whose times of contact cost least."""
     human = body.human
     start = gait_parameters(human, told.speed, step_length=told.step_length, cadence=told.cadence)
 

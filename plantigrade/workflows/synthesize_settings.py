@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
-from plantigrade.options import Flag, Number, OptionalPath, Seconds
+from plantigrade.options import Number, OptionalPath, Seconds
 from plantigrade.synthesize.tasks.settings import Basis, optional_number, whole, word
 from plantigrade.workflows.settings import FitSettings
 
@@ -37,10 +37,6 @@ class SolveSettings(Person):
     """Run folder of a similar motion to start from."""
     restarts: int = 1
     """First guesses, all but the first with noise; the cheapest motion is taken."""
-    strides: int = 2
-    """Strides of a periodic walk to write."""
-    optimise_timing: Flag = False
-    """Let a periodic walk choose its own step length, stance and heel rise."""
 
     def __post_init__(self):
         """Refuse what cannot be."""
@@ -48,7 +44,6 @@ class SolveSettings(Person):
         word("basis", self.basis, (None, "trigonometric", "polynomial"))  # type: ignore[arg-type]
         optional_number("nodes_per_second", self.nodes_per_second, 2, 500, "1/s", "a mesh")
         whole("restarts", self.restarts, 1, 1000, "")
-        whole("strides", self.strides, 1, 100, "")
 
     @classmethod
     def of(cls, options: Any) -> Self:
