@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.sole_paths import points_of, sole_paths
+from plantigrade.kinematics.sole_paths import SitePoints, sole_paths
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
@@ -25,7 +25,7 @@ NOW = 0.37
 
 def soles(human):
     place = sole_paths(human, human.standing()[None])
-    return points_of(human, place.sites), place.radius
+    return SitePoints(human, place.sites), place.radius
 
 
 def waving(rng, dimension=3):

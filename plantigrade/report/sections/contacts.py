@@ -8,7 +8,7 @@ from plantigrade.charts import Bar, Figure, Outline, Series, line_plot, path_plo
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
 from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.sole_paths import points_of
+from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.record import Record
 from plantigrade.report.section import Section, needs
 from plantigrade.report.sections.tasks import runs
@@ -140,7 +140,7 @@ def centre_of_pressure(record: Record) -> Array:
 def site_points(record: Record) -> Array:
     """Return the lowest point of every site, world [m]."""
     radius = np.array([site.radius for site in record.sites])
-    centres = points_of(record.human, record.sites).path(record.motion.qpos)
+    centres = SitePoints(record.human, record.sites).path(record.motion.qpos)
     return centres - radius[:, None] * record.ground.normal
 
 
