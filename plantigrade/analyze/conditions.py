@@ -11,9 +11,8 @@ from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.analyze.verdict import Finding, Measure
 from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.passive import passive_moments, scale
-from plantigrade.models.human import PELVIS
 from plantigrade.record import Condition, Record
-from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS
 
 AXES = ("x", "y", "z")
 
