@@ -144,4 +144,4 @@ def resampled(motion: Motion, time: Float[Array, " n"]) -> Motion:
 
 def centres_of_mass(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n 3"]:
     """Return the centre of mass in every frame [m]."""
-    return np.array([state.com for state in sweep(human, qpos)])
+    return np.array([state.com for state in sweep(human, qpos)]).reshape(-1, 3)

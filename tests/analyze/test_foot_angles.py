@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from plantigrade.workflows.foot_segments import foot_segments
 from scipy.spatial.transform import Rotation
 
 from plantigrade.analyze.foot_angles import (
@@ -17,11 +18,12 @@ from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.statistics import rmse_offset_removed
 from plantigrade.errors import ParameterError
 from plantigrade.io import read
-from plantigrade.kinematics.fit import Person, fit_markers, unseen_toes_follow
+from plantigrade.kinematics.fit import fit_markers, unseen_toes_follow
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import place_markers
+from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.workflows.fit import FitSettings, analyse, fit, load
 
