@@ -98,9 +98,16 @@ def write_folder(
 def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
     """Replace single files of a folder, each whole or not at all; return their paths.
 
+    Files that are new to the folder join the list in its ``metrics.json``.
+
     Raises:
-        FileError: If a file cannot be written.
+        FileError: If a file cannot be written, or ``metrics.json`` cannot be read.
     """
+    metrics = read_metrics(folder)
+    known = metrics.get("files")
+    if isinstance(known, list) and not set(files) <= set(known):
+        known = sorted({*map(str, known), *files})
+        files = {**files, METRICS: metrics_json({**metrics, "files": known}) + "\n"}
     written = []
     for name, text in files.items():
         path, temporary = Path(folder) / name, Path(folder) / f".{name}.part"
@@ -113,7 +120,8 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
                 f"cannot be written ({error.strerror or error})",
                 remedy="check that the run folder may be written to",
             ) from error
-        written.append(path)
+        if name != METRICS:
+            written.append(path)
     return written
 
 
