@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import JOINTS
 from plantigrade.kinematics.ground_level import level, moving_ground
@@ -119,7 +120,9 @@ def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
     """Return the path of the ground under the feet [m]; zero overground."""
     contact = sole_paths(human, qpos)
     ends = [
-        np.stack([contact.position[:, contact.of(s, r)].mean(axis=1) for s in ("l", "r")], axis=1)
+        np.stack(
+            [contact.position[:, contact.of(s, r)].mean(axis=1) for s in reversed(SIDES)], axis=1
+        )
         for r in ("heel", "toes")
     ]
     return moving_ground(time, *ends)

@@ -12,6 +12,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import (
     Calibration,
@@ -196,7 +197,7 @@ def unseen_toes_follow(
     """
     seen = {p.body for p in places}
     qpos = np.array(qpos)
-    for side in ("r", "l"):
+    for side in SIDES:
         medial, lateral = f"medial_phalanges_{side}", f"lateral_phalanges_{side}"
         if lateral not in human.body_names or (medial in seen) == (lateral in seen):
             continue

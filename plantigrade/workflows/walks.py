@@ -5,7 +5,7 @@ nobody walks, or not on level ground, are refused.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +59,7 @@ class RecordedWalk:
     measured: Record | None = None
 
     @classmethod
-    def of(cls, trial: Trial) -> Self:
+    def of(cls, trial: Trial) -> "RecordedWalk":
         """Return the walk of an analysed recording, blurred double supports put in order."""
         events, blurred = in_order(trial.motion.events)
         notes = trial.record().notes
