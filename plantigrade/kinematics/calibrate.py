@@ -48,8 +48,8 @@ HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m
 FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
 STANDING_SPREAD = 0.10  # of legs and lumbar joint about zero in a standing trial [rad]
-# Marker places and knee angle trade against each other, and people do not walk on hyperextended knees:
-# while calibrating, a knee straighter than this is pulled back [rad], so strongly.
+# Marker places and knee angle trade against each other, and people do not walk on hyperextended
+# knees: while calibrating, a knee straighter than this is pulled back [rad], so strongly.
 STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
 _STANDING = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_", "lumbar_")
 

@@ -175,7 +175,8 @@ def _stature(human: Human, table: Table, person, notes: list[str]) -> float:
     """Return the stature whose standing foot is on the ground at the file's pelvis height [m]."""
     if "pelvis_ty" not in table.names:
         notes.append(
-            f"the file does not show the height; {USUAL_HEIGHT:.2f} m was assumed (set it with --height)."
+            f"the file does not show the height; {USUAL_HEIGHT:.2f} m was assumed "
+            "(set it with --height)."
         )
         return USUAL_HEIGHT
     stature, ty = human.height, table["pelvis_ty"]

@@ -12,7 +12,7 @@ with a constant :math:`A` for every bone. Pelvis and head are upright in the res
 :math:`A = 1`. Thigh and upper arm: :math:`A` swings our bone onto the file's in its rest pose, then
 turns it about itself so that the hinge of knee or elbow is the axis about which the file's lower
 bone turned in the motion. Foot and toes: :math:`A` makes them flat, pointing along the foot, in the
-frames in which the file's foot stands flat; so the place of a file's toe base does not matter. Hands:
+frames in which the file's foot stands flat; where a file puts the toe base does not matter. Hands:
 thumbs point forward in the rest pose where no thumb says otherwise.
 
 **Poses.** Inverse kinematics on joint centres and these directions, joint limits hard. Then the

@@ -25,7 +25,7 @@ def forward_path(
 
     For motions that say nothing of where the pelvis goes. In every step of time the points of
     the soles nearest to the ground stand still on the mean; in flight the velocity is kept. Where
-    it is not given which foot stands, it is the lower one; of two feet that pass one another near the
+    the standing foot is not given, it is the lower one; of two feet that pass each other near the
     ground it is the one that falls behind the pelvis (in walking backward: that gets ahead of it),
     for a swinging foot may come as near to the ground as the standing one.
 
