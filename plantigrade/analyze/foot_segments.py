@@ -7,7 +7,7 @@ feet, a few of its gait cycles are fitted once more.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -31,6 +31,7 @@ MARGIN = 0.1  # of recording around those cycles, so that the filter's ends lie 
 JOINTS, FEET = "66", "multi-segment"
 
 
+@runtime_checkable
 class Settings(Protocol):
     """What is needed of the settings of a fit."""
 
@@ -78,7 +79,8 @@ def foot_segment_signals(recording: Recording, trial: Trial, settings: Settings)
         return FootSegments()
     if fitted.human.feet != FEET:
         short, cycles = _cut(recording, cycles)
-        person = Person(**settings.known | {"joints": JOINTS, "feet": FEET})
+        known: dict[str, Any] = settings.known | {"joints": JOINTS, "feet": FEET}
+        person = Person(**known)
         try:
             fitted = fit_markers(short, person, static=recording.static, marker_set=chosen)
         except FitError:  # the markers of these few cycles alone are too few

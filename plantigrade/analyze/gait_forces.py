@@ -6,52 +6,18 @@ never stood on a plate say little.
 """
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from plantigrade.analyze.statistics import correlation
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.dynamics.inverse import Moments
-from plantigrade.dynamics.plates import FootForces
-from plantigrade.reproduce.reference import SIDES, Reference
+from plantigrade.constants import SIDES
+from plantigrade.motion.recording import even_clock
+from plantigrade.record import Record
 
 LOADED = 0.2  # centres of pressure are compared where both loads exceed this [body weights]
 JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
-
-
-@runtime_checkable
-class MovedByForces(Protocol):
-    """A motion with the forces that move it, from wherever: rebuilt by tasks, or optimised."""
-
-    @property
-    def time(self) -> Float[Array, " n"]:
-        """Time of each frame, on the clock of the recording [s]."""
-        ...
-
-    @property
-    def qpos(self) -> Float[Array, "n nq"]:
-        """Configurations."""
-        ...
-
-    @property
-    def qvel(self) -> Float[Array, "n nv"]:
-        """Velocities."""
-        ...
-
-    @property
-    def tau(self) -> Float[Array, "n nv"]:
-        """Generalised forces: the root's, then joint moments [N m]."""
-        ...
-
-    @property
-    def root_residual(self) -> Float[Array, "n 6"]:
-        """What nothing explains at the root [N, N m]."""
-        ...
-
-    def foot(self, side: str) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
-        """Return the ground reaction on a foot [N] and its centre of pressure [m]."""
-        ...
+SHOWN = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 
 @dataclass(frozen=True)
@@ -72,7 +38,6 @@ class ForceComparison:
         moment_rmse: Of the moments of each joint [N m/kg]; empty without inverse dynamics.
         moment_r: Their correlation.
         residual: Greatest unexplained force at the root [body weights].
-        com_error_m: Greatest distance of the centre of mass from its recorded path [m].
     """
 
     time: Float[Array, " n"]
@@ -88,7 +53,6 @@ class ForceComparison:
     moment_rmse: dict[str, float]
     moment_r: dict[str, float]
     residual: float
-    com_error_m: float
 
     def metrics(self) -> dict[str, float]:
         """Return all figures, flat."""
@@ -100,7 +64,6 @@ class ForceComparison:
             "pressure_x_rmse_mm": 1e3 * self.pressure_rmse_m[0],
             "pressure_y_rmse_mm": 1e3 * self.pressure_rmse_m[1],
             "forced_root_residual_bw": self.residual,
-            "forced_com_error_max_mm": 1e3 * self.com_error_m,
         }
         for joint, value in self.moment_rmse.items():
             flat[f"{joint}_moment_rmse_nm_kg"] = value
@@ -109,49 +72,45 @@ class ForceComparison:
 
 
 def compare_forces(
-    reference: Reference,
-    forced: MovedByForces,
-    forces: FootForces,
-    moments: Moments | None = None,
+    forced: Record,
+    measured: Record,
     *,
     ground: Float[Array, "n_frames 3"] | None = None,
 ) -> ForceComparison:
     """Hold the forces of a rebuilt gait against the measured ones.
 
     Args:
-        reference: The recorded gait.
         forced: The gait rebuilt by forces.
-        forces: The measured forces, on the frames of the recording.
-        moments: Joint moments from them, on the same frames.
+        measured: The fitted recording with its measured forces and joint moments.
         ground: Path of the ground itself, a treadmill's belt [m]; at rest if absent.
     """
-    human = reference.human
-    weight = human.mass * float(np.linalg.norm(human.model.opt.gravity))
-    inside = (reference.time >= forced.time[0]) & (reference.time <= forced.time[-1])
-    time = reference.time[inside]
+    clock, weight = forced.motion.time, forced.weight
+    frames = even_clock(measured.motion.time)
+    inside = (frames >= clock[0]) & (frames <= clock[-1])
+    time = frames[inside]
     way = np.zeros((len(time), 3)) if ground is None else ground[inside]
-    known, simulated, measured = {}, {}, {}
+    known, simulated, recorded = {}, {}, {}
     apart, pairs = [], {joint: ([], []) for joint in JOINTS}
-    for k, side in enumerate(SIDES):
-        sure = forces.valid_side[inside, k]
-        load = forces.force[inside, k] / weight
+    for side in SIDES:
+        ours, theirs = forced.foot(side), measured.foot(side)
+        sure = theirs.known[inside]
+        load = theirs.force[inside] / weight
         if not (sure & (load[:, 2] > LOADED)).any():
             continue
-        force, centre = forced.foot(side)
-        known[side], measured[side] = sure, load
-        simulated[side] = _on(time, forced.time, force / weight)
+        known[side], recorded[side] = sure, load
+        simulated[side] = _on(time, clock, ours.force / weight)
         both = sure & (load[:, 2] > LOADED) & (simulated[side][:, 2] > LOADED)
-        difference = _on(time, forced.time, centre) - (forces.point[inside, k] - way)
+        centre = theirs.centre_of_pressure[inside] - way
+        difference = _on(time, clock, ours.centre_of_pressure) - centre
         apart.append(difference[both])
-        for joint, (ours, theirs) in pairs.items():
+        for joint, (computed, inverse) in pairs.items():
             name = f"{joint}_{side}"
-            if moments is not None and name in moments.names:
-                column = 6 + human.hinge(name)
-                ours.append(_on(time, forced.time, forced.tau[:, column : column + 1])[sure, 0])
-                theirs.append(moments[name][inside][sure])
+            if measured.qfrc_actuator is not None and name in measured.human.coordinates:
+                computed.append(np.interp(time, clock, forced.torque(name))[sure])
+                inverse.append(measured.torque(name)[inside][sure])
     sides = tuple(known)
     ours = np.concatenate([np.zeros((0, 3)), *(simulated[s][known[s]] for s in sides)])
-    theirs = np.concatenate([np.zeros((0, 3)), *(measured[s][known[s]] for s in sides)])
+    theirs = np.concatenate([np.zeros((0, 3)), *(recorded[s][known[s]] for s in sides)])
     rmse = _rms(ours - theirs)
     pressure = _rms(np.concatenate([np.zeros((0, 3)), *apart]))
     pairs = {j: (np.concatenate(a), np.concatenate(b)) for j, (a, b) in pairs.items() if a}
@@ -160,26 +119,54 @@ def compare_forces(
         sides=sides,
         known=known,
         simulated=simulated,
-        measured=measured,
+        measured=recorded,
         vertical_rmse=rmse[2],
         vertical_r=correlation(ours[:, 2], theirs[:, 2]) if sides else float("nan"),
         forward_rmse=rmse[0],
         sideways_rmse=rmse[1],
         pressure_rmse_m=(pressure[0], pressure[1]),
-        moment_rmse={j: _rms((a - b)[:, None])[0] / human.mass for j, (a, b) in pairs.items()},
+        moment_rmse={
+            j: _rms((a - b)[:, None])[0] / forced.human.mass for j, (a, b) in pairs.items()
+        },
         moment_r={j: correlation(a, b) for j, (a, b) in pairs.items()},
-        residual=float(np.abs(forced.root_residual).max() / weight),
-        com_error_m=com_error(reference, forced),
+        residual=residual_of(forced),
     )
 
 
-def com_error(reference: Reference, forced: MovedByForces) -> float:
-    """Return the greatest distance of the centre of mass from its recorded path [m]."""
-    from plantigrade.dynamics.centroid import centroid
+def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
+    """Return measured forces and moments at the ticks of a rebuilt gait, as signals of its record.
 
-    path = centroid(reference.human, forced.qpos, forced.qvel).com
-    wanted = np.array([reference.com(float(t))[0] for t in forced.time])
-    return float(np.linalg.norm(path - wanted, axis=1).max())
+    ``measured.force`` (n, 2, 3) right and left [N], ``measured.moment`` (n, m) [N m/kg] with
+    ``measured.moment_names``; NaN where not known. Empty where nothing is known.
+
+    Args:
+        forced: The gait rebuilt by forces.
+        measured: The fitted recording with its measured forces.
+    """
+    now, frames, human = forced.motion.time, measured.motion.time, forced.human
+    names = [f"{n}_{s}" for n in SHOWN for s in SIDES if f"{n}_{s}" in human.coordinates]
+    force, moment = np.full((len(now), 2, 3), np.nan), np.full((len(now), len(names)), np.nan)
+    for k, side in enumerate(SIDES):
+        foot = measured.foot(side)
+        known = np.interp(now, frames, foot.known.astype(float)) > 0.999
+        force[known, k] = _on(now, frames, foot.force)[known]
+        for i, name in enumerate(names):
+            if name.endswith(f"_{side}") and measured.qfrc_actuator is not None:
+                here = np.interp(now, frames, measured.torque(name) / human.mass)
+                moment[known, i] = here[known]
+    if not np.isfinite(force).any():
+        return {}
+    return {
+        "measured.force": force,
+        "measured.moment": moment,
+        "measured.moment_names": np.array(names, dtype=np.str_),
+    }
+
+
+def residual_of(forced: Record) -> float:
+    """Return the greatest force that nothing explains at the root [body weights]."""
+    assert forced.qfrc_actuator is not None
+    return float(np.abs(forced.qfrc_actuator[:, :6]).max() / forced.weight)
 
 
 def _on(time, clock, values) -> np.ndarray:

@@ -1,11 +1,11 @@
 """A reproduced gait held against the recorded one: ranges of motion, curves, feet, centre of mass.
 
-The recorded gait is the :class:`~plantigrade.reproduce.reference.Reference`, so both move the same
-person on the same soles and the same clock. What is compared was tracked only in part: of the
+The recorded motion is the record's reference ``"recorded"``: both move the same person on the same
+soles and the same clock. What is compared was tracked only in part: of the
 joint angles the tasks know a few instants, of the feet's heights nothing.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,15 +14,17 @@ import numpy as np
 from plantigrade.analyze.curves import PELVIS, side_of
 from plantigrade.analyze.statistics import correlation, rmse
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ReproduceError
-from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.sole_paths import SitePoints, SolePaths
+from plantigrade.kinematics.state import sweep
+from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
-from plantigrade.reproduce.gait import ContactSchedule
-from plantigrade.reproduce.reference import SIDES, Reference
+from plantigrade.record import Record
+from plantigrade.reproduce.phases import Phase
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
-from plantigrade.wbc.ordered_motion import OrderedMotion
 
 ROTATIONS = (
     ("HIP R Flex/Exte", "hip_flexion_r"),
@@ -61,8 +63,7 @@ class Comparison:
         rmse: Coordinate → root mean square difference [deg].
         correlation: Coordinate → Pearson's r; NaN where one of both does not move.
         cycles: The whole cycles, both feet.
-        com_error_max_m: Largest distance of the centre of mass from its path [m].
-        com_error_rms_m: Root mean square of it [m].
+        com_error: Distance of the centre of mass from its recorded path at each tick [m].
         contact_drift_m: Largest horizontal way of any point of the soles from where it first
             touched, during one unbroken contact [m].
         lowest_m: Height of the lowest point of the soles [m]; negative below the ground.
@@ -72,6 +73,8 @@ class Comparison:
             reproduced and recorded [m], mean over the swings; NaN where none was seen.
         swing_knee: Side → greatest knee flexion in swing, reproduced and recorded [deg], mean over
             the swings; NaN where none was seen.
+        soles: Height of the lowest point of each foot, right and left, at each tick [m].
+        soles_reference: Likewise, recorded.
     """
 
     percent: Float[Array, " n_percent"]
@@ -81,13 +84,26 @@ class Comparison:
     rmse: dict[str, float] = field(repr=False)
     correlation: dict[str, float] = field(repr=False)
     cycles: tuple[Cycle, ...]
-    com_error_max_m: float
-    com_error_rms_m: float
+    com_error: Float[Array, " n"] = field(repr=False)
     contact_drift_m: float
     lowest_m: float
     contact_share: float
     clearance: dict[str, tuple[float, float]]
     swing_knee: dict[str, tuple[float, float]]
+    soles: Float[Array, "n 2"] = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
+    soles_reference: Float[Array, "n 2"] = field(
+        default_factory=lambda: np.zeros((0, 2)), repr=False
+    )
+
+    @property
+    def com_error_max_m(self) -> float:
+        """Largest distance of the centre of mass from its path [m]."""
+        return float(self.com_error.max())
+
+    @property
+    def com_error_rms_m(self) -> float:
+        """Root mean square distance of the centre of mass from its path [m]."""
+        return float(np.sqrt(np.mean(np.square(self.com_error))))
 
     @property
     def rom_error(self) -> dict[str, float]:
@@ -124,55 +140,87 @@ class Comparison:
         return {k: v for k, v in flat.items() if not (isinstance(v, float) and not np.isfinite(v))}
 
 
-def compare(reference: Reference, motion: OrderedMotion) -> Comparison:
+def compare(record: Record) -> Comparison:
     """Hold a reproduced gait against the recorded one.
 
     Args:
-        reference: The recorded gait.
-        motion: The reproduced one, on the same clock.
+        record: The reproduced gait, with the recorded motion as a reference.
 
     Raises:
-        ReproduceError: If there is nothing to compare: fewer than two ticks, or not finite.
+        ReproduceError: If there is nothing to compare: no reference, fewer than two ticks, or not
+            finite.
     """
+    motion, recorded = record.motion, record.references.get("recorded")
+    if recorded is None:
+        raise ReproduceError("this record has no recorded motion beside it to compare with")
     if len(motion.time) < 2 or not np.isfinite(motion.qpos).all():
         raise ReproduceError(
             f"the reproduced motion has {len(motion.time)} ticks, "
             f"{np.count_nonzero(~np.isfinite(motion.qpos).all(axis=1))} of them not finite; "
             "a comparison needs two finite ones or more"
         )
-    names, ours = angles_deg(reference.human, motion.qpos)
-    _, theirs = angles_deg(reference.human, reference.qpos)
+    human, phases = record.human, phases_of(record)
+    names, ours = angles_deg(human, motion.qpos)
+    _, theirs = angles_deg(human, recorded.qpos)
     first, last = motion.time[[0, -1]]
     step = motion.time[1] - first
     cycles = tuple(
-        c for c in cut_cycles(reference.events) if c.start > first - step and c.stop < last + step
+        c for c in cut_cycles(motion.events) if c.start > first - step and c.stop < last + step
     )
     spans = {side: _spans(cycles, side, first, last) for side in SIDES}
-    simulated, recorded, rom, difference, r = {}, {}, {}, {}, {}
+    simulated, reference, rom, difference, r = {}, {}, {}, {}, {}
     for i, name in enumerate(names):
         mine = spans[side_of(name) or "r"]
-        a, b = _cut(motion.time, ours[:, i], mine), _cut(reference.time, theirs[:, i], mine)
+        a, b = _cut(motion.time, ours[:, i], mine), _cut(recorded.time, theirs[:, i], mine)
         rom[name] = (float(np.ptp(a, axis=1).mean()), float(np.ptp(b, axis=1).mean()))
         difference[name], r[name] = rmse(a, b), correlation(a, b)
         keep = len(a) if cycles else 0
-        simulated[name], recorded[name] = a[:keep], b[:keep]
+        simulated[name], reference[name] = a[:keep], b[:keep]
+    com, soles = _com_and_soles(human, motion.qpos)
+    com_recorded, soles_recorded = _com_and_soles(human, recorded.qpos)
+    path = Trajectory(recorded.time, com_recorded)
+    wanted = np.array([path(float(time))[0] for time in motion.time])
+    knees = {side: names.index(f"knee_angle_{side}") for side in SIDES}
     return Comparison(
         percent=PERCENT,
         curves_simulated=simulated,
-        curves_reference=recorded,
+        curves_reference=reference,
         rom=rom,
         rmse=difference,
         correlation=r,
         cycles=cycles,
-        **_feet_and_com(reference, motion),
-        clearance=_clearance(reference, motion),
+        com_error=np.linalg.norm(com - wanted, axis=1),
+        **_contacts(record, soles),
+        clearance={
+            side: (
+                over_swings(phases, side, motion.time, _forefoot(soles, side), np.min, 1 / 3),
+                over_swings(
+                    phases, side, recorded.time, _forefoot(soles_recorded, side), np.min, 1 / 3
+                ),
+            )
+            for side in SIDES
+        },
         swing_knee={
             side: (
-                over_swings(reference, side, motion.time, ours[:, names.index(knee)], np.max),
-                over_swings(reference, side, reference.time, theirs[:, names.index(knee)], np.max),
+                over_swings(phases, side, motion.time, ours[:, knee], np.max),
+                over_swings(phases, side, recorded.time, theirs[:, knee], np.max),
             )
-            for side, knee in ((s, f"knee_angle_{s}") for s in SIDES)
+            for side, knee in knees.items()
         },
+        soles=_lowest(soles),
+        soles_reference=np.stack(
+            [np.interp(motion.time, recorded.time, low) for low in _lowest(soles_recorded).T],
+            axis=1,
+        ),
+    )
+
+
+def phases_of(record: Record) -> tuple[Phase, ...]:
+    """Return the phases of gait that a record was planned with."""
+    spans, kinds, swings = (record.signals.get(f"phase.{k}", ()) for k in ("span", "kind", "swing"))
+    return tuple(
+        Phase(float(span[0]), float(span[1]), str(kind), str(swing))
+        for span, kind, swing in zip(spans, kinds, swings, strict=True)
     )
 
 
@@ -195,20 +243,27 @@ def _cut(time, values, spans) -> np.ndarray:
     return np.array([normalise(time, values, start, stop) for start, stop in spans])
 
 
-def _feet_and_com(reference: Reference, motion: OrderedMotion) -> dict[str, float]:
-    """Return how well contacts, the ground and the centre of mass were kept."""
-    schedule = ContactSchedule(reference)
-    state = State(reference.human, motion.qpos[0])
-    spot = np.full((len(schedule.radius), 2), np.nan)  # where each point that touches did so first
-    away, drift, lowest = [], 0.0, np.inf
-    planned = standing = 0
-    for time, qpos, qvel in zip(motion.time, motion.qpos, motion.qvel, strict=True):
-        state.move_to(qpos, qvel)
-        away.append(np.linalg.norm(state.com - reference.com(float(time))[0]))
-        point = state.position(schedule.points)
-        height = point[:, 2] - schedule.radius
-        lowest = min(lowest, float(height.min()))
-        on = schedule(float(time))
+def _com_and_soles(human: Human, qpos: Float[Array, "n nq"]) -> tuple[Array, SolePaths]:
+    """Return centre of mass and soles over a motion, from one sweep."""
+    sites = contact_sites(human)
+    points = SitePoints(human, sites)
+    com, position = np.empty((len(qpos), 3)), np.empty((len(qpos), len(sites), 3))
+    for k, state in enumerate(sweep(human, qpos)):
+        com[k], position[k] = state.com, state.position(points)
+    position[..., 2] -= points.radius
+    return com, SolePaths(sites, position)
+
+
+def _contacts(record: Record, soles: SolePaths) -> dict[str, float]:
+    """Return how well planned contacts and the ground were kept."""
+    planned = record.contact_planned
+    if planned is None:
+        planned = np.zeros(soles.position.shape[:2], dtype=bool)
+    feet = [soles.of(side) for side in SIDES]
+    spot = np.full((len(soles.sites), 2), np.nan)  # where each point that touches did so first
+    drift, due, standing = 0.0, 0, 0
+    for point, on in zip(soles.position, planned, strict=True):
+        height = point[:, 2]
         spot[~on] = np.nan
         new = on & np.isnan(spot[:, 0]) & (height < TOUCHING)
         spot[new] = point[new, :2]
@@ -216,37 +271,31 @@ def _feet_and_com(reference: Reference, motion: OrderedMotion) -> dict[str, floa
         if held.any():
             way = np.linalg.norm(point[held, :2] - spot[held], axis=1)
             drift = max(drift, float(way.max()))
-        for side in SIDES:
-            foot = schedule.side == side
+        for foot in feet:
             if on[foot].any():
-                planned += 1
+                due += 1
                 standing += bool(height[foot].min() < STANDING)
     return {
-        "com_error_max_m": float(np.max(away)),
-        "com_error_rms_m": float(np.sqrt(np.mean(np.square(away)))),
         "contact_drift_m": drift,
-        "lowest_m": lowest,
-        "contact_share": standing / planned if planned else float("nan"),
+        "lowest_m": float(soles.position[..., 2].min()),
+        "contact_share": standing / due if due else float("nan"),
     }
 
 
-def _clearance(reference: Reference, motion: OrderedMotion) -> dict[str, tuple[float, float]]:
-    """Return the least height of each forefoot in mid swing, reproduced and recorded [m]."""
-    ours = sole_paths(reference.human, motion.qpos)
-    theirs = sole_paths(reference.human, reference.qpos)
-    result = {}
-    for side in SIDES:
-        front = [i for region in ("ball", "toes") for i in ours.of(side, region)]
-        low, low_recorded = (f.position[:, front, 2].min(axis=1) for f in (ours, theirs))
-        result[side] = (
-            over_swings(reference, side, motion.time, low, np.min, 1 / 3),
-            over_swings(reference, side, reference.time, low_recorded, np.min, 1 / 3),
-        )
-    return result
+def _lowest(soles: SolePaths) -> Float[Array, "n 2"]:
+    """Return the height of the lowest point of each foot [m]."""
+    height = soles.position[..., 2]
+    return np.stack([height[:, soles.of(side)].min(axis=1) for side in SIDES], axis=1)
+
+
+def _forefoot(soles: SolePaths, side: str) -> Float[Array, " n"]:
+    """Return the height of the lowest point of ball and toes of a foot [m]."""
+    front = [i for region in ("ball", "toes") for i in soles.of(side, region)]
+    return soles.position[:, front, 2].min(axis=1)
 
 
 def over_swings(
-    reference: Reference,
+    phases: Sequence[Phase],
     side: str,
     time: Float[Array, " n"],
     values: Float[Array, " n"],
@@ -256,7 +305,7 @@ def over_swings(
     """Return a figure of each swing of a foot, mean over the swings; NaN where there is none.
 
     Args:
-        reference: The recorded gait, for its phases.
+        phases: The phases of gait.
         side: The foot.
         time: Time of each value [s].
         values: A signal.
@@ -264,7 +313,7 @@ def over_swings(
         margin: Share of the swing left out at either end.
     """
     found = []
-    for phase in reference.phases:
+    for phase in phases:
         if phase.kind == "single" and phase.swing == side:
             cut = margin * phase.duration
             inside = (time >= phase.start + cut) & (time <= phase.stop - cut)

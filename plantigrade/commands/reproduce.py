@@ -1,33 +1,28 @@
 """Rebuild recorded gaits from ordered tasks; several of them make a study."""
 
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from plantigrade.commands.fit import ready, run_names
-from plantigrade.commands.options import (
-    Flag,
-    JobOptions,
-    PersonOptions,
-    RecordingOptions,
-    RunOptions,
-    fit_settings,
-)
+from plantigrade.commands.fit import run_names
+from plantigrade.commands.options import JobOptions, RunOptions
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import ParameterError, PlantigradeError
+from plantigrade.errors import ParameterError
+from plantigrade.workflows.settings import ReproduceSettings
 
 if TYPE_CHECKING:
     from plantigrade.analyze.reproduction import Comparison
-
-GENERATING = ("loky", "threading")  # back ends that hand over each result as it is ready
+    from plantigrade.commands.progress import Progress
+    from plantigrade.record import Run
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
+class Command(ReproduceSettings, RunOptions, JobOptions):
     """Rebuild a recorded gait from three ordered tasks; several make a study.
 
     Of the recording the tasks see the contacts of the feet, the paths of the heels over the ground
@@ -38,103 +33,50 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
         tyro.conf.Positional[tuple[Path, ...]],
         tyro.conf.arg(metavar="FILE [FILE ...]", help_behavior_hint=""),
     ]
-    """Recordings of somebody who walks (.c3d, .trc, .amc, .bvh, .mot, ...), or folders of them."""
-    tasks: Literal["default", "paper", "two-phases", "split-com", "no-posture"] = "default"
-    """The default set, the paper's own, or what the paper tried without."""
-    no_dynamics: Flag = False
-    """Leave out the hierarchy of forces: no ground reactions, no joint moments."""
+    """Recordings of walking (.c3d, .trc, .amc, .bvh, .mot, ...), or folders of them."""
 
     def run(self) -> Outcome:
-        """Do it."""
+        """Reproduce one recording, or several as a study."""
+        from plantigrade.commands.progress import Progress
+
         if not self.files:
             raise ParameterError("no recording was named; write plantigrade reproduce FILE")
-        if self.jobs == 0:
-            raise ParameterError(
-                "jobs=0 reproduces nothing; allowed are 1, 2, … or -1 for one per core"
-            )
-        if len(self.files) == 1 and not self.files[0].is_dir():
-            out = self.out or Path("runs") / f"reproduce-{self.files[0].stem}"
-            text, metrics, _ = self.reproduce_one(self.files[0], out)
-            return Outcome(text, metrics)
-        return self._study()
-
-    def reproduce_one(
-        self, path: Path, out: Path, *, quiet: bool | None = None
-    ) -> tuple[str, dict[str, Any], "Comparison"]:
-        """Reproduce one recording and write its run folder.
-
-        Args:
-            path: The recording.
-            out: The run folder.
-            quiet: Say nothing but warnings; as the option says if absent.
-
-        Returns:
-            Words, metrics, and the reproduced gait held against the recorded one.
-        """
-        from plantigrade.commands.progress import Progress
-        from plantigrade.workflows import fit as fitting
-        from plantigrade.workflows import reproduce as reproducing
-
-        progress = Progress(quiet=self.quiet if quiet is None else quiet)
-        settings = self.settings()
-        fitting.refuse_existing(out, overwrite=self.overwrite)
-        with progress.step(f"reading {path.name}"):
-            loaded = fitting.load(path, settings)
-        with progress.step("fitting"):
-            fitted = fitting.fit(loaded, settings)
-        with progress.step("analysing"):
-            trial = fitting.analyse(fitted, settings)
-        with progress.step("reproducing"):
-            made = reproducing.reproduce_trial(trial, settings.tasks, settings.dynamics)
-        with progress.step("writing the report and the viewer"):
-            folder, metrics = reproducing.write(
-                made,
-                out,
-                title=f"{path.name}, reproduced",
-                command=["plantigrade", *sys.argv[1:]],
-                settings=settings,
-                sources=loaded.sources,
-                seed=self.seed,
-                overwrite=self.overwrite,
-            )
-        if quiet is None:
-            for sentence in metrics["warnings"]:
-                progress.warn(sentence)
-            if metrics["status"] != "ok":
-                progress.warn(metrics["status"])
-        return summary(folder, metrics), metrics, made.comparison
-
-    def settings(self):
-        """Return what decides the result."""
-        from plantigrade.workflows.reproduce import ReproduceSettings
-
-        return ReproduceSettings(
-            **fit_settings(self), tasks=self.tasks, dynamics=not self.no_dynamics
-        )
-
-    def _study(self) -> Outcome:
-        from plantigrade.commands.progress import Progress
-        from plantigrade.workflows import study as gait_study
-        from plantigrade.workflows.fit import refuse_existing
-
         progress = Progress(quiet=self.quiet)
+        if len(self.files) > 1 or self.files[0].is_dir():
+            return self._study(progress)
+        out = self.out or Path("runs") / f"reproduce-{self.files[0].stem}"
+        run = reproduce_one(self, (self.files[0], out), progress)
+        for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
+            progress.warn(sentence)
+        return Outcome(summary(out, run.metrics), run.metrics)
+
+    def _study(self, progress: "Progress") -> Outcome:
+        from plantigrade.record.folder import refuse_existing
+        from plantigrade.record.jobs import run_jobs
+        from plantigrade.workflows import study as gait_study
+
         files, named = recordings(self.files)
         out = self.out or Path("runs") / f"reproduce-study-{study_name(self.files)}"
         names = run_names(files)
         folders = [out.parent / f"reproduce-{name}" for name in names]
         for folder in (out, *folders):
-            refuse_existing(folder, overwrite=self.overwrite)
-        members, left_out = [], {}
-        of = len(files)
-        for k, (path, name, done) in enumerate(
-            zip(files, names, self._each(files, folders), strict=True), start=1
-        ):
-            words, metrics, comparison = done
-            if comparison is None:
-                left_out[str(path)] = words
-                (progress.warn if path in named else progress.say)(f"{k}/{of} {path}: {words}")
+            refuse_existing(folder, self.overwrite)
+        done = run_jobs(
+            partial(_reproduce_member, self),
+            zip(files, folders, strict=True),
+            jobs=self.jobs,
+            backend=self.backend,
+            address=self.address,
+        )
+        members, left_out, of = [], {}, len(files)
+        for k, (name, each) in enumerate(zip(names, done, strict=True), start=1):
+            path, folder = each.item
+            if each.result is None:
+                left_out[str(path)] = each.problem
+                say = progress.warn if path in named else progress.say
+                say(f"{k}/{of} {path}: {each.problem}")
                 continue
-            members.append(gait_study.Member(name, path, folders[k - 1], comparison, metrics))
+            members.append(gait_study.Member(name, path, folder, *each.result))
             progress.say(f"{k}/{of} {path}: {members[-1].words}")
         if not members:
             raise ParameterError(
@@ -148,32 +90,52 @@ class Command(RecordingOptions, PersonOptions, RunOptions, JobOptions):
                 found,
                 metrics,
                 out,
-                command=["plantigrade", *sys.argv[1:]],
-                settings=self.settings(),
+                command=_command(),
+                settings=ReproduceSettings.of(self),
                 seed=self.seed,
                 overwrite=self.overwrite,
             )
         return Outcome(study_summary(folder, found), metrics)
 
-    def _each(self, files: Sequence[Path], folders: Sequence[Path]) -> Iterator[Any]:
-        """Yield what came of each recording, in their order."""
-        from joblib import Parallel, delayed, parallel_config
 
-        words = {f.name: getattr(self, f.name) for f in fields(self)}
-        with parallel_config(ready(self.backend), n_jobs=self.jobs):
-            how = "generator" if self.backend in GENERATING else "list"
-            work: Any = Parallel(return_as=how)(
-                delayed(_reproduce_alone)(words, path, folder)
-                for path, folder in zip(files, folders, strict=True)
-            )
-            yield from work
+def reproduce_one(options: Command, item: tuple[Path, Path], progress: "Progress") -> "Run":
+    """Reproduce one recording, write its run folder and return the run.
+
+    Args:
+        options: The command.
+        item: The recording and the folder.
+        progress: Shows the steps.
+    """
+    from plantigrade.record.folder import refuse_existing
+    from plantigrade.workflows.reproduce import reproduce
+    from plantigrade.workflows.save import save
+
+    path, folder = item
+    refuse_existing(folder, options.overwrite)
+    run = reproduce(
+        path,
+        ReproduceSettings.of(options),
+        step=progress.step,
+        command=_command(),
+        seed=options.seed,
+    )
+    with progress.step("writing the report and the viewer"):
+        return save(run, folder, overwrite=options.overwrite)
 
 
-def _reproduce_alone(words: dict, path: Path, out: Path):
-    try:
-        return Command(**words).reproduce_one(path, out, quiet=True)
-    except (PlantigradeError, OSError) as error:
-        return str(error), {}, None
+def _reproduce_member(
+    options: Command, item: tuple[Path, Path]
+) -> "tuple[Comparison, dict[str, Any]]":
+    """Reproduce one recording of a study: its comparison and metrics."""
+    from plantigrade.analyze.reproduction import compare
+    from plantigrade.commands.progress import Progress
+
+    run = reproduce_one(options, item, Progress(quiet=True))
+    return compare(run.record), run.metrics
+
+
+def _command() -> str:
+    return " ".join(["plantigrade", *sys.argv[1:]])
 
 
 def recordings(given: Sequence[Path]) -> tuple[list[Path], set[Path]]:
@@ -240,7 +202,7 @@ def figures(metrics: dict[str, Any]) -> list[str]:
     if "rom_error_mean_deg" in metrics:
         paper = [row.difference for row in PAPER_TABLE.values()]
         lines.append(
-            f"  ranges of motion {metrics['rom_error_mean_deg']:.1f}° off on the mean, "
+            f"  ranges of motion {metrics['rom_error_mean_deg']:.1f}° off on average, "
             f"{metrics['rom_error_max_deg']:.1f}° at most (the paper, nine people: "
             f"{sum(paper) / len(paper):.1f}°, {max(paper)}°)"
         )

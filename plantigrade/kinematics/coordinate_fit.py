@@ -12,12 +12,14 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
+from plantigrade.kinematics.fit import JOINTS
 from plantigrade.kinematics.ground_level import level, moving_ground
 from plantigrade.kinematics.rests import drift_of, find_rests
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.root_path import forward_path
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
+from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import Table, rate_of
 
@@ -31,22 +33,14 @@ LEGS = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
 
 def fit_coordinates(
     recording: Recording,
-    *,
-    height: float | None = None,
-    mass: float | None = None,
-    sex: str | None = None,
-    joints: str = "42",
-    feet: str | None = None,
+    person: Person | None = None,
 ) -> Fit:
     """Put joint coordinates on a person.
 
     Args:
         recording: The recording; it must have coordinates.
-        height: Stature [m]; found from the pelvis's height where nobody says.
-        mass: Body mass [kg]; 22.5 times height squared where nobody says.
-        sex: ``"female"`` or ``"male"``; male where nobody says.
-        joints: Joint set.
-        feet: Kind of foot; the joint set's own if not given.
+        person: What is known of the person; the recording's own words fill the rest. The height is
+            found from the pelvis's, the mass is 22.5 times height squared where nobody gives them.
 
     Raises:
         FitError: If there are no joint coordinates, or none of the legs'.
@@ -61,18 +55,18 @@ def fit_coordinates(
     notes: list[str] = []
     table = _usable(table, recording, notes)
     said = recording.subject
-    height, given = height or said.height, bool(height or said.height)
-    sex = sex or said.sex or "male"
+    who = person or Person()
+    height = said.height if who.height is None else who.height
+    sex = who.sex or said.sex or "male"
 
-    def person(stature: float) -> Human:
-        weight = mass or said.mass or 22.5 * stature**2
-        return Human.create(stature, weight, sex, joints, feet)
+    def of_height(stature: float) -> Human:
+        weight = who.mass if who.mass is not None else said.mass or 22.5 * stature**2
+        return Human.create(stature, weight, sex, who.joints or JOINTS, who.feet)
 
     _require_angles(table, recording)
-    human = person(height or USUAL_HEIGHT)
-    if not given:
-        stature = _stature(human, table, person, notes)
-        human = person(stature)
+    human = of_height(USUAL_HEIGHT if height is None else height)
+    if height is None:
+        human = of_height(_stature(human, table, of_height, notes))
     left_out = [n for n in table.names if n not in (*human.coordinates, *_pelvis())]
     if left_out:
         notes.append(

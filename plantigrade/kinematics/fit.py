@@ -7,7 +7,7 @@ and say what was noticed.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -33,10 +33,13 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
+from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.spatial.conventions import rotation_matrix
 
+JOINTS = "42"  # joint set where nobody names one
+USUAL_HEIGHT = 1.72  # where nobody gives one: the start of the calibration [m]
 CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
 STATIC_FRAMES = 6
 VISIBLE = 0.75  # share of the markers a frame must show to be fitted
@@ -46,25 +49,6 @@ FEWEST_SHARED = 6  # known markers a standing trial must have in common with the
 SWAP_GAIN = 0.4  # two markers were swapped where swapping leaves less than this of their error
 
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True)
-class Person:
-    """Who was recorded; what is None is found from the recording.
-
-    Attributes:
-        height: Stature [m].
-        mass: Body mass [kg].
-        sex: ``"female"`` or ``"male"``; male where nobody says.
-        joints: Joint set.
-        feet: Kind of foot; the joint set's own if None.
-    """
-
-    height: float | None = None
-    mass: float | None = None
-    sex: str | None = None
-    joints: str = "42"
-    feet: str | None = None
 
 
 def fit_markers(
@@ -107,7 +91,7 @@ def fit_markers(
             f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
         )
     height, mass, sex = _who(person, recording, static)
-    human = Human.create(height or 1.72, mass, sex, person.joints, person.feet)
+    human = Human.create(height or USUAL_HEIGHT, mass, sex, person.joints or JOINTS, person.feet)
     placed = place_markers(names, human, marker_set)
     known = [n for n in names if placed[n] is not None and n in markers.names]
     require_known([n for n in names if n in markers.names], placed)
@@ -299,9 +283,9 @@ def _who(
 ) -> tuple[float | None, float, str]:
     """Return height, mass and sex from the caller, the files, or what is usual."""
     said = _subject(recording, static)
-    height = person.height or said.height
+    height = said.height if person.height is None else person.height
     sex = person.sex or said.sex or "male"
-    mass = person.mass or said.mass
+    mass = said.mass if person.mass is None else person.mass
     return height, mass or 22.5 * (height or 1.72) ** 2, sex
 
 

@@ -96,14 +96,22 @@ def write_folder(
 
 
 def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
-    """Replace single files of a folder, each whole or not at all; return their paths.
+    """Replace or add single files of a folder of results, each whole or not at all.
+
+    Returns:
+        Their paths.
 
     Raises:
-        FileError: If a file cannot be written.
+        FileError: If the folder is none of results, or a file cannot be written.
     """
-    written = []
-    for name, text in files.items():
-        path, temporary = Path(folder) / name, Path(folder) / f".{name}.part"
+    folder, metrics = Path(folder).expanduser(), read_metrics(folder)
+    listed = metrics.get("files")
+    new = dict(files)
+    if isinstance(listed, list) and not set(files) <= set(listed):
+        metrics["files"] = sorted({*listed, *files})
+        new[METRICS] = metrics_json(metrics) + "\n"
+    for name, text in new.items():
+        path, temporary = folder / name, folder / f".{name}.part"
         try:
             temporary.write_text(text, encoding="utf-8")
             temporary.replace(path)
@@ -113,8 +121,7 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
                 f"cannot be written ({error.strerror or error})",
                 remedy="check that the run folder may be written to",
             ) from error
-        written.append(path)
-    return written
+    return [folder / name for name in files]
 
 
 def metrics_json(metrics: Mapping[str, Any]) -> str:
@@ -164,7 +171,7 @@ def read_metrics(folder: str | Path) -> dict[str, Any]:
 
 
 def refuse_existing(out: str | Path, overwrite: bool) -> None:
-    """Raise where a folder of results could not be written in the end.
+    """Raise if a folder of results could not be written.
 
     Raises:
         RunExists: If the folder exists and ``overwrite`` is false, or it holds anything that this
@@ -229,7 +236,7 @@ def _put_in_place(temporary: Path, out: Path) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return ``value`` as JSON can hold it: arrays as lists, NaN and infinity as null."""
+    """Return ``value`` for JSON: arrays as lists, NaN and infinity as null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):

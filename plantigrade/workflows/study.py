@@ -2,17 +2,20 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, field
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from plantigrade.workflows.reproduce import ReproduceSettings
-
-if TYPE_CHECKING:
-    from plantigrade.analyze.gait_study import Study
-    from plantigrade.analyze.reproduction import Comparison
+from plantigrade import __version__
+from plantigrade.analyze.gait_study import Study, study
+from plantigrade.analyze.reproduction import Comparison
+from plantigrade.record.folder import write_folder
+from plantigrade.record.provenance import source_files
+from plantigrade.report.study import Gait, study_html
+from plantigrade.workflows.settings import ReproduceSettings
 
 PAGE, TABLE = "study.html", "table.csv"
 KEPT = (  # of each gait, in the study's metrics
@@ -39,7 +42,7 @@ class Member:
     name: str
     path: Path
     folder: Path
-    comparison: "Comparison" = field(repr=False)
+    comparison: Comparison = field(repr=False)
     metrics: dict[str, Any] = field(repr=False)
 
     @property
@@ -56,7 +59,7 @@ class Member:
             return str(self.metrics["status"])
         return (
             f"{self.metrics['cycles_count']} strides, ranges of motion "
-            f"{self.metrics['rom_error_mean_deg']:.1f}° off on the mean, centre of mass "
+            f"{self.metrics['rom_error_mean_deg']:.1f}° off on average, centre of mass "
             f"{self.metrics['com_error_max_mm']:.1f} mm"
         )
 
@@ -79,10 +82,8 @@ class GaitStudy:
         return tuple(member for member in self.members if not member.problem)
 
     @cached_property
-    def study(self) -> "Study | None":
+    def study(self) -> Study | None:
         """The statistics; None where no gait counts."""
-        from plantigrade.analyze.gait_study import study
-
         counted = self.counted
         if not counted:
             return None
@@ -175,7 +176,7 @@ def write(
     metrics: dict[str, Any],
     out: Path,
     *,
-    command: Sequence[str],
+    command: str,
     settings: ReproduceSettings,
     seed: int = 0,
     overwrite: bool = False,
@@ -186,22 +187,16 @@ def write(
         found: The study.
         metrics: Its figures.
         out: The folder.
-        command: The words it was asked for with.
+        command: The command line.
         settings: Of every gait.
         seed: Of everything random.
         overwrite: Replace an existing folder.
     """
-    import os
-
-    from plantigrade import __version__
-    from plantigrade.record.folder import source_files, write_folder
-    from plantigrade.report.study import Gait, study_html
-
     base = out.expanduser().absolute()
     provenance = {
         "version": __version__,
-        "command": " ".join(command),
-        "settings": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(settings).items()},
+        "command": command,
+        "settings": settings.plain(),
         "source_files": source_files([m.path for m in found.members]),
     }
     page = study_html(

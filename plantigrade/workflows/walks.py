@@ -4,140 +4,185 @@ Events that a jerk has blurred are put in order, a single cycle is repeated; rec
 nobody walks, or not on level ground, are refused.
 """
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 
+from plantigrade.analyze.gait import gait_measures
+from plantigrade.analyze.trial import FootPath, Trial, foot_path
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.dynamics.derivatives import continuous, differentiate
 from plantigrade.errors import ReproduceError
+from plantigrade.kinematics.contacts import stances
+from plantigrade.kinematics.ground_level import moving_ground
+from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.motion.cycles import cut_cycles
+from plantigrade.motion.events import detect_gait_events
+from plantigrade.motion.recording import even_clock
+from plantigrade.record import Record
+from plantigrade.reproduce.phases import in_order, walking_events
+from plantigrade.reproduce.reference import Reference, reference_of
+from plantigrade.reproduce.unroll import find_loop, unroll
 
-if TYPE_CHECKING:
-    from plantigrade.analyze.trial import Trial
-    from plantigrade.reproduce.reference import Reference
-
-UNEVEN = 0.06  # feet that stand at heights further apart are not on level ground [m]
-ENOUGH = 3  # gait events that follow one another make two phases, the least that can be rebuilt
-
-
-def events_in_order(trial: "Trial") -> "Trial":
-    """Return the recording with blurred double supports put in order, and say so."""
-    from plantigrade.reproduce.phases import in_order
-
-    events, blurred = in_order(trial.record.motion.events)
-    if not blurred:
-        return trial
-    note = (
-        f"at {blurred} of the steps a foot seems to leave before the other comes down, as in "
-        "running; the others show a walk, so both events were put at their middle."
-    )
-    record = trial.record
-    return replace(
-        trial,
-        record=replace(
-            record,
-            motion=replace(record.motion, events=events),
-            warnings=(*record.warnings, note),
-        ),
-    )
+UNEVEN = 0.06
+"""Feet that stand at heights further apart are not on level ground [m]."""
+ENOUGH = 3
+"""Gait events in sequence that make two phases, the least that can be rebuilt."""
+CUTOFF = 6.0
+"""Low-pass of a repeated cycle [Hz]."""
 
 
-def refuse_standing(trial: "Trial") -> None:
-    """Raise where nobody walks in a recording.
+@dataclass(frozen=True)
+class RecordedWalk:
+    """A recorded walk on its way to the tasks.
 
-    Raises:
-        ReproduceError: In one sentence that says what was seen instead.
+    Attributes:
+        name: Name of the file.
+        human: Who walks.
+        motion: The motion, filtered, with its gait events in order.
+        feet: Paths of the feet.
+        figures: Figures of fit and gait.
+        notes: What the user should know.
+        measured: The fitted recording where forces were measured, on the frames of the motion.
     """
-    from plantigrade.reproduce.phases import walking_events
 
-    events = trial.record.motion.events
-    if len(walking_events(events)) >= ENOUGH:
-        return
-    seen = "nobody is seen to walk in it"
-    if len(events) > ENOUGH:
-        seen = (
-            f"its {len(events)} heel strikes and toe offs do not follow one another as in walking, "
-            "where one heel comes down before the other foot leaves (it may be running or hopping)"
+    name: str
+    human: Human
+    motion: Motion
+    feet: FootPath
+    figures: dict[str, Any]
+    notes: tuple[str, ...]
+    measured: Record | None = None
+
+    @classmethod
+    def of(cls, trial: Trial) -> Self:
+        """Return the walk of an analysed recording, blurred double supports put in order."""
+        events, blurred = in_order(trial.motion.events)
+        notes = trial.record().notes
+        if blurred:
+            notes += (
+                f"in {blurred} of the steps one foot seems to leave before the other lands, as in "
+                "running; the other steps are walked, so both events were put midway.",
+            )
+        return cls(
+            trial.fit.recording.source.name,
+            trial.fit.human,
+            replace(trial.motion, events=events),
+            trial.feet,
+            trial.figures,
+            notes,
+            trial.record() if trial.forces is not None else None,
         )
-    raise ReproduceError(
-        f"{trial.fit.recording.source.name}: {seen}; give a recording in which somebody walks two "
-        "steps or more"
-    )
 
+    @property
+    def ground(self) -> Float[Array, "n_frames 3"]:
+        """Path of the ground, the belt of a treadmill [m]; at rest overground."""
+        return moving_ground(self.motion.time, self.feet.heel, self.feet.toe)
 
-def refuse_uneven(trial: "Trial") -> None:
-    """Raise where feet stand at different heights: stairs, a slope, uneven ground.
+    def over_ground(self) -> Motion:
+        """Return the motion over ground that rests."""
+        motion = self.motion
+        qpos = continuous(motion.qpos)
+        qpos[:, :3] -= self.ground
+        time = even_clock(motion.time)
+        smooth = differentiate(self.human, time, qpos, None)
+        return replace(motion, time=time, qpos=qpos, qvel=smooth.qvel, qacc=smooth.qacc)
 
-    Raises:
-        ReproduceError: With the difference of the heights.
-    """
-    from plantigrade.kinematics.contacts import stances
-    from plantigrade.kinematics.sole_paths import sole_paths
+    def reference(self) -> Reference:
+        """Return what the tasks see of it: on ground that rests.
 
-    motion = trial.record.motion
-    soles = sole_paths(trial.fit.human, motion.qpos)
-    heights = []
-    for side in ("r", "l"):
-        low = soles.position[:, soles.of(side), 2].min(axis=1)
-        for start, stop, whole in stances(motion.events, side, motion.time[0], motion.time[-1]):
-            quarter = (stop - start) / 4
-            middle = (motion.time > start + quarter) & (motion.time < stop - quarter)
-            if whole and middle.any():
-                heights.append(float(np.quantile(low[middle], 0.1)))  # of a hop: where it lands
-    if heights and max(heights) - min(heights) > UNEVEN:
+        Raises:
+            ReproduceError: If nobody walks in it.
+        """
+        motion = self.motion
+        return reference_of(self.human, motion.time, motion.qpos, motion.events, ground=self.ground)
+
+    def repeated(self, trial: Trial) -> "RecordedWalk":
+        """Return the walk, repeated where it is one cycle that shows no whole stride of a foot.
+
+        Args:
+            trial: The recording it came from; the posture is repeated as fitted, then filtered.
+        """
+        if cut_cycles(walking_events(self.motion.events)):
+            return self
+        human, fitted = self.human, trial.fit
+        loop = find_loop(human, fitted.time, fitted.qpos)
+        if loop is None:
+            return self
+        time, qpos = unroll(human, fitted.time, fitted.qpos, loop)
+        rate = (len(time) - 1) / (time[-1] - time[0])
+        smooth = differentiate(human, time, qpos, CUTOFF if CUTOFF < 0.45 * rate else None)
+        feet = foot_path(human, qpos)
+        events, _ = in_order(detect_gait_events(time, feet.heel, feet.toe, feet.pelvis))
+        motion = Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
+        what = "half a cycle" if loop.mirrored else "one cycle"
+        closes = "its mirror image" if loop.mirrored else "itself"
+        note = (
+            f"the recording is {what} of {loop.period:.2f} s that closes on {closes}; it was "
+            "repeated to three cycles, in which the gait was found."
+        )
+        figures = {
+            **self.figures,
+            "frames": motion.n_frames,
+            "duration_s": motion.duration,
+            **gait_measures(time, feet.heel, feet.toe, events).metrics(),
+        }
+        return RecordedWalk(self.name, human, motion, feet, figures, (*self.notes, note))
+
+    def refuse_standing(self) -> None:
+        """Raise where nobody walks.
+
+        Raises:
+            ReproduceError: In one sentence that says what was seen instead.
+        """
+        events = self.motion.events
+        if len(walking_events(events)) >= ENOUGH:
+            return
+        seen = "nobody is seen to walk in it"
+        if len(events) > ENOUGH:
+            seen = (
+                f"its {len(events)} heel strikes and toe offs are not in the order of walking, "
+                "where one heel lands before the other foot leaves (is it running or hopping?)"
+            )
         raise ReproduceError(
-            f"{trial.fit.recording.source.name}: the ground is not level, the feet stand "
-            f"{100 * (max(heights) - min(heights)):.0f} cm higher at one step than at another "
-            "(stairs or uneven ground); the tasks know a level floor: give a walk on level ground"
+            f"{self.name}: {seen}; give a recording with at least two steps of walking"
         )
 
+    def refuse_uneven(self) -> None:
+        """Raise where feet stand at different heights: stairs, a slope, uneven ground.
 
-def reference_of_trial(trial: "Trial") -> "Reference":
-    """Return what the tasks see of an analysed recording: on ground that rests.
+        Raises:
+            ReproduceError: With the difference of the heights.
+        """
+        motion = self.motion
+        soles = sole_paths(self.human, motion.qpos)
+        heights = []
+        for side in SIDES:
+            low = soles.position[:, soles.of(side), 2].min(axis=1)
+            for start, stop, whole in stances(motion.events, side, motion.time[0], motion.time[-1]):
+                quarter = (stop - start) / 4
+                middle = (motion.time > start + quarter) & (motion.time < stop - quarter)
+                if whole and middle.any():
+                    heights.append(float(np.quantile(low[middle], 0.1)))  # of a hop: where it lands
+        if heights and max(heights) - min(heights) > UNEVEN:
+            raise ReproduceError(
+                f"{self.name}: the ground is not level, the feet stand "
+                f"{100 * (max(heights) - min(heights)):.0f} cm higher at one step than at another "
+                "(stairs or uneven ground); the tasks need a level floor"
+            )
+
+
+def walk_to_reproduce(trial: Trial) -> RecordedWalk:
+    """Return the walk of an analysed recording, checked, and repeated if it is a single cycle.
 
     Raises:
-        ReproduceError: If nobody walks in it.
+        ReproduceError: If nobody walks in it, or not on level ground.
     """
-    from plantigrade.kinematics.ground_level import moving_ground
-    from plantigrade.reproduce.reference import reference_of
-
-    motion = trial.record.motion
-    return reference_of(
-        trial.fit.human,
-        motion.time,
-        motion.qpos,
-        motion.events,
-        ground=moving_ground(trial.fit.time, trial.feet.heel, trial.feet.toe),
-    )
-
-
-def whole_cycles(trial: "Trial") -> "Trial":
-    """Return the recording, repeated where it is one cycle that shows no whole stride of a foot."""
-    from plantigrade.analyze.trial import analyse as analyse_trial
-    from plantigrade.motion.cycles import cut_cycles
-    from plantigrade.reproduce.phases import in_order, walking_events
-    from plantigrade.reproduce.unroll import find_loop, unroll
-
-    events, _ = in_order(trial.record.motion.events)
-    if cut_cycles(walking_events(events)):
-        return trial
-    fitted = trial.fit
-    loop = find_loop(fitted.human, fitted.time, fitted.qpos)
-    if loop is None:
-        return trial
-    time, qpos = unroll(fitted.human, fitted.time, fitted.qpos, loop)
-    repeated = replace(
-        fitted,
-        time=time,
-        qpos=qpos,
-        recording=replace(fitted.recording, plates=()),
-        markers=None,
-        residual=None,
-        kept=None,
-        warnings=(
-            *fitted.warnings,
-            f"the recording is {'half a' if loop.mirrored else 'one'} cycle of {loop.period:.2f} s "
-            f"that closes on {'its mirror image' if loop.mirrored else 'itself'}; it was repeated "
-            "to three cycles, and the gait was found in the repetition.",
-        ),
-    )
-    return analyse_trial(repeated, mass=fitted.human.mass)
+    walk = RecordedWalk.of(trial).repeated(trial)
+    walk.refuse_standing()
+    walk.refuse_uneven()
+    return walk

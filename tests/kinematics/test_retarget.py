@@ -17,6 +17,7 @@ from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.models.joint_names import identify, split_name
+from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import SkeletonMotion
 
@@ -102,7 +103,7 @@ def steps(human: Human, n: int = 90) -> np.ndarray:
 def test_own_motion_comes_back(joints):
     human = Human.create(1.80, 75, joints=joints)
     q = steps(human)
-    fit = fit_skeleton(exported(human, q), height=1.80, joints=joints)
+    fit = fit_skeleton(exported(human, q), Person(height=1.80, joints=joints))
     assert abs(fit.human.dimensions.thigh - human.dimensions.thigh) < 1e-3
     assert fit.metrics["joint_rms_mm"] < 5.0
     legs = [
@@ -127,7 +128,7 @@ def test_a_scaled_skeleton_gives_the_same_angles():
             s, positions=1.3 * s.positions, rest_positions=1.3 * s.rest_positions, ends=s.ends
         ),
     )
-    a, b = fit_skeleton(recording, height=1.80), fit_skeleton(big, height=1.80)
+    a, b = (fit_skeleton(r, Person(height=1.80)) for r in (recording, big))
     assert np.rad2deg(np.abs(a.qpos[:, 7:] - b.qpos[:, 7:])).mean() < 1.0
     assert any("scaled by" in w for w in b.warnings)
 

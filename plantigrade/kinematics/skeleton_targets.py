@@ -1,0 +1,363 @@
+"""What a person's joints and segments are to match of another skeleton, and how they follow it."""
+
+import mujoco
+import numpy as np
+
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.directions import mean_rotation, swing, unit_vector, yaw
+from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.skeleton_source import SkeletonSource
+from plantigrade.kinematics.state import PointSet, integrate
+from plantigrade.kinematics.terms import Terms
+from plantigrade.models import Human
+from plantigrade.models.anatomy import hip, lumbar, shoulder
+
+# Joints and the part of our anatomy that hangs on each.
+CENTRES = {
+    "hip": "femur",
+    "knee": "tibia",
+    "ankle": "foot",
+    "shoulder": "humerus",
+    "elbow": "ulna",
+    "wrist": "hand",
+}
+_X, _Y, _Z = np.eye(3)
+FLAT_TILT = np.deg2rad(25)  # largest tilt of a foot against the rest pose that can be flat [rad]
+ARM_JOINTS = ("shoulder", "elbow", "wrist")
+BENT = np.deg2rad(25)  # a hinge bent further than this in the motion shows its axis [rad]
+LOST = 4e-3  # weighted squares of a frame above which other arm postures are tried [m^2]
+ARM_STARTS = (  # flexion, adduction, rotation [rad]
+    (0.0, 0.0, 0.0),
+    (1.5, 0.0, 0.0),
+    (0.0, -1.5, 0.0),
+    (2.8, 0.0, 0.0),
+    (0.0, -2.7, 0.0),
+    (1.2, -1.2, 1.2),
+    (1.2, -1.2, -1.2),
+    (-0.8, -0.5, 0.0),
+)
+ARM = 0.20  # length of the vectors that stand for an orientation [m]
+# Weights of the terms: joint centres, and vectors of length ARM along bone axes.
+WEIGHTS = {
+    "hip": 1.0,
+    "knee": 1.0,
+    "ankle": 1.0,
+    "shoulder": 0.4,
+    "elbow": 0.4,
+    "wrist": 0.4,
+    "pelvis": 0.6,
+    "thigh": 0.06,
+    "shank": 0.02,
+    "foot": 0.4,
+    "toes": 0.05,
+    "thorax": 0.2,
+    "thorax_up": 0.02,
+    "head": 0.2,
+    "upper_arm": 0.02,
+    "hand": 0.05,
+    "hand_axis": 0.05,
+}
+
+
+class SkeletonTargets:
+    """What the person's joints and segments are to match in every frame."""
+
+    def __init__(self, human: Human, source: SkeletonSource):
+        self.human, self.source = human, source
+        self.points: list[tuple[str, np.ndarray]] = []
+        self.pairs: list[tuple[int, int]] = []
+        self.values: list[np.ndarray] = []
+        self.weights: list[float] = []
+        self.centres: list[tuple[str, int]] = []
+        self._joint_centres()
+        self._pelvis_and_thorax()
+        self._head()
+        for side in SIDES:
+            self._leg(side)
+            self._foot(side)
+            if source.arms:
+                self._arm(side)
+
+    # -- terms
+
+    def _point(self, body: str, position: np.ndarray) -> int:
+        self.points.append((body, np.asarray(position, float)))
+        return len(self.points) - 1
+
+    def _add_position(self, body: str, position, values: np.ndarray, weight: float) -> None:
+        self.pairs.append((self._point(body, position), -1))
+        self.values.append(values)
+        self.weights.append(weight)
+
+    def _add_axis(self, part: str, axis: np.ndarray, values: np.ndarray, weight: float) -> None:
+        """Ask for the axis of a part (zero pose: world axes) to point along ``values``."""
+        body = self.human.skeleton.parts[part][0]
+        start = self._point(body, np.zeros(3))
+        end = self._point(body, ARM * axis)
+        self.pairs.append((end, start))
+        self.values.append(ARM * values)
+        self.weights.append(weight)
+
+    def _joint_centres(self) -> None:
+        moved = self._shoulder_offset()
+        for joint, part in CENTRES.items():
+            if not self.source.found.both(joint):
+                continue
+            for side in SIDES:
+                name = f"{joint}_{side}"
+                body, position = self.human.skeleton.parts[f"{part}_{side}"]
+                self.centres.append((name, len(self.pairs)))
+                path = self.source.at(name) + (moved if joint in ARM_JOINTS else 0.0)
+                self._add_position(body, position, path, WEIGHTS[joint])
+
+    def _shoulder_offset(self) -> np.ndarray:
+        """Return what to add to the file's shoulders and arms in every frame [m].
+
+        Skeletons differ in how far the shoulders lie before or behind the hips when the trunk is
+        upright, as it is in the rest pose of both; the difference moves with the thorax.
+        """
+        source = self.source
+        if not (source.found.both("shoulder") and source.has("thorax")):
+            return np.zeros((len(source.time), 3))
+        rise = source.rest_rise()
+        x, z = self._neutral_trunk()
+        offset = float(np.clip(x - rise[0] * z / rise[2], -0.1, 0.1)) if rise[2] > 0.1 else 0.0
+        return source.rotation("thorax") @ (offset * _X)
+
+    def _pelvis_and_thorax(self) -> None:
+        source = self.source
+        R = source.rotation("pelvis")
+        for axis in (_X, _Z):
+            self._add_axis("pelvis", axis, R @ axis, WEIGHTS["pelvis"])
+        if not source.has("thorax"):
+            return
+        R = source.rotation("thorax")
+        self._add_axis("thorax", _Y, R @ _Y, WEIGHTS["thorax"])
+        self._add_axis("thorax", _Z, R @ _Z, WEIGHTS["thorax_up"])
+
+    def _neutral_trunk(self) -> tuple[float, float]:
+        d = self.human.dimensions
+        rise = lumbar(d) + shoulder(d) - hip(d)
+        return float(rise[0]), float(rise[2])
+
+    def _head(self) -> None:
+        name = next((j for j in ("head", "neck") if self.source.has(j)), None)
+        if name is None:
+            return
+        R = self.source.rotation(name)
+        for axis in (_X, _Z):
+            self._add_axis("head", axis, R @ axis, WEIGHTS["head"])
+
+    # -- limbs
+
+    def _hinge(self, a: str, b: str, c: str, side: str, backwards: bool) -> np.ndarray:
+        """Return the rotation from our upper bone to the file's, ``A`` of the module's text.
+
+        The bone's rest direction gives its swing; the axis about which the lower bone bends in
+        the motion gives the twist, else the rest pose.
+        """
+        source = self.source
+        a, b, c = (f"{j}_{side}" for j in (a, b, c))
+        down = source.rest(b) - source.rest(a)
+        A = swing(-_Z, down)
+        R = source.above(b)
+        upper, lower = (
+            unit_vector(source.at(b) - source.at(a)),
+            unit_vector(source.at(c) - source.at(b)),
+        )
+        axis = np.cross(upper, lower)  # points left for a knee, right for an elbow
+        sine = np.linalg.norm(axis, axis=1)
+        bent = sine > np.sin(BENT)
+        if bent.sum() < 3:
+            return A
+        axis = np.einsum("nji,nj->ni", R, axis)[bent].mean(axis=0)
+        if np.linalg.norm(axis) < 0.7 * sine[bent].mean():
+            return A  # no hinge: the axis turns with the motion
+        axis = unit_vector(A.T @ axis) * (1.0 if backwards else -1.0)
+        ours = self._bend_axis("tibia" if backwards else "ulna", side)
+        turn = np.arctan2(axis[1], axis[0]) - np.arctan2(ours[1], ours[0])
+        cos, sin = np.cos(turn), np.sin(turn)
+        return A @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+
+    def _bend_axis(self, part: str, side: str) -> np.ndarray:
+        """Return our hinge's axis in the zero pose, the sense in which it points left."""
+        coordinate = {"tibia": "knee_angle", "ulna": "elbow_flex"}[part]
+        from plantigrade.models.human import coordinate_of
+
+        axis = coordinate_of(f"{coordinate}_{side}").axis_of(side)
+        return axis * np.sign(axis[1])
+
+    def _leg(self, side: str) -> None:
+        source = self.source
+        A = self._hinge("hip", "knee", "ankle", side, True)
+        R = source.above(f"knee_{side}")
+        self._add_axis(f"femur_{side}", _Y, R @ (A @ _Y), WEIGHTS["thigh"])
+        down = source.rest(f"ankle_{side}") - source.rest(f"knee_{side}")
+        # The shank's own turn counts from the thigh's: both hinges look the same way at rest.
+        thigh = source.rest(f"knee_{side}") - source.rest(f"hip_{side}")
+        across = A @ _Y
+        S = swing(thigh, down)
+        R = source.above(f"ankle_{side}")
+        self._add_axis(f"tibia_{side}", _Y, R @ (S @ across), WEIGHTS["shank"])
+
+    def _arm(self, side: str) -> None:
+        source, found = self.source, self.source.found
+        if not found.both("wrist"):
+            return
+        A = self._hinge("shoulder", "elbow", "wrist", side, False)
+        R = source.above(f"elbow_{side}")
+        self._add_axis(f"humerus_{side}", _Y, R @ (A @ _Y), WEIGHTS["upper_arm"])
+        wrist = source.rest(f"wrist_{side}")
+        along = unit_vector(wrist - source.rest(f"elbow_{side}"))
+        R = source.rotation(f"wrist_{side}")
+        thumb = self._thumb(side, along)
+        outward = _Y if side == "l" else -_Y  # where the thumb points in our zero pose
+        self._add_axis(f"hand_{side}", outward, R @ thumb, WEIGHTS["hand"])
+        distal = along
+        if source.has(f"knuckle_{side}"):
+            hand = source.rest(f"knuckle_{side}") - wrist
+            distal = unit_vector(hand) if np.linalg.norm(hand) > 0.02 else along
+        self._add_axis(f"hand_{side}", -_Z, R @ distal, WEIGHTS["hand_axis"])
+
+    def _thumb(self, side: str, along: np.ndarray) -> np.ndarray:
+        """Return where the thumb's side of the hand points in the rest pose, square to it."""
+        source = self.source
+        index, pinky = f"index_{side}", f"pinky_{side}"
+        thumb = f"thumb_{side}"
+        guesses = []
+        if source.has(index) and source.has(pinky):
+            guesses.append(source.rest(index) - source.rest(pinky))
+        if source.has(thumb):
+            i = source.found[thumb]
+            tip = source.skeleton.ends[0, i] - source.skeleton.positions[0, i]
+            tip = source.skeleton.rotations[0, i].T @ tip
+            tip = tip if np.isfinite(tip).all() else np.zeros(3)
+            guesses.append(source.rest(thumb) + tip - source.rest(f"wrist_{side}"))
+        for guess in [*guesses, _X, _Y if side == "l" else -_Y]:
+            square = guess - (guess @ along) * along
+            if np.linalg.norm(square) > 0.3 * np.linalg.norm(guess) > 1e-4:
+                return unit_vector(square)
+        return _X
+
+    def _foot(self, side: str) -> None:
+        source = self.source
+        ankle, R = f"ankle_{side}", source.rotation(f"ankle_{side}")
+        flat = source.flat(side)
+        forward = source.forefoot(side) - source.at(ankle)
+        at_rest = np.einsum("nji,nj->ni", R, forward).mean(axis=0)
+        # In the rest pose the foot stands square to the shank, wherever that points.
+        S = swing(-_Z, source.rest(ankle) - source.rest(f"knee_{side}"))
+        at_rest = S.T @ at_rest
+        rest = S @ yaw(at_rest) if np.linalg.norm(at_rest[:2]) > 1e-3 else S
+        A = rest
+        if len(flat) >= 3:
+            own = np.swapaxes(R[flat], 1, 2) @ yaw(forward[flat])
+            own = mean_rotation(own)
+            tilt = np.arccos(np.clip((rest.T @ own)[2, 2], -1, 1))
+            if tilt < FLAT_TILT:
+                A = own
+        for axis in (_X, _Y):
+            self._add_axis(f"foot_{side}", axis, R @ (A @ axis), WEIGHTS["foot"])
+        ball = f"ball_{side}"
+        part = next(
+            (p for p in (f"toes_{side}", f"medial_phalanges_{side}") if self._moves(p)), None
+        )
+        if source.has(ball) and part:
+            T = source.rotation(ball)
+            relative = np.swapaxes(R, 1, 2) @ T
+            B = mean_rotation(relative[flat]) if len(flat) >= 3 else np.eye(3)
+            self._add_axis(part, _X, T @ (B.T @ A @ _X), WEIGHTS["toes"])
+
+    def _moves(self, part: str) -> bool:
+        return part in self.human.skeleton.parts and part in self.human.body_names
+
+    # -- solving
+
+    def follow(self, report=None) -> np.ndarray:
+        """Return the configurations of all frames."""
+        terms = Terms(self.human, self.points, self.pairs)
+        solver = InverseKinematics(terms, np.array(self.weights), tolerance=2e-4, max_iterations=60)
+        targets = np.stack(self.values, axis=1)
+        start = self._start()
+        qpos = np.empty((len(targets), len(start)))
+        cost = np.empty(len(targets))
+        qpos[0], cost[0] = self._best(solver, targets[0], [start, *self._other_arms(start)])
+        solver.max_iterations = 12
+        step = np.zeros(terms.model.nv)
+        patience = 0
+        for k in range(1, len(targets)):
+            qpos[k], cost[k] = self._solved(
+                solver, targets[k], integrate(terms.model, qpos[k - 1], step)
+            )
+            # Arms caught on the wrong side of a joint limit: try the other ways to hold them.
+            if cost[k] > LOST + 1.5 * np.median(cost[: k + 1]) and patience <= 0:
+                patience = 10
+                others = self._other_arms(qpos[k])
+                q, better = self._best(solver, targets[k], others) if others else (qpos[k], np.inf)
+                if better < 0.7 * cost[k]:
+                    qpos[k], cost[k] = q, better
+                    self._rewind(solver, targets, qpos, cost, k)
+            patience -= 1
+            mujoco.mj_differentiatePos(terms.model, step, 1.0, qpos[k - 1], qpos[k])
+            if report and k % 50 == 0:
+                report(k + 1)
+        return qpos
+
+    @staticmethod
+    def _solved(solver: InverseKinematics, target: np.ndarray, start: np.ndarray):
+        solution = solver.solve(target, start)
+        return solution.qpos, float(solver.weights @ solution.residual**2)
+
+    def _best(self, solver, target, starts):
+        most, solver.max_iterations = solver.max_iterations, 40
+        found = [self._solved(solver, target, q) for q in starts]
+        solver.max_iterations = most
+        return min(found, key=lambda f: f[1])
+
+    def _rewind(self, solver, targets, qpos, cost, k: int) -> None:
+        """Carry a better solution back in time for as long as it stays better."""
+        for j in range(k - 1, -1, -1):
+            q, value = self._solved(solver, targets[j], qpos[j + 1])
+            if value > 1.05 * cost[j] + 1e-7:
+                break
+            qpos[j], cost[j] = q, value
+
+    def _other_arms(self, q: np.ndarray) -> list[np.ndarray]:
+        """Return configurations with the arms held otherwise: down, forward, sideways, up."""
+        names = self.human.coordinates
+        if not self.source.arms:
+            return []
+        result = []
+        for flexion, adduction, rotation in ARM_STARTS:
+            other = q.copy()
+            for side in SIDES:
+                for c, v in (
+                    ("arm_flex", flexion),
+                    ("arm_add", adduction),
+                    ("arm_rot", rotation),
+                    ("elbow_flex", 0.6),
+                ):
+                    if f"{c}_{side}" in names:
+                        other[7 + self.human.hinge(f"{c}_{side}")] = v
+            result.append(other)
+        return result
+
+    def _start(self) -> np.ndarray:
+        """Return a standing configuration at the first frame's hips, facing their way."""
+        q = self.human.standing()
+        facing = self.source.rotation("pelvis")[0] @ _X
+        across = self.source.at("hip_l")[0] - self.source.at("hip_r")[0]
+        yaw = np.arctan2(-across[0], across[1])
+        if np.hypot(*across[:2]) < 0.5 * np.linalg.norm(across):
+            yaw = np.arctan2(facing[1], facing[0])
+        q[:3] = self.source.middle("hip")[0]
+        q[3:7] = np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)
+        return q
+
+    def errors(self, qpos: np.ndarray, rise: np.ndarray) -> np.ndarray:
+        """Return how far each joint centre is from the file's, which was lifted by ``rise`` [m]."""
+        picked = [i for _, i in self.centres]
+        bodies, places = zip(*(self.points[self.pairs[i][0]] for i in picked), strict=True)
+        ours = PointSet(self.human, bodies, np.array(places)).path(qpos)
+        theirs = np.stack([self.values[i] for i in picked], axis=1)
+        return np.linalg.norm(ours - theirs - rise[:, None, None] * _Z, axis=2)
