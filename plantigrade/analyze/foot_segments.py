@@ -79,7 +79,8 @@ def foot_segment_signals(recording: Recording, trial: Trial, settings: Settings)
         return FootSegments()
     if fitted.human.feet != FEET:
         short, cycles = _cut(recording, cycles)
-        person = Person(**settings.known | {"joints": JOINTS, "feet": FEET})
+        known: dict[str, Any] = settings.known | {"joints": JOINTS, "feet": FEET}
+        person = Person(**known)
         try:
             fitted = fit_markers(short, person, static=recording.static, marker_set=chosen)
         except FitError:  # the markers of these few cycles alone are too few

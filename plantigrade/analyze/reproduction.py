@@ -73,6 +73,8 @@ class Comparison:
             reproduced and recorded [m], mean over the swings; NaN where none was seen.
         swing_knee: Side → greatest knee flexion in swing, reproduced and recorded [deg], mean over
             the swings; NaN where none was seen.
+        soles: Height of the lowest point of each foot, right and left, at each tick [m].
+        soles_reference: Likewise, recorded.
     """
 
     percent: Float[Array, " n_percent"]
@@ -88,6 +90,10 @@ class Comparison:
     contact_share: float
     clearance: dict[str, tuple[float, float]]
     swing_knee: dict[str, tuple[float, float]]
+    soles: Float[Array, "n 2"] = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
+    soles_reference: Float[Array, "n 2"] = field(
+        default_factory=lambda: np.zeros((0, 2)), repr=False
+    )
 
     @property
     def com_error_max_m(self) -> float:
@@ -201,6 +207,11 @@ def compare(record: Record) -> Comparison:
             )
             for side, knee in knees.items()
         },
+        soles=_lowest(soles),
+        soles_reference=np.stack(
+            [np.interp(motion.time, recorded.time, low) for low in _lowest(soles_recorded).T],
+            axis=1,
+        ),
     )
 
 
@@ -269,6 +280,12 @@ def _contacts(record: Record, soles: SolePaths) -> dict[str, float]:
         "lowest_m": float(soles.position[..., 2].min()),
         "contact_share": standing / due if due else float("nan"),
     }
+
+
+def _lowest(soles: SolePaths) -> Float[Array, "n 2"]:
+    """Return the height of the lowest point of each foot [m]."""
+    height = soles.position[..., 2]
+    return np.stack([height[:, soles.of(side)].min(axis=1) for side in SIDES], axis=1)
 
 
 def _forefoot(soles: SolePaths, side: str) -> Float[Array, " n"]:

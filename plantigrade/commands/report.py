@@ -20,9 +20,8 @@ class Command(PrintOptions):
     def run(self) -> Outcome:
         """Do it."""
         from plantigrade.record import Run
-        from plantigrade.record.folder import replace_files
+        from plantigrade.record.folder import read_metrics, replace_files
         from plantigrade.report.pages import pages
 
-        run = Run.load(self.run_folder)
-        written = replace_files(self.run_folder, pages(run))
-        return Outcome("\n".join(str(path) for path in written), run.metrics)
+        written = replace_files(self.run_folder, pages(Run.load(self.run_folder)))
+        return Outcome("\n".join(str(path) for path in written), read_metrics(self.run_folder))

@@ -33,6 +33,7 @@ class Command(PrintOptions):
             FileError: If the folder is no run folder.
         """
         from plantigrade.record import Run
+        from plantigrade.record.folder import read_metrics
         from plantigrade.report.live import serve
         from plantigrade.report.pages import title_of_run
         from plantigrade.report.subject import Subject
@@ -45,4 +46,4 @@ class Command(PrintOptions):
             open=not self.no_open,
             title=title_of_run(run),
         )
-        return Outcome(metrics=run.metrics)
+        return Outcome(metrics=read_metrics(self.run_folder))

@@ -96,14 +96,22 @@ def write_folder(
 
 
 def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
-    """Replace single files of a folder, each whole or not at all; return their paths.
+    """Replace or add single files of a folder of results, each whole or not at all.
+
+    Returns:
+        Their paths.
 
     Raises:
-        FileError: If a file cannot be written.
+        FileError: If the folder is none of results, or a file cannot be written.
     """
-    written = []
-    for name, text in files.items():
-        path, temporary = Path(folder) / name, Path(folder) / f".{name}.part"
+    folder, metrics = Path(folder).expanduser(), read_metrics(folder)
+    listed = metrics.get("files")
+    new = dict(files)
+    if isinstance(listed, list) and not set(files) <= set(listed):
+        metrics["files"] = sorted({*listed, *files})
+        new[METRICS] = metrics_json(metrics) + "\n"
+    for name, text in new.items():
+        path, temporary = folder / name, folder / f".{name}.part"
         try:
             temporary.write_text(text, encoding="utf-8")
             temporary.replace(path)
@@ -113,8 +121,7 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
                 f"cannot be written ({error.strerror or error})",
                 remedy="check that the run folder may be written to",
             ) from error
-        written.append(path)
-    return written
+    return [folder / name for name in files]
 
 
 def metrics_json(metrics: Mapping[str, Any]) -> str:

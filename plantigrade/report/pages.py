@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.beside_reference import resampled
+from plantigrade.motion.resample import resampled
 from plantigrade.record import Run
 from plantigrade.report.facts import facts_of
 from plantigrade.report.page import page_html

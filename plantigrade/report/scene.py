@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from plantigrade.analyze.beside_reference import resampled
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.scene import scene_xml
 from plantigrade.errors import ParameterError
+from plantigrade.motion.resample import resampled
 from plantigrade.record import Record
 from plantigrade.report.shapes import Shape, shapes_of
 

@@ -38,7 +38,7 @@ def needs(
 
     Args:
         signals: Names of signals of the record; all must be there.
-        reference: Name of a reference motion.
+        reference: Name of a reference motion; the motion must have two frames to compare.
         planned: Whether contact must have been planned, and forces be known.
     """
 
@@ -47,7 +47,8 @@ def needs(
         def drawn(subject: Subject) -> list[Section]:
             record = subject.record
             there = all(name in record.signals for name in signals)
-            there &= not reference or reference in record.references
+            beside = reference in record.references and record.motion.n_frames > 1
+            there &= not reference or beside
             there &= not planned or (record.has_forces and record.contact_planned is not None)
             if not there:
                 return []

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze import norms
-from plantigrade.analyze.beside_reference import BesideReference
 from plantigrade.analyze.curves import GaitCurves, gait_curves
+from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.record import Record, Run
@@ -49,9 +49,9 @@ class Subject:
         return self.angle_curves if same else gait_curves(self.forces)
 
     @cached_property
-    def beside(self) -> BesideReference:
+    def comparison(self) -> Comparison:
         """The motion beside the recorded one."""
-        return BesideReference(self.record)
+        return compare(self.record)
 
     @cached_property
     def side_forces(self) -> tuple[Array | None, Array | None]:

@@ -9,8 +9,8 @@ import pytest
 from plantigrade.commands import main as cli
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.record import Record
-from plantigrade.record.folder import write_run
+from plantigrade.record import Record, Run
+from plantigrade.record.folder import read_metrics
 
 
 @pytest.fixture
@@ -20,9 +20,8 @@ def run(tmp_path):
     n = 20
     qpos = np.tile(human.standing(), (n, 1))
     motion = Motion(np.arange(n) / 50, qpos, np.zeros((n, human.model.nv)), human.joint_names)
-    return write_run(
-        tmp_path / "run", model_xml=human.xml, record=Record(motion), metrics={"frames": n}
-    )
+    run = Run(Record(human, motion), "fit", figures={"frames": n})
+    return run.save(tmp_path / "run").folder
 
 
 def test_pages_are_written_and_named(run, capsys):
@@ -47,7 +46,15 @@ def test_old_pages_are_replaced_and_numbers_left_alone(run):
     (run / "report.html").write_text("old")
     assert cli.main(["report", str(run)]) == 0
     assert (run / "report.html").read_text(encoding="utf-8").startswith("<!")
-    assert {n: (run / n).read_bytes() for n in before} == before
+    numbers = {"model.xml", "motion.mot", "motion.npz"}
+    assert {n: (run / n).read_bytes() for n in numbers} == {n: before[n] for n in numbers}
+
+
+def test_a_run_with_new_pages_may_still_be_overwritten(run):
+    assert cli.main(["report", str(run)]) == 0
+    assert {"report.html", "viewer.html"} <= set(read_metrics(run)["files"])
+    Run.load(run).save(run, overwrite=True)
+    assert not (run / "report.html").exists()
 
 
 def test_json_is_the_metrics(run, capsys):
@@ -61,11 +68,9 @@ def test_json_is_the_metrics(run, capsys):
         (lambda run: shutil.rmtree(run), "no such folder"),
         (lambda run: (run / "motion.npz").unlink(), "motion.npz missing"),
         (lambda run: (run / "motion.npz").write_bytes(b"PK nonsense"), "motion.npz"),
-        (lambda run: (run / "model.xml").write_text("<mujoco><what/></mujoco>"), "model.xml"),
-        (lambda run: (run / "model.xml").write_text("<mujoco/>"), "joints"),
+        (lambda run: (run / "model.xml").unlink(), "model.xml missing"),
         (lambda run: (run / "metrics.json").write_text("{"), "metrics.json"),
-        (lambda run: (run / "foot_segments.json").write_text("[1]"), "foot_segments.json"),
-        (lambda run: (run / "foot_segments.json").write_text('{"percent": []}'), "make the run"),
+        (lambda run: (run / "forces.npz").write_bytes(b"PK nonsense"), "forces.npz"),
     ],
 )
 def test_a_broken_run_is_bad_input(run, capsys, harm, sentence):

@@ -6,10 +6,12 @@ import time
 import numpy as np
 import pytest
 
+from plantigrade.record import Record, Run
 from plantigrade.report.live import LiveViewer
-from plantigrade.report.report import ReportData, report_html
+from plantigrade.report.pages import report_html
 from plantigrade.report.viewer import viewer_html
-from tests.report.data import report_data
+from tests.browser import Browser, find_browser
+from tests.report.runs import fitted, from_tasks, solved
 
 READY = "document.body.dataset.ready === '1' && document.body.dataset.time"
 
@@ -20,10 +22,10 @@ def moved(before, after) -> float:
 
 
 @pytest.fixture
-def page(tmp_path, model, record):
+def page(tmp_path, record):
     """The viewer page of the walk, written to a file."""
     path = tmp_path / "viewer.html"
-    path.write_text(viewer_html(model, record, title="Walk & <more>"), encoding="utf-8")
+    path.write_text(viewer_html(record, title="Walk & <more>"), encoding="utf-8")
     return path
 
 
@@ -113,9 +115,10 @@ def test_every_layer_can_be_hidden(browser, page, name):
     assert browser.errors == []
 
 
-def test_report_renders_and_is_silent(browser, tmp_path, model, record):
+@pytest.mark.parametrize("make", [fitted, from_tasks, solved])
+def test_report_renders_and_is_silent(browser, tmp_path, record, make):
     path = tmp_path / "report.html"
-    path.write_text(report_html(model, record, report_data(model, record)), encoding="utf-8")
+    path.write_text(report_html(make(record)), encoding="utf-8")
     browser.open(path)
     picture = browser.screenshot(whole=True)
     assert picture.shape[0] > 3000
@@ -131,16 +134,27 @@ def test_report_renders_and_is_silent(browser, tmp_path, model, record):
     assert browser.requests == []
 
 
-def test_bare_report_renders(browser, tmp_path, model, record):
+def test_a_report_fits_a_phone(tmp_path, record):
+    if find_browser() is None:
+        pytest.skip("no Chromium here: apt-get install chromium, or set CHROMIUM to its path")
     path = tmp_path / "report.html"
-    path.write_text(report_html(model, record, ReportData(title="Bare")), encoding="utf-8")
+    path.write_text(report_html(solved(record)), encoding="utf-8")
+    with Browser(width=500) as browser:
+        browser.open(path)
+        assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_bare_report_renders(browser, tmp_path, record):
+    path = tmp_path / "report.html"
+    bare = Run(Record(record.human, record.motion), "other", title="Bare")
+    path.write_text(report_html(bare), encoding="utf-8")
     browser.open(path)
     assert browser.evaluate("document.querySelectorAll('svg.plot').length") > 5
     assert browser.errors == []
 
 
-def test_live_viewer_serves_a_moving_body(browser, model, record):
-    live = LiveViewer(model, record, port=8437)
+def test_live_viewer_serves_a_moving_body(browser, record):
+    live = LiveViewer(record, port=8437)
     stop = threading.Event()
     clock = threading.Thread(target=live.play, args=(stop,))
     clock.start()

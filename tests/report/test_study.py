@@ -27,7 +27,7 @@ def comparison(seed: int) -> Comparison:
         rmse=dict.fromkeys(names, 2.0),
         correlation=dict.fromkeys(names, 0.9),
         cycles=(Cycle("r", 0.0, 1.0),),
-        com_error=np.array([0.001, 0.0005]),
+        com_error=np.array([0.0, 0.001]),
         contact_drift_m=0.001,
         lowest_m=-0.001,
         contact_share=1.0,

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from plantigrade.analyze.beside_reference import centres_of_mass
 from plantigrade.arrays import Array
 from plantigrade.charts import Bar, Figure, Outline, Series, line_plot, path_plot, timeline_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
 from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.sole_paths import SitePoints
+from plantigrade.kinematics.state import sweep
 from plantigrade.record import Record
 from plantigrade.report.section import Section, needs
 from plantigrade.report.sections.tasks import runs
@@ -66,7 +66,8 @@ def pressure_section(subject: Subject) -> Section:
     known = np.isfinite(centre).all(axis=1)
     if not known.any():
         return Section(title, missing="the feet carry no load.")
-    point, com = site_points(record), centres_of_mass(record.human, record.motion.qpos)
+    point = site_points(record)
+    com = np.array([state.com for state in sweep(record.human, record.motion)])
     outlines = [Outline(hull, colour) for hull, colour in _supports(record, point)]
     series = [
         Series(com[:, 0], com[:, 1], "centre of mass", STROKE_MIDDLE, 1.4, 1.0, "5 3"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from plantigrade.analyze.beside_reference import BesideReference
+from plantigrade.analyze.reproduction import compare
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, axis_label, side_of, without_side
@@ -107,7 +107,7 @@ def _standing(subject: Subject) -> int:
     moved = _moved(subject)
     if subject.forces is moved or "recorded" not in moved.references:
         return moved.motion.n_frames
-    fell = BesideReference(moved).com_error > FALLEN
+    fell = compare(moved).com_error > FALLEN
     return int(np.argmax(fell)) if fell.any() else moved.motion.n_frames
 
 

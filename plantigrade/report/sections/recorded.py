@@ -26,27 +26,24 @@ SHOWN = (
 def curve_section(subject: Subject) -> Section:
     """Return reproduced and recorded angles over the gait cycle."""
     title = "Reproduced against recorded angles"
-    beside = subject.beside
-    if not beside.cycles:
+    found = subject.comparison
+    if not found.cycles:
         return Section(title, missing="the motion holds no whole gait cycle to draw them over.")
-    figures = []
-    for name in SHOWN:
-        if name not in beside.angles:
-            continue
-        angle = beside.angles[name]
-        figures.append(
-            Figure(
-                pair_plot(
-                    beside.percent,
-                    angle.curves,
-                    angle.reference,
-                    title=sided_title(name),
-                    colour=STROKES[side_of(name)],
-                    y_label=axis_label(without_side(name), "°"),
-                    note=f"RMSE {angle.rmse:.1f}°, r {correlation_text(angle.correlation)}",
-                )
+    figures = [
+        Figure(
+            pair_plot(
+                found.percent,
+                found.curves_simulated[name],
+                found.curves_reference[name],
+                title=sided_title(name),
+                colour=STROKES[side_of(name)],
+                y_label=axis_label(without_side(name), "°"),
+                note=f"RMSE {found.rmse[name]:.1f}°, r {correlation_text(found.correlation[name])}",
             )
         )
+        for name in SHOWN
+        if name in found.rom
+    ]
     text = "Full line: reproduced; violet dashes: recorded."
     if "tasks.names" in subject.record.signals:
         text += " Of these angles the tasks know only the posture at the end of each phase."
@@ -107,20 +104,20 @@ def pair_plot(
 def rom_section(subject: Subject) -> Section:
     """Return the table of ranges of motion; of an ordered-task gait beside the paper's."""
     title = "Ranges of motion"
-    angles, published = subject.beside.angles, "tasks.names" in subject.record.signals
-    shown = [(label, name) for label, name in ROTATIONS if name in angles]
+    found, published = subject.comparison, "tasks.names" in subject.record.signals
+    shown = [(label, name) for label, name in ROTATIONS if name in found.rom]
     if not shown:
         return Section(title, missing="the body has none of the rotations of the table.")
     rows = []
     for label, name in shown:
-        a, paper = angles[name], PAPER_TABLE[name]
+        (ours, theirs), paper = found.rom[name], PAPER_TABLE[name]
         row = [
             label,
-            f"{a.rom:.1f}",
-            f"{a.rom_reference:.1f}",
-            signed_text(a.rom - a.rom_reference),
-            f"{a.rmse:.1f}",
-            correlation_text(a.correlation),
+            f"{ours:.1f}",
+            f"{theirs:.1f}",
+            signed_text(ours - theirs),
+            f"{found.rmse[name]:.1f}",
+            correlation_text(found.correlation[name]),
         ]
         if published:
             row += [str(paper.simulated), str(paper.reference), signed_text(-paper.difference, 0)]
@@ -133,7 +130,7 @@ def rom_section(subject: Subject) -> Section:
     if published:
         headers += ["paper: simulated", "recorded", "difference"]
         text += " The paper's columns are the means of nine people (Boukheddimi et al., Table I)."
-    errors = [abs(angles[name].rom - angles[name].rom_reference) for _, name in shown]
+    errors = [abs(found.rom_error[name]) for _, name in shown]
     text += f" Mean difference {np.mean(errors):.1f}°, largest {np.max(errors):.1f}°."
     return Section(title, text=text, headers=headers, rows=rows)
 
@@ -141,8 +138,10 @@ def rom_section(subject: Subject) -> Section:
 @needs(reference="recorded")
 def com_section(subject: Subject) -> Section:
     """Return how far the centre of mass was off, and how high the feet were."""
-    time, error = subject.record.motion.time, 1e3 * subject.beside.com_error
-    soles, recorded = (1e3 * heights for heights in subject.beside.soles)
+    time, found = subject.record.motion.time, subject.comparison
+    error, soles, recorded = (
+        1e3 * values for values in (found.com_error, found.soles, found.soles_reference)
+    )
     com = line_plot(
         [Series(time, error, "", STROKE_MIDDLE, 1.8)],
         title="Centre of mass off its path",

@@ -23,7 +23,7 @@ def task_section(subject: Subject) -> Section:
     phases = signals.get("phase.span", np.zeros((0, 2)))
     end = float(phases[LONGEST - 1, 1]) if len(phases) > LONGEST else last
     rows = [("phase", _phases(subject)), *_contacts(subject)]
-    names, levels = subject.words("tasks.names"), signals["tasks.level"]
+    names, levels = subject.words("tasks.names"), [int(n) for n in signals["tasks.level"]]
     for k, name in enumerate(names):
         active = signals["tasks.active"][:, k].astype(bool)
         bars = [Bar(float(time[a]), float(time[b]), _tint(levels[k])) for a, b in runs(active)]

@@ -27,6 +27,7 @@ QUANTITIES = {
     "acceleration_mismatch": "acceleration against rate of velocity",
     "momentum": "rate of momentum against the forces",
     "energy": "rate of energy against joint power",
+    "condition": "condition of the task",
 }
 """What the checker looks at, in the words of the table; others by their own names."""
 

@@ -1,0 +1,21 @@
+"""A motion on another clock."""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.motion.motion import Motion
+
+
+def resampled(motion: Motion, time: Float[Array, " n"]) -> Motion:
+    """Return a motion at other instants [s], interpolated; beyond its ends as at them."""
+    if np.array_equal(motion.time, time):
+        return motion
+    qpos = motion.qpos.copy()
+    turned = np.sum(qpos[1:, 3:7] * qpos[:-1, 3:7], axis=1) < 0  # the same rotation, the other sign
+    qpos[1:, 3:7] *= np.where(np.cumsum(turned) % 2, -1.0, 1.0)[:, None]
+    here, speed = (
+        np.stack([np.interp(time, motion.time, column) for column in values.T], axis=1)
+        for values in (qpos, motion.qvel)
+    )
+    here[:, 3:7] /= np.linalg.norm(here[:, 3:7], axis=1, keepdims=True)
+    return Motion(time, here, speed, motion.joint_names, events=motion.events)

@@ -1,0 +1,109 @@
+"""What a report says about a walk: the run's own figures, beside the norms of its speed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze import norms
+from plantigrade.analyze.trial import analyse
+from plantigrade.record import Run
+from plantigrade.report.facts import facts_of
+from plantigrade.report.pages import pages
+from plantigrade.report.section import draw_all
+from plantigrade.report.sections import SECTIONS
+from plantigrade.report.sections.cycles import LOADED, chosen
+from plantigrade.report.subject import Subject
+from tests.analyze.plated_walk import plated_walk, without_plates
+
+
+@pytest.fixture(scope="module")
+def run():
+    """The walk with plates, analysed."""
+    trial = analyse(plated_walk().fit(), cutoff=None)
+    return Run(trial.record(), "fit", title="T", sentence="S", figures=trial.figures)
+
+
+def sections(run):
+    """Sections by title."""
+    return {section.title: section for section in draw_all(SECTIONS, Subject(run))}
+
+
+def test_the_table_holds_the_measures_of_the_run(run):
+    rows = {row[0]: row[1:] for row in sections(run)["Spatio-temporal measures"].rows}
+    m = run.figures
+    assert float(rows["walking speed"][2]) == pytest.approx(m["walking_speed_m_s"], abs=0.01)
+    assert m["walking_speed_m_s"] == pytest.approx(1.25, abs=0.03)
+    assert float(rows["stance"][0]) == pytest.approx(m["stance_r_pct"], abs=0.05)
+    # two steps make a stride, stance and swing a cycle
+    steps = [float(cell) for cell in rows["step length"][:2]]
+    assert sum(steps) == pytest.approx(float(rows["stride length"][0]), rel=0.02)
+    assert float(rows["stance"][1]) + float(rows["swing"][1]) == pytest.approx(100, abs=0.1)
+    assert Subject(run).foot_off == {"r": m["stance_r_pct"], "l": m["stance_l_pct"]}
+
+
+def test_curves_are_complete_and_in_their_units(run):
+    found = sections(run)
+    angles = found["Joint angles over the gait cycle"].figures
+    for title in ("Pelvis tilt", "Hip flexion", "Knee flexion", "Ankle dorsiflexion"):
+        assert any(f">{title}</text>" in figure.svg for figure in angles)
+    moments = found["Joint moments"].figures
+    assert len(moments) == len(LOADED) and all("[N m/kg]" in f.svg for f in moments)
+    assert all("[W/kg]" in f.svg for f in found["Joint powers"].figures)
+    curves = Subject(run).force_curves
+    (up,) = (c for c in chosen(curves.percent, curves.forces, ("up",), "BW") if c.name[-1] == "r")
+    assert up.name == "ground_force_up_r" and 0.9 < np.nanmax(up.values) < 1.6
+
+
+def test_a_textbook_walk_lies_in_the_band_of_the_book(run):
+    """The knee of the mean walk stays within two standard deviations of the published mean."""
+    subject = Subject(run)
+    band = norms.norm("knee_angle", subject.speed_class)
+    for side in ("r", "l"):
+        values = subject.angle_curves.angles[f"knee_angle_{side}"]
+        mean = np.interp(subject.angle_curves.percent, band.percent, band.mean)
+        sd = np.interp(subject.angle_curves.percent, band.percent, band.sd)
+        assert (np.abs(values.mean(axis=0) - mean) < 2 * sd).mean() > 0.9
+
+
+@pytest.mark.parametrize("speed", [0.4, 0.9, 1.25, 1.8, 2.2])
+def test_norms_are_those_of_the_speed(run, speed):
+    d = run.record.human.dimensions
+    leg = {f"length_{n}_m": getattr(d, n) for n in ("thigh", "shank", "ankle_height")}
+    walked = replace(run, figures={**run.figures, **leg, "walking_speed_m_s": speed})
+    expected = norms.speed_class(speed, sum(leg.values()))
+    assert Subject(walked).speed_class == expected
+    off = norms.FOOT_OFF[expected]
+    rows = {row[0]: row for row in sections(walked)["Spatio-temporal measures"].rows}
+    assert rows["stance"][-1] == f"{off[0]} ± {off[1]}"
+
+
+def test_without_forces_there_are_no_moments():
+    trial = analyse(without_plates(plated_walk().fit()), cutoff=None)
+    found = sections(Run(trial.record(), "fit", figures=trial.figures))
+    assert found["Joint angles over the gait cycle"].figures
+    assert found["Joint moments"].missing and found["Joint powers"].missing
+    assert "Ground reaction over the gait cycle" not in found
+
+
+def test_without_a_cycle_nothing_is_said_of_walking(run):
+    record = replace(run.record, motion=replace(run.record.motion, events=()))
+    still = Run(record, "fit")
+    found = sections(still)
+    assert "Joint angles over the gait cycle" not in found
+    assert found["Spatio-temporal measures"].missing
+    assert found["Joint powers over time"].figures
+    assert "knee" not in " ".join(facts_of(Subject(still)))
+
+
+def test_missing_figures_are_left_out(run):
+    """What a JSON file holds as null is no number."""
+    unknown = replace(run, figures=dict.fromkeys(run.figures, None))
+    rows = sections(unknown)["Spatio-temporal measures"].rows
+    assert all(row[1] == row[2] == row[3] == "" for row in rows)
+    for word in ("None", "nan"):
+        assert f">{word}<" not in pages(unknown)["report.html"]
+
+
+def test_pages_are_the_same_twice(run):
+    assert pages(run) == pages(run)
