@@ -19,7 +19,7 @@ from tests.synthesize.coarse_walk import SPEED, person, solved
 def stride():
     """Two laps, which are a stride, finely sampled."""
     s = solved()
-    return s.sample(s.times(10, laps=2))
+    return s.sample(s.times(10, periods=2))
 
 
 def integral(t, x):
