@@ -16,13 +16,15 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
-from plantigrade.wbc.ordered_motion import STEP, TaskOrder, move
 
+from plantigrade.constants import SIDES
 from plantigrade.errors import PlantigradeError
 from plantigrade.experiments.table import Row, at_most
 from plantigrade.models import Human
 from plantigrade.reproduce.gait import TASKS, gait_order
-from plantigrade.reproduce.reference import SIDES, Reference, reference_of
+from plantigrade.reproduce.reference import Reference, reference_of
+from plantigrade.wbc.order import TaskOrder
+from plantigrade.wbc.stepping import STEP, move
 from plantigrade.wbc.tasks import ComTask, PointTask, PostureTask
 from plantigrade.workflows.textbook import textbook_walk
 
@@ -58,9 +60,9 @@ def textbook() -> Reference:
 def recording(path: Path) -> Reference:
     """Return a recorded gait as the tasks see it."""
     from plantigrade.workflows.fit import fit_trial
-    from plantigrade.workflows.reproduce import reference_of_trial
+    from plantigrade.workflows.walks import RecordedWalk
 
-    return reference_of_trial(fit_trial(path)[1])
+    return RecordedWalk.of(fit_trial(path)[1]).reference()
 
 
 def gait_rows(subject: str, reference: Reference, tasks: str) -> Iterator[Row]:
@@ -114,7 +116,7 @@ def timed(reference: Reference, order: TaskOrder):
             )
             spent = time.perf_counter() - begin
         program = np.minimum(program, motion.solver_time)
-        state = np.minimum(state, motion.state_time)
+        state = np.minimum(state, motion.kinematics_time)
         whole = min(whole, spent)
         share = sum(inside) / motion.solver_time.sum()
         exact = float(motion.exact.mean())

@@ -1,10 +1,10 @@
-"""Values that must be the same everywhere, each in one place."""
+"""Physical constants and conventions shared by all modules."""
 
 GRAVITY = 9.81
-"""Acceleration of gravity [m/s²], as in every model."""
+"""Acceleration of gravity [m/s²]."""
 
 SIDES = ("r", "l")
-"""Order of the sides wherever an array has an axis for them."""
+"""Order of the sides in every array with an axis for them."""
 
 FRICTION = 0.8
-"""Coefficient of friction of a shoe or a bare foot on a dry floor."""
+"""Coefficient of friction of a shoe or bare foot on a dry floor."""

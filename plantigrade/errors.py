@@ -1,6 +1,6 @@
-"""Every error the package raises on purpose.
+"""The errors this package raises on purpose.
 
-Each message says what came, what is allowed and what to do. The command line
+Each message says what was given, what is allowed and what to do. The command line
 turns any :class:`PlantigradeError` into one sentence and exit code 2.
 """
 
@@ -24,8 +24,8 @@ class FileError(PlantigradeError, ValueError):
 
     Attributes:
         path: The file.
-        where: Line, field, block or label inside the file; empty where it is the file as a whole.
-        problem: What came and what was expected.
+        where: Line, field, block or label in the file; empty if it concerns the whole file.
+        problem: What was found and what was expected.
         remedy: What to do.
     """
 
@@ -36,7 +36,7 @@ class FileError(PlantigradeError, ValueError):
         super().__init__(f"{place}: {problem}" + (f" — {remedy}" if remedy else ""))
 
     def __reduce__(self):
-        """Survive pickling between processes."""
+        """Make the error survive pickling between processes."""
         return (_rebuild_file_error, (type(self), self.path, self.problem, self.where, self.remedy))
 
 
@@ -45,7 +45,7 @@ def _rebuild_file_error(kind, path, problem, where, remedy):
 
 
 class UnsupportedFormat(FileError):
-    """The file's format is not one the package reads or writes."""
+    """The package does not read or write this file format."""
 
 
 class CoordinateNotFound(PlantigradeError, KeyError):
@@ -57,16 +57,16 @@ class MissingExtra(PlantigradeError, ImportError):
 
 
 class FitError(PlantigradeError, ValueError):
-    """A recording cannot be fitted; the message says why and what would help."""
+    """A recording cannot be fitted; the message says why and what helps."""
 
 
 class RunExists(PlantigradeError, FileExistsError):
-    """The run folder exists and ``overwrite`` was not asked for."""
+    """The run folder exists and may not be replaced."""
 
 
 class SolverError(PlantigradeError, RuntimeError):
-    """A solver found no answer; the message names the problem and what to relax."""
+    """A solver found no solution; the message names the problem and what to relax."""
 
 
 class ReproduceError(PlantigradeError, ValueError):
-    """A recorded motion cannot be rebuilt from tasks; the message says why and what would help."""
+    """A recorded motion cannot be reproduced; the message says why and what helps."""

@@ -1,4 +1,4 @@
-"""Optional libraries: one function that imports them or names their install line."""
+"""Optional libraries: import them, or say how to install them."""
 
 import importlib
 from types import ModuleType
@@ -14,7 +14,7 @@ def require(module: str, extra: str) -> ModuleType:
         extra: The extra of this package that installs it.
 
     Raises:
-        MissingExtra: If the library is not installed (a fault inside it is passed on as it is).
+        MissingExtra: If the library is not installed; errors inside the library pass through.
     """
     try:
         return importlib.import_module(module)
@@ -22,5 +22,5 @@ def require(module: str, extra: str) -> ModuleType:
         if error.name != module.split(".")[0]:
             raise
         raise MissingExtra(
-            f"{module} is not installed and is needed here: pip install 'plantigrade[{extra}]'"
+            f"{module} is required but not installed: pip install 'plantigrade[{extra}]'"
         ) from error

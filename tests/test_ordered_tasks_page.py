@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import State, sweep
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "ordered-tasks.md"
 BLOCKS = re.findall(r"^```python\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S)
@@ -23,13 +23,8 @@ def page():
 
 def path_of(page, motion):
     """Soles (n, k, 3) and centre of mass (n, 3) of a movement."""
-    human, still = page["human"], np.zeros(page["human"].model.nv)
-    state = State(human, motion.qpos[0])
-    soles, com = [], []
-    for q in motion.qpos:
-        state.move_to(q, still)
-        soles.append(state.position(page["soles"]).copy())
-        com.append(state.com)
+    both = [(s.position(page["soles"]), s.com) for s in sweep(page["human"], motion.qpos)]
+    soles, com = zip(*both, strict=True)
     return np.array(soles), np.array(com)
 
 
@@ -74,7 +69,7 @@ def test_the_squat_goes_down_and_comes_up_alike_on_both_sides(page):
 
 def test_the_head_of_the_walk_is_level_and_the_walk_is_the_same(page):
     """What is added below a gait's levels changes nothing of them."""
-    from plantigrade.wbc.ordered_motion import move
+    from plantigrade.wbc.stepping import move
 
     gait, known = page["gait"], page["known"]
     start = gait.at(gait.start), gait.velocity_at(gait.start)
@@ -90,7 +85,7 @@ def test_a_task_of_ones_own_takes_twenty_lines():
     assert len(lines) <= 20
 
 
-def test_its_jacobian_and_drift_are_rates(page):
+def test_its_jacobian_and_bias_acceleration_are_rates(page):
     import mujoco
 
     human, rng = page["human"], np.random.default_rng(0)
@@ -105,7 +100,8 @@ def test_its_jacobian_and_drift_are_rates(page):
     rate = (task.error(states[1], 0.0) - task.error(states[0], 0.0)) / (2 * h)
     np.testing.assert_allclose(task.jacobian(here, 0.0) @ v, rate, atol=1e-7)
     speed = [task.jacobian(s, 0.0) @ v for s in states]
-    np.testing.assert_allclose(task.drift(here, 0.0), (speed[1] - speed[0]) / (2 * h), atol=1e-5)
+    rate = (speed[1] - speed[0]) / (2 * h)
+    np.testing.assert_allclose(task.bias_acceleration(here, 0.0), rate, atol=1e-5)
 
 
 def test_its_pictures_are_there():

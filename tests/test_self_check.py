@@ -20,7 +20,7 @@ FRAMES = (0.2, 0.35, 0.5, 0.65, 0.8)
 
 def recipe() -> str:
     """Return the code of the documentation."""
-    text = USAGE.read_text(encoding="utf-8").split("A run can be checked without plantigrade")[1]
+    text = USAGE.read_text(encoding="utf-8").split("can be checked without plantigrade")[1]
     return text.split("```python\n")[1].split("```")[0]
 
 

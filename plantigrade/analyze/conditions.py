@@ -11,9 +11,8 @@ from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.analyze.verdict import Finding, Measure
 from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.passive import passive_moments, scale
-from plantigrade.models.human import PELVIS
 from plantigrade.record import Condition, Record
-from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS
 
 AXES = ("x", "y", "z")
 
@@ -92,6 +91,8 @@ def _judge(
 def _unit(condition: Condition, tol: Tolerances) -> tuple[float, str, float]:
     """Return the tolerance of a condition, the unit it is shown in, and the factor to it."""
     degrees = np.rad2deg(1.0)
+    if condition.quantity == "clearance":
+        return 0.001 * tol.clearance, "m", 1.0
     return {
         "rad": (tol.condition_deg, "deg", degrees),
         "m": (0.001 * tol.condition_mm, "m", 1.0),
@@ -144,6 +145,14 @@ def _point(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]
     return _along(record, place - condition.radius * record.ground.normal, condition)
 
 
+def _clearance(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    """Return how far the lowest point of a sphere is above the ground below it [m]."""
+    body, ground = record.human.body(condition.of), record.ground
+    place = s.position[:, body] + s.rotation[:, body] @ np.array(condition.position)
+    low = place - condition.radius * ground.normal
+    return low @ ground.normal - ground.under(low)
+
+
 def _com(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
     return _along(record, s.com, condition)
 
@@ -176,6 +185,7 @@ _SERIES: dict[str, Callable[[Record, Sweep, Condition], np.ndarray]] = {
     "speed": _speed,
     "rest": _rest,
     "point": _point,
+    "clearance": _clearance,
     "com": _com,
     "com speed": _com_speed,
     "power": _power,

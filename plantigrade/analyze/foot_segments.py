@@ -7,7 +7,7 @@ feet, a few of its gait cycles are fitted once more.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -31,6 +31,7 @@ MARGIN = 0.1  # of recording around those cycles, so that the filter's ends lie 
 JOINTS, FEET = "66", "multi-segment"
 
 
+@runtime_checkable
 class Settings(Protocol):
     """What is needed of the settings of a fit."""
 

@@ -27,7 +27,7 @@ from plantigrade.motion.recording import GaitEvent
 
 
 @dataclass(frozen=True)
-class Measure:
+class Statistic:
     """Mean, sample standard deviation and number of one measure; NaN where unknown."""
 
     mean: float
@@ -35,7 +35,7 @@ class Measure:
     count: int
 
     @classmethod
-    def of(cls, values: Iterable[float]) -> "Measure":
+    def of(cls, values: Iterable[float]) -> "Statistic":
         """Summarise values, NaN left out."""
         known = np.array([v for v in values if v is not None and np.isfinite(v)], dtype=float)
         mean = float(known.mean()) if len(known) else float("nan")
@@ -64,16 +64,16 @@ class GaitMeasures:
             stance, not read from the treadmill.
     """
 
-    speed: Measure
-    cadence: Measure
-    stride_length: dict[str, Measure]
-    stride_time: dict[str, Measure]
-    step_length: dict[str, Measure]
-    step_time: dict[str, Measure]
-    step_width: Measure
-    stance: dict[str, Measure]
-    swing: dict[str, Measure]
-    double_support: Measure
+    speed: Statistic
+    cadence: Statistic
+    stride_length: dict[str, Statistic]
+    stride_time: dict[str, Statistic]
+    step_length: dict[str, Statistic]
+    step_time: dict[str, Statistic]
+    step_width: Statistic
+    stance: dict[str, Statistic]
+    swing: dict[str, Statistic]
+    double_support: Statistic
     treadmill: bool
     belt_speed: float
 
@@ -176,18 +176,18 @@ def gait_measures(
     step_lengths = {s: [] for s in SIDES}
     for i, values in measured.items():
         step_lengths[strikes[i].side].append(float(np.mean(values)))
-    by_side = lambda table: {s: Measure.of(table[s]) for s in SIDES}  # noqa: E731
+    by_side = lambda table: {s: Statistic.of(table[s]) for s in SIDES}  # noqa: E731
     return GaitMeasures(
-        speed=Measure.of(speeds),
-        cadence=Measure.of(120.0 / t for s in SIDES for t in times[s]),
+        speed=Statistic.of(speeds),
+        cadence=Statistic.of(120.0 / t for s in SIDES for t in times[s]),
         stride_length=by_side(lengths),
         stride_time=by_side(times),
         step_length=by_side(step_lengths),
         step_time=by_side(step_times),
-        step_width=Measure.of(widths),
+        step_width=Statistic.of(widths),
         stance=by_side(stance),
         swing=by_side(swing),
-        double_support=Measure.of(double),
+        double_support=Statistic.of(double),
         treadmill=belt > 0,
         belt_speed=belt,
     )

@@ -1,16 +1,9 @@
-r"""The shape of a gait: how near to norms, how the ground pushes, how knee and ankle go.
+"""The shape of a gait: distance from norms, ground reaction, knee and ankle.
 
-Nothing here asks how a gait was made; what a simulation of walking is usually judged by is taken
-from its curves over the cycle (:func:`~plantigrade.analyze.curves.gait_curves`), and the work of
-its muscles from its torques.
-
-Work of muscles at joints is :math:`\int \max(\tau_m \dot q, 0)\, dt` over all joints, with
-:math:`\tau_m` the joint torque less what tissue at rest bears
-(:mod:`plantigrade.dynamics.passive`). Muscles across two joints and stretched tendons make the
-true work of muscle fibres smaller; heat is not in it.
+All figures come from curves over the gait cycle (:func:`~plantigrade.analyze.curves.gait_curves`),
+whatever made the gait.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +12,6 @@ from plantigrade.analyze import norms
 from plantigrade.analyze.curves import GaitCurves
 from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY
-from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.errors import ParameterError
 
 LEG = ("hip_flexion", "knee_angle", "ankle_angle")
@@ -198,56 +189,3 @@ def humps_of(percent: Float[Array, " n"], up: Float[Array, " n"], stance: float 
     first, second = float(force[a]), float(force[b])
     two = left and right and min(first, second) - trough >= HUMP
     return Humps(first, trough, second, bool(two))
-
-
-@dataclass(frozen=True)
-class MuscleWork:
-    """Work of the muscles at the joints of a motion.
-
-    Attributes:
-        positive: Done [J].
-        negative: Taken up [J], a positive number.
-        way: Of the centre of mass along the ground [m].
-        weight: Body weight [N].
-    """
-
-    positive: float
-    negative: float
-    way: float
-    weight: float
-
-    @property
-    def cost_of_transport(self) -> float:
-        """Positive work for each newton of weight and metre of way; NaN without a way."""
-        return self.positive / (self.weight * self.way) if self.way > 0 else float("nan")
-
-
-def muscle_work(
-    names: Sequence[str],
-    time: Float[Array, " n_frames"],
-    q: Float[Array, "n_frames n_joints"],
-    v: Float[Array, "n_frames n_joints"],
-    tau: Float[Array, "n_frames n_joints"],
-    *,
-    mass: float,
-    height: float,
-    way: float,
-) -> MuscleWork:
-    """Return what muscles do, tissue at rest taken off the torques.
-
-    Args:
-        names: Names of the joints.
-        time: [s].
-        q: Their angles [rad].
-        v: Their speeds [rad/s].
-        tau: Their torques [N m].
-        mass: Of the person [kg].
-        height: Of the person [m].
-        way: How far the person gets [m].
-    """
-    factor = scale(mass, height)
-    tissue = passive_moments(names, list(q.T), list(v.T), factor)
-    power = (tau - np.stack([np.broadcast_to(m, len(time)) for m in tissue], axis=1)) * v
-    done = float(np.trapezoid(np.maximum(power, 0.0).sum(axis=1), time))
-    taken = float(np.trapezoid(np.maximum(-power, 0.0).sum(axis=1), time))
-    return MuscleWork(done, taken, way, mass * GRAVITY)

@@ -53,7 +53,7 @@ DOUBLE_SUPPORT: dict[str, tuple[float, float]] = dict(
 
 
 @dataclass(frozen=True)
-class Band:
+class NormCurve:
     """A published mean curve and its standard deviation over the gait cycle.
 
     Attributes:
@@ -80,7 +80,7 @@ def names() -> tuple[str, ...]:
     return tuple(_tables())
 
 
-def norm(name: str, speed_class: str = "free", *, side: str = "r") -> Band:
+def norm(name: str, speed_class: str = "free", *, side: str = "r") -> NormCurve:
     """Return the published band of a curve.
 
     Args:
@@ -116,7 +116,7 @@ def norm(name: str, speed_class: str = "free", *, side: str = "r") -> Band:
         if stem.endswith(ending):
             unit = other
     percent = np.linspace(0.0, 100.0, len(mean))
-    return Band(stem, speed_class, percent, mean, np.array(table["sd"], dtype=float), unit)
+    return NormCurve(stem, speed_class, percent, mean, np.array(table["sd"], dtype=float), unit)
 
 
 def dimensionless_speed(speed: float, leg_length: float) -> float:

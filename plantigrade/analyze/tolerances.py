@@ -41,6 +41,7 @@ class Tolerances:
             in percent of its greatest value (but of no less than body weight times 1 m/s).
         condition_deg: Violation of a task's condition on an angle [deg].
         condition_mm: On a place or distance [mm].
+        clearance: On the height of a swinging foot, which may dip but not touch [mm].
         condition_rad_s: On an angular velocity [rad/s].
         condition_m_s: On a velocity [m/s].
         condition_w: On a power [W].
@@ -69,6 +70,7 @@ class Tolerances:
     energy: float = 5.0
     condition_deg: float = 0.5
     condition_mm: float = 2.0
+    clearance: float = 5.0
     condition_rad_s: float = 0.05
     condition_m_s: float = 0.02
     condition_w: float = 1.0

@@ -117,12 +117,10 @@ def parse(name: str, words: Sequence[str]) -> Any:
     module = importlib.import_module(f"plantigrade.commands.{name}")
     import tyro
 
-    return tyro.cli(
-        module.Command,
-        prog=f"plantigrade {name}",
-        args=list(words),
-        config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
-    )
+    config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes)
+    if hasattr(module, "parse"):  # a command with subcommands
+        return module.parse(words, config)
+    return tyro.cli(module.Command, prog=f"plantigrade {name}", args=list(words), config=config)
 
 
 def _unknown(name: str) -> str:

@@ -1,72 +1,34 @@
-"""Make a motion from a task alone, or a recorded one physical."""
+"""Make a motion from a task alone, or a recorded one physical: one subcommand for each task."""
 
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import (
-    Flag,
-    Metres,
-    OptionalPath,
-    PersonOptions,
-    RecordingOptions,
-    RunOptions,
-    fit_settings,
-    optional,
-)
+from plantigrade.commands.options import RunOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
-from plantigrade.errors import FileError, ParameterError
+from plantigrade.errors import ParameterError
+from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings
+from plantigrade.workflows.synthesize_settings import (
+    PaperSettings,
+    SolveSettings,
+    TrackSettings,
+)
 
 SAID = 8  # findings that are printed
 EVERY = 0.5  # between two lines of progress [s]
-
-Number = Annotated[float | None, optional("NUMBER")]
-Count = Annotated[int | None, optional("COUNT")]
-Degrees = Annotated[float | None, optional("DEG")]
-Seconds = Annotated[float | None, optional("S")]
-Speed = Annotated[float | None, optional("M/S")]
-Formulation = Annotated[Literal["default", "paper"] | None, optional("{default,paper}")]
-Solver = Annotated[Literal["interior-point", "ipopt"] | None, optional("{interior-point,ipopt}")]
-Basis = Annotated[
-    Literal["trigonometric", "polynomial"] | None, optional("{trigonometric,polynomial}")
-]
-
-Told = Annotated[
-    tuple[str, ...],
-    tyro.conf.arg(metavar="NAME=VALUE", help_behavior_hint=""),
-    tyro.conf.UseAppendAction,
-]
-
-OPTIONS = {
-    "speed": "speed",
-    "step_length": "step_length",
-    "cadence": "cadence",
-    "steps": "steps",
-    "periodic": "periodic",
-    "turn": "turn",
-    "slope": "slope",
-    "step_height": "step_height",
-    "duration": "duration",
-    "chair_height": "chair_height",
-    "distance": "distance",
-    "jump_height": "height",
-    "depth": "depth",
-}
-"""Options that are parameters of tasks, and what tasks call them."""
-TRACK = "track"
-ANGLES = ("turn", "slope")  # given in degrees
+TRACK, PAPER = "track", "zhakatayev2023"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PersonOptions, RecordingOptions, RunOptions):
+class Command(RunOptions):
     """Make a motion from a task alone, by trajectory optimisation.
 
     The motion obeys the equations of motion with true contact forces; an independent checker
@@ -74,197 +36,193 @@ class Command(PersonOptions, RecordingOptions, RunOptions):
     """
 
     task: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="TASK")]
-    """What to do: walk, sit-to-stand, side-step, jump, squat, reach, a task file (.toml), or track:
-    a recording made physical."""
-
-    recording: OptionalPath = None
-    """Recording to track."""
-    start: Seconds = None
-    """From when it is tracked [s]."""
-    stop: Seconds = None
-    """To when it is tracked [s]."""
-
-    speed: Speed = None
-    """Walking speed [m/s]."""
-    step_length: Metres = None
-    """From foot to foot [m]; what people prefer at the speed if absent."""
-    steps: Count = None
-    """Number of steps of a walk from standing to standing."""
-    cadence: Number = None
-    """Steps per minute instead of the step length [1/min]."""
-    periodic: Flag = False
-    """A walk that goes on for ever instead of one that starts and stops."""
-    turn: Degrees = None
-    """How far the way turns to the left [deg]."""
-    slope: Degrees = None
-    """How far the ground rises along the way, negative downhill [deg]."""
-    step_height: Metres = None
-    """Height of a step up in the middle of the way, down if negative [m]."""
-    duration: Seconds = None
-    """How long the motion lasts [s]."""
-    chair_height: Metres = None
-    """Height of the seat [m]."""
-    distance: Metres = None
-    """How far to the side, or how far to reach [m]."""
-    jump_height: Metres = None
-    """How far the centre of mass rises in flight [m]."""
-    depth: Metres = None
-    """How far a squat goes down [m]."""
-
-    tell: Told = ()
-    """Anything else a task may be told, as side=l; may be given several times."""
-
-    formulation: Formulation = None
-    """True contact forces (default), or the problem of the paper."""
-    solver: Solver = None
-    """The banded interior point, or IPOPT as the reference."""
-    basis: Basis = None
-    """Splines the motion is made of."""
-    nodes_per_second: Number = None
-    """Nodes a second; more are finer and slower."""
-    warm: OptionalPath = None
-    """Run folder of a similar motion to start from."""
-    tries: int = 1
-    """First guesses, all but the first with noise; the cheapest motion is taken."""
-    free_timing: bool = False
-    """Let a periodic walk choose its own step length, stance and heel rise."""
-    strides: int = 2
-    """Strides of a periodic walk that are written."""
+    """What to do: a task, a task file (.toml), track or zhakatayev2023. Each has options of its
+    own: plantigrade synthesize TASK --help."""
 
     def run(self) -> Outcome:
-        """Do it.
+        """Never called: a task's own command is.
 
         Raises:
-            ParameterError: If an option does not belong to the task, or its value makes no sense.
-            FileError: If the task file or the run to start from cannot be read.
+            ParameterError: Always.
         """
-        from plantigrade.workflows import synthesis_folder
-        from plantigrade.workflows import synthesize as synthesizing
-        from plantigrade.workflows.fit import refuse_existing
+        raise ParameterError(f"no task {self.task!r}; there are {', '.join(SUBCOMMANDS)}")
 
-        if self.task == TRACK:
-            return self._track()
-        for option in ("recording", "start", "stop"):
-            if getattr(self, option) is not None:
-                raise ParameterError(f"{_flag(option)} belongs to the task {TRACK} alone")
+
+@dataclass(frozen=True, kw_only=True)
+class _Solving(RunOptions):
+    """What all subcommands do: watch the solver, write the run, say what the checker found."""
+
+    def run(self) -> Outcome:
+        """Make the motion and write its run folder."""
+        from plantigrade.record.folder import refuse_existing
+        from plantigrade.workflows.save import save
+
         progress = Progress(quiet=self.quiet)
-        settings, name = self.settings()
-        out = self.out or Path("runs") / f"synthesize-{name}"
-        refuse_existing(out, overwrite=self.overwrite)
+        out = self.out or Path("runs") / f"synthesize-{self.name}"
+        refuse_existing(out, self.overwrite)
         watch = Watch(progress)
         with watch.listening():
-            made = synthesizing.synthesize_task(settings, watch)
-        watch.close(made)
+            run = self.make(watch)
+        watch.close(run.figures)
         with progress.step("writing the report and the viewer"):
-            folder, metrics = synthesis_folder.write(
-                made,
-                out,
-                title=f"{name.replace('-', ' ').capitalize()}, from the task alone",
-                command=["plantigrade", *sys.argv[1:]],
-                sources=[Path(self.task)] if _is_file(self.task) else [],
-                overwrite=self.overwrite,
-            )
-        return self._told(progress, made, folder, metrics)
-
-    def _track(self) -> Outcome:
-        """Move a recorded motion by forces of the ground.
-
-        Raises:
-            ParameterError: If there is no recording, or an option of other tasks is given.
-        """
-        from plantigrade.workflows import synthesis_folder
-        from plantigrade.workflows.fit import FitSettings, refuse_existing
-        from plantigrade.workflows.track import TrackSettings, track_recording
-
-        others = [
-            o
-            for o in (*OPTIONS, "warm", "nodes_per_second", "basis", "solver", "formulation")
-            if _given(getattr(self, o))
-        ]
-        if others:
-            raise ParameterError(f"{_flag(others[0])} means nothing to {TRACK}")
-        if self.recording is None:
-            raise ParameterError(f"{TRACK} needs --recording FILE: C3D, TRC, BVH, AMC or MOT")
-        progress = Progress(quiet=self.quiet)
-        out = self.out or Path("runs") / f"synthesize-{TRACK}-{self.recording.stem}"
-        refuse_existing(out, overwrite=self.overwrite)
-        how = TrackSettings(FitSettings(**fit_settings(self)), self.start, self.stop)
-        watch = Watch(progress)
-        with watch.listening():
-            tracked = track_recording(self.recording, how, watch)
-        watch.close(tracked.made)
-        with progress.step("writing the report and the viewer"):
-            folder, metrics = synthesis_folder.write(
-                tracked.made,
-                out,
-                title=f"{self.recording.name}, on forces of the ground",
-                command=["plantigrade", *sys.argv[1:]],
-                sources=[self.recording],
-                overwrite=self.overwrite,
-            )
-        return self._told(progress, tracked.made, folder, metrics)
-
-    def _told(self, progress: Progress, made, folder: Path, metrics: dict[str, Any]) -> Outcome:
-        """Say what the checker found, and return what is printed."""
-        for line in metrics["warnings"]:
+            run = save(run, out, overwrite=self.overwrite)
+        for line in run.record.notes:
             progress.warn(line)
-        if not made.check.ok:
-            words = made.check.words()
-            for line in words[:SAID]:
-                progress.warn(line)
-            if len(words) > SAID:
-                progress.warn(f"{len(words) - SAID} more of that kind are in the report")
-        return Outcome(summary(folder, metrics), metrics)
+        findings = run.record.signals.get("check.findings", ())
+        for line in findings[:SAID]:
+            progress.warn(str(line))
+        if len(findings) > SAID:
+            progress.warn(f"{len(findings) - SAID} more of that kind are in the report")
+        return Outcome(summary(out, run.metrics), run.metrics)
 
-    def settings(self) -> tuple[Any, str]:
-        """Return what decides the result, and what the run is called.
+    @property
+    def name(self) -> str:
+        """What the run is called."""
+        raise NotImplementedError
 
-        Raises:
-            ParameterError: If an option does not belong to the task.
-            FileError: If the task file cannot be read.
-        """
-        import math
+    def make(self, watch: "Watch") -> Any:
+        """Return the run."""
+        raise NotImplementedError
 
-        from plantigrade.synthesize.tasks.registry import parameters_of
-        from plantigrade.synthesize.tasks.task_file import STANDING, parse_task_file
-        from plantigrade.workflows.synthesize import SynthesizeSettings
+    def origin(self, title: str, *files: Path) -> Any:
+        """Return where the run comes from."""
+        from plantigrade.workflows.synthesize import Origin
 
-        base, name, text = self.task, self.task, ""
-        known: Any = ("duration",)
-        if _is_file(self.task):
-            path = Path(self.task)
-            text = _text_of(path)
-            base, name = parse_task_file(text, path).base, path.stem
-        if base != STANDING:
-            known = parameters_of(base)
-        told = {o: v for o in OPTIONS if _given(v := getattr(self, o))}
-        wrong = [o for o in told if OPTIONS[o] not in known]
-        if wrong:
-            options = [_flag(o) for o, parameter in OPTIONS.items() if parameter in known]
-            raise ParameterError(
-                f"{_flag(wrong[0])} means nothing to {base}; it knows {', '.join(options)}"
-            )
-        parameters = {
-            OPTIONS[o]: math.radians(v) if o in ANGLES else v for o, v in told.items()
-        } | told_words(self.tell)
-        chosen = ("height", "mass", "sex", "joints", "feet", "formulation", "solver", "basis")
-        mine = {n: getattr(self, n) for n in (*chosen, "nodes_per_second", "warm")}
-        settings = SynthesizeSettings(
-            **{n: v for n, v in mine.items() if v is not None},
-            task=base,
-            file=text,
-            parameters=parameters,
-            seed=self.seed,
-            tries=self.tries,
-            free_timing=self.free_timing,
-            strides=self.strides,
+        return Origin(title, " ".join(["plantigrade", *sys.argv[1:]]), files, self.seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Task(SolveSettings, _Solving):
+    """A task of the registry, or of a file."""
+
+    file: tyro.conf.Suppress[Path | None] = None
+
+    @property
+    def name(self) -> str:
+        """The task, or the file."""
+        own = next(n for n, kind in TASKS.items() if isinstance(self, SUBCOMMANDS[n]))
+        return own if self.file is None else self.file.stem
+
+    def make(self, watch: "Watch") -> Any:
+        """Solve the task."""
+        from plantigrade.synthesize.tasks.task_file import read_task_file
+        from plantigrade.workflows.synthesize import synthesize_task
+
+        kind = next(k for n, k in TASKS.items() if isinstance(self, SUBCOMMANDS[n]))
+        told = kind(**{f.name: getattr(self, f.name) for f in fields(kind)})
+        return synthesize_task(
+            told,
+            SolveSettings.of(self),
+            file=None if self.file is None else read_task_file(self.file),
+            progress=watch,
+            origin=self.origin(
+                f"{self.name.replace('-', ' ').capitalize()}, from the task alone",
+                *(() if self.file is None else (self.file,)),
+            ),
         )
-        return settings, name
 
 
-def _given(value: Any) -> bool:
-    """Return whether an option was given; a number may be zero."""
-    return value is not None and value is not False
+@dataclass(frozen=True, kw_only=True)
+class Paper(PaperSettings, _Solving):
+    """Solve a motion of Zhakatayev et al. (2023) as the paper sets it."""
+
+    @property
+    def name(self) -> str:
+        """The paper and its motion."""
+        return f"{PAPER}-{self.motion}"
+
+    def make(self, watch: "Watch") -> Any:
+        """Solve the paper's problem."""
+        from plantigrade.workflows.synthesize import synthesize_paper
+
+        title = f"{self.motion.replace('-', ' ').capitalize()}, as in the paper"
+        how = PaperSettings.of(self)
+        return synthesize_paper(how, progress=watch, origin=self.origin(title))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track(TrackSettings, _Solving):
+    """Make a recorded motion physical: near it, and on true contact forces."""
+
+    recording: Annotated[Path, tyro.conf.arg(metavar="FILE", help_behavior_hint="(required)")]
+    """Recording to track: C3D, TRC, BVH, AMC or MOT."""
+
+    @property
+    def name(self) -> str:
+        """The recording."""
+        return f"{TRACK}-{self.recording.stem}"
+
+    def make(self, watch: "Watch") -> Any:
+        """Fit the recording and move it by forces."""
+        from plantigrade.workflows.track import track
+
+        title = f"{self.recording.name}, on forces of the ground"
+        how = TrackSettings.of(self)
+        return track(self.recording, how, progress=watch, origin=self.origin(title))
+
+
+def _subcommand(kind: type[TaskSettings]) -> type:
+    """Return the command of a task: its own options, then those of all tasks."""
+
+    def check(self: Any) -> None:
+        kind.__post_init__(self)  # type: ignore[attr-defined]
+        SolveSettings.__post_init__(self)
+
+    own = {"__doc__": kind.__doc__, "__module__": __name__, "__post_init__": check}
+    return dataclass(frozen=True, kw_only=True)(type(kind.__name__, (_Task, kind), own))
+
+
+SUBCOMMANDS: dict[str, type] = {
+    **{name: _subcommand(kind) for name, kind in TASKS.items()},
+    TRACK: Track,
+    PAPER: Paper,
+}
+"""Name of a task → its command."""
+
+
+def parse(words: Sequence[str], config: Any) -> Any:
+    """Return the command that words say.
+
+    Raises:
+        SystemExit: If the parser has printed its help (code 0) or its complaint (code 2).
+        ParameterError: If there is no such task, or a value is out of range.
+        FileError: If a task file cannot be read.
+    """
+    first, default = words[0] if words else "--help", None
+    if first.startswith("-"):
+        print(usage())
+        if first in ("-h", "--help"):
+            raise SystemExit(0)
+        raise ParameterError(f"{first} must follow the task: plantigrade synthesize TASK {first}")
+    kind = SUBCOMMANDS.get(first)
+    if first.lower().endswith(".toml"):
+        from plantigrade.synthesize.tasks.task_file import read_task_file
+
+        file = read_task_file(first)
+        kind = SUBCOMMANDS[file.base]
+        default = kind(**file.parameters, file=Path(first))
+    if kind is None:
+        raise ParameterError(f"no task {first!r}; there are {', '.join(SUBCOMMANDS)}")
+    prog, args = f"plantigrade synthesize {first}", list(words[1:])
+    if default is not None:
+        return tyro.cli(kind, prog=prog, args=args, config=config, default=default)
+    return tyro.cli(kind, prog=prog, args=args, config=config)
+
+
+def usage() -> str:
+    """Return the help page: every task."""
+    width = max(map(len, SUBCOMMANDS))
+    listed = "\n".join(
+        f"  {name:{width}}  {(kind.__doc__ or '').splitlines()[0]}"
+        for name, kind in SUBCOMMANDS.items()
+    )
+    about = (Command.__doc__ or "").replace("\n    ", "\n").strip()
+    return (
+        f"usage: plantigrade synthesize TASK [OPTIONS]\n\n{about}\n\ntasks:\n{listed}\n"
+        f"  {'FILE.toml':{width}}  A task of your own.\n\n"
+        "`plantigrade synthesize TASK --help` lists the options of a task, and those of all tasks\n"
+        "(who does it, how it is solved, --out, --json, --quiet)."
+    )
 
 
 class Watch:
@@ -294,22 +252,22 @@ class Watch:
             self._say()
         return self.asked
 
-    def close(self, made: Any) -> None:
+    def close(self, figures: dict[str, Any]) -> None:
         """Say how it ended."""
         if self._last is not None:
             self._say()
-        synthesis = made.synthesis
         self.progress.say(
-            f"{synthesis.status}: {synthesis.iterations} iterations, {synthesis.seconds:.1f} s; "
-            f"checked in {len(made.check.time)} frames"
+            f"{figures['solver_status']}: {figures['iterations']} iterations, "
+            f"{figures['solve_time_s']:.1f} s; checked in {figures['frames']} frames"
         )
 
     def _say(self) -> None:
         it = self._last
-        worst = f" ({it.worst.replace('_', ' ')})" if it.worst else ""
+        worst = getattr(it, "worst", "")
+        named = f" ({worst.replace('_', ' ')})" if worst else ""
         self.progress.say(
             f"{self._stage}: iteration {it.number:3d}, cost {it.objective:.4g}, "
-            f"off by {it.violation:.1e}{worst}"
+            f"off by {it.violation:.1e}{named}"
         )
 
     @contextmanager
@@ -324,56 +282,13 @@ class Watch:
 
         try:
             before = signal.signal(signal.SIGINT, ask)
-        except ValueError:  # not the main thread: nobody presses keys here
+        except ValueError:  # not the main thread, where no keys are heard
             yield
             return
         try:
             yield
         finally:
             signal.signal(signal.SIGINT, before)
-
-
-def told_words(words: tuple[str, ...]) -> dict[str, Any]:
-    """Return values by name from words like ``side=l`` or ``target=[0.6,-0.2,1.1]``.
-
-    Example:
-        >>> told_words(("side=l", "seat-off=0.3", "back=true"))
-        {'side': 'l', 'seat_off': 0.3, 'back': True}
-
-    Raises:
-        ParameterError: If a word is not of that form.
-    """
-    import tomllib
-
-    found: dict[str, Any] = {}
-    for word in words:
-        name, sign, value = word.partition("=")
-        if not (sign and name.strip()):
-            raise ParameterError(f"--tell {word}: write NAME=VALUE, as side=l")
-        try:
-            found[name.strip().replace("-", "_")] = tomllib.loads(f"x = {value}")["x"]
-        except tomllib.TOMLDecodeError:
-            found[name.strip().replace("-", "_")] = value.strip()
-    return found
-
-
-def _flag(option: str) -> str:
-    return f"--{option.replace('_', '-')}"
-
-
-def _text_of(path: Path) -> str:
-    try:
-        return path.read_text("utf-8")
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror})") from error
-    except UnicodeDecodeError as error:
-        raise FileError(
-            path, f"is not text ({error})", remedy="name a task file (.toml)"
-        ) from error
-
-
-def _is_file(task: str) -> bool:
-    return task.lower().endswith(".toml")
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:

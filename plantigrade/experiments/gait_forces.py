@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.gait_forces import compare_forces
+from plantigrade.analyze.reproduction import compare
 from plantigrade.errors import ReproduceError
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials
-from plantigrade.kinematics.ground_level import moving_ground
-from plantigrade.reproduce.forces import gait_with_forces
-from plantigrade.workflows import fit as fitting
+from plantigrade.reproduce.result import rebuild
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.walks import RecordedWalk
 
 WALKS = (
     "c3d/HC038A11.c3d",
@@ -56,15 +57,12 @@ def run(
 
 def trial_rows(path: Path, name: str) -> list[Row]:
     """Return all rows of one walk."""
-    from plantigrade.workflows.walks import reference_of_trial
-
-    trial = fitting.fit_file(path)
+    trial = fit_trial(path)[1]
     if trial.forces is None:
         raise ReproduceError(f"{path} came without force plates; nothing to compare with")
-    reference = reference_of_trial(trial)
-    forced = gait_with_forces(reference)
-    way = moving_ground(trial.fit.time, trial.feet.heel, trial.feet.toe)
-    c = compare_forces(reference, forced, trial.forces, trial.moments, ground=way)
+    walk = RecordedWalk.of(trial)
+    forced = rebuild(walk.reference(), forces=True).record()
+    c = compare_forces(forced, trial.record(), ground=walk.ground)
     feet = " and ".join(c.sides) or "no"
     rows = [
         at_most(name, "vertical force, RMSE", c.vertical_rmse, VERTICAL, "BW"),
@@ -77,10 +75,11 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     for joint, value in c.moment_rmse.items():
         rows.append(Row(name, f"{joint} moment, RMSE", value, "N m/kg"))
         rows.append(Row(name, f"{joint} moment, r", c.moment_r[joint]))
-    tick = 1e3 * (np.median(forced.solver_time) + np.median(forced.state_time))
+    ticks = (np.median(forced.signals[f"{part}.time"]) for part in ("solver", "kinematics"))
+    tick = 1e3 * float(sum(ticks))
     return [
         *rows,
         at_most(name, "root residual", c.residual, RESIDUAL, "BW"),
-        Row(name, "centre of mass, greatest error", 1e3 * c.com_error_m, "mm"),
+        Row(name, "centre of mass, greatest error", 1e3 * compare(forced).com_error_max_m, "mm"),
         Row(name, "one tick, median", tick, "ms", note=f"feet on plates: {feet}"),
     ]

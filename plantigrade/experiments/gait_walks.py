@@ -1,5 +1,6 @@
 """The walks that reproduced gaits are measured on, by person, and one run over them."""
 
+import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,11 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.gait_study import Study, study
-from plantigrade.analyze.reproduction import Comparison
+from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.errors import ParameterError, PlantigradeError
-from plantigrade.wbc.ordered_motion import OrderedMotion
-from plantigrade.workflows import fit as fitting
-from plantigrade.workflows import reproduce as reproducing
+from plantigrade.reproduce.gait import gait_tasks
+from plantigrade.reproduce.result import rebuild
+from plantigrade.wbc.stepping import OrderedMotion
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.walks import walk_to_reproduce
 
 # Everybody in the collection whose walk on even ground is more than a fragment; by name. Who walks
 # in OpenSim's three files is not said; the plates carry 66, 75 and 85 kg.
@@ -72,7 +75,7 @@ class Walk:
     @property
     def whole_tick(self) -> float:
         """Median time of the program, kinematics, Jacobians and rows [s]."""
-        return float(np.median(self.motion.solver_time + self.motion.state_time))
+        return float(np.median(self.motion.solver_time + self.motion.kinematics_time))
 
 
 @dataclass(frozen=True)
@@ -151,17 +154,20 @@ def reproduce_walks(
         if name in absent or (one_each and first[person] != name):
             continue
         try:
-            trial = fitting.fit_file(data / name)
+            reference = walk_to_reproduce(fit_trial(data / name)[1]).reference()
         except PlantigradeError as error:
             for one in tasks:
                 failed[one][name] = str(error)
             continue
         for one in tasks:
             try:
-                made = reproducing.reproduce_trial(trial, one, dynamics=False)
+                began = clock.perf_counter()
+                made = rebuild(reference, gait_tasks(one))
+                seconds = clock.perf_counter() - began
+                held = compare(made.record())
             except PlantigradeError as error:
                 failed[one][name] = str(error)
                 continue
-            done[one].append(Walk(person, name, one, made.motion, made.comparison, made.seconds))
+            done[one].append(Walk(person, name, one, made.motion, held, seconds))
         say(f"{name} done")
     return {one: Walks(tuple(done[one]), failed[one], absent) for one in tasks}

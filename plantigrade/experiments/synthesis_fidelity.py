@@ -228,19 +228,16 @@ def shape_of(made: "Synthesized") -> dict[str, Any]:
     """Return the figures and curves of a periodic walk."""
     from plantigrade.analyze import norms
     from plantigrade.analyze.curves import gait_curves
-    from plantigrade.analyze.gait_shape import gait_shape, muscle_work
+    from plantigrade.analyze.gait_shape import gait_shape
+    from plantigrade.analyze.muscle_work import muscle_work
     from plantigrade.synthesize.tasks.gait_parameters import leg_length
 
-    human, s, check = made.human, made.sampled, made.check
-    curves = gait_curves(human.model, made.record)
+    human, com, record = made.human, made.check.com, made.record()
+    curves = gait_curves(record)
     speed = float(made.synthesis.task.step / made.synthesis.task.plan.duration)
     kind = norms.speed_class(speed, leg_length(human))
     shape = gait_shape(curves, kind)
-    work = muscle_work(
-        human.coordinates, s.time, s.qpos[:, 7:], s.qvel[:, 6:], check.tau[:, 6:],
-        mass=human.mass, height=human.height,
-        way=float(np.linalg.norm(check.com[-1, :2] - check.com[0, :2])),
-    )  # fmt: skip
+    work = muscle_work(record, float(np.linalg.norm(com[-1, :2] - com[0, :2])))
     gait = asdict(shape) | {"rmse": shape.rmse, "rmse_offset_removed": shape.rmse_offset_removed}
     for name in ("step_width_m", "cost_of_transport", "cadence_steps_min"):
         gait[name] = made.metrics.get(name)

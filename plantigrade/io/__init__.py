@@ -1,7 +1,7 @@
 """Motion files: one module per format, :func:`read`, :func:`write` and :func:`convert` for all.
 
-Formats stand in one table, :data:`FORMATS`. A file's format follows from the ending of its name
-and, where the ending leaves it open (``.txt``) or the content clearly is another, from its content.
+All formats are listed in :data:`FORMATS`. The format of a file is recognised by its extension and,
+if that is ambiguous (``.txt``) or contradicts the content, by its content.
 """
 
 import importlib
@@ -24,14 +24,14 @@ class Format:
     """One file format.
 
     Attributes:
-        name: What it is called in messages.
-        suffixes: Endings of its files, lower case, with the dot.
+        name: Its name in messages.
+        suffixes: File extensions, lower case, with the dot.
         reader: ``module:function`` under :mod:`plantigrade.io`, called with the path and options.
-        writer: ``module:function``, called with a Recording and the path; None: read only.
-        holds: Parts of a :class:`~plantigrade.motion.recording.Recording` the writer keeps, the
-            main one first; parts before ``"|"`` are main parts: one of them must be there.
-        signature: Bytes (lower case) of which one stands in the head of every such file; empty
-            where a format has no mark.
+        writer: ``module:function``, called with a Recording and the path; None if read only.
+        holds: Parts of a :class:`~plantigrade.motion.recording.Recording` that the writer stores;
+            it needs at least one of those before ``"|"``.
+        signature: Byte strings (lower case), one of which occurs at the start of every such file;
+            empty if the format has none.
     """
 
     name: str
@@ -43,12 +43,12 @@ class Format:
 
     @property
     def main_parts(self) -> tuple[str, ...]:
-        """Parts of a Recording of which the writer needs one."""
+        """Parts of a Recording, at least one of which the writer needs."""
         return tuple(self.holds.split("|")[0].split())
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """Parts of a Recording the writer keeps."""
+        """Parts of a Recording that the writer stores."""
         return tuple(self.holds.replace("|", " ").split())
 
 
@@ -79,7 +79,7 @@ FORMATS = (
     ),
     Format("npz", (".npz",), "npz:read_npz"),
 )
-"""Every format, in the order in which an open question of content is decided."""
+"""All formats; the first whose signature matches wins."""
 
 
 def read(path: str | Path, **options) -> Recording:
@@ -95,7 +95,7 @@ def read(path: str | Path, **options) -> Recording:
     Raises:
         UnsupportedFormat: If no format fits the file.
         FileError: If the file cannot be read.
-        ParameterError: If the format knows no such option.
+        ParameterError: If the format has no such option.
     """
     path = Path(path)
     kind = format_of(path)
@@ -111,23 +111,22 @@ def read(path: str | Path, **options) -> Recording:
         raise
     except MemoryError as error:
         raise FileError(
-            path, "is too large for the memory of this machine", remedy="cut the recording"
+            path, "does not fit into memory", remedy="read a shorter recording"
         ) from error
     except RecursionError as error:
         raise FileError(
-            path, "is nested too deeply", remedy="check that it is a motion file"
+            path, "is nested too deeply", remedy="check that this is a motion file"
         ) from error
 
 
 def write(recording: Recording, path: str | Path) -> None:
-    """Write a recording in the format that the ending of ``path`` names.
+    """Write a recording in the format given by the extension of ``path``.
 
-    Parts the format has no place for are left out; :func:`convert` says which.
+    Parts that the format cannot store are left out; :func:`convert` reports them.
 
     Raises:
-        UnsupportedFormat: If the ending names no format that is written.
-        FileError: If the format cannot hold what the recording is about, or the file cannot be
-            written.
+        UnsupportedFormat: If no format with this extension can be written.
+        FileError: If the format can store no part of the recording, or the file cannot be written.
     """
     kind = _writable(Path(path))
     if not any(_has(recording, part) for part in kind.main_parts):
@@ -140,18 +139,18 @@ def write(recording: Recording, path: str | Path) -> None:
         ]
         raise FileError(
             path,
-            f"{kind.name} files hold {' or '.join(kind.main_parts)}; {recording.source} has "
+            f"{kind.name} files store {' or '.join(kind.main_parts)}; {recording.source} has "
             f"{', '.join(has) or 'nothing'}",
-            remedy=f"write {', '.join(fitting)} instead" if fitting else "name another recording",
+            remedy=f"write {', '.join(fitting)} instead" if fitting else "choose another recording",
         )
     _function(kind.writer or "")(recording, Path(path))
 
 
 def convert(source: str | Path, target: str | Path, **options) -> tuple[str, ...]:
-    """Read ``source`` and write it as ``target``; endings say the formats.
+    """Read ``source`` and write it as ``target``; the extensions give the formats.
 
-    Force plates that the target has no place for go beside it, as OpenSim keeps them: into
-    ``NAME_grf.mot``.
+    Force plates that the target cannot store are written to ``NAME_grf.mot`` next to it, as OpenSim
+    does.
 
     Args:
         source: The file to read.
@@ -159,7 +158,7 @@ def convert(source: str | Path, target: str | Path, **options) -> tuple[str, ...
         options: As for :func:`read`.
 
     Returns:
-        What was left out or noticed, one sentence each.
+        Warnings and what was left out, one sentence each.
 
     Raises:
         FileError: If ``source`` cannot be read, or ``target`` cannot hold it or be written.
@@ -177,11 +176,11 @@ def convert(source: str | Path, target: str | Path, **options) -> tuple[str, ...
 
         beside = target.with_name(f"{target.stem}_grf.mot")
         write_mot(recording.plates, beside)
-        notes.append(f"force plates were written to {beside.name}")
+        notes.append(f"the force plates were written to {beside.name}")
         left_out.remove("plates")
     if left_out:
         names = [_PARTS[part] for part in left_out]
-        notes.append(f"{kind.name} has no place for {', '.join(names)}, left out")
+        notes.append(f"{kind.name} files cannot store {', '.join(names)}: left out")
     return tuple(notes)
 
 
@@ -189,8 +188,8 @@ def format_of(path: str | Path) -> Format:
     """Return the format of a file.
 
     Raises:
-        UnsupportedFormat: If there is none for it.
-        FileError: If the file is not there or cannot be opened.
+        UnsupportedFormat: If the file has none of the known formats.
+        FileError: If the file does not exist or cannot be opened.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -217,30 +216,30 @@ def format_of(path: str | Path) -> Format:
     if suffix == ".asf":
         raise UnsupportedFormat(
             path,
-            "is a skeleton without a motion",
-            remedy="name the .amc file; its skeleton is found beside it or given as an option",
+            "is a skeleton without motion",
+            remedy="give the .amc file; its skeleton is found next to it or given as an option",
         )
     if candidates:
         kinds = " or ".join(kind.name for kind in candidates)
         raise UnsupportedFormat(
             path,
-            f"holds neither what marks a {kinds} motion nor a column 'time'",
-            remedy="name a motion file, or add a header 'time, NAME_x, NAME_y, NAME_z, …'",
+            f"is neither a {kinds} motion nor a table with a column 'time'",
+            remedy="give a motion file, or add a header 'time, NAME_x, NAME_y, NAME_z, …'",
         )
     raise UnsupportedFormat(
         path,
-        f"ending {path.suffix!r} is not one of {endings}",
-        remedy="rename it to the ending of its format, or export it as C3D or TRC",
+        f"extension {path.suffix!r} is not one of {endings}",
+        remedy="give it the extension of its format, or export it as C3D or TRC",
     )
 
 
 _PARTS = {
     "markers": "markers",
-    "skeleton": "the skeleton's motion",
+    "skeleton": "skeleton motion",
     "coordinates": "joint coordinates",
     "plates": "force plates",
     "events": "gait events",
-    "subject": "the subject's measures",
+    "subject": "subject data",
     "outputs": "model outputs",
 }
 
@@ -253,7 +252,7 @@ def _has(recording: Recording, part: str) -> bool:
 
 
 def _has_time_column(text: bytes) -> bool:
-    """Return whether the first line that is no comment names a column of time."""
+    """Return whether the first line that is not a comment names a time column."""
     lines = text.replace(b"\r", b"\n").split(b"\n")
     header = next((line for line in lines if line.strip() and not line.startswith(b"#")), b"")
     return re.search(rb"(^|[\t,;\"])\s*(time|t)\b", header) is not None
@@ -268,7 +267,9 @@ def _writable(path: Path) -> Format:
     if not found:
         endings = ", ".join(s for k in FORMATS if k.writer for s in k.suffixes)
         raise UnsupportedFormat(
-            path, f"{path.suffix or 'no ending'!r} is not written", remedy=f"use one of {endings}"
+            path,
+            f"files with extension {path.suffix or 'none'!r} cannot be written",
+            remedy=f"use one of {endings}",
         )
     return found[0]
 

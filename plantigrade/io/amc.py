@@ -7,11 +7,11 @@ means :math:`R_z R_y R_x`), the bone's world rotation is
 
 .. math:: R = R_{parent} \, C \, M \, C^{-1},
 
-and it reaches from the end of its parent to there plus :math:`R` times direction times length.
+and the bone extends from the end of its parent by :math:`R` times direction times length.
 
 Lengths: one file unit is ``0.0254 / length`` metres, with ``length`` from the ``:units`` block,
-as the CMU database defines it. Axes: y up, the rest pose facing z, x to the person's left, found
-from the skeleton where it says otherwise.
+as the CMU database defines it. Axes: y up, the rest pose facing z, x to the person's left, unless
+the skeleton shows otherwise.
 """
 
 import re
@@ -43,11 +43,12 @@ def read_amc(
 
     Args:
         path: The ``.amc`` file.
-        skeleton: The ``.asf`` file; where absent, the one of the same name, of the part before the
+        skeleton: The ``.asf`` file; by default the one of the same name, of the part before the
             first underscore (``07.asf`` for ``07_01.amc``), or the only one in the folder.
-        rate: Frames per second [Hz]; an AMC file does not say. 120, the CMU database's, if absent.
-        unit: ``m``, ``cm``, ``mm`` or ``in``: what one unit divided by the skeleton's ``length``
-            is; inches (CMU) if absent and plausible.
+        rate: Frames per second [Hz], which AMC files do not store; by default 120, as in the CMU
+            database.
+        unit: ``m``, ``cm``, ``mm`` or ``in``: the unit of a length divided by the skeleton's
+            ``length``; by default inches (CMU) if plausible.
 
     Returns:
         A recording with a ``skeleton``: bones start at ``positions`` and end at ``ends``.
@@ -68,7 +69,7 @@ def read_amc(
     numbers, values, radians = _read_frames(path, text, widths, asf, warnings)
     if rate is None:
         rate = CMU_RATE
-        warnings.append("an AMC file does not say its rate: 120 Hz taken (option rate)")
+        warnings.append("AMC files do not store the frame rate: 120 Hz was assumed (option rate)")
     to_rad = 1.0 if (asf.radians if radians is None else radians) else np.pi / 180
     scale = _scale(asf, unit, warnings)
     time = (numbers - numbers[0]) / rate
@@ -87,8 +88,8 @@ def _read_frames(
     if first is None:
         raise FileError(
             path,
-            "there is no frame in it (a line with the frame's number)",
-            remedy="check that this is an AMC motion file and whole",
+            "has no frames (lines with a frame number)",
+            remedy="check that this is a complete AMC motion file",
         )
     header = text[: first.start()].upper()
     words = {w for line in header.splitlines() for w in line.split() if w.startswith(":")}
@@ -102,12 +103,12 @@ def _read_frames(
     if "root" in still:
         raise FileError(path, "no frame has a root line", remedy="check the motion file")
     if still:
-        warnings.append(f"bones without values stay in the rest pose: {', '.join(still)}")
+        warnings.append(f"bones without values were kept in the rest pose: {', '.join(still)}")
     return numbers, values, radians
 
 
 def _regular_frames(text: str, widths: dict[str, int]):
-    """Return the frames where every one has the same lines in the same order, else None."""
+    """Return the frames if all have the same lines in the same order, else None."""
     if "#" in text or ":" in text:
         return None
     second = re.search(r"\n[ \t]*\d+[ \t]*\r?\n", text)
@@ -151,10 +152,10 @@ def _irregular_frames(
     asf: AsfSkeleton,
     warnings: list[str],
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the frames of a file with gaps, comments or a cut-off end; slower, line by line."""
+    """Return the frames of a file with gaps, comments or a truncated end, line by line."""
     frames: list[tuple[float, dict[str, list[float]]]] = []
-    broken: tuple[int, str] | None = None  # a bad line: forgiven in the last frame only
-    remedy = "mend or delete this frame in the motion file"
+    broken: tuple[int, str] | None = None  # a bad line, tolerated in the last frame only
+    remedy = "correct or delete this frame in the motion file"
     for n, line in enumerate(text.splitlines(), start=first_line + 1):
         words = line.split("#", 1)[0].split()
         if not words or words[0].startswith(":"):
@@ -168,7 +169,7 @@ def _irregular_frames(
                     path,
                     f"frame {words[0]} comes after frame {frames[-1][0]:.0f}",
                     where=f"line {n}",
-                    remedy="frames must be in order, each once",
+                    remedy="frame numbers must increase",
                 )
             frames.append((number, {}))
             continue
@@ -181,7 +182,7 @@ def _irregular_frames(
                     path,
                     f"{name!r} {what} in the skeleton {asf.source.name}",
                     where=f"line {n}",
-                    remedy="name the skeleton it was recorded with: option skeleton=FILE.asf",
+                    remedy="give the skeleton it was recorded with: option skeleton=FILE.asf",
                 )
             broken = broken or (n, f"{name!r} {what} in the skeleton {asf.source.name}")
             continue
@@ -193,11 +194,11 @@ def _irregular_frames(
         if len(values) != widths[name]:
             broken = broken or (
                 n,
-                f"{name!r} has {len(values)} values, the skeleton {asf.source.name} wants "
+                f"{name!r} has {len(values)} values, the skeleton {asf.source.name} requires "
                 f"{widths[name]}",
             )
         elif name in frames[-1][1]:
-            broken = broken or (n, f"{name!r} stands twice in frame {frames[-1][0]:.0f}")
+            broken = broken or (n, f"{name!r} occurs twice in frame {frames[-1][0]:.0f}")
         elif not np.all(np.isfinite(values)):
             continue  # as if it were missing
         else:
@@ -206,7 +207,7 @@ def _irregular_frames(
         if len(frames) < 2:
             raise FileError(path, broken[1], where=f"line {broken[0]}", remedy=remedy)
         warnings.append(
-            f"frame {frames[-1][0]:.0f}, the last, is cut off (line {broken[0]}) and left out"
+            f"the last frame, {frames[-1][0]:.0f}, is truncated (line {broken[0]}) and was left out"
         )
         frames.pop()
     names = [name for name in widths if any(name in frame for _, frame in frames)]
@@ -214,16 +215,16 @@ def _irregular_frames(
     if not whole:
         raise FileError(
             path,
-            "no frame has all its bones",
+            "no frame has values for all bones",
             where=f"line {first_line + 1}",
-            remedy="check that the motion file is whole",
+            remedy="check that the motion file is complete",
         )
     lacking = [(number, [x for x in names if x not in frame]) for number, frame in frames]
     lacking = [(number, gone) for number, gone in lacking if gone]
     if lacking:
         number, gone = lacking[0]
-        more = f" (and {len(lacking) - 1} more frames)" if len(lacking) > 1 else ""
-        warnings.append(f"frame {number:.0f}{more} lacks {', '.join(gone[:5])} and is left out")
+        more = f" (and {len(lacking) - 1} further frames)" if len(lacking) > 1 else ""
+        warnings.append(f"frame {number:.0f}{more} lacks {', '.join(gone[:5])} and was left out")
     numbers = np.array([number for number, _ in whole])
     return numbers, {name: np.array([frame[name] for _, frame in whole]) for name in names}
 
@@ -245,13 +246,13 @@ def _scale(asf: AsfSkeleton, unit: str | None, warnings: list[str]) -> float:
         if low <= extent * metres / asf.length_unit <= high:
             if name != "in":
                 warnings.append(
-                    f"lengths taken as {name} / {asf.length_unit:g}: in inches the skeleton would "
-                    f"be {extent * UNITS['in'] / asf.length_unit:.3g} m tall (option unit)"
+                    f"lengths were taken as {name} / {asf.length_unit:g}: in inches the skeleton "
+                    f"would be {extent * UNITS['in'] / asf.length_unit:.3g} m tall (option unit)"
                 )
             return metres / asf.length_unit
     warnings.append(
         f"the skeleton is {extent * UNITS['in'] / asf.length_unit:.3g} m tall with lengths in "
-        "inches, no other unit fits better: check the size (option unit)"
+        "inches, and no other unit fits better: check the size (option unit)"
     )
     return UNITS["in"] / asf.length_unit
 
@@ -263,7 +264,7 @@ def _motion(
     scale: float,
     time: Float[Array, " n"],
 ) -> SkeletonMotion:
-    """Run the forward kinematics, all frames of a bone at once, and turn it to our axes."""
+    """Return the forward kinematics in our axes, computed for all frames of a bone at once."""
     n, bones = len(time), asf.bones
     root = dict(zip(asf.root_order, values["root"].T, strict=True))
     zero = np.zeros(n)

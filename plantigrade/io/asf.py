@@ -80,14 +80,14 @@ def read_asf(path: str | Path) -> AsfSkeleton:
     """Read an ASF skeleton.
 
     Raises:
-        FileError: If the file is not a whole ASF skeleton; the line is named.
+        FileError: If the file is not a complete ASF skeleton; the message names the line.
     """
     path = Path(path)
     return _AsfParser(path, read_text(path)).parse()
 
 
 class _AsfParser:
-    """Reads an ASF file line by line; every error names the line."""
+    """Parser of an ASF file; every error names the line."""
 
     def __init__(self, path: Path, text: str):
         self.path = path
@@ -111,11 +111,11 @@ class _AsfParser:
 
     def numbers(self, words: list[str], count: int, what: str) -> np.ndarray:
         if len(words) < count:
-            raise self.error(f"{what} needs {count} numbers, here are {len(words)}")
+            raise self.error(f"{what} needs {count} numbers, not {len(words)}")
         return np.array([self.number(word) for word in words[:count]])
 
     def section(self) -> list[tuple[int, list[str]]]:
-        """Return the lines up to the next ``:keyword`` and stand on it."""
+        """Return the lines up to the next ``:keyword`` and stop there."""
         rows = []
         while self.n < len(self.lines):
             words = self.lines[self.n]
@@ -137,7 +137,7 @@ class _AsfParser:
         for needed in ("root", "bonedata", "hierarchy"):
             if not found.get(needed):
                 raise self.error(
-                    f"there is no :{needed} section, so this is not a whole ASF skeleton"
+                    f"has no :{needed} section, so this is not a complete ASF skeleton"
                 )
         units = {words[0].lower(): (n, words[1:]) for n, words in found.get("units", [])}
         self.n, words = units.get("length", (0, ["1"]))
@@ -174,7 +174,7 @@ class _AsfParser:
     def axis_order(self, words: list[str]) -> str:
         order = words[0].upper() if words else "XYZ"
         if sorted(order) != ["X", "Y", "Z"]:
-            raise self.error(f"axis order is {order!r}; it must hold X, Y and Z once each")
+            raise self.error(f"axis order is {order!r}; it must contain X, Y and Z once each")
         return order
 
     def bones(self, rows) -> dict[str, dict]:
@@ -185,11 +185,11 @@ class _AsfParser:
             key, rest = words[0].lower(), words[1:]
             if key == "begin":
                 if bone is not None:
-                    raise self.error("a bone begins before the last one has its end")
+                    raise self.error("a bone begins before the previous one has ended")
                 bone, expect_limits = {"line": self.n}, 0
                 continue
             if bone is None:
-                raise self.error(f"{words[0]!r} stands outside begin … end")
+                raise self.error(f"{words[0]!r} is outside begin … end")
             if key == "end":
                 self.add(bone, bones)
                 bone = None
@@ -217,7 +217,7 @@ class _AsfParser:
                 pass
             # id, bodymass, cofmass and whatever else describe no motion
         if bone is not None:
-            raise self.error("the last bone has no end: the file is cut off", bone["line"])
+            raise self.error("the last bone has no end: the file is truncated", bone["line"])
         if not bones:
             raise self.error("there are no bones in :bonedata")
         return bones
@@ -249,7 +249,7 @@ class _AsfParser:
         if bone["name"] in bones or bone["name"] == "root":
             raise self.error(f"there are two bones named {bone['name']!r}", bone["line"])
         if len(bones) >= MAX_BONES:
-            raise self.error(f"there are more than {MAX_BONES} bones: no human skeleton")
+            raise self.error(f"there are more than {MAX_BONES} bones: not a human skeleton")
         bones[bone["name"]] = bone
 
     def hierarchy(self, rows, bones: dict[str, dict]) -> tuple[Bone, ...]:
@@ -276,7 +276,7 @@ class _AsfParser:
             stack.extend(reversed(children.get(name, [])))
         lost = [name for name in bones if name not in order]
         if lost:
-            raise self.error(f"these bones do not hang on the root: {', '.join(lost[:8])}")
+            raise self.error(f"these bones are not connected to the root: {', '.join(lost[:8])}")
         index = {name: i for i, name in enumerate(order)} | {"root": -1}
         return tuple(
             Bone(
@@ -306,10 +306,10 @@ def fixed_axes(order: str, angles: Float[Array, "n k"]) -> Float[Array, "n 3 3"]
 
 
 def find_asf(path: Path) -> Path:
-    """Return the skeleton file beside the motion ``path``.
+    """Return the skeleton file of a motion, from the same folder.
 
     Raises:
-        FileError: If there is none, or several and none by its name.
+        FileError: If there is none, or several and none matches by name.
     """
     try:
         beside = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
@@ -323,8 +323,9 @@ def find_asf(path: Path) -> Path:
     if len(beside) == 1:
         return beside[0]
     problem = (
-        "there is no skeleton file (.asf) beside it"
+        "there is no skeleton file (.asf) in its folder"
         if not beside
-        else f"which skeleton is its own? Beside it lie {', '.join(p.name for p in beside[:8])}"
+        else "its folder holds several skeletons, none of its name: "
+        + ", ".join(p.name for p in beside[:8])
     )
-    raise FileError(path, problem, remedy="name it with the option skeleton=FILE.asf")
+    raise FileError(path, problem, remedy="give it with the option skeleton=FILE.asf")

@@ -1,6 +1,6 @@
-"""Turn a file's axes to the package's world: x forward, y left, z up.
+"""Rotate file axes to world axes: x forward, y left, z up.
 
-Turning never mirrors and never changes the heading: it only brings the file's vertical to z.
+The rotation brings the file's vertical to z; it never mirrors and never changes the heading.
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ def rotation_to_world(up: str) -> Float[Array, "3 3"]:
     try:
         return np.array(_TO_WORLD[up], dtype=float)
     except KeyError:
-        raise ParameterError(f"{up=} is no axis; choose one of {', '.join(UP_AXES)}") from None
+        raise ParameterError(f"{up=} is not an axis; choose one of {', '.join(UP_AXES)}") from None
 
 
 def to_world(vectors: Float[Array, "*shape 3"], up: str) -> Float[Array, "*shape 3"]:
@@ -46,7 +46,7 @@ def from_world(vectors: Float[Array, "*shape 3"], up: str) -> Float[Array, "*sha
 
 
 def up_axis_of_points(positions: Float[Array, "n_frames n_markers 3"]) -> tuple[str, float]:
-    """Guess the vertical from where the markers of an upright person are.
+    """Estimate the vertical from the markers of an upright person.
 
     Within one frame an upright body is taller than it is wide or than its step is long; the
     ground is near zero, so the body lies on the positive side.
@@ -55,8 +55,8 @@ def up_axis_of_points(positions: Float[Array, "n_frames n_markers 3"]) -> tuple[
         positions: Marker positions in any unit, NaN where not seen.
 
     Returns:
-        The axis, as in :data:`UP_AXES`, and how sure: extent along it over the next largest
-        extent (1: no idea, above 1.4: an upright body).
+        The axis, as in :data:`UP_AXES`, and its certainty: extent along it over the next largest
+        extent (1: undecided, above 1.4: an upright body).
     """
     seen = np.all(np.isfinite(positions), axis=2)
     frames = np.flatnonzero(seen.sum(axis=1) >= 4)

@@ -3,19 +3,19 @@
 A joint's rotation is the product of its rotation channels in the order they are listed, :math:`R
 = R_{parent} R_{c_1} R_{c_2} R_{c_3}`, angles in degrees; its position is that of its parent plus
 :math:`R_{parent}` times its offset. Position channels replace the offset or add to it: writers
-differ. On a joint below the root they replace it where their median lies nearer to the offset
-than to zero; on the root, where an offset is given, the reading is taken that brings the lowest
-point of the body nearer to the height 0.
+disagree. On a joint below the root they replace it where their median lies nearer to the offset
+than to zero; on the root, where an offset is given, the reading that brings the lowest point of the
+body closer to height 0 is used.
 
-**Unit.** BVH states none. The person's height is summed along the bones from ankle to head; of
-metre, centimetre, millimetre, inch and CMU's unit (0.0254 / 0.45 m), in this order, the first is
-taken that makes the height lie between 1.0 and 2.2 m. The option ``unit`` overrides it. Where
-none fits, the height becomes 1.60 m, with a warning.
+**Unit.** BVH files do not store one. The person's height is summed along the bones from ankle to
+head; of metre, centimetre, millimetre, inch and CMU's unit (0.0254 / 0.45 m), in this order, the
+first is taken that makes the height lie between 1.0 and 2.2 m. The option ``unit`` overrides it.
+If none fits, the skeleton is scaled to a height of 1.60 m, with a warning.
 
-**Axes.** Up is the file axis along which the head is above the feet through the motion (y where
-the names do not tell); the person's left and forward are found from the twins
-``left…``/``right…`` in the rest pose (x and z where they do not tell). They are turned to x
-forward, y left, z up; the direction of walking is left as it is.
+**Axes.** Up is the file axis along which the head is above the feet throughout the motion (y if the
+joint names do not show it); the person's left and forward are found from the twins
+``left…``/``right…`` in the rest pose (x and z by default). They are rotated to x forward, y left, z
+up; the direction of walking is kept.
 """
 
 import re
@@ -50,11 +50,11 @@ def read_bvh(path: str | Path, *, unit: str | None = None) -> Recording:
 
     Args:
         path: The ``.bvh`` file.
-        unit: ``m``, ``cm``, ``mm``, ``in`` or ``cmu``; found from the person's height if absent.
+        unit: ``m``, ``cm``, ``mm``, ``in`` or ``cmu``; by default found from the person's height.
 
     Returns:
         A recording with a ``skeleton``. A rest pose in the first frame, and frames that only lead
-        out of it, are left out with a warning (time starts at 0 in the frame after the rest pose).
+        out of it, are removed with a warning (time is 0 in the frame after the rest pose).
 
     Raises:
         FileError: If the file cannot be read; the line is named.
@@ -69,9 +69,9 @@ def read_bvh(path: str | Path, *, unit: str | None = None) -> Recording:
     if found is None:
         raise FileError(
             path,
-            "there is no MOTION section",
+            "has no MOTION section",
             where=f"line {text.count(chr(10)) + 1}",
-            remedy="check that this is a BVH file and whole",
+            remedy="check that this is a complete BVH file",
         )
     joints, n_channels = read_hierarchy(path, text[: found.start()], warnings)
     values, frame_time = read_motion(path, text, found.end(), n_channels, warnings)
@@ -87,7 +87,7 @@ def read_bvh(path: str | Path, *, unit: str | None = None) -> Recording:
 def _without_rest_pose(
     joints: list[Joint], values: np.ndarray, warnings: list[str]
 ) -> tuple[int, np.ndarray]:
-    """Return how many first frames are a rest pose or lead out of it, and the others.
+    """Return the number of initial frames that are a rest pose or lead out of it, and the others.
 
     The first frame is a rest pose where nine in ten of the rotations that change later are below
     2 degrees (conversions keep thumbs and feet bent). It is left out where the motion does not
@@ -112,11 +112,11 @@ def _without_rest_pose(
     first = 8 if len(change) > 16 else 1
     jump = _JUMP * max(float(change[first : first + 32].max()), 0.05)
     if change[0] <= jump:
-        warnings.append("the first frame is the rest pose; the motion starts from it, it is kept")
+        warnings.append("the first frame is the rest pose; it was kept: the motion starts from it")
         return 0, values
     skip = int(np.argmax(change[:8] <= jump)) or 1
-    more = f", and the {skip - 1} after it that lead out of it" if skip > 1 else ""
-    warnings.append(f"the first frame is a rest pose, no motion: left out{more}")
+    more = f", and the following {skip - 1} that lead out of it" if skip > 1 else ""
+    warnings.append(f"the first frame is a rest pose; it was left out{more}")
     return skip, values[skip:]
 
 
@@ -127,7 +127,7 @@ def _kinematics(
     unit: str | None,
     warnings: list[str],
 ) -> SkeletonMotion:
-    """Run the forward kinematics, all frames of a joint at once, and turn it to our axes."""
+    """Return the forward kinematics in our axes, computed for all frames of a joint at once."""
     n, k = len(values), len(joints)
     R, p, ends = np.empty((n, k, 3, 3)), np.empty((n, k, 3)), np.full((n, k, 3), np.nan)
     rest = np.zeros((k, 3))
@@ -157,7 +157,7 @@ def _kinematics(
     up_rest = up_axis(names, rest[None])
     left = left_axis(names, rest, up_rest if up_rest is not None else up)
     if up is None:
-        warnings.append("the joint names do not tell head from feet: y is taken as up")
+        warnings.append("head and feet could not be identified by name: y was taken as up")
         up = np.array([0.0, 1, 0])
     body = turn_to_ours(up_rest if up_rest is not None else up, left)
     world = body if np.array_equal(body[2], up) else turn_to_ours(up, None)
@@ -188,19 +188,19 @@ def _scale(height: float, unit: str | None, warnings: list[str]) -> float:
         return UNITS[unit]
     if not (np.isfinite(height) and height > 0):
         warnings.append(
-            "the joint names do not tell the person's height: lengths taken as cm (option unit)"
+            "the person's height could not be identified: lengths were taken as cm (option unit)"
         )
         return UNITS["cm"]
     for name, metres in UNITS.items():
         if PLAUSIBLE_HEIGHT[0] <= height * metres <= PLAUSIBLE_HEIGHT[1]:
             if name != "m":
                 warnings.append(
-                    f"lengths taken as {name}, which makes the skeleton {height * metres:.2f} m "
+                    f"lengths were taken as {name}, so the skeleton is {height * metres:.2f} m "
                     "from ankle to head (option unit)"
                 )
             return metres
     warnings.append(
         f"no unit makes the skeleton human-sized ({height:g} from ankle to head in file units): "
-        f"scaled to {ASSUMED_HEIGHT:.2f} m (option unit)"
+        f"it was scaled to {ASSUMED_HEIGHT:.2f} m (option unit)"
     )
     return ASSUMED_HEIGHT / height

@@ -39,13 +39,13 @@ def read_hierarchy(path: Path, text: str, warnings: list[str]) -> tuple[list[Joi
     """Return the joints of the first skeleton, parents first, and the number of channels.
 
     Raises:
-        FileError: If the hierarchy is damaged; the line is named.
+        FileError: If the hierarchy is damaged; the message names the line.
     """
     return _Hierarchy(path, text, warnings).parse()
 
 
 class _Hierarchy:
-    """Reads the HIERARCHY section; every error names the line."""
+    """Parser of the HIERARCHY section; every error names the line."""
 
     def __init__(self, path: Path, text: str, warnings: list[str]):
         self.path, self.warnings = path, warnings
@@ -74,43 +74,43 @@ class _Hierarchy:
                 continue
             if key == "{":
                 if not expect_brace:
-                    raise self.error("'{' stands where no joint begins")
+                    raise self.error("'{' does not follow a joint")
                 stack.append(pending)
                 expect_brace = False
             elif expect_brace:
                 raise self.error(f"'{{' is missing before {words[0]!r}")
             elif key == "}":
                 if not stack:
-                    raise self.error("'}' closes nothing")
+                    raise self.error("'}' without '{'")
                 stack.pop()
             elif key in ("ROOT", "JOINT"):
                 if key == "JOINT" and (not stack or stack[-1] is None):
-                    raise self.error("JOINT stands outside a ROOT")
+                    raise self.error("JOINT is outside a ROOT")
                 if key == "ROOT" and stack:
-                    raise self.error("ROOT stands inside another joint")
+                    raise self.error("ROOT is inside another joint")
                 n_roots += key == "ROOT"
                 if len(joints) >= MAX_JOINTS:
-                    raise self.error(f"there are more than {MAX_JOINTS} joints: no human skeleton")
+                    raise self.error(f"has more than {MAX_JOINTS} joints: not a human skeleton")
                 name = " ".join(words[1:]) or f"joint{len(joints)}"
                 parent = stack[-1] if stack else -1
                 joints.append(Joint(name, -1 if parent is None else parent, np.zeros(3)))
                 pending, expect_brace = len(joints) - 1, True
             elif key == "END":
                 if not stack or stack[-1] is None:
-                    raise self.error("End Site stands outside a joint")
+                    raise self.error("End Site is outside a joint")
                 pending, expect_brace = None, True
                 ended = stack[-1]
             elif key == "OFFSET":
                 offset = self.numbers(words[1:], 3)
                 if not stack:
-                    raise self.error("OFFSET stands outside a joint")
+                    raise self.error("OFFSET is outside a joint")
                 if stack[-1] is None:
                     joints[ended].end = offset
                 else:
                     joints[stack[-1]].offset = offset
             elif key == "CHANNELS":
                 if not stack or stack[-1] is None:
-                    raise self.error("CHANNELS stands outside a joint")
+                    raise self.error("CHANNELS is outside a joint")
                 joint = joints[stack[-1]]
                 if joint.channels:
                     raise self.error(f"joint {joint.name!r} has CHANNELS twice")
@@ -118,17 +118,17 @@ class _Hierarchy:
                 joint.first_channel = n_channels
                 n_channels += len(joint.channels)
             else:
-                raise self.error(f"{words[0]!r} is not known in a hierarchy")
+                raise self.error(f"{words[0]!r} is not a keyword of a hierarchy")
         if not joints:
-            raise self.error("there is no ROOT")
+            raise self.error("has no ROOT")
         if stack or expect_brace:
-            raise self.error("a '}' is missing: the hierarchy is cut off")
+            raise self.error("a '}' is missing: the hierarchy is truncated")
         if not n_channels:
             raise self.error("no joint has CHANNELS")
         if n_roots > 1:
             second = next(i for i, j in enumerate(joints) if i and j.parent == -1)
             self.warnings.append(
-                f"the file holds {n_roots} skeletons; only the first, {joints[0].name!r}, is read"
+                f"the file holds {n_roots} skeletons; only the first, {joints[0].name!r}, was read"
             )
             joints = joints[:second]
         self.unique_names(joints)
@@ -140,7 +140,7 @@ class _Hierarchy:
         except ValueError:
             numbers = np.empty(0)
         if len(numbers) != count or not np.isfinite(numbers).all():
-            raise self.error(f"OFFSET needs {count} numbers, here stands {' '.join(words)[:60]!r}")
+            raise self.error(f"OFFSET needs {count} numbers, not {' '.join(words)[:60]!r}")
         return numbers
 
     def channels(self, words: list[str]) -> tuple[tuple[str, str], ...]:
@@ -148,7 +148,7 @@ class _Hierarchy:
         if count is None:
             raise self.error("CHANNELS needs a count")
         if count != len(words) - 1:
-            raise self.error(f"CHANNELS says {count} and lists {len(words) - 1}")
+            raise self.error(f"CHANNELS announces {count} and lists {len(words) - 1}")
         channels = []
         for word in words[1:]:
             known = _CHANNEL.fullmatch(word)
@@ -169,7 +169,7 @@ class _Hierarchy:
             seen[joint.name] = seen.get(joint.name, 0) + 1
             if seen[joint.name] > 1:
                 self.warnings.append(
-                    f"there are several joints named {joint.name!r}; numbered from the second on"
+                    f"several joints are named {joint.name!r}: numbered from the second on"
                 )
                 joint.name = f"{joint.name}#{seen[joint.name]}"
 

@@ -18,7 +18,7 @@ def read_motion(
         r"\s*Frames[ \t]*:[ \t]*(\S*)[ \t]*\r?\n\s*Frame[ \t]+Time[ \t]*:[ \t]*(\S*)", re.IGNORECASE
     ).match(text, start)
     line = text.count("\n", 0, start) + 1
-    remedy = "check that the BVH file is whole"
+    remedy = "check that the BVH file is complete"
     if head is None:
         raise FileError(
             path,
@@ -49,14 +49,14 @@ def read_motion(
         block = _whole_rows(path, block, first_row - 1, n_channels)
         values = parse_numbers(block)
     if values is None:
-        raise FileError(path, "holds words that are no numbers", where="MOTION", remedy=remedy)
+        raise FileError(path, "contains words that are not numbers", where="MOTION", remedy=remedy)
     rows, rest = divmod(len(values), n_channels)
     if rest or rows != n_frames:
         rows = _count_rows(path, block, first_row - 1, n_channels)
-        warnings.append(f"the file says {n_frames} frames and holds {rows} whole ones")
+        warnings.append(f"the file announces {n_frames} frames and holds {rows} complete ones")
     if rows < 1:
         raise FileError(
-            path, "there is no whole frame in MOTION", where=f"line {first_row}", remedy=remedy
+            path, "has no complete frame in MOTION", where=f"line {first_row}", remedy=remedy
         )
     values = values[: rows * n_channels].reshape(rows, n_channels)
     if not np.isfinite(values).all():
@@ -65,10 +65,10 @@ def read_motion(
 
 
 def _whole_rows(path: Path, block: str, line: int, n_channels: int) -> str:
-    """Return the rows before a last one that is cut off within a number.
+    """Return the rows, without a last one that is truncated within a number.
 
     Raises:
-        FileError: If a word that is no number stands anywhere else.
+        FileError: If there is a word that is not a number anywhere else.
     """
     rows = block.rstrip().split("\n")
     for n, row in enumerate(rows):
@@ -82,13 +82,13 @@ def _whole_rows(path: Path, block: str, line: int, n_channels: int) -> str:
             path,
             f"{words[bad][:30]!r} is not a number",
             where=f"line {line + n}, channel {bad + 1}",
-            remedy="mend or delete this frame",
+            remedy="correct or delete this frame",
         )
     return block
 
 
 def _count_rows(path: Path, block: str, line: int, n_channels: int) -> int:
-    """Return the number of whole rows; only the last may be cut off."""
+    """Return the number of complete rows; only the last may be truncated."""
     rows = 0
     short: tuple[int, int] | None = None
     for n, row in enumerate(block.splitlines(), start=line):
@@ -101,7 +101,7 @@ def _count_rows(path: Path, block: str, line: int, n_channels: int) -> int:
                 path,
                 f"this frame has {count} numbers, the hierarchy has {n_channels} channels",
                 where=f"line {n}",
-                remedy="mend or delete this frame, or check the hierarchy",
+                remedy="correct or delete this frame, or check the hierarchy",
             )
         if count < n_channels:
             short = (n, count)
@@ -111,7 +111,7 @@ def _count_rows(path: Path, block: str, line: int, n_channels: int) -> int:
 
 
 def _filled(path: Path, values: np.ndarray, warnings: list[str]) -> np.ndarray:
-    """Return ``values`` with rows that are not finite bridged by their neighbours."""
+    """Return ``values`` with rows that are not finite replaced by the row before."""
     bad = np.asarray(~np.isfinite(values).all(axis=1))
     if bad.mean() > 0.5:
         raise FileError(
@@ -121,7 +121,7 @@ def _filled(path: Path, values: np.ndarray, warnings: list[str]) -> np.ndarray:
             remedy="export the motion again",
         )
     warnings.append(
-        f"{bad.sum()} frames held values that are not finite; the frame before stands in for them"
+        f"{bad.sum()} frames held values that are not finite; each was replaced by the frame before"
     )
     last = np.maximum.accumulate(np.where(bad, -1, np.arange(len(bad))))
     last[last < 0] = np.flatnonzero(~bad)[0]

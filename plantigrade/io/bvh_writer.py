@@ -1,4 +1,4 @@
-"""Writes the motion of a skeleton as BVH."""
+"""Writer of BVH files."""
 
 import re
 from pathlib import Path
@@ -42,7 +42,7 @@ def write_bvh(skeleton: SkeletonMotion, path: str | Path, *, order: str = "ZXY")
 
     order = order.upper()
     if sorted(order) != ["X", "Y", "Z"]:
-        raise ParameterError(f"{order=} must hold X, Y and Z once each")
+        raise ParameterError(f"{order=} must contain X, Y and Z once each")
     if not (np.isfinite(skeleton.positions).all() and np.isfinite(skeleton.rotations).all()):
         raise ParameterError("the skeleton's motion has gaps (NaN); fill them before writing BVH")
     if len(skeleton.time) < 1:

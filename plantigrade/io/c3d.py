@@ -1,9 +1,9 @@
-"""C3D recordings: markers, force plates, events, the person, a model's outputs.
+"""C3D recordings: markers, force plates, events, subject and model outputs.
 
 The container is read in :mod:`~plantigrade.io.c3d_file`, force plates in
 :mod:`~plantigrade.io.force_plates`, and which points are markers is decided in
-:mod:`~plantigrade.io.c3d_labels`. Time is ``(frame number - 1) / rate``, so that the events of the
-file and a recording cut out of a longer one stay on one clock.
+:mod:`~plantigrade.io.c3d_labels`. Time is ``(frame number - 1) / rate``: the clock of the events,
+also in a recording cut from a longer one.
 """
 
 import re
@@ -27,7 +27,7 @@ LENGTH_UNITS = {
     **{name: 0.3048 for name in ("ft", "feet", "foot")},
     "dm": 0.1,
 }
-"""Length units by their name in a file [m]."""
+"""Length units by name [m]."""
 
 _STRIKE = re.compile(
     r"(foot|heel|initial|toe)?[ _-]*(strike|contact|on|down)|[lr]?(hs|fs|ic|fc)", re.I
@@ -39,7 +39,7 @@ def read_c3d(path: str | Path) -> Recording:
     """Read a C3D file.
 
     Returns:
-        Markers in world axes [m]. ``outputs`` holds what a model computed: positions (joint
+        Markers in world axes [m]. ``outputs`` holds the results of a model: positions (joint
         centres, segment axes, centre of mass) in world axes [m], as the markers; angles, forces,
         moments, powers and scalars in the file's own axes and units; and stray trajectories
         under names that start with ``*``, world axes [m].
@@ -66,13 +66,13 @@ def read_c3d(path: str | Path) -> Recording:
             positions=to_world(file.points[:, marker_columns] * unit, up),
         )
         if not np.isfinite(markers.positions).any():
-            warnings.append("no marker is seen in any frame")
+            warnings.append("no marker is visible in any frame")
     plates, plate_warnings = plates_from_c3d(file, unit, rotation_to_world(up))
     if not points.names and not plates:
         raise FileError(
             path,
-            "holds neither points nor force plates",
-            remedy="export the trajectories into the file",
+            "contains neither points nor force plates",
+            remedy="include the trajectories when exporting",
         )
     events = _events(file, float(time[0]), float(time[-1]), warnings)
     return Recording(
@@ -89,8 +89,8 @@ def read_c3d(path: str | Path) -> Recording:
 def write_c3d(recording: Recording, path: str | Path) -> None:
     """Write markers, force plates (type 2) and events; world axes z up, points in mm.
 
-    Plates are resampled to the least multiple of the marker rate that is not below their own. A
-    plate of unknown corners is written as one of 0.5 m by 0.5 m under its mean centre of pressure.
+    Plates are resampled to the smallest multiple of the marker rate that is not below their own. A
+    plate with unknown corners is written as 0.5 m by 0.5 m, centred on its mean centre of pressure.
 
     Raises:
         FileError: If there are no markers, they are not evenly sampled, or the file cannot be
@@ -102,7 +102,7 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
     if markers is None or markers.n_frames == 0:
         raise FileError(
             path,
-            "the recording has no markers, and a C3D file holds markers",
+            "the recording has no markers, which a C3D file needs",
             remedy="write joint angles to .mot or .npz, another skeleton to .bvh",
         )
     rate = _even_rate(markers.time, path)
@@ -112,8 +112,8 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
     if first_frame + markers.n_frames - 1 > 65535:
         raise FileError(
             path,
-            f"frame {first_frame + markers.n_frames - 1} is beyond the 65535 a C3D header counts",
-            remedy="cut the recording, or write .trc or .csv",
+            f"frame {first_frame + markers.n_frames - 1} exceeds 65535, the last of a C3D header",
+            remedy="shorten the recording, or write .trc or .csv",
         )
     shift = (first_frame - 1) / rate - markers.time[0]
     out = ezc3d.c3d()
@@ -161,14 +161,14 @@ def _length_unit(file: C3dFile, points: np.ndarray, warnings: list[str]) -> floa
         return 1e-3
     unit = unit_of_points(points)
     warnings.append(
-        f"the file gives its length unit as {word!r}; from the size of the body it was taken as "
+        f"the file states the length unit {word!r}; from the size of the body it was taken as "
         f"{'mm' if unit == 1e-3 else 'cm' if unit == 1e-2 else 'm'}"
     )
     return unit
 
 
 def unit_of_points(points: np.ndarray) -> float:
-    """Return the unit [m] with which markers (n_frames, n_markers, 3) have the size of a body."""
+    """Return the unit [m] that makes markers (n_frames, n_markers, 3) human-sized."""
     with np.errstate(all="ignore"):
         part = points[:: max(1, len(points) // 200)]
         part = part[np.isfinite(part).all(axis=2).sum(axis=1) >= 2]
@@ -180,7 +180,7 @@ def unit_of_points(points: np.ndarray) -> float:
 
 
 def _up(file: C3dFile, points: np.ndarray, unit: float, warnings: list[str]) -> str:
-    """Return the file's vertical: what it declares, unless plates or an upright body deny it."""
+    """Return the file's vertical: as declared, unless plates or an upright body contradict it."""
     words = file.strings("POINT", "Y_SCREEN")
     match = re.fullmatch(r"\s*([+-]?)\s*([xyz])\s*", words[0], re.I) if words else None
     declared = (match[1] or "+") + match[2].lower() if match else None
@@ -207,7 +207,7 @@ def _up(file: C3dFile, points: np.ndarray, unit: float, warnings: list[str]) -> 
 
 
 def _up_of_plates(file: C3dFile, points: np.ndarray) -> str | None:
-    """Return the axis along the plates' normal, on the side where the markers are."""
+    """Return the axis along the plates' normal that points to the side of the markers."""
     corners = file.values("FORCE_PLATFORM", "CORNERS")
     corners = corners[..., None] if corners.ndim == 2 else corners
     used = file.value("FORCE_PLATFORM", "USED")
@@ -250,7 +250,7 @@ def _events(file: C3dFile, start: float, end: float, warnings: list) -> tuple[Ga
     if events and not any(inside):
         moved = [GaitEvent(e.time + start, e.side, e.kind) for e in events]
         if all(start - half <= event.time <= end + half for event in moved):
-            warnings.append("the events count their time from the first frame; they were moved")
+            warnings.append("event times count from the first frame of the file; they were shifted")
             return tuple(sorted(moved, key=lambda event: event.time))
     outside = len(events) - sum(inside)
     if outside:
@@ -260,7 +260,7 @@ def _events(file: C3dFile, start: float, end: float, warnings: list) -> tuple[Ga
 
 
 def event_kind(label: str) -> str | None:
-    """Return ``"heel_strike"`` or ``"toe_off"`` for the names in use, None for any other event."""
+    """Return ``"heel_strike"`` or ``"toe_off"`` for the names in use, else None."""
     bare = re.sub(
         r"^(left|right|[lr])[ _-]+|[ _-]+(left|right|[lr])$", "", label.strip(), flags=re.I
     )
@@ -270,7 +270,7 @@ def event_kind(label: str) -> str | None:
 
 
 def event_side(label: str, context: str) -> str | None:
-    """Return ``"l"`` or ``"r"`` from an event's context, else from its label."""
+    """Return ``"l"`` or ``"r"`` from the context of an event, else from its label."""
     for word in (context, label):
         match = re.match(
             r"\s*(left|right|l(?=[ _-]|$|hs|fs|ic|fc|to|fo)|r(?=[ _-]|$|hs|fs|ic|fc|to|fo))",
@@ -336,7 +336,7 @@ def _subject(file: C3dFile, warnings: list[str]) -> Subject:
 
 
 def _metres(value: float, low: float, high: float) -> float | None:
-    """Return a length given in m, mm or cm, whichever lies in the range [m]."""
+    """Return a length given in m, mm or cm, whichever is plausible [m]."""
     for unit in (1.0, 1e-3, 1e-2):
         if low <= value * unit <= high:
             return value * unit
@@ -362,7 +362,7 @@ def _even_rate(time: np.ndarray, path: str | Path) -> float:
     if not step > 0 or np.abs(steps - step).max() > 0.05 * step:
         raise FileError(
             path,
-            "the markers are not evenly sampled in time, which C3D cannot say",
+            "the markers are not evenly sampled in time, which C3D cannot store",
             remedy="resample them first, or write .trc or .csv",
         )
     rate = (len(time) - 1) / float(time[-1] - time[0])

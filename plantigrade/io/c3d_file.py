@@ -1,9 +1,9 @@
-"""The C3D container: header, parameters, points and analog samples, as the file has them.
+"""The C3D container: header, parameters, points and analog samples as stored.
 
-Read here with NumPy and nothing else. ezc3d, an established C++ reader, is the oracle in the
-tests and the writer in :mod:`plantigrade.io.c3d`; it is not used for reading because one changed
-byte in a header is enough to end the whole process (a segmentation fault in 2 to 3 of 100 random
-changes). Here every count is checked against the size of the file before anything is allocated.
+It is read with NumPy alone. ezc3d, an established C++ library, is the reference in the tests and
+the writer in :mod:`plantigrade.io.c3d`; it does not read files here because a single changed byte
+in a header can end the whole process (a segmentation fault in 2 to 3 of 100 random changes). Here
+every count is checked against the size of the file before anything is allocated.
 
 References:
     The C3D File Format, user guide, c3d.org (header words, parameter records, processor types).
@@ -28,7 +28,7 @@ _EXPORT_AGAIN = "export the recording again; the file is damaged or cut off"
 
 @dataclass(frozen=True)
 class C3dFile:
-    """What a C3D file holds, before it means anything.
+    """Contents of a C3D file before interpretation.
 
     Attributes:
         path: The file.
@@ -36,8 +36,8 @@ class C3dFile:
             (first dimension of the file first).
         first_frame: Number of the first frame, from 1.
         rate: Frames per second [Hz].
-        points: Positions in the file's unit; NaN where the file marks a point as not seen.
-        residuals: Reconstruction residual in the file's unit, -1 where not seen.
+        points: Positions in the file's unit; NaN where the file marks a point as missing.
+        residuals: Reconstruction residual in the file's unit, -1 where missing.
         analog: Samples, scaled to the units of ANALOG:UNITS, one channel per column.
         analog_rate: Samples per second [Hz]; 0 without analog channels.
         header_events: Label and time [s] of the events of the header (older files).
@@ -54,7 +54,7 @@ class C3dFile:
     header_events: tuple[tuple[str, float], ...] = ()
 
     def strings(self, group: str, name: str) -> list[str]:
-        """Return a list of strings, with its continuations (``LABELS``, ``LABELS2`` …)."""
+        """Return a list of strings with its continuations (``LABELS``, ``LABELS2`` …)."""
         found: list[str] = []
         entries = self.parameters.get(group, {})
         for suffix in ("", *map(str, range(2, 256))):
@@ -65,17 +65,17 @@ class C3dFile:
         return found
 
     def values(self, group: str, name: str) -> np.ndarray:
-        """Return numbers, one axis per dimension of the file; empty where there are none."""
+        """Return numbers, one axis per dimension; empty if there are none."""
         value = self.parameters.get(group, {}).get(name)
         return value if isinstance(value, np.ndarray) else np.empty(0)
 
     def integers(self, group: str, name: str) -> np.ndarray:
-        """Return whole numbers; what is none, or beyond 32 bits, is 0."""
+        """Return integers; 0 replaces what is not an integer or exceeds 32 bits."""
         values = self.values(group, name).astype(float)
         return np.where(np.abs(values) < 2**31, values, 0.0).astype(int)
 
     def value(self, group: str, name: str) -> float:
-        """Return one number, NaN where there is none."""
+        """Return one number, NaN if there is none."""
         values = self.values(group, name)
         return float(values.flat[0]) if values.size else float("nan")
 
@@ -84,7 +84,7 @@ def read_c3d_file(path: str | Path) -> C3dFile:
     """Read the container.
 
     Raises:
-        FileError: If the file is no C3D, or one of its counts does not fit its size.
+        FileError: If the file is not a C3D file, or a count does not fit its size.
     """
     path = Path(path)
     try:
@@ -96,7 +96,7 @@ def read_c3d_file(path: str | Path) -> C3dFile:
                 raise FileError(
                     path,
                     f"has {size / 1e6:.0f} MB, more than the {LIMIT_BYTES / 1e6:.0f} MB read",
-                    remedy="cut the recording to the part that matters",
+                    remedy="cut the recording to the relevant part",
                 )
             return _read(path, file, size)
     except FileNotFoundError:
@@ -118,7 +118,7 @@ def _read(path: Path, file, size: int) -> C3dFile:
             path,
             "is not a C3D file (its second byte must be 0x50 and its header 512 bytes long)",
             where="header",
-            remedy="check that the ending of its name says its format",
+            remedy="check that its extension matches its format",
         )
     start = (head[0] - 1) * BLOCK
     if start < BLOCK or start + BLOCK > size:
@@ -145,7 +145,7 @@ def _read(path: Path, file, size: int) -> C3dFile:
 
 
 class _Header:
-    """The words of the header that matter."""
+    """The words of the header that are used."""
 
     def __init__(self, head: bytes, processor: int):
         order = ">" if processor == _MIPS else "<"
@@ -168,7 +168,7 @@ class _Header:
 
 
 class _Parameters:
-    """Walks the chain of parameter records, never outside the section."""
+    """Reader of the chain of parameter records, bounded by the section."""
 
     def __init__(self, path: Path, raw: bytes, processor: int):
         self.path, self.raw, self.processor = path, raw, processor
@@ -261,7 +261,10 @@ def _read_data(path, file, size, header: _Header, parameters, processor) -> C3dF
     frame_words = 4 * header.n_points + header.analog_per_frame
     if frame_words == 0:
         raise FileError(
-            path, "holds neither points nor analog channels", where="header", remedy=_EXPORT_AGAIN
+            path,
+            "contains neither points nor analog channels",
+            where="header",
+            remedy=_EXPORT_AGAIN,
         )
     start = (header.data_block - 1) * BLOCK
     if header.data_block < 2 or start > size:
@@ -327,9 +330,9 @@ def _analog_layout(path: Path, header: _Header) -> tuple[int, int]:
 
 
 def _frames(bare: C3dFile, header: _Header) -> tuple[int, int]:
-    """Return the number of the first frame and how many frames there are.
+    """Return the number of the first frame and the number of frames.
 
-    The header counts to 65535; longer recordings say it in TRIAL:ACTUAL_START_FIELD and
+    The header counts to 65535; longer recordings use TRIAL:ACTUAL_START_FIELD and
     ACTUAL_END_FIELD (low word, high word), POINT:LONG_FRAMES or POINT:FRAMES.
     """
     fields = []
@@ -391,7 +394,7 @@ def _scaled_analog(bare: C3dFile, raw: np.ndarray) -> np.ndarray:
 
 
 def _floats(raw: bytes, processor: int) -> np.ndarray:
-    """Return 4-byte floats of the file's processor as the machine's own."""
+    """Return 4-byte floats of the file's processor as native ones."""
     if processor == _DEC:  # VAX F: the two 16-bit halves exchanged, four times the value
         halves = np.frombuffer(raw, dtype="<u2").reshape(-1, 2)[:, ::-1]
         with np.errstate(all="ignore"):

@@ -1,16 +1,16 @@
-"""Which points of a C3D file are markers on the skin, and which were computed.
+"""Which points of a C3D file are skin markers and which were computed.
 
-C3D stores everything in one list of points: markers, joint centres and segment axes a model
-computed, joint angles, moments. A fit must see the first only. In this order, a point is
+C3D stores markers, joint centres and segment axes of a model, joint angles and moments in one list
+of points. A fit must use the markers only. In this order, a point is
 
 1. *unlabelled*, if it has no name or one that programs give to stray trajectories (``*17``);
 2. *typed*, if POINT:TYPE_GROUPS puts it into a group: ANGLES, FORCES, MOMENTS, POWERS, SCALARS,
    MODELED_MARKERS or the manufacturer's own;
-3. *typed*, if its name ends like an output of Plug-in Gait and its kin (``LKneeAngles``,
+3. *typed*, if its name ends like an output of Plug-in Gait and related models (``LKneeAngles``,
    ``RHipMoment``, ``LNormalisedGRF``);
-4. *computed*, if it belongs to a complete segment frame: four names with one stem and the ends
-   O A L P (Plug-in Gait) or 0 1 2 3 (Oxford Foot Model), whose three arms stand square on each
-   other in every frame, as no four markers do;
+4. *computed*, if it belongs to a complete segment frame: four names with one stem and the endings
+   O A L P (Plug-in Gait) or 0 1 2 3 (Oxford Foot Model), whose three arms stay perpendicular to
+   each other in every frame, as no four markers do;
 5. *computed*, if its name is one that models use for points no one can put a marker on: joint
    centres (``LHJC``, ``RKJC``), centre of mass, projections, arch height, leg length;
 6. *computed*, in a file with Oxford Foot Model frames, if it is one of that model's helper points
@@ -52,12 +52,12 @@ _MARKER_GROUPS = {"MARKERS", "MARKER", "LABELED_MARKERS"}
 
 @dataclass(frozen=True)
 class LabelledPoints:
-    """Columns of a file's points, sorted by what they are.
+    """Columns of a file's points by kind.
 
     Attributes:
         names: Clean, unique name per column.
         markers: Columns of markers.
-        computed: Columns of points a model computed (positions).
+        computed: Columns of positions computed by a model.
         typed: Columns of angles, forces, moments, powers, scalars (no positions).
         unlabelled: Columns of stray trajectories.
         warnings: What the user should know.
@@ -72,7 +72,7 @@ class LabelledPoints:
 
 
 def sort_points(file: C3dFile) -> LabelledPoints:
-    """Return the file's points, sorted."""
+    """Return the file's points by kind."""
     n = file.points.shape[1]
     raw = file.strings("POINT", "LABELS")[:n]
     warnings = []
@@ -111,7 +111,7 @@ def sort_points(file: C3dFile) -> LabelledPoints:
 
     names, renamed = _unique([name or f"*{i + 1}" for i, name in enumerate(plain)])
     if renamed:
-        warnings.append(f"labels that occur more than once were numbered: {', '.join(renamed)}")
+        warnings.append(f"repeated labels were numbered: {', '.join(renamed)}")
     return LabelledPoints(
         names,
         columns("marker"),
@@ -123,7 +123,7 @@ def sort_points(file: C3dFile) -> LabelledPoints:
 
 
 def _without_prefix(labels: list[str]) -> list[str]:
-    """Strip ``Name:`` where every labelled point has the same one."""
+    """Remove the prefix ``Name:`` if all labelled points share it."""
     prefixes = {label.split(":", 1)[0] if ":" in label else None for label in labels if label}
     prefixes = {p for p in prefixes if p is not None} | (
         {None}
@@ -143,7 +143,7 @@ def _without_prefix(labels: list[str]) -> list[str]:
 
 
 def _groups(file: C3dFile) -> dict[str, str]:
-    """Return the type group of each label, as POINT:TYPE_GROUPS and its kin have it."""
+    """Return the type group of each label from POINT:TYPE_GROUPS and related parameters."""
     names = {"ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "MODELED_MARKERS"}
     names.update(name for name in file.strings("POINT", "TYPE_GROUPS")[::2] if name)
     found = {}
@@ -166,7 +166,7 @@ def _frame_members(names: list[str], points: np.ndarray) -> set[int]:
 
 
 def _is_frame(points: np.ndarray) -> bool:
-    """Return whether three arms from the first point stay square on each other."""
+    """Return whether three arms from the first point stay perpendicular to each other."""
     points = points[np.isfinite(points).all(axis=(1, 2))]
     if len(points) == 0:
         return True  # nothing to be mistaken for a marker

@@ -1,7 +1,7 @@
-"""Files that belong to a recording: a standing trial, measured forces.
+"""Companion files of a recording: a standing trial, measured forces.
 
-They are looked for in the recording's own folder and by its name, then judged by what they hold;
-a doubt means no companion, and the user names it by option.
+They are found in the folder of the recording by name and verified by content. In case of doubt
+there is no companion, and the user gives it as an option.
 """
 
 import re
@@ -32,10 +32,10 @@ _SAME = 0.04  # one person's distances agree in the middle to this share
 
 @dataclass(frozen=True)
 class Companions:
-    """What was found beside a recording.
+    """Companions of a recording.
 
     Attributes:
-        static: A standing trial of the same person, if there is one.
+        static: A standing trial of the same person.
         forces: Measured ground reactions of the same trial.
         forces_source: The file they came from.
     """
@@ -52,7 +52,7 @@ class Companions:
 
 
 def find_companions(recording: Recording, read) -> Companions:
-    """Return the companions of a recording that lie in its folder.
+    """Return the companions of a recording from its folder.
 
     Args:
         recording: The recording.
@@ -130,7 +130,7 @@ def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Pat
 
 
 def is_still(recording: Recording) -> bool:
-    """Return whether the person of a marker recording stands still."""
+    """Return whether the person stands still in a marker recording."""
     markers = recording.markers
     if markers is None:
         return False
@@ -143,11 +143,10 @@ def is_still(recording: Recording) -> bool:
 
 
 def same_person(a: Recording, b: Recording) -> bool:
-    """Return whether two marker recordings can be of one person with one set of markers.
+    """Return whether two marker recordings may show the same person with the same markers.
 
-    Markers that keep their distance in one recording keep it in the other: on one person to about
-    a percent, the worth of skin that slides. A distance counts as kept where it varies by less
-    than :data:`_KEPT`.
+    Distances between markers that are constant in one recording must be the same in the other, to
+    about a percent (soft tissue). A distance is constant if it varies by less than :data:`_KEPT`.
     """
     for name in ("height", "mass"):
         one, other = getattr(a.subject, name), getattr(b.subject, name)
@@ -199,7 +198,7 @@ def _words(stem: str) -> set[str]:
 
 
 def _numbered(words: set[str]) -> set[str]:
-    """Return the words that number a trial or a person."""
+    """Return the words that identify a trial or a person."""
     return {w for w in words if any(c.isdigit() for c in w)}
 
 

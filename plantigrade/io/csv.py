@@ -7,11 +7,11 @@ The package's own format: a header, then numbers, separated by commas, semicolon
     time, LASI_x, LASI_y, LASI_z, …, hip_flexion_r, …
 
 ``NAME_x, NAME_y, NAME_z`` is a marker; every other column is a coordinate [rad, m]. An empty field
-means that nothing was measured. The lines that start with ``#`` may be left out, or say otherwise:
-``unit`` (m, cm, mm), ``up`` (x, y, z, with a sign if need be), ``angles`` (radians, degrees: of the
-columns that are angles, that is all but those that end in ``_tx``, ``_ty`` or ``_tz``). Where they
-are left out and the body would be hundreds of metres tall or lie on its side, the reader says what
-it took instead.
+is a missing value. The lines that start with ``#`` may be left out, or say otherwise: ``unit`` (m,
+cm, mm), ``up`` (x, y, z, with a sign if need be), ``angles`` (radians, degrees: of the columns that
+are angles, that is all but those that end in ``_tx``, ``_ty`` or ``_tz``). Where they are left out
+and the body would be hundreds of metres tall or lie on its side, the reader says what it took
+instead.
 """
 
 import csv as _csv
@@ -34,7 +34,7 @@ _AXIS_GLUED = re.compile(r"(.+?)([xyzXYZ])")
 
 
 def read_csv(path: str | Path) -> Recording:
-    """Read a table of markers, coordinates, or both.
+    """Read a table of markers, joint coordinates, or both.
 
     Raises:
         FileError: With line and field, if the table has no time, no columns or no numbers.
@@ -47,7 +47,7 @@ def read_csv(path: str | Path) -> Recording:
     if not lines[at].count(delimiter):
         raise FileError(
             path,
-            "the header must hold several names, separated by commas, semicolons or tabs",
+            "the header must contain several names separated by commas, semicolons or tabs",
             where=f"line {at + 1}",
             remedy="write 'time, NAME_x, NAME_y, NAME_z, …'",
         )
@@ -76,7 +76,10 @@ def read_csv(path: str | Path) -> Recording:
     )
     if len(table) == 0:
         raise FileError(
-            path, "has a header but no rows", where=f"line {at + 2}", remedy="export it again"
+            path,
+            "has a header but no rows of numbers",
+            where=f"line {at + 2}",
+            remedy="export it again",
         )
     time = table[:, time_at]
     check_time(time, rows, path, first_line=at + 2)
@@ -96,7 +99,7 @@ def read_csv(path: str | Path) -> Recording:
     if markers is None and coordinates is None:
         raise FileError(
             path,
-            "holds nothing but time",
+            "contains only time",
             where=f"line {at + 1}",
             remedy="add columns NAME_x, NAME_y, NAME_z of markers, or joint coordinates",
         )
@@ -129,14 +132,14 @@ def write_csv(recording: Recording, path: str | Path) -> None:
         if len(coordinates.time) != len(time) or np.abs(coordinates.time - time).max() > 1e-6:
             raise FileError(
                 path,
-                "markers and coordinates have different times, and a table has one column of time",
+                "markers and coordinates have different times; a table has one time column",
                 remedy="resample one of them, or write .npz",
             )
         names += list(coordinates.names)
         parts.append(coordinates.values)
     for name in names:
         if "\n" in name or "\r" in name:
-            raise FileError(path, f"name {name!r} cannot stand in a header", remedy="rename it")
+            raise FileError(path, f"name {name!r} is not allowed in a header", remedy="rename it")
     quoted = ['"' + n.replace('"', '""') + '"' if re.search(r'[",;\t]', n) else n for n in names]
     values = np.concatenate(parts, axis=1)
     row = "%.9g" + ",%.9g" * values.shape[1]
@@ -148,7 +151,7 @@ def write_csv(recording: Recording, path: str | Path) -> None:
 
 
 def _comments(lines: list[str], path) -> tuple[dict[str, str], int]:
-    """Return what the comments say, and the index of the header."""
+    """Return the settings in the comments and the index of the header."""
     says = {}
     for i, line in enumerate(lines):
         bare = line.strip()
@@ -158,7 +161,7 @@ def _comments(lines: list[str], path) -> tuple[dict[str, str], int]:
                 says[match[1].lower()] = match[2].strip().lower()
         elif bare:
             return says, i
-    raise FileError(path, "holds comments only", remedy="add a header and rows of numbers")
+    raise FileError(path, "contains only comments", remedy="add a header and rows of numbers")
 
 
 def _header(line: str, delimiter: str, path, where: int) -> list[str]:
@@ -179,7 +182,7 @@ def _header(line: str, delimiter: str, path, where: int) -> list[str]:
             path,
             f"column {twice!r} occurs more than once",
             where=f"line {where}",
-            remedy="give every column a name of its own",
+            remedy="give every column a unique name",
         )
     if seen and all(re.fullmatch(r"[-+.\deE]+", name) for name in seen):
         raise FileError(
@@ -211,12 +214,12 @@ def _positions(raw: np.ndarray, says: dict, path, warnings: list[str]) -> np.nda
     word = says.get("unit", says.get("units"))
     if word is not None and word not in LENGTH_UNITS:
         raise FileError(
-            path, f"unit {word[:20]!r} is not known", where="# unit", remedy="use m, cm or mm"
+            path, f"unit {word[:20]!r} is unknown", where="# unit", remedy="use m, cm or mm"
         )
     unit = LENGTH_UNITS[word] if word else unit_of_points(raw) if np.isfinite(raw).any() else 1.0
     if word is None and unit != 1.0:
         warnings.append(
-            f"the table names no unit; from the size of the body it was taken as "
+            f"the table states no length unit; from the size of the body it was taken as "
             f"{'mm' if unit == 1e-3 else 'cm'} (write '# unit: m' on top to say otherwise)"
         )
     up = says.get("up")
@@ -224,13 +227,16 @@ def _positions(raw: np.ndarray, says: dict, path, warnings: list[str]) -> np.nda
         up = up if up[0] in "+-" else "+" + up
         if up not in UP_AXES:
             raise FileError(
-                path, f"up {up[:10]!r} is no axis", where="# up", remedy=f"use {', '.join(UP_AXES)}"
+                path,
+                f"up {up[:10]!r} is not an axis",
+                where="# up",
+                remedy=f"use {', '.join(UP_AXES)}",
             )
         return to_world(raw * unit, up)
     body, sure = up_axis_of_points(raw)
     if sure > _SURE and body != "+z":
         warnings.append(
-            f"the table does not say which axis is up; the body stands along {body}, which was "
+            f"the table does not state the vertical; the body is upright along {body}, which was "
             "taken as up (write '# up: z' on top to say otherwise)"
         )
         return to_world(raw * unit, body)
@@ -251,5 +257,5 @@ def _to_radians(values: np.ndarray, names: list[str], says, path, warnings) -> N
         )
     elif "angles" not in says and angles and np.nanmax(np.abs(values[:, angles]), initial=0) > 13:
         warnings.append(
-            "coordinates beyond 13 rad look like degrees; write '# angles: degrees' on top if so"
+            "coordinates beyond 13 rad look like degrees: if so, write '# angles: degrees' on top"
         )

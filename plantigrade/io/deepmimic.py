@@ -60,11 +60,11 @@ def read_deepmimic(path: str | Path) -> Recording:
         path: The JSON file (usually ``.txt``).
 
     Returns:
-        A recording with a ``skeleton`` of 15 joints. A frame is shown for its own duration, so the
-        last one's does not count. A cyclic motion (``"Loop": "wrap"``) is left as one cycle.
+        A recording with a ``skeleton`` of 15 joints. Each frame lasts for its own duration; that of
+        the last one is ignored. A cyclic motion (``"Loop": "wrap"``) is returned as one cycle.
 
     Raises:
-        FileError: If the file is not such a motion; the frame and field are named.
+        FileError: If the file is not such a motion; the message names frame and field.
     """
     path = Path(path)
     remedy = 'a DeepMimic motion is a JSON object with a list "Frames" of rows of 44 numbers'
@@ -93,15 +93,15 @@ def read_deepmimic(path: str | Path) -> Recording:
     duration = frames[:, 0]
     loop = str(data.get("Loop", "none")).lower()
     if loop not in ("wrap", "none"):
-        warnings.append(f"Loop is {loop[:20]!r}, known are wrap and none: none taken")
+        warnings.append(f"Loop is {loop[:20]!r}, which is unknown; none was assumed")
     elif loop == "wrap":
-        warnings.append("the motion is one cycle that is meant to repeat")
+        warnings.append("the motion is one cycle, meant to be repeated")
     time = np.concatenate([[0.0], np.cumsum(duration[:-1])])
     return Recording(source=path, skeleton=_kinematics(frames, time), warnings=tuple(warnings))
 
 
 def _frames(path: Path, rows: list, remedy: str) -> np.ndarray:
-    """Return the frames with unit quaternions; every error names the frame."""
+    """Return the frames with unit quaternions."""
     for n, row in enumerate(rows, start=1):
         count = len(row) if isinstance(row, list) else None
         if count != NUMBERS:

@@ -1,7 +1,7 @@
-r"""Force plates of a C3D file: from channels to the wrench on the body in world axes.
+r"""Force plates of a C3D file: from analog channels to the wrench on the body in world axes.
 
-Every plate type ends as force :math:`F` and moment :math:`M` at the centre :math:`C` of the top
-surface, in plate axes; the rest is common:
+Every plate type is reduced to force :math:`F` and moment :math:`M` at the centre :math:`C` of the
+top surface, in plate axes; the rest is common:
 
 .. math:: p = C + \frac{n \times M}{n \cdot F}, \qquad T = n \cdot (M - (p - C) \times F),
 
@@ -10,7 +10,7 @@ with the plate's normal :math:`n`, the centre of pressure :math:`p` and the free
 Plate axes follow from the corners, which C3D lists by quadrant of the plate's own x-y plane:
 (+, +), (-, +), (-, -), (+, -); z is their cross product, downwards on most plates.
 
-What files disagree on is decided by physics and said in a warning where it is unusual:
+Conventions that differ between files are decided by physics; unusual ones give a warning:
 
 - whether the channels hold the force on the plate or its reaction: a foot pushes down, so the
   force on the body points up;
@@ -75,7 +75,7 @@ class _Geometry:
 def plates_from_c3d(
     file: C3dFile, length_unit: float, turn: Float[Array, "3 3"]
 ) -> tuple[list[ForcePlate], list[str]]:
-    """Return the plates of a file and what is unusual about them.
+    """Return the plates of a file and warnings about them.
 
     Args:
         file: The container.
@@ -95,7 +95,7 @@ def plates_from_c3d(
         kind = int(kinds[i])
         if kind not in _CHANNELS:
             warnings.append(
-                f"force plate {name} has type {kind}; types 1 to 5 are read, this one was left out"
+                f"force plate {name} has type {kind}; only types 1 to 5 are read; it was left out"
             )
             continue
         geometry = _geometry(file, i, length_unit)
@@ -118,7 +118,7 @@ def plates_from_c3d(
             warnings.append(
                 f"force plate {name}: the centre of pressure lies off the plate in "
                 f"{100 * outside:.0f} % of the loaded samples; its corners, ORIGIN or moment unit "
-                "do not fit its signals"
+                "do not match its signals"
             )
     return plates, warnings
 
@@ -157,7 +157,7 @@ def _geometry(file: C3dFile, i: int, unit: float) -> _Geometry | None:
 
 
 def _channels(file: C3dFile, i: int, count: int) -> np.ndarray | None:
-    """Return the plate's channels, 0-based."""
+    """Return the channels of a plate, 0-based."""
     table = file.integers("FORCE_PLATFORM", "CHANNEL")
     if table.ndim == 1:
         table = table[:, None]
@@ -170,7 +170,9 @@ def _channels(file: C3dFile, i: int, count: int) -> np.ndarray | None:
 def _wrench(file, i, kind, channels, geometry, up, length_unit, name, warnings) -> _Wrench | None:
     raw = _without_baseline(file, file.analog[:, channels], name, warnings)
     if not np.isfinite(raw).all():
-        warnings.append(f"force plate {name} was left out: it holds samples that are no numbers")
+        warnings.append(
+            f"force plate {name} was left out: it contains samples that are not numbers"
+        )
         return None
     origin = file.values("FORCE_PLATFORM", "ORIGIN")
     origin = origin[:, None] if origin.ndim == 1 else origin
@@ -252,7 +254,7 @@ def _calibration(file: C3dFile, i: int, n_channels: int) -> np.ndarray | None:
 
 
 def _without_baseline(file: C3dFile, raw: np.ndarray, name: str, warnings: list) -> np.ndarray:
-    """Subtract the mean over the frames FORCE_PLATFORM:ZERO names, where nobody stands there."""
+    """Subtract the mean over the frames of FORCE_PLATFORM:ZERO, where the plate is unloaded."""
     zero = file.integers("FORCE_PLATFORM", "ZERO").reshape(-1)
     if zero.size < 2:
         return raw
@@ -266,14 +268,14 @@ def _without_baseline(file: C3dFile, raw: np.ndarray, name: str, warnings: list)
     if (level > 0.05 * spread)[2:].any() and level[2] > UNLOADED:
         warnings.append(
             f"force plate {name}: FORCE_PLATFORM:ZERO names frames {first} to {last} as unloaded, "
-            "but there is a load in them; no baseline was subtracted"
+            "but the plate is loaded there; no baseline was subtracted"
         )
         return raw
     return raw - baseline.mean(axis=0)
 
 
 def _signs(forces: list[np.ndarray]) -> list[float]:
-    """Return per plate the factor that makes the force the one on the body: upwards."""
+    """Return the sign per plate that makes the force act on the body, upwards."""
     signs = []
     for force in forces:
         vertical = force[:, 2]

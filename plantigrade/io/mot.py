@@ -1,13 +1,13 @@
 r"""MOT and STO tables of OpenSim: joint coordinates, ground reactions, moments.
 
-A header up to ``endheader`` (several generations of it are in use), a row of column names that
-begins with ``time``, then rows of numbers. OpenSim's axes are x forward, y up, z to the right;
-ground reactions are turned to ours (x forward, y left, z up), pelvis translations stay as they
-are (see :class:`~plantigrade.motion.recording.Recording`).
+A header up to ``endheader`` (several versions are in use), a row of column names starting with
+``time``, then rows of numbers. OpenSim's axes are x forward, y up, z to the right; ground reactions
+are rotated to ours (x forward, y left, z up), pelvis translations are kept (see
+:class:`~plantigrade.motion.recording.Recording`).
 
 **Angles.** ``inDegrees=yes`` scales rotations only: not translations (``…_tx``), moments, forces
-or the patella's dependent ``…_beta`` (which files give in either unit). Where the header does not
-say, degrees are taken, as OpenSim does, unless the numbers can only be radians.
+or the patella's dependent ``…_beta`` (which files give in either unit). If the header does not say,
+degrees are assumed, as in OpenSim, unless the numbers can only be radians.
 
 **Knee.** Flexion is negative in the gait2392 family and the planar models, positive in
 Rajagopal's (:func:`~plantigrade.io.opensim_coordinates.knee_sign` tells from the data);
@@ -42,13 +42,13 @@ MAX_BYTES = 80e6  # of a file [bytes]: about 5 minutes of two plates at 2000 Hz
 
 @dataclass(frozen=True)
 class MotFile:
-    """A MOT or STO file as it stands: numbers unscaled.
+    """Contents of a MOT or STO file, unscaled.
 
     Attributes:
-        table: Its columns; names reduced to those of the coordinates.
-        paths: The columns' names as the file spells them.
-        in_degrees: What the header says; None where it says nothing.
-        warnings: What the user should know.
+        table: Its columns, with names reduced to those of the coordinates.
+        paths: Column names as in the file.
+        in_degrees: As stated in the header; None if not stated.
+        warnings: Warnings for the user.
     """
 
     table: Table
@@ -62,8 +62,8 @@ def read_mot(path: str | Path, *, knee_sign: int | None = None) -> Recording:
 
     Args:
         path: The file.
-        knee_sign: ``1`` if knee flexion is positive in the file, ``-1`` if negative; found from
-            the data if absent.
+        knee_sign: ``1`` if knee flexion is positive in the file, ``-1`` if negative; by default
+            found from the data.
 
     Returns:
         A recording with ``coordinates`` [rad, m] (knee flexion positive), ``plates``, or both.
@@ -71,7 +71,7 @@ def read_mot(path: str | Path, *, knee_sign: int | None = None) -> Recording:
         (:func:`read_table` returns them).
 
     Raises:
-        FileError: If the file cannot be read or holds neither.
+        FileError: If the file cannot be read or contains neither.
         ParameterError: If ``knee_sign`` is neither 1, -1 nor None.
     """
     if knee_sign not in (None, 1, -1):
@@ -93,9 +93,9 @@ def read_mot(path: str | Path, *, knee_sign: int | None = None) -> Recording:
         names = ", ".join(file.table.names[:6])
         raise FileError(
             path,
-            f"holds neither joint coordinates nor ground reactions, but {names} …",
+            f"contains neither joint coordinates nor ground reactions, but {names} …",
             where="column names",
-            remedy="name a motion (hip_flexion_r …) or force file (ground_force_vx …)",
+            remedy="give a motion (hip_flexion_r …) or a force file (ground_force_vx …)",
         )
     return Recording(
         source=Path(path), coordinates=coordinates, plates=plates, warnings=tuple(warnings)
@@ -105,7 +105,7 @@ def read_mot(path: str | Path, *, knee_sign: int | None = None) -> Recording:
 def read_table(path: str | Path) -> Table:
     """Read every column of a MOT or STO file: moments, activations, anything.
 
-    Angles come in radians; nothing else is scaled, no sign changed, no axis turned.
+    Angles are converted to radians; nothing else is scaled, no sign is changed, no axis rotated.
 
     Raises:
         FileError: If the file cannot be read.
@@ -120,10 +120,10 @@ def read_table(path: str | Path) -> Table:
 
 def _read(path: Path) -> MotFile:
     text = read_text(path, MAX_BYTES)
-    remedy = "check that this is a MOT or STO file of OpenSim and whole"
+    remedy = "check that this is a complete MOT or STO file of OpenSim"
     end = re.search(r"^[ \t]*endheader\b[^\n]*$", text, re.MULTILINE | re.IGNORECASE)
     if end is None:
-        raise FileError(path, "there is no line 'endheader'", where="header", remedy=remedy)
+        raise FileError(path, "has no line 'endheader'", where="header", remedy=remedy)
     header = _header(text[: end.start()])
     if header.get("datatype", "double").lower() not in ("double", "float"):
         raise FileError(
@@ -153,7 +153,7 @@ def _read(path: Path) -> MotFile:
     values = _checked_time(path, values, warnings)
     stated = header.get("nrows", header.get("datarows", ""))
     if (count_of(stated) or 0) > len(values):
-        warnings.append(f"the header says {stated} rows, the file holds {len(values)}")
+        warnings.append(f"the header announces {stated} rows, the file holds {len(values)}")
     names = _unique([_reduced(p) for p in paths[1:]], paths[1:])
     yes = header.get("indegrees", "").lower()
     return MotFile(
@@ -190,7 +190,7 @@ def _reduced(path: str) -> str:
 
 
 def _unique(names: Sequence[str], paths: Sequence[str]) -> tuple[str, ...]:
-    """Return the names, with the full path where a short one stands twice, then with a number."""
+    """Return unique names: repeated ones get their full path, then a number."""
     names = [p if names.count(n) > 1 else n for n, p in zip(names, paths, strict=True)]
     seen: dict[str, int] = {}
     for i, name in enumerate(names):
@@ -207,19 +207,19 @@ def _rows(
     names: Sequence[str],
     warnings: list[str],
 ) -> Float[Array, "n k"]:
-    """Return the rows of numbers; a last row that is cut off is left out with a warning."""
+    """Return the rows of numbers; a truncated last row is left out with a warning."""
     lines = text.rstrip().split("\n")
     first = next((row for row in lines if row.strip()), "")
     if not first:
         raise FileError(
             path,
-            "there are no rows of numbers",
+            "has no rows of numbers",
             where=f"line {line + 1}",
-            remedy="check that the file is whole",
+            remedy="check that the file is complete",
         )
     delimiter = "\t" if "\t" in first.strip() else None
     if len(lines) > 1 and len(lines[-1].strip().split(delimiter)) < len(names):
-        warnings.append(f"the last row (line {line + len(lines)}) is cut off and left out")
+        warnings.append(f"the last row (line {line + len(lines)}) is truncated and was left out")
         lines.pop()
     if delimiter and all(line.count("\t") == len(names) - 1 for line in lines):
         flat = parse_numbers(text)
@@ -232,7 +232,7 @@ def _rows(
 
 
 def _checked_time(path: Path, values: np.ndarray, warnings: list[str]) -> np.ndarray:
-    """Return the rows with a time that increases; repeated rows are left out."""
+    """Return the rows in order of time; repeated rows are left out."""
     time = values[:, 0]
     if not np.isfinite(time).all():
         raise FileError(
@@ -245,18 +245,20 @@ def _checked_time(path: Path, values: np.ndarray, warnings: list[str]) -> np.nda
     if (step < 0).any():
         raise FileError(
             path,
-            "time goes back",
+            "time decreases",
             where=f"row {np.flatnonzero(step < 0)[0] + 2}, column time",
             remedy="sort the rows by time; one trial per file",
         )
     if (step == 0).any():
-        warnings.append(f"{(step == 0).sum()} rows repeat the time of the row before: left out")
+        warnings.append(
+            f"{(step == 0).sum()} rows repeat the time of the row before and were left out"
+        )
         values = values[np.concatenate([[True], step > 0])]
     return values
 
 
 def _cycle_time(time: np.ndarray, values: np.ndarray, warnings: list[str]) -> np.ndarray:
-    """Return the time; a percentage of a gait cycle becomes a second per cycle."""
+    """Return the time; a percentage of the gait cycle is converted to one second per cycle."""
     if len(time) < 20 or time[0] != 0 or time[-1] not in (1.0, 100.0):
         return time
     span = np.nanmax(values, axis=0) - np.nanmin(values, axis=0)
@@ -265,7 +267,7 @@ def _cycle_time(time: np.ndarray, values: np.ndarray, warnings: list[str]) -> np
         return time
     warnings.append(
         "time runs from 0 to "
-        f"{time[-1]:g} and the motion ends as it begins: one gait cycle, taken to last 1 s"
+        f"{time[-1]:g} and the motion ends as it begins: it was taken as one gait cycle of 1 s"
     )
     return time / time[-1]
 
@@ -279,8 +281,8 @@ def write_mot(
     """Write joint coordinates or ground reactions in OpenSim's format.
 
     Args:
-        what: A table of coordinates [rad, m], plates, or a recording (its coordinates, or where it
-            has none, its plates).
+        what: A table of coordinates [rad, m], plates, or a recording (its coordinates or, if it has
+            none, its plates).
         path: The file, ``.mot`` or ``.sto``.
         in_degrees: Write angles in degrees; translations and ``…_beta`` are never scaled.
 
@@ -294,7 +296,7 @@ def write_mot(
     if isinstance(what, Recording):
         if what.coordinates is None and not what.plates:
             raise ParameterError(
-                f"{what.source} holds neither coordinates nor ground reactions to write as MOT"
+                f"{what.source} has neither coordinates nor ground reactions to write as MOT"
             )
         what = what.coordinates if what.coordinates is not None else what.plates
     table = what if isinstance(what, Table) else plates_table(what)

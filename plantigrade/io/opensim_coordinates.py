@@ -1,4 +1,4 @@
-"""Joint coordinates in the tables of OpenSim: which columns, which unit, which sign of the knee."""
+"""Joint coordinates in OpenSim tables: which columns, unit of angle, sign of knee flexion."""
 
 import re
 from collections.abc import Sequence
@@ -29,9 +29,9 @@ COORDINATE = re.compile(
 def knee_sign(angles: Float[Array, "n k"]) -> int:
     """Return 1 if knee flexion is positive in ``angles`` [rad], -1 if it is negative.
 
-    Knees do not hyperextend by more than 20 degrees: a side to which they go further is flexion. If
-    they go further to neither or both, the sign of the median decides; within 2 degrees of zero
-    flexion counts as positive.
+    Knees do not hyperextend by more than 20 degrees, so a larger angle is flexion. If neither or
+    both signs reach further, the sign of the median decides; a median within 2 degrees of zero
+    counts as positive.
     """
     finite = angles[np.isfinite(angles)]
     if not finite.size:
@@ -53,9 +53,7 @@ def turn_knees(
         sign = knee_sign(values[:, knees])
     if sign < 0:
         values[:, knees] *= -1
-        warnings.append(
-            "knee flexion is negative in this file (as in gait2392); turned to positive"
-        )
+        warnings.append("knee flexion is negative in this file (as in gait2392); it was reversed")
 
 
 def coordinate_columns(names: Sequence[str], paths: Sequence[str], used: set[str]) -> list[int]:
@@ -63,8 +61,8 @@ def coordinate_columns(names: Sequence[str], paths: Sequence[str], used: set[str
 
     Args:
         names: Reduced names of the columns.
-        paths: The same as the file spells them.
-        used: Names that are something else.
+        paths: Their names as in the file.
+        used: Names of columns used otherwise.
     """
     keep, known = [], False
     for k, (name, path) in enumerate(zip(names, paths, strict=True)):
@@ -97,9 +95,11 @@ def to_radians(
         span = np.ptp(np.nan_to_num(values[:, knees]), axis=0).max() if knees else 0.0
         degrees = not (peak <= np.pi and span > 0.3)
         what = "degrees" if degrees else "radians"
-        warnings.append(f"the header does not say whether angles are degrees: {what} taken")
+        warnings.append(f"the header does not say whether angles are degrees: {what} were assumed")
     elif not degrees and peak > 4.0:
         degrees = True
-        warnings.append(f"the header says radians, but joints reach {peak:.0f}: read as degrees")
+        warnings.append(
+            f"the header says radians, but joints reach {peak:.0f}: they were read as degrees"
+        )
     if degrees:
         values[:, angles] *= np.pi / 180

@@ -1,4 +1,4 @@
-r"""Ground reactions in the tables of OpenSim.
+r"""Ground reactions in OpenSim tables.
 
 Any columns ``NAMEvx NAMEvy NAMEvz`` are a force, ``NAMEpx …`` its point,
 ``NAMEmx …`` or the same name with *torque* or *moment* instead of *force* its torque about that
@@ -24,11 +24,11 @@ MIN_FORCE = 10.0  # [N] vertical; below it there is no centre of pressure
 
 @dataclass(frozen=True)
 class ForceGroup:
-    """The columns of one ground reaction.
+    """Columns of one ground reaction.
 
     Attributes:
-        name: What the columns have in common.
-        columns: Three columns each of force, point and torque; empty where there are none.
+        name: Common part of the column names.
+        columns: Three columns each of force, point and torque; empty if missing.
     """
 
     name: str
@@ -47,7 +47,7 @@ def force_groups(names: Sequence[str]) -> list[ForceGroup]:
         xyz = "xyz" if lower else "XYZ"
 
         def triple(stem: str, letters: str, xyz: str = xyz) -> tuple[str, ...]:
-            """Return the three columns ``stem + letters + axis``, nothing unless all exist."""
+            """Return the three columns ``stem + letters + axis`` if all exist."""
             columns = tuple(f"{stem}{letters}{x}" for x in xyz)
             return columns if have.issuperset(columns) else ()
 
@@ -70,7 +70,7 @@ def force_groups(names: Sequence[str]) -> list[ForceGroup]:
 
 
 def side_of(name: str) -> str | None:
-    """Return ``"r"`` or ``"l"`` where a plate's name says which foot it is, else None.
+    """Return ``"r"`` or ``"l"`` if the name of a plate states the foot, else None.
 
     Example:
         >>> side_of("ground_force_r"), side_of("calcn_l_force"), side_of("1_ground_force")
@@ -101,17 +101,19 @@ def plate_of(table: Table, group: ForceGroup, warnings: list[str]) -> ForcePlate
         )
     loaded = np.abs(f[:, 1]) >= MIN_FORCE
     if loaded.any() and np.median(f[loaded, 1]) < 0:
-        warnings.append(f"{group.name}: forces push down; turned to forces on the body")
+        warnings.append(f"{group.name}: forces point down; they were reversed to act on the body")
         f, t = -f, -t
     loaded &= f[:, 1] >= MIN_FORCE
     far = np.abs(p[loaded & np.isfinite(p).all(axis=1)])
     if far.size and np.median(far.max(axis=1)) > 20.0:
-        warnings.append(f"{group.name}: points are given in mm; read so, torques in N mm")
+        warnings.append(f"{group.name}: points are given in mm; they were read so, torques as N mm")
         p, t = p / 1000, t / 1000
     if not group.columns[1]:
         warnings.append(f"{group.name}: the file gives no point of application")
     elif loaded.any() and not np.any(p[loaded]) and not np.any(t[loaded]):
-        warnings.append(f"{group.name}: point of application and torque are all zero: not known")
+        warnings.append(
+            f"{group.name}: point of application and torque are all zero, taken as unknown"
+        )
         p = np.full_like(p, np.nan)
     vertical = np.where(loaded, f[:, 1], np.nan)
     t = np.where(np.isfinite(t), t, 0.0)

@@ -1,8 +1,8 @@
-"""What the skeleton formats (ASF/AMC, BVH, DeepMimic) share: kinematics, axes, sides.
+"""Common parts of the skeleton formats (ASF/AMC, BVH, DeepMimic): rotations, axes, sides.
 
-Every skeleton file has its own up, forward and left. Two turns take it to ours: one for the world
-(which way is up in the motion) and one for the body (which way the person faces in the rest pose).
-Both are found from the skeleton itself, by the names of its joints and where they lie.
+Every skeleton file has its own up, forward and left. Two rotations take it to ours: one for the
+world (the vertical of the motion) and one for the body (the direction the person faces in the rest
+pose). Both are found from the names and positions of the joints.
 """
 
 import re
@@ -53,7 +53,7 @@ def quat_rotation(quat: Float[Array, "n 4"]) -> Float[Array, "n 3 3"]:
 
 
 def mirrored_name(name: str) -> str | None:
-    """Return the right twin of a left joint's name, None if the name is not a left one's.
+    """Return the name of the right counterpart of a left joint, None for other joints.
 
     Example:
         >>> [mirrored_name(n) for n in ("lfemur", "LeftUpLeg", "hip_l", "hip.L", "b_l_knee")]
@@ -71,7 +71,7 @@ def mirrored_name(name: str) -> str | None:
 
 
 def side_pairs(names: Sequence[str]) -> list[tuple[int, int]]:
-    """Return the (left, right) indices of joints that have a twin on the other side."""
+    """Return the (left, right) indices of joints with a counterpart on the other side."""
     index = {name: i for i, name in enumerate(names)}
     pairs = []
     for i, name in enumerate(names):
@@ -89,7 +89,7 @@ def head_and_feet(names: Sequence[str]) -> tuple[list[int], list[int]]:
 
 
 def nearest_axis(vector: Float[Array, "3"]) -> Float[Array, "3"] | None:
-    """Return the signed coordinate axis nearest to ``vector``; None where none stands out."""
+    """Return the signed coordinate axis nearest to ``vector``; None if ambiguous."""
     size = np.abs(vector)
     best = int(np.argmax(size))
     if (
@@ -119,7 +119,7 @@ def turn_to_ours(
 ) -> Float[Array, "3 3"]:
     """Return the rotation from file axes to ours (x forward, y left, z up).
 
-    Where ``left`` is not known the usual one is taken: x, the person facing z in files with y up
+    If ``left`` is unknown, the usual one is used: x, the person facing z in files with y up
     and facing -y in files with z up.
     """
     z = np.array([0.0, 1, 0]) if up is None else up
@@ -149,9 +149,10 @@ def bone_height(
 ) -> float:
     """Return the person's height in file units, measured along the bones.
 
-    The longest way from the root down to a joint named like an ankle or foot plus the longest way
-    up to one named like head, neck or chest: no pose changes it. It lacks the foot and the head's
-    end, so it serves to tell units apart, not to measure a person. NaN where the names do not tell.
+    It is the longest path from the root down to an ankle or foot plus the longest path up to head,
+    neck or chest, by joint names, and does not depend on the pose. Foot and top of the head are
+    missing, so it identifies the unit but does not measure the person. NaN if the names are
+    unknown.
     """
     length = np.zeros(len(names))
     for i, parent in enumerate(parents):

@@ -1,7 +1,7 @@
-"""Text files read safely: size, encoding, numbers with the line where they go wrong.
+"""Text files read safely: size, encoding, and numbers with errors that name the line.
 
 Every text reader of the package goes through :func:`read_text` and, for its table of numbers,
-through :func:`numbers`, so that a broken file of any format ends in the same plain error.
+through :func:`numbers`, so that a broken file gives the same error in every format.
 """
 
 import codecs
@@ -15,7 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
 
 LIMIT_BYTES = 200e6
-"""Largest text file read without being asked to [bytes]; an hour of 60 markers is about this."""
+"""Largest text file read by default [bytes]: about an hour of 60 markers."""
 
 # Words that stand for "not measured" in tables people export, beside an empty field.
 MISSING_WORDS = frozenset(
@@ -41,7 +41,7 @@ def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
         limit_bytes: Largest size accepted [bytes].
 
     Raises:
-        FileError: If the file is not there, not a file, not readable, empty or too large.
+        FileError: If the file does not exist, is not a readable file, is empty or too large.
     """
     path = Path(path)
     try:
@@ -51,8 +51,8 @@ def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
         if size > limit_bytes:
             raise FileError(
                 path,
-                f"has {size / 1e6:.0f} MB, more than the {limit_bytes / 1e6:.0f} MB that are read",
-                remedy="cut the recording to the part that matters, or raise limit_bytes",
+                f"has {size / 1e6:.0f} MB; the limit is {limit_bytes / 1e6:.0f} MB",
+                remedy="cut the recording to the relevant part, or raise limit_bytes",
             )
         with open(path, "rb") as file:
             raw = file.read(int(limit_bytes) + 1)
@@ -68,7 +68,7 @@ def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
             path, f"cannot be read ({reason})", remedy="check its permissions"
         ) from error
     if len(raw) > limit_bytes:
-        raise FileError(path, "never ends", remedy="name an ordinary file")
+        raise FileError(path, "never ends", remedy="give an ordinary file")
     if not raw.strip(b" \t\r\n\0"):
         raise FileError(path, "is empty", remedy="export the recording again")
     return raw
@@ -85,7 +85,7 @@ def read_text(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> str:
         limit_bytes: Largest size accepted [bytes].
 
     Raises:
-        FileError: If the file cannot be read (see :func:`read_bytes`) or holds no text.
+        FileError: If the file cannot be read (see :func:`read_bytes`) or is not text.
     """
     raw = read_bytes(path, limit_bytes)
     encoding = _encoding_of(raw)
@@ -106,9 +106,9 @@ def read_text(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> str:
     if null >= 0:
         raise FileError(
             path,
-            "holds zero bytes, so it is not a text file",
+            "contains zero bytes, so it is not a text file",
             where=f"line {text.count(chr(10), 0, null) + 1}",
-            remedy="check that the ending of its name says its format",
+            remedy="check that its extension matches its format",
         )
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
@@ -147,10 +147,10 @@ def numbers(
     short: bool = False,
     names: Sequence[str] | None = None,
 ) -> Float[Array, "n_rows n_columns"]:
-    r"""Return a table of numbers; NaN where a field is empty or says that it is missing.
+    r"""Return a table of numbers; NaN where a field is empty or marked as missing.
 
-    Rows in order are parsed all at once; only a row with a blank, a word or a wrong number of
-    fields is looked at by itself.
+    Regular rows are parsed all at once; only a row with an empty field, a word or a wrong number of
+    fields is parsed on its own.
 
     Args:
         lines: Rows, without line ends. Blank rows are skipped.
@@ -159,7 +159,7 @@ def numbers(
         first_line: Line number of ``lines[0]`` in the file, from 1.
         delimiter: A tab, ``","``, ``";"`` or None for any white space. Only with a delimiter can
             a field be empty.
-        decimal: ``","`` where the file writes 1,5 for 1.5.
+        decimal: ``","`` if the file writes 1,5 for 1.5.
         short: Whether a row may have fewer fields than ``count``; the rest is NaN.
         names: Column names, for error messages.
 
@@ -283,7 +283,7 @@ def _fields(row: str, delimiter: str | None) -> list[str]:
 
 
 def _token_counts(rows: list[str], delimiter: str | None) -> np.ndarray:
-    """Return how many non-empty fields each row has, counted on bytes."""
+    """Return the number of non-empty fields of each row, counted on bytes."""
     lengths = np.fromiter((len(row) for row in rows), dtype=np.int64, count=len(rows))
     data = np.frombuffer(
         ("\n".join(rows) + "\n").encode("latin-1", errors="replace"), dtype=np.uint8
@@ -298,7 +298,7 @@ def _token_counts(rows: list[str], delimiter: str | None) -> np.ndarray:
 
 
 def _parse_plain(rows, plain, delimiter, count) -> np.ndarray | None:
-    """Parse the rows that have every field, or return None where one of them is no number."""
+    """Parse the complete rows; return None if a field is not a number."""
     text = "\n".join(row for row, good in zip(rows, plain, strict=True) if good)
     if delimiter is not None and not delimiter.isspace():
         text = text.replace(delimiter, " ")
@@ -317,7 +317,7 @@ def _parse_row(row, path, line, count, delimiter, short, names) -> np.ndarray:
             path,
             f"this row has {len(fields)} fields where {count} are expected",
             where=f"line {line}",
-            remedy="export the file again, or delete the row if the file was cut there",
+            remedy="export the file again, or delete the row if the file was truncated there",
         )
     values = np.full(count, np.nan)
     for column, field in enumerate(fields):
@@ -331,6 +331,6 @@ def _parse_row(row, path, line, count, delimiter, short, names) -> np.ndarray:
                 path,
                 f"{field[:40]!r} is not a number",
                 where=f"line {line}, field {column + 1}{name}",
-                remedy="write a number, or leave the field empty where nothing was measured",
+                remedy="write a number, or leave the field empty if the value is missing",
             ) from None
     return values

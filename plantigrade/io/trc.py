@@ -1,8 +1,8 @@
 """TRC marker trajectories (Motion Analysis, OpenSim): a five-line header, then one row per frame.
 
-OpenSim's axes are x forward, y up, z right; some laboratories export z up, which shows in the
-height of the body. Units stand in the header. An empty field, a word for "missing" and the exact
-point 0, 0, 0 all mean that the marker was not seen.
+OpenSim's axes are x forward, y up, z right; some laboratories export z up, which is
+detected from the height of the body. The header states the unit. An empty field, a word for
+"missing" and the exact point 0, 0, 0 all mean a missing marker.
 """
 
 from pathlib import Path
@@ -70,7 +70,7 @@ def read_trc(path: str | Path) -> Recording:
         )
         up = body
     if not np.isfinite(raw).any():
-        warnings.append("no marker is seen in any frame")
+        warnings.append("no marker is visible in any frame")
     markers = Markers(names=names, time=time, positions=to_world(raw * unit, up))
     return Recording(source=Path(path), markers=markers, warnings=tuple(warnings))
 
@@ -78,22 +78,22 @@ def read_trc(path: str | Path) -> Recording:
 def write_trc(recording: Recording, path: str | Path) -> None:
     """Write markers in mm, OpenSim's axes (x forward, y up, z right), to 1e-5 mm.
 
-    A marker that was not seen is an empty field.
+    A missing marker is an empty field.
 
     Raises:
-        FileError: If there are no markers, or a name cannot stand in a TRC header.
+        FileError: If there are no markers, or a name is not allowed in a TRC header.
     """
     markers = recording.markers
     if markers is None or markers.n_frames == 0 or not markers.names:
         raise FileError(
             path,
-            "the recording has no markers, and a TRC file holds nothing else",
+            "the recording has no markers, and a TRC file stores nothing else",
             remedy="write joint angles to .mot or .npz, another skeleton to .bvh",
         )
     for name in markers.names:
         if not name.strip() or any(c in name for c in "\t\r\n"):
             raise FileError(
-                path, f"marker name {name!r} cannot stand in a TRC header", remedy="rename it"
+                path, f"marker name {name!r} is not allowed in a TRC header", remedy="rename it"
             )
     n, rate = markers.n_frames, markers.rate
     rate = 100.0 if not np.isfinite(rate) else rate
@@ -124,9 +124,9 @@ def _find_labels(lines: list[str], path) -> int:
     raise FileError(
         path,
         f"none of the first {min(len(lines), _HEADER_LINES)} lines starts with 'Frame#  Time', so "
-        "this is no TRC file or its header is cut off",
+        "this is not a TRC file or its header is truncated",
         where="header",
-        remedy="check that the ending of its name says its format, or export it again",
+        remedy="check that its extension matches its format, or export it again",
     )
 
 
@@ -153,7 +153,7 @@ def _names(line: str, path, where: int) -> tuple[tuple[str, ...], str | None]:
             path,
             f"markers {', '.join(twice[:5])} occur more than once",
             where=f"line {where}",
-            remedy="give every marker a name of its own",
+            remedy="give every marker a unique name",
         )
     return tuple(names), delimiter
 
@@ -173,12 +173,12 @@ def _decimal(rows: list[str], delimiter: str | None) -> str:
 
 
 def _drop_cut_row(rows, cut: bool, count: int, delimiter, warnings: list[str]) -> None:
-    """Drop a last row that the end of the file cut off."""
+    """Drop a last row truncated by the end of the file."""
     if cut and len(rows) > 1 and rows[-1].strip():
         fields = rows[-1].split(delimiter)
         if len(fields) < count:
             rows.pop()
-            warnings.append("the last row is cut off and was left out")
+            warnings.append("the last row is truncated and was left out")
 
 
 def _time(table, fields, rows, first: int, path, warnings) -> np.ndarray:
@@ -188,7 +188,7 @@ def _time(table, fields, rows, first: int, path, warnings) -> np.ndarray:
         step = 1.0 / number(rate, path, where="header", what="DataRate")
         if not 0 < step < 1e3:
             raise FileError(path, f"DataRate is {rate}", where="header", remedy="correct it")
-        warnings.append("the column Time is empty; time follows from DataRate")
+        warnings.append("the column Time is empty; time was computed from DataRate")
         return np.arange(len(table)) * step
     check_time(time, rows, path, first_line=first + 1)
     return time
@@ -201,7 +201,7 @@ def _check_counts(fields, n_markers: int, n_frames: int, warnings: list[str]) ->
     ):
         said = fields.get(key, "")
         if count_of(said) not in (None, found):
-            warnings.append(f"the header says {said} {what}, the file holds {found}")
+            warnings.append(f"the header announces {said} {what}, the file holds {found}")
 
 
 def _unit(fields, raw: np.ndarray, warnings: list[str]) -> float:
@@ -210,7 +210,7 @@ def _unit(fields, raw: np.ndarray, warnings: list[str]) -> float:
         return LENGTH_UNITS[word]
     unit = unit_of_points(raw)
     warnings.append(
-        f"the header gives the unit as {word[:20]!r}; from the size of the body it was taken as "
+        f"the header states the unit {word[:20]!r}; from the size of the body it was taken as "
         f"{'mm' if unit == 1e-3 else 'cm' if unit == 1e-2 else 'm'}"
     )
     return unit

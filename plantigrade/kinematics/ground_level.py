@@ -24,8 +24,8 @@ def moving_ground(
 
     Args:
         time: Time of each frame [s].
-        heel: Heels (or ankles), left then right [m].
-        toe: Toes (or toe bases), left then right [m].
+        heel: Heels (or ankles) of both feet [m].
+        toe: Toes (or toe bases) of both feet [m].
     """
     velocity = ground_velocity(time, heel, toe)
     velocity[:, 2] = 0.0

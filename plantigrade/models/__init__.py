@@ -1,6 +1,6 @@
 """The Human: anatomy, anthropometry, feet, joint sets, landmarks and marker sets.
 
-What is named here is loaded when it is first used, so that settings cost no NumPy.
+Names are loaded on first use, so that settings do not import NumPy.
 """
 
 from importlib import import_module
@@ -25,7 +25,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load what is named here and not loaded yet."""
+    """Import a public name on first use."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

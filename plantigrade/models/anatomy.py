@@ -1,8 +1,8 @@
-"""The finest anatomy: every part of the body above the feet, as a function of its lengths.
+"""Anatomy at the finest level: all parts of the body above the feet, from its lengths.
 
 A joint set chooses which parts move (:mod:`plantigrade.models.joint_sets`); the others are
-welded to their parents. In the zero pose all frames are parallel to the world's, each origin
-lies in the joint that carries the part, and palms face forward, as in Rajagopal's model.
+welded to their parents. In the zero pose all frames are parallel to the world axes, each origin is
+the joint that carries the part, and palms face forward, as in Rajagopal's model.
 """
 
 import numpy as np
@@ -36,8 +36,8 @@ def hip(d: Dimensions) -> np.ndarray:
     """Return the right hip joint centre in the pelvis frame [m].
 
     The pelvis frame has its origin midway between the anterior superior iliac spines. The
-    regression is that of [Harrington2007]_ (adults and children together), whose axes lie in the
-    plane of the iliac spines and are turned from there into the pelvis frame.
+    regression is that of [Harrington2007]_ (adults and children), whose axes lie in the plane of
+    the iliac spines; the result is rotated into the pelvis frame.
     """
     back = 0.24 * d.pelvis_depth + 0.0099
     out = 0.33 * d.pelvis_width + 0.0073
@@ -71,7 +71,7 @@ def _principal(mass, com, gyration, length, axes="xyz") -> Inertia:
 
 
 def _halves(whole: Inertia, length: float) -> tuple[Inertia, Inertia]:
-    """Cut a segment across its vertical axis into two equal halves that add up to the whole."""
+    """Divide a segment across its vertical axis into two halves of equal mass and length."""
     quarter = np.array([0.0, 0.0, length / 4])
     own = whole.tensor / 2 - whole.mass / 2 * (length / 4) ** 2 * np.diag([1.0, 1.0, 0.0])
     return (
@@ -81,7 +81,7 @@ def _halves(whole: Inertia, length: float) -> tuple[Inertia, Inertia]:
 
 
 def body_parts(d: Dimensions, sex: str, mass: float) -> list[Part]:
-    """Return all parts but the feet, parents first.
+    """Return all parts except the feet, parents first.
 
     Args:
         d: The person's lengths.

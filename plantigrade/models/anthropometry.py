@@ -39,7 +39,7 @@ _ABSORBING = ("pelvis_height", "trunk", "head")  # give way so that stature stay
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Lengths that describe one body; the geometry is a function of these alone.
+    """Lengths of one body; they determine its geometry.
 
     Attributes:
         ankle_height: Ankle joint centre above the sole [m].
@@ -98,13 +98,13 @@ class Dimensions:
 def dimensions(
     height: float, sex: str = "male", lengths: Mapping[str, float] | None = None
 ) -> Dimensions:
-    """Return the lengths of a person; stature is kept exactly.
+    """Return the lengths of a person of exactly the given stature.
 
     Args:
         height: Stature [m], 0.5 to 2.5.
         sex: ``"female"`` or ``"male"``.
-        lengths: Own lengths [m] that replace the average ones. The pelvis, trunk and head lengths
-            that are not given make up for the difference in stature.
+        lengths: Individual lengths [m] that replace the average ones. Pelvis, trunk and head
+            lengths that are not given absorb the difference in stature.
 
     Raises:
         ParameterError: If a value is out of range, a name unknown, or the given lengths leave

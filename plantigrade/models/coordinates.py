@@ -1,4 +1,4 @@
-"""Every coordinate the joint sets use: its axis, its range and the strength behind it.
+"""Coordinates of the joint sets: axis, range and strength.
 
 Axes are those of the right side in our frames (x forward, y left, z up; Rajagopal's are x
 forward, y up, z right) and follow [Rajagopal2016]_ where it has the coordinate; ankle and

@@ -1,6 +1,6 @@
 """Feet as interchangeable parts: one box, two boxes with a toe hinge, or sixteen bones.
 
-All three share one outline, so that they stand on the same hull: the points of the multi-segment
+All three share one outline and support polygon: the points of the multi-segment
 foot of [Park2020]_ (the paper gives no coordinates; these are anatomically plausible ones that
 hold all four joints at the height of the contact spheres when the foot rests, which is what the
 paper's Eqs. 1-2 assume). The frame of a foot has its origin in the ankle joint centre; x points
@@ -58,7 +58,7 @@ _POINTS: dict[str, tuple[float, float, float | None]] = {
 
 @dataclass(frozen=True)
 class _Segment:
-    """A segment of the multi-segment foot: its joint, its bones and the ends that touch."""
+    """A segment of the multi-segment foot: joint, bones, and the ends that touch the ground."""
 
     name: str
     parent: str
@@ -117,7 +117,7 @@ _SEGMENTS = (
 
 
 def sphere_radius(d: Dimensions) -> float:
-    """Return the one radius of all bones and contact spheres [m]."""
+    """Return the radius of all bones and contact spheres [m]."""
     return _RADIUS * d.foot_length / _LENGTH
 
 
@@ -138,7 +138,7 @@ def point(name: str, d: Dimensions) -> np.ndarray:
 def foot_parts(kind: str, d: Dimensions, sex: str, mass: float) -> list[Part]:
     """Return the parts of both feet, parents first; the first of each side hangs on the tibia.
 
-    The mass of the foot is shared out by volume; its mass is de Leva's.
+    The mass of the foot is de Leva's, distributed by volume.
 
     Args:
         kind: One of :data:`FEET`.

@@ -1,4 +1,4 @@
-"""Who moves: one person as one compiled MuJoCo model with named coordinates."""
+"""A person as one compiled MuJoCo model with named coordinates."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import mujoco
 
 MAX_SOLE = 0.1
-"""Greatest displacement of a contact sphere from the table's [m]."""
+"""Largest displacement of a contact sphere from its default position [m]."""
 
 _STANDING = {"pro_sup": 1.4}  # palms to the thighs [rad]
 
@@ -46,7 +46,7 @@ class Human:
         dimensions: All lengths.
         skeleton: Bodies and where every anatomical part is.
         xml: The model as MJCF text, which loads in plain MuJoCo.
-        soles: How far up contact spheres were moved (:meth:`with_soles`), by name [m].
+        soles: Upward displacement of contact spheres (:meth:`with_soles`), by name [m].
     """
 
     height: float
@@ -76,9 +76,9 @@ class Human:
             mass: Body mass [kg], 5 to 300; exact in the model.
             sex: ``"female"`` or ``"male"``.
             joints: ``"42"``, ``"43"``, ``"58"`` or ``"66"``.
-            feet: ``"rigid"``, ``"two-segment"`` or ``"multi-segment"``; the joint set's own if
-                not given.
-            lengths: Own segment lengths [m], names as in :class:`Dimensions`.
+            feet: ``"rigid"``, ``"two-segment"`` or ``"multi-segment"``; by default that of the
+                joint set.
+            lengths: Individual segment lengths [m], named as in :class:`Dimensions`.
 
         Raises:
             ParameterError: If a value is not allowed.
@@ -183,17 +183,16 @@ class Human:
     def from_coordinates(
         self, names: Sequence[str], values: Float[Array, "n_frames n_columns"]
     ) -> Float[Array, "n_frames nq"]:
-        """Return configurations from OpenSim's coordinates; the inverse of :meth:`to_coordinates`.
+        """Return configurations from OpenSim's coordinates, the inverse of :meth:`to_coordinates`.
 
-        Coordinates this person lacks are left out; coordinates that are not given keep their
-        standing value.
+        Coordinates that this person lacks are ignored; those not given keep their standing value.
 
         Args:
             names: Coordinate names.
             values: Their values [rad, m], one column each.
 
         Raises:
-            ParameterError: If not one of the names is a coordinate of this person.
+            ParameterError: If none of the names is a coordinate of this person.
         """
         if not set(names) & set(PELVIS + self.coordinates):
             raise ParameterError(
@@ -216,13 +215,13 @@ class Human:
         return qpos
 
     def with_soles(self, offsets: Mapping[str, float]) -> "Human":
-        """Return the same person on other soles: shoes, or feet flatter than the table's.
+        """Return the same person with other soles: shoes, or flatter feet than the default.
 
-        Only the contact spheres move; joints, masses and the drawn foot stay.
+        Only the contact spheres move; joints, masses and the drawn foot are unchanged.
 
         Args:
-            offsets: Name of a contact sphere (as in :attr:`contact_points`) → how far up its
-                centre moves in its segment's frame [m]; negative for a thicker sole.
+            offsets: Name of a contact sphere (as in :attr:`contact_points`) → upward displacement
+                of its centre in the frame of its segment [m]; negative for a thicker sole.
 
         Raises:
             ParameterError: If there is no such sphere, or one moves by more than :data:`MAX_SOLE`
@@ -252,7 +251,7 @@ class Human:
         return replace(self, skeleton=skeleton, xml=xml, soles=total)
 
     def with_mass(self, mass: float) -> "Human":
-        """Return the same person with another body mass [kg]: lengths and stature stay.
+        """Return the same person with another body mass [kg]; all lengths are kept.
 
         Raises:
             ParameterError: If the mass is not allowed.
@@ -260,7 +259,7 @@ class Human:
         return Human.from_dict({**self.to_dict(), "mass": mass})
 
     def to_dict(self) -> dict:
-        """Return what this person is made from, as JSON can hold it; see :meth:`from_dict`."""
+        """Return a description of this person that JSON can store; see :meth:`from_dict`."""
         d = self.dimensions
         return {
             "height": self.height,
@@ -274,10 +273,10 @@ class Human:
 
     @classmethod
     def from_dict(cls, description: Mapping) -> "Human":
-        """Return the person of a description.
+        """Return the person of a description by :meth:`to_dict`.
 
         Raises:
-            ParameterError: If something is missing, of another kind, or not allowed.
+            ParameterError: If an entry is missing, of the wrong type or not allowed.
         """
         try:
             d = dict(description)
@@ -290,9 +289,9 @@ class Human:
         return human.with_soles(soles) if soles else human
 
     def body_positions(self, d: Dimensions) -> Float[Array, "n_bodies 3"]:
-        """Return every body's origin in its parent for other lengths, in model order [m].
+        """Return the origin of every body in its parent for other lengths, in model order [m].
 
-        The first row (the pelvis, which hangs on the free joint) is zero.
+        The first row (the pelvis, moved by the free joint) is zero.
         """
         other = build(d, self.sex, self.mass, self.joints, self.feet)
         return np.array([b.position if b.parent else np.zeros(3) for b in other.bodies])

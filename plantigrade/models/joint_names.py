@@ -1,11 +1,11 @@
-"""Which joint of a foreign skeleton is which of ours, by name and, failing that, by shape.
+"""Identify the joints of a foreign skeleton by name or, failing that, by shape.
 
 Names are cut into words (``mixamorig:LeftUpLeg``, ``Bip01 L Thigh``, ``thigh_l``, ``lfemur``),
-the side is taken off, and the rest is looked up in :data:`SPELLINGS`. A joint is named after the
-bone it carries in some skeletons (``LeftLeg`` is the knee) and after itself in others
-(``LeftKnee``); where one word can mean either (``shoulder``, ``hip``, ``foot``), the other joints
-of the skeleton decide. Pelvis and thorax are the joints that carry both hips and both shoulders,
-whatever they are called. Where names tell nothing, the four longest limbs of the tree do.
+the side is removed and the rest is looked up in :data:`SPELLINGS`. A joint is named after the bone
+it carries in some skeletons (``LeftLeg`` is the knee) and after itself in others (``LeftKnee``);
+where one word can mean either (``shoulder``, ``hip``, ``foot``), the other joints of the skeleton
+decide. Pelvis and thorax are the joints that carry both hips and both shoulders, whatever they are
+called. Where names tell nothing, the four longest limbs of the tree do.
 """
 
 import re
@@ -61,12 +61,12 @@ _VOCABULARY = frozenset(w for words in SPELLINGS.values() for w in words)
 
 @dataclass(frozen=True)
 class JointMap:
-    """Which joint of a skeleton is which.
+    """Assignment of the joints of a skeleton.
 
     Attributes:
         joints: Our name (``"knee_l"``, ``"pelvis"``, ``"head"``) → index of the joint.
-        by: Whether ``"names"`` or ``"shape"`` told.
-        swapped: Left and right were exchanged, because the feet point the other way.
+        by: ``"names"`` or ``"shape"``: how the joints were identified.
+        swapped: Whether left and right were exchanged because the feet pointed backwards.
     """
 
     joints: dict[str, int] = field(default_factory=dict)
@@ -74,15 +74,15 @@ class JointMap:
     swapped: bool = False
 
     def __getitem__(self, name: str) -> int:
-        """Return the index of a joint that is there."""
+        """Return the index of a joint; it must exist."""
         return self.joints[name]
 
     def get(self, name: str) -> int | None:
-        """Return the index of a joint, None where the skeleton lacks it."""
+        """Return the index of a joint, None if the skeleton lacks it."""
         return self.joints.get(name)
 
     def both(self, name: str) -> bool:
-        """Whether the joint is there on both sides."""
+        """Whether the joint exists on both sides."""
         return f"{name}_r" in self.joints and f"{name}_l" in self.joints
 
 
@@ -116,16 +116,16 @@ def identify(
     rest: Float[Array, "n_joints 3"],
     given: Mapping[str, str] | None = None,
 ) -> JointMap:
-    """Return which joint is which.
+    """Identify the joints of a skeleton.
 
     Args:
         names: Joint names, parents before children.
         parents: Index of each joint's parent, -1 for the root.
         rest: Joint positions in the rest pose, x forward, y left, z up [m].
-        given: Names said by the user: ours → the file's (``{"hip_l": "Bone7"}``).
+        given: Names given by the user: ours → the file's (``{"hip_l": "Bone7"}``).
 
     Raises:
-        FitError: If hips, knees and ankles cannot be told, or a given name does not exist.
+        FitError: If hips, knees or ankles cannot be identified, or a given name does not exist.
     """
     tree = _Tree(names, parents, rest)
     named = _given(names, given or {})
@@ -137,10 +137,11 @@ def identify(
     missing = [f"{j}_{s}" for j in REQUIRED for s in SIDES if f"{j}_{s}" not in found]
     if missing:
         raise FitError(
-            f"the joints {', '.join(missing)} cannot be told from the skeleton's names and shape; "
-            f"it has {', '.join(names[:60])}{' …' if len(names) > 60 else ''}. Name them like "
-            "LeftUpLeg, LeftLeg, LeftFoot, RightUpLeg, … (or hip_l, knee_l, ankle_l), or say "
-            'which is which: {"hip_l": "name in the file", …}'
+            f"the joints {', '.join(missing)} cannot be identified by name or shape; "
+            f"the skeleton has {', '.join(names[:60])}{' …' if len(names) > 60 else ''}. "
+            "Name them like "
+            "LeftUpLeg, LeftLeg, LeftFoot, RightUpLeg, … (or hip_l, knee_l, ankle_l), or "
+            'assign them: {"hip_l": "name in the file", …}'
         )
     found.setdefault("pelvis", tree.common(found["hip_r"], found["hip_l"]))
     if "shoulder_r" in found and "shoulder_l" in found:
@@ -188,7 +189,7 @@ class _Tree:
         return ancestor in self.path(i)
 
     def common(self, a: int, b: int) -> int:
-        """Return the last joint that carries both."""
+        """Return the last common ancestor of two joints."""
         return next(i for i in reversed(self.path(a)) if self.under(b, i))
 
     def distance(self, a: int, b: int) -> float:
@@ -204,7 +205,7 @@ def _by_name(tree: _Tree, named: dict[str, int]) -> dict[str, int]:
         def pick(
             joint: str, above: str | None, side: str = side, taken: set[int] = taken, same=False
         ) -> int | None:
-            """Take the surest joint of this meaning below (or at the place of) another."""
+            """Assign the best candidate for this joint below another joint, or at its position."""
             key = f"{joint}_{side}"
             if key in found:
                 return found[key]
@@ -252,7 +253,7 @@ def _by_name(tree: _Tree, named: dict[str, int]) -> dict[str, int]:
 
 
 def _wrist(tree: _Tree, words, found: dict[str, int], side: str) -> None:
-    """Choose among wrist and hand the one that ends a forearm of usual length.
+    """Choose the one of wrist and hand that gives a forearm of usual length.
 
     ASF's bone ``wrist`` is half the forearm, SMPL's ``hand`` lies in the knuckles.
     """
@@ -277,7 +278,7 @@ def _wrist(tree: _Tree, words, found: dict[str, int], side: str) -> None:
 
 
 def _by_shape(tree: _Tree) -> tuple[dict[str, int], bool]:
-    """Find the limbs by the tree alone: legs end lowest, arms furthest out, the head highest."""
+    """Identify the limbs by the tree alone: legs end lowest, arms outermost, the head highest."""
     leaves = [i for i, c in enumerate(tree.children) if not c]
     rest = tree.rest
     found: dict[str, int] = {}

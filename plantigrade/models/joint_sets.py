@@ -1,4 +1,4 @@
-"""Which joints move: the papers' four bodies as presets over one anatomy.
+"""Joint sets: the four bodies of the papers as presets over one anatomy.
 
 =======  =========  ==================================================================
 preset   moving     what it is
@@ -29,12 +29,12 @@ JOINT_SETS = ("42", "43", "58", "66")
 
 @dataclass(frozen=True)
 class MovingPart:
-    """A part that moves: the name of its body and its coordinates, outermost first.
+    """A moving part: the name of its body and its coordinates, outermost first.
 
     Attributes:
         part: Name in the anatomy, without side.
         body: Name of the body, without side.
-        coordinates: Its coordinates, without side, in the order they are turned.
+        coordinates: Its coordinates, without side, in order of rotation.
     """
 
     part: str
@@ -139,7 +139,7 @@ _FOOT_JOINTS: dict[str, tuple[MovingPart, ...]] = {
 
 
 def moving_parts(joints: str, feet: str) -> dict[str, MovingPart]:
-    """Return the moving parts of a preset with a foot, by name of the part without side.
+    """Return the moving parts of a joint set with a kind of foot, by name of the part without side.
 
     Args:
         joints: One of :data:`JOINT_SETS`.

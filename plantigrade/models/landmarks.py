@@ -1,4 +1,4 @@
-"""Points on the body that markers are put on, as a function of its lengths.
+"""Landmarks of the body for markers, from its lengths.
 
 A landmark is given in the frame of a reference part in the zero pose and attached to the first
 of its parts that moves on this body (a toe marker belongs to the toes where the foot has toes).
@@ -26,13 +26,13 @@ STAND_OFF = 0.012
 
 @dataclass(frozen=True)
 class Landmark:
-    """Where a point is and how well that is known.
+    """Position of a landmark and its uncertainty.
 
     Attributes:
         reference: Part in whose frame ``position`` is given, without side.
         position: Position for the right side, zero pose [m].
         parts: Parts it moves with, most distal first, without side.
-        spread: Standard deviation of a marker's place about it [m].
+        spread: Standard deviation of the marker position about it [m].
     """
 
     reference: str
@@ -48,7 +48,7 @@ class Attachment:
     Attributes:
         body: Body name.
         position: In the body's frame [m].
-        spread: Standard deviation of a marker's place about it [m].
+        spread: Standard deviation of the marker position about it [m].
     """
 
     body: str
@@ -239,7 +239,7 @@ def attachments(human: Human, d: Dimensions | None = None) -> dict[str, Attachme
 
     Args:
         human: The person; its joint set and feet decide which body carries a landmark.
-        d: Other lengths to take the positions from; the person's own if not given.
+        d: Other lengths to compute the positions from; by default the person's own.
     """
     from plantigrade.models.skeleton import build
 

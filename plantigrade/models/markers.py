@@ -1,8 +1,8 @@
-"""Marker sets: which landmark a marker of a given name sits on.
+"""Marker sets: the landmark of each marker name.
 
-Four sets are built in; names that no set knows are looked up among common spellings of the
-landmarks (``R.ASIS``, ``RASI``, ``R_ASIS``, ``asis_r``, ``RIAS`` are one point). A user's own set
-is a small TOML file::
+Four sets are built in; names in none of them are compared with common spellings of the landmarks
+(``R.ASIS``, ``RASI``, ``R_ASIS``, ``asis_r``, ``RIAS`` are one point). A user's own set is a small
+TOML file::
 
     name = "my lab"
     [markers]
@@ -25,7 +25,7 @@ from plantigrade.models.landmarks import LOOSE, Attachment, attachments
 
 @dataclass(frozen=True)
 class MarkerSet:
-    """Names of markers and the landmarks they sit on.
+    """Marker names and their landmarks.
 
     Attributes:
         name: Name of the set.
@@ -268,7 +268,7 @@ _BY_MIDLINE = {s: mark for mark, words in _MIDLINE.items() for s in words.split(
 
 
 def landmark_of(name: str) -> str | None:
-    """Return the landmark a marker of this name sits on by its spelling, or None.
+    """Return the landmark whose spellings include this marker name, or None.
 
     Example:
         >>> landmark_of("R.ASIS"), landmark_of("LKNE"), landmark_of("sacrum"), landmark_of("RTH2")
@@ -285,12 +285,12 @@ def landmark_of(name: str) -> str | None:
 
 
 def _bare(name: str) -> str:
-    """Return a name without the person's in front: ``Ann:LKNE`` is ``LKNE``."""
+    """Return a marker name without the subject prefix: ``Ann:LKNE`` is ``LKNE``."""
     return name.rpartition(":")[2]
 
 
 def best_set(names: Iterable[str]) -> MarkerSet:
-    """Return the built-in set that knows most of the names; the earlier one where two tie."""
+    """Return the built-in set that contains most of the names, the first in a tie."""
     names = {_bare(name) for name in names}
     return max(MARKER_SETS.values(), key=lambda s: len(names & set(s.landmarks)))
 
@@ -298,12 +298,12 @@ def best_set(names: Iterable[str]) -> MarkerSet:
 def place_markers(
     names: Iterable[str], human: Human, marker_set: MarkerSet | None = None
 ) -> dict[str, Attachment | None]:
-    """Return where each marker sits on the person; None where nobody knows the name.
+    """Return the attachment of each marker on the person; None if its name is unknown.
 
     Args:
         names: Marker names as in the recording.
         human: The person.
-        marker_set: The set to use first; the best built-in one if not given.
+        marker_set: The set to use first; by default the best built-in one.
 
     Raises:
         ParameterError: If a set names a landmark or body that does not exist.
@@ -330,10 +330,10 @@ def place_markers(
 
 
 def read_marker_set(path: str | Path) -> MarkerSet:
-    """Read a user's marker set (format at the head of this module).
+    """Read a user's marker set (format: see the module).
 
     Raises:
-        FileError: If the file cannot be read or says something that is not allowed.
+        FileError: If the file cannot be read or its content is not allowed.
     """
     path = Path(path)
     try:

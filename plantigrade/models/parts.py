@@ -1,4 +1,4 @@
-"""The pieces a body is made of: solids, parts with mass, and how masses combine."""
+"""Parts of a body: solids, inertias and their combination."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class SoleSphere:
-    """A small sphere by which a foot touches the ground.
+    """A sphere under the foot that touches the ground.
 
     Attributes:
         name: Name without the side.
@@ -60,16 +60,16 @@ class Inertia:
     tensor: Float[Array, "3 3"]
 
     def shifted(self, offset: Vector) -> "Inertia":
-        """Return the same body seen from a frame whose origin lies at ``-offset``."""
+        """Return the same inertia in a frame with its origin at ``-offset``."""
         return Inertia(self.mass, self.com + offset, self.tensor)
 
     def scaled(self, factor: float) -> "Inertia":
-        """Return the same shape with ``factor`` times the mass."""
+        """Return the inertia of the same shape with ``factor`` times the mass."""
         return Inertia(self.mass * factor, self.com, self.tensor * factor)
 
 
 def combine(pieces: Iterable[Inertia]) -> Inertia:
-    """Return the inertia of rigidly joined pieces given in one frame (parallel axes)."""
+    """Return the inertia of rigidly connected parts in one frame (parallel axis theorem)."""
     pieces = [p for p in pieces if p.mass > 0]
     mass = sum(p.mass for p in pieces)
     if not pieces:
@@ -85,8 +85,7 @@ def combine(pieces: Iterable[Inertia]) -> Inertia:
 def rod(mass: float, a: Vector, b: Vector, radius: float) -> Inertia:
     """Return the inertia of a solid cylinder from ``a`` to ``b`` with the ends of a capsule.
 
-    The ends are counted as lengthening the cylinder by a third of the radius on each side, which
-    keeps the volume of the capsule.
+    Each end counts as a third of the radius in length, which preserves the volume of the capsule.
     """
     axis = b - a
     length = float(np.linalg.norm(axis))
@@ -109,8 +108,9 @@ class Part:
 
     Attributes:
         name: Name, with side suffix.
-        parent: Name of the part it hangs on; empty for the pelvis.
-        position: Origin in the parent's frame in the zero pose [m]; all frames are parallel then.
+        parent: Name of the parent part; empty for the pelvis.
+        position: Origin in the parent's frame in the zero pose [m]; all frames are parallel in this
+            pose.
         inertia: Mass properties in its own frame.
         solids: What to draw.
         contacts: Where it touches the ground.
@@ -128,7 +128,7 @@ MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 def mirrored(part: Part, name: str, parent: str) -> Part:
-    """Return the part of the other side: y turned around."""
+    """Return the part of the other side, mirrored in y."""
     m = np.diag(MIRROR)
     return Part(
         name=name,

@@ -1,4 +1,4 @@
-"""From parts and a joint set to bodies: welding, offsets, geometry as a function of lengths."""
+"""Skeleton: bodies made from anatomical parts by a joint set."""
 
 from dataclasses import dataclass
 
@@ -48,7 +48,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The bodies of one person and where each anatomical part ended up.
+    """Bodies of one person and the position of each anatomical part in them.
 
     Attributes:
         bodies: Parents first.

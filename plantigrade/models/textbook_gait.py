@@ -43,7 +43,7 @@ CLASS_SPEEDS = {
     "fast": 0.568,
     "very_fast": 0.704,
 }
-"""Dimensionless speed in the middle of each class; the outer ones by the same spacing."""
+"""Dimensionless speed at the centre of each class; the outer two by equal spacing."""
 
 FOOT_OFF = {"very_slow": 68.0, "slow": 62.0, "free": 59.0, "fast": 58.0, "very_fast": 56.0}
 """Foot off [% of cycle], Cycle Events of [Schwartz2008]_."""
@@ -59,7 +59,7 @@ class TextbookGait:
         time: Time of each frame [s].
         coordinates: Joint coordinates over time [rad] under their names; and ``pelvis_tx``
             (forward) and ``pelvis_tz`` (to the right) [m], in OpenSim's axes. ``pelvis_ty`` is
-            missing: how high the pelvis is follows from the body that stands on its feet.
+            missing: the height of the pelvis follows from the feet on the ground.
         heel_strikes: Heel strikes within the time, by side [s].
         toe_offs: Toe offs within the time, by side [s].
         speed: Walking speed [m/s].
@@ -87,7 +87,7 @@ class TextbookGait:
         return _phase(self.time / self.stride_time, side)
 
     def stance(self, side: str) -> Bool[Array, " n_frames"]:
-        """Say in which frames a foot stands on the ground."""
+        """Return the frames in which a foot is in stance."""
         return self.phase(side) < self.foot_off
 
 
@@ -103,7 +103,7 @@ def textbook_gait(
         cycles: Strides of the right foot.
 
     Returns:
-        The walk, both ends of the last cycle included where they fall on a frame.
+        The walk, including both ends of the last cycle if they fall on a frame.
 
     Raises:
         ParameterError: If a value is out of range.
@@ -113,7 +113,7 @@ def textbook_gait(
     slowest, fastest = np.array([0.1, 0.8]) * np.sqrt(GRAVITY * leg_length)
     if not slowest <= speed <= fastest:
         raise ParameterError(
-            f"{speed=} [m/s] is no walking speed for a leg of {leg_length} m: "
+            f"{speed=} [m/s] is not a walking speed for a leg of {leg_length} m: "
             f"{slowest:.2f} to {fastest:.2f} m/s"
         )
     if not (rate >= 10 and cycles >= 1):
@@ -197,7 +197,7 @@ def _series(name, relative, phase, harmonics="all"):
 
 def _phase(whole, side):
     if side not in SIDES:
-        raise ParameterError(f"{side=}: allowed are 'l' and 'r'")
+        raise ParameterError(f"{side=} must be 'r' or 'l'")
     return np.mod(whole + (0.5 if side == "l" else 0.0), 1.0)
 
 

@@ -1,4 +1,4 @@
-"""Gait cycles: cut between heel strikes of one foot, each put on 0 to 100 percent."""
+"""Gait cycles: from heel strike to heel strike of one foot, normalised to 0 to 100 percent."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import GaitEvent
 
 PERCENT = np.linspace(0.0, 100.0, 101)
-"""Percent of the cycle at which curves are given unless asked otherwise."""
+"""Default percentages of the cycle at which curves are sampled."""
 
 LONGEST_CYCLE = 3.0
-"""A foot that needs longer from one heel strike to the next has stood in between [s]."""
+"""Longest stride [s]; in a longer interval the person stood in between."""
 SHORTEST_CYCLE = 0.4
-"""No foot strides faster, not a sprinter's: two strikes nearer than this are no stride [s]."""
+"""Shortest stride [s]; not even a sprinter's is shorter."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Cycle:
         side: ``"l"`` or ``"r"``.
         start: First heel strike [s].
         stop: Next heel strike of the same foot [s].
-        toe_off: Its toe off in between [s]; None where it was not seen.
+        toe_off: Its toe off in between [s]; None if not observed.
         opposite_toe_off: Toe off of the other foot [s], end of the first double support.
         opposite_heel_strike: Heel strike of the other foot [s], start of the second double support.
     """
@@ -46,17 +46,17 @@ class Cycle:
         return self.stop - self.start
 
     def percent(self, instant: float) -> float:
-        """Return where in the cycle an instant [s] lies [%]."""
+        """Return the percentage of the cycle at an instant [s]."""
         return 100.0 * (instant - self.start) / self.duration
 
 
 def cut_cycles(
     events: Iterable[GaitEvent], *, side: str | None = None, longest: float = LONGEST_CYCLE
 ) -> tuple[Cycle, ...]:
-    """Return the cycles that the events enclose, by start.
+    """Return the cycles enclosed by the events, in order of start.
 
     A pair of heel strikes with no toe off of that foot between them is still a cycle (some files
-    store heel strikes only), unless toe offs are known elsewhere for that foot: then a step was
+    store heel strikes only), unless toe offs of that foot are known elsewhere: then a step was
     missed and the pair is left out, as are pairs with two toe offs.
 
     Args:
@@ -109,17 +109,17 @@ def normalise(
     *,
     percent: Float[Array, " n_percent"] = PERCENT,
 ) -> Float[Array, " n_percent *channels"]:
-    """Return a signal between two instants on percent of the cycle, by cubic splines.
+    """Return a signal between two instants as a function of percent of the cycle (cubic splines).
 
     Args:
         time: Time of each frame [s].
         values: Signal, NaN in gaps.
         start: Instant of 0 % [s].
         stop: Instant of 100 % [s].
-        percent: Where in the cycle the signal is wanted [%].
+        percent: Where to sample the cycle [%].
 
     Returns:
-        The signal; NaN where it was not seen.
+        The signal; NaN in gaps.
     """
     if not stop > start:
         raise ParameterError(f"a cycle must end after it starts: {start=} s, {stop=} s")
@@ -133,7 +133,7 @@ def normalise_cycles(
     *,
     percent: Float[Array, " n_percent"] = PERCENT,
 ) -> Float[Array, "n_cycles n_percent *channels"]:
-    """Return a signal over each cycle, on percent; cycles not seen whole keep NaN."""
+    """Return a signal over each cycle as a function of percent; NaN where it is unknown."""
     curves = [normalise(time, values, c.start, c.stop, percent=percent) for c in cycles]
     return np.array(curves).reshape((len(curves), len(percent), *np.shape(values)[1:]))
 

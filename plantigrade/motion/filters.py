@@ -1,7 +1,7 @@
 """Filters for sampled signals: gaps, zero-lag smoothing, derivatives, resampling.
 
-Every function takes the time along the first axis and any shape after it, treats each channel by
-itself, and keeps NaN where there was nothing to see: a filter never reaches across a gap.
+Every function takes the time along the first axis and any shape after it, treats each channel
+separately and keeps NaN: a filter never reaches across a gap.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from plantigrade.motion.recording import rate_of
 
 
 def runs(valid: Bool[Array, " n_frames"]) -> list[slice]:
-    """Return the unbroken stretches of True, in order.
+    """Return the contiguous stretches of True, in order.
 
     Example:
         >>> runs(np.array([True, True, False, True]))
@@ -29,12 +29,12 @@ def fill_gaps(
     *,
     longest: float,
 ) -> Float[Array, " n_frames *channels"]:
-    """Return the signal with short gaps closed by a monotone cubic (PCHIP) through what is seen.
+    """Return the signal with short gaps filled by monotone cubic interpolation (PCHIP).
 
     Args:
         time: Time of each frame [s], increasing.
-        values: Signal; NaN where nothing was seen.
-        longest: Longest gap to close, from the last frame seen to the next [s]. Longer gaps and
+        values: Signal; NaN in gaps.
+        longest: Longest gap to fill, from the last valid frame to the next [s]. Longer gaps and
             the ends of the recording stay NaN.
     """
     from scipy.interpolate import PchipInterpolator
@@ -60,7 +60,7 @@ def lowpass(
     cutoff: float,
     order: int = 4,
 ) -> Float[Array, " n_frames *channels"]:
-    r"""Return the signal through a Butterworth low-pass run forwards and backwards (no lag).
+    r"""Return the signal after a zero-lag Butterworth low-pass (forwards and backwards).
 
     Each pass has half the ``order``; its cut-off is moved by
     :math:`(2^{1/2} - 1)^{-1/(2n)}`, ``n`` the order of one pass, so that the amplitude after both
@@ -68,7 +68,7 @@ def lowpass(
 
     Args:
         time: Time of each frame [s], evenly spaced.
-        values: Signal; every unbroken stretch is filtered alone, NaN stays NaN.
+        values: Signal; contiguous stretches are filtered separately, NaN stays NaN.
         cutoff: Frequency of half power after both passes [Hz].
         order: Order of both passes together; even.
 
@@ -119,10 +119,10 @@ def derivative(
     order: int = 1,
     cutoff: float | None = None,
 ) -> Float[Array, " n_frames *channels"]:
-    """Return the first or second time derivative, smoothed first where a cut-off is given.
+    """Return the first or second time derivative, after smoothing if a cut-off is given.
 
-    The derivative is that of a cubic spline through the (smoothed) samples, so it belongs to the
-    sample's own instant; stretches of fewer than four frames give NaN.
+    The derivative is that of a cubic spline through the (smoothed) samples, evaluated at the
+    samples; stretches of fewer than four frames give NaN.
 
     Args:
         time: Time of each frame [s], increasing; evenly spaced if ``cutoff`` is given.
@@ -159,16 +159,16 @@ def resample(
     *,
     longest_gap: float = 0.0,
 ) -> Float[Array, " n_new *channels"]:
-    """Return the signal at other instants, by cubic splines over each unbroken stretch.
+    """Return the signal at other instants, by cubic splines over each contiguous stretch.
 
-    When the new rate is lower, low-pass first (:func:`lowpass` below half the new rate): a spline
-    does not keep high frequencies from folding back.
+    Before reducing the rate, low-pass the signal (:func:`lowpass` below half the new rate) to avoid
+    aliasing.
 
     Args:
         time: Time of each frame [s], increasing.
         values: Signal, NaN in gaps.
-        new_time: Instants wanted [s]; NaN comes back outside what was seen.
-        longest_gap: Gaps up to this long are closed first [s]; see :func:`fill_gaps`.
+        new_time: New instants [s]; the result is NaN outside the signal.
+        longest_gap: Gaps up to this duration are filled first [s]; see :func:`fill_gaps`.
     """
     from scipy.interpolate import CubicSpline
 

@@ -11,13 +11,13 @@ from plantigrade.motion.filters import derivative, fill_gaps, lowpass
 from plantigrade.motion.recording import rate_of
 
 SLOWEST_BELT = 0.15
-"""A ground slower than this stands still [m/s]; no treadmill gait is that slow."""
+"""Slower ground counts as stationary [m/s]; treadmills run faster."""
 
 LONGEST_GAP = 0.1
-"""Longest gap of a marker that is closed before looking for events [s]."""
+"""Longest gap of a marker that is filled before event detection [s]."""
 
 CUTOFF = 12.0
-"""Low-pass of the foot's points [Hz]; lower where the frame rate is too low for it."""
+"""Cut-off frequency for the points of the foot [Hz]; lower for low frame rates."""
 
 
 def ground_velocity(
@@ -30,8 +30,8 @@ def ground_velocity(
     """Return the velocity of the ground under the feet [m/s].
 
     It is the velocity that the feet's points share most often (the densest spot of their
-    velocities). On a treadmill it is followed through the recording, so that a belt that changes
-    its speed, or slopes, is followed too.
+    velocities). On a treadmill it is tracked through the recording, so that the belt may change its
+    speed or be inclined.
 
     Args:
         time: Time of each frame [s].
@@ -67,7 +67,7 @@ def smooth_feet(time, points, cutoff):
 
 
 def travel(time, velocity):
-    """Return how far the ground has moved since the first frame."""
+    """Return the displacement of the ground since the first frame."""
     steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None]
     return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
 

@@ -13,25 +13,25 @@ from plantigrade.motion.filters import crossing, lowpass, runs
 from plantigrade.motion.recording import ForcePlate, GaitEvent, rate_of
 
 PULL_FACTOR = 5.0
-"""A plate's threshold is at least this many times as far above rest as it reads below."""
+"""The threshold is at least this multiple of how far the plate reads below zero load."""
 
 MOST_RAISED = 2.5
-"""The threshold is raised to this many times itself at most: 50 N, as is usual on treadmills."""
+"""The threshold is raised at most by this factor: to 50 N, as is usual on treadmills."""
 
 SLOWEST_EDGE = 0.08
-"""Longest time in which a plate's force passes between its threshold and :data:`EDGE_LEVEL` [s]."""
+"""Longest rise of the force from the threshold to :data:`EDGE_LEVEL`, or fall [s]."""
 
 EDGE_LEVEL = 0.25
-"""Force at the upper end of an edge, of the greatest on the plates; a foot that comes down or
-leaves passes it in 10 to 60 ms, another foot on the plate or a drifting plate makes it creep."""
+"""Force at the upper end of an edge, as a fraction of the largest on the plates. A foot that lands
+or leaves passes it in 10 to 60 ms; a second foot or drift of the plate makes the force creep."""
 
 TOE_TIP = 0.2
-"""How far the foot reaches beyond the toe point, of its length from heel to toe point."""
+"""How far the foot extends beyond the toe point, as a fraction of heel to toe point."""
 
 
 @dataclass(frozen=True)
 class PlateContact:
-    """One loading of a force plate.
+    """One contact with a force plate.
 
     Attributes:
         start: When the force rose through the threshold [s]; None if loaded from the first sample.
@@ -51,17 +51,16 @@ def contact_events(
     *,
     shortest: float = 0.08,
 ) -> tuple[PlateContact, ...]:
-    """Return when a plate was loaded.
+    """Return the contacts with a plate.
 
     The force is smoothed (50 Hz, no lag) so that noise around the threshold makes no contacts, and
-    a plate's offset is taken out: the value it rests at, if that is within the threshold.
+    the offset of the unloaded plate is subtracted if it is below the threshold.
 
     Args:
         time: Time of each sample [s].
         vertical_force: Force of the ground on the body, upward positive [N].
         threshold: Force that counts as contact [N].
-        shortest: Contacts shorter than this are knocks, gaps shorter than a quarter of it are
-            noise [s].
+        shortest: Shorter contacts are ignored, gaps shorter than a quarter of this are closed [s].
 
     Raises:
         ParameterError: If the threshold is not positive.
@@ -102,24 +101,23 @@ def plate_events(
     threshold: float = 20.0,
     margin: float = 0.02,
 ) -> tuple[GaitEvent, ...]:
-    """Return the heel strikes and toe offs that force plates saw whole.
+    """Return the heel strikes and toe offs that were recorded by force plates.
 
-    A contact belongs to the foot that is nearest its centre of pressure. It gives a heel strike
-    only where the heel came down inside the plate, a toe off only where the toe tip left inside it,
-    and neither while the other foot is on the same plate: a partial hit would be late or early.
-    Nor is there an event where the force creeps through the threshold (:data:`SLOWEST_EDGE`): a
-    foot that comes down or leaves changes it fast, so something else was on the plate as well.
+    A contact belongs to the foot nearest to its centre of pressure. It gives a heel strike only if
+    the heel landed inside the plate, a toe off only if the toe tip left inside it, and neither
+    while the other foot is on the same plate: a partial hit would be late or early. Nor is there an
+    event if the force passes the threshold slowly (:data:`SLOWEST_EDGE`): a foot that lands or
+    leaves changes it fast, so something else was on the plate.
 
     Args:
-        plates: Measured ground reactions. A plate without corners is taken as large enough; one
-            that names its foot is believed.
+        plates: Measured ground reactions. A plate without corners counts as unbounded; a foot named
+            by the plate is trusted.
         time: Time of each marker frame [s].
         heel: Back of the heel, right then left, world [m].
         toe: Toe tip or metatarsal head, right then left, world [m].
-        threshold: Force that counts as contact [N]; more on a plate whose record reads below rest
+        threshold: Force that counts as contact [N]; raised for a plate that reads below zero load
             by more than a fifth of it, as filtered records do.
-        margin: How far outside the plate's edge a marker may be, for markers stand off the foot
-            [m].
+        margin: How far outside the plate a marker may be, since markers stand off the foot [m].
     """
     check_frames(time, heel, toe, None)
     contacts = []
@@ -152,10 +150,10 @@ def plate_events(
 
 
 def _above_noise(force, threshold):
-    """Return the threshold, raised where the plate's own record is not good for it [N].
+    """Return the threshold, raised if the record of the plate is too noisy for it [N].
 
-    The ground cannot pull: how far the force reads below rest is the error of the record near
-    the edges (noise, or the ringing that a low-pass filter leaves beside every edge).
+    The ground cannot pull: a force below zero load is the error of the record near the edges
+    (noise, or ringing of a low-pass filter).
     """
     low = force[np.isfinite(force) & (force < threshold)]
     if len(low) == 0:
@@ -165,7 +163,7 @@ def _above_noise(force, threshold):
 
 
 def _is_on(corners, time, heel, toe, frame, side):
-    """Say whether an end of a foot rests inside a plate."""
+    """Return whether an end of a foot rests inside a plate."""
     return any(
         _inside(corners, p[frame, side], -1e-9) and _rests(time, p, frame, side)
         for p in (heel, toe)
@@ -173,9 +171,9 @@ def _is_on(corners, time, heel, toe, frame, side):
 
 
 def _is_steep(plate, instant, direction, upper):
-    """Say whether the force passes from threshold to `upper` fast, in time's direction or against.
+    """Return whether the force rises fast from threshold to `upper`, or falls (direction -1).
 
-    True as well where the plate's record ends too soon to tell.
+    Also True if the record ends too early to decide.
     """
     since = direction * (plate.time - instant)
     if since.max() < SLOWEST_EDGE:
@@ -206,7 +204,7 @@ def _foot_on(plate, contact, time, heel, toe):
 
 
 def _inside(corners, point, margin):
-    """Say whether a point is over the plate, grown by the margin; True without corners."""
+    """Return whether a point is over the plate, extended by the margin; True without corners."""
     if corners is None:
         return margin >= 0
     p, c = point[:2], corners[:, :2]

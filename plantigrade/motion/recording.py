@@ -1,7 +1,7 @@
-"""What a motion file holds, before any body is fitted to it.
+"""Contents of a motion file, before any body is fitted.
 
-Everything is in SI units and world axes: x forward (as the file has it), y left, z up.
-File axes and units are turned in :mod:`plantigrade.io`.
+Everything is in SI units and world axes: x forward (as in the file), y left, z up. Axes and units
+of files are converted in :mod:`plantigrade.io`.
 """
 
 from collections.abc import Sequence
@@ -19,9 +19,9 @@ class Markers:
     """Trajectories of named points.
 
     Attributes:
-        names: Marker names as the file spells them, unique.
+        names: Marker names as in the file, unique.
         time: Time of each frame [s], increasing.
-        positions: World positions [m]; NaN where a marker was not seen.
+        positions: World positions [m]; NaN where a marker is missing.
     """
 
     names: tuple[str, ...]
@@ -63,12 +63,12 @@ class ForcePlate:
 
     Attributes:
         name: Name in the file (``"1"``, ``"ground_force_r"``, …).
-        time: Time of each sample [s], same clock as the markers; its rate may be higher.
+        time: Time of each sample [s], on the clock of the markers, possibly at a higher rate.
         force: Ground reaction force on the body, world axes [N].
-        cop: Centre of pressure, world [m]; NaN where the force is too small to have one.
+        cop: Centre of pressure, world [m]; NaN where the force is too small.
         free_moment: Moment about the vertical at the centre of pressure, on the body [N m].
-        corners: Corners of the plate, world [m], where known.
-        side: ``"l"`` or ``"r"`` where the file says which foot it is.
+        corners: Corners of the plate, world [m], if known.
+        side: ``"r"`` or ``"l"`` if the file states the foot.
     """
 
     name: str
@@ -85,7 +85,7 @@ class GaitEvent:
     """A heel strike or toe off.
 
     Attributes:
-        time: When [s], same clock as the frames.
+        time: Instant [s], on the clock of the frames.
         side: ``"l"`` or ``"r"``.
         kind: ``"heel_strike"`` (initial contact) or ``"toe_off"``.
     """
@@ -97,7 +97,7 @@ class GaitEvent:
 
 @dataclass(frozen=True)
 class Subject:
-    """What the file says about the person; None where it says nothing.
+    """Subject data of a file; None where unknown.
 
     Attributes:
         height: Body height [m].
@@ -117,7 +117,7 @@ class SkeletonMotion:
     """Motion of another skeleton (ASF/AMC, BVH, DeepMimic), to be retargeted.
 
     Attributes:
-        names: Joint (or bone) names as the file spells them, parents before children.
+        names: Joint (or bone) names as in the file, parents before children.
         parents: Index of each joint's parent, -1 for the root.
         time: Time of each frame [s].
         positions: World position of each joint [m].
@@ -145,7 +145,7 @@ class Table:
         names: Column names; OpenSim paths (``/jointset/hip_r/hip_flexion_r/value``) are reduced
             to the coordinate's name.
         time: Time of each row [s].
-        values: SI units and radians; NaN where the file has none.
+        values: SI units and radians; NaN where missing.
     """
 
     names: tuple[str, ...]
@@ -165,21 +165,21 @@ class Table:
 
 @dataclass(frozen=True)
 class Recording:
-    """Everything one motion file (and its companions) holds.
+    """Contents of one motion file and its companions.
 
     Attributes:
         source: The file it was read from.
         markers: Marker trajectories.
         skeleton: Motion of another skeleton.
-        coordinates: OpenSim coordinates over time [rad, m] (pelvis translations in OpenSim's own
-            axes: x forward, y up, z right; turned when put on a Human).
+        coordinates: OpenSim coordinates over time [rad, m] (pelvis translations in OpenSim's axes:
+            x forward, y up, z right; rotated when applied to a Human).
         plates: Measured ground reactions.
         events: Gait events stored in the file.
         subject: What the file says about the person.
         outputs: Model outputs stored in the file (Plug-in Gait angles, moments, powers, …), by
-            name: (n_frames, 3) on the clock of the markers, in the file's own units; points a model
-            computed (joint centres, segment axes) in world axes [m], as the markers.
-        warnings: What a reader noticed and the user should know, one sentence each.
+            name: (n_frames, 3) on the clock of the markers, in the units of the file; points
+            computed by a model (joint centres, segment axes) in world axes [m], as the markers.
+        warnings: Warnings of the reader, one sentence each.
         static: A standing trial of the same person.
         companions: Files besides ``source`` that it was read from: skeleton, standing trial,
             forces.
@@ -204,10 +204,10 @@ def rate_of(time: Float[Array, " n_frames"]) -> float:
 
 
 def even_clock(time: Float[Array, " n_frames"]) -> Float[Array, " n_frames"]:
-    """Return an evenly sampled clock without the rounding of the file it came from.
+    """Return an evenly sampled clock without the rounding errors of its file.
 
-    At 60 Hz a time printed in milliseconds is up to 3 % of a step off: nothing for a position,
-    body weights for a force that is derived from it. A clock that is not even stays as it is.
+    At 60 Hz a time printed in milliseconds is off by up to 3 % of a step: negligible for positions,
+    but several body weights in forces derived from them. An uneven clock is returned unchanged.
     """
     if len(time) < 3:
         return time

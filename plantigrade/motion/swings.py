@@ -1,4 +1,4 @@
-r"""Swings of a foot, found as humps of its speed, and which of them are steps.
+r"""Swings of a foot: humps of its speed, and which of them are steps.
 
 :math:`s(t)` is the speed of the foot's slower end relative to the ground
 (:mod:`plantigrade.motion.events`).
@@ -11,42 +11,42 @@ import numpy as np
 from plantigrade.motion.filters import crossing, runs
 
 TOE_OFF_FRACTION = 0.22
-"""Speed of the slower end of the foot at toe off, of its peak in that swing."""
+"""Speed of the slower end of the foot at toe off, as a fraction of its peak in that swing."""
 
 HEEL_STRIKE_FRACTION = 0.125
-"""Speed of the slower end of the foot at heel strike, of its peak in the swing before."""
+"""Speed of the slower end of the foot at heel strike, as a fraction of its last peak."""
 
 SLOWEST_SWING = 0.4
-"""Lowest peak speed of the slower end that counts as a swing [m/s]; shuffling reaches 0.6."""
+"""Lowest peak speed of the slower end in a swing [m/s]; shuffling reaches 0.6."""
 
 SHORTEST_SWING = 0.1
 """Shortest swing [s]; a sprinter's lasts 0.3 s."""
 
 OTHER_FOOT_STANDS = 0.2
-"""Least part of a swing in which the other foot stands; a sprinter's 0.28, a jumper's 0."""
+"""Smallest fraction of a swing with the other foot in stance; 0.28 in sprinting, 0 in jumping."""
 
 LONGEST_FLIGHT = 0.22
-"""Longest time both feet are in the air in running [s]; a runner stays below 0.2 s."""
+"""Longest flight phase of running [s]; runners stay below 0.2 s."""
 
 SHORTEST_STANCE = 0.06
-"""Shortest stance [s]; a sprinter's lasts 0.08 s. A foot that rests for less was only slow."""
+"""Shortest stance [s]; a sprinter's lasts 0.08 s. A foot at rest for less was only slow."""
 
 SHORTEST_STEP = 0.12
 """Shortest time from one foot's landing to the other's [s]; a sprinter's is 0.2 s."""
 
-LEAST_WAY = 1.0
-"""Least way of the foot in a step, of its length from heel to toe: its prints do not overlap."""
+SHORTEST_WAY = 1.0
+"""Shortest way of the foot in a step, as a multiple of its length: footprints do not overlap."""
 
 MOST_LIFT = 0.6
-"""Greatest lift of the foot's lower end in a step, of its way; a sprinter's 0.25, on stairs 0.5."""
+"""Largest lift of the foot in a step, as a fraction of its way; 0.25 sprinting, 0.5 on stairs."""
 
 PELVIS_FOLLOWS = 0.1
-"""Least way of the pelvis during a swing, of the foot's way; 0.4 in steady walking."""
+"""Shortest way of the pelvis in a swing, as a fraction of the foot's; 0.4 in steady walking."""
 
 
 @dataclass(frozen=True)
 class Swing:
-    """A hump of the foot's speed: frames `first` to `last`, events None where cut off."""
+    """A hump of the foot's speed: frames `first` to `last`; events None if not observed."""
 
     first: int
     last: int
@@ -56,12 +56,12 @@ class Swing:
 
     @property
     def whole(self):
-        """Whether both its events were seen."""
+        """Whether both events were observed."""
         return self.start is not None and self.stop is not None
 
 
 def swings(time, speed, middle, height, length):
-    """Return the humps of `speed` that are steps, whole or cut by the ends of a stretch."""
+    """Return the humps of `speed` that are steps, complete or cut by the end of a stretch."""
     found = []
     for stretch in runs(np.isfinite(speed)):
         s = speed[stretch]
@@ -79,7 +79,7 @@ def swings(time, speed, middle, height, length):
             left = int(low[-1]) if len(low) else -1
             right = int(top + high[0]) if len(high) else len(s)
             clash = taken[max(left, 0) : right].any()
-            # The skirt of a higher hump is no hump: it must come down to stance on both sides.
+            # A shoulder of a higher hump does not count: speed must fall to stance on both sides.
             taken[max(left, 0) : min(right + 1, len(s))] = True
             if clash:
                 continue
@@ -96,7 +96,7 @@ def swings(time, speed, middle, height, length):
 
 
 def _joined(swings):
-    """Return the swings with those made one between which the foot did not really stand."""
+    """Return the swings; those without a real stance in between are joined."""
     joined: list[Swing] = []
     for swing in swings:
         before = joined[-1] if joined else None
@@ -114,12 +114,12 @@ def _joined(swings):
 
 
 def _carries(swing, middle, height, length):
-    """Say whether a whole swing puts the foot elsewhere, further than it lifts it."""
+    """Return whether a complete swing moves the foot elsewhere, further than it lifts it."""
     way = np.linalg.norm(middle[swing.last] - middle[swing.first])
     ends = max(height[swing.first], height[swing.last])
     lift = np.max(height[swing.first : swing.last + 1]) - ends
     return (
-        way >= LEAST_WAY * length
+        way >= SHORTEST_WAY * length
         and lift <= MOST_LIFT * way
         and swing.stop - swing.start >= SHORTEST_SWING
     )
@@ -128,7 +128,7 @@ def _carries(swing, middle, height, length):
 def apart(steps):
     """Return the steps (foot, swing) without those that end as the other foot lands.
 
-    The foot that was away for the shorter time only closed up to the other.
+    The foot with the shorter swing only closed up to the other.
     """
     return [
         (k, swing)
@@ -145,9 +145,9 @@ def apart(steps):
 
 
 def alternating(steps, speed):
-    """Return the steps (foot, swing) without those that the same foot took before and after.
+    """Return the steps (foot, swing) without those that follow and precede steps of the same foot.
 
-    Where the other foot was hidden between them it may have stepped.
+    If the other foot was hidden in between, it may have stepped.
     """
     steps = sorted(steps, key=lambda step: step[1].first + step[1].last)
     kept = []
@@ -166,11 +166,11 @@ def alternating(steps, speed):
 
 
 def judge_cut(time, speed, swing, usual):
-    """Return a swing cut off by the end of a stretch with what can be said of it, or None."""
+    """Return a swing cut by the end of a stretch with the events that are certain, or None."""
     if swing.start is None and swing.stop is None:
         return None
     if not np.isfinite(usual):
-        # No whole swing to compare with: its own peak must lie inside what was seen.
+        # Without a complete swing to compare with, its peak must have been observed.
         inner = speed[swing.first + 1 : swing.last]
         seen = len(inner) > 0 and inner.max() > max(speed[swing.first], speed[swing.last])
         return swing if seen else None
@@ -197,7 +197,7 @@ def judge_cut(time, speed, swing, usual):
 
 
 def other_stands(time, other, swing, usual):
-    """Say whether the other foot stood for part of the swing; True where it was not seen."""
+    """Return whether the other foot was in stance in part of the swing; True if not observed."""
     start = time[swing.first] if swing.start is None else swing.start
     stop = time[swing.last] if swing.stop is None else swing.stop
     inside = (time >= start) & (time <= stop) & np.isfinite(other)
@@ -211,7 +211,7 @@ def other_stands(time, other, swing, usual):
 
 
 def pelvis_follows(time, body, middle, swing):
-    """Say whether the pelvis moves with the foot; True where it was not seen."""
+    """Return whether the pelvis moves with the foot; True if it was not observed."""
     if body is None:
         return True
     way = np.linalg.norm(middle[swing.last] - middle[swing.first])

@@ -1,4 +1,4 @@
-"""Turn and cut a recording: the same person seen from another side, or for a shorter time."""
+"""Rotation of a recording about the vertical."""
 
 from dataclasses import replace
 
@@ -8,9 +8,9 @@ from plantigrade.motion.recording import Recording
 
 
 def turn(recording: Recording, angle: float) -> Recording:
-    """Return the recording turned about the vertical through the origin.
+    """Return the recording rotated about the vertical through the origin.
 
-    Markers, skeleton and plates are turned; coordinates and stored outputs are left as they are.
+    Markers, skeleton and plates are rotated; coordinates and model outputs are not.
 
     Args:
         recording: The recording.
@@ -47,7 +47,7 @@ def turn(recording: Recording, angle: float) -> Recording:
 def quarter_turn_to_face_x(facing: float) -> float:
     """Return the multiple of a right angle that turns ``facing`` to within 45° of x [rad].
 
-    Laboratories are built along their axes: a quarter turn keeps the person's path along them
-    and keeps forces comparable with the file's own.
+    Laboratories are aligned with their axes: a quarter turn keeps the path aligned and the forces
+    comparable with those of the file.
     """
     return float(-np.round(facing / (np.pi / 2)) * np.pi / 2) + 0.0

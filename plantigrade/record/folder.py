@@ -171,7 +171,7 @@ def read_metrics(folder: str | Path) -> dict[str, Any]:
 
 
 def refuse_existing(out: str | Path, overwrite: bool) -> None:
-    """Raise where a folder of results could not be written in the end.
+    """Raise if a folder of results could not be written.
 
     Raises:
         RunExists: If the folder exists and ``overwrite`` is false, or it holds anything that this
@@ -236,7 +236,7 @@ def _put_in_place(temporary: Path, out: Path) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return ``value`` as JSON can hold it: arrays as lists, NaN and infinity as null."""
+    """Return ``value`` for JSON: arrays as lists, NaN and infinity as null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):

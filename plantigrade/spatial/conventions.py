@@ -1,4 +1,4 @@
-"""Where engines and files disagree about axes and order: decided here and nowhere else.
+"""Conventions for axes, quaternions and velocities; converted here and nowhere else.
 
 * World and bodies: x forward, y left, z up. OpenSim: x forward, y up, z right.
 * Quaternions: MuJoCo ``wxyz``; SciPy and Pinocchio ``xyzw``.
@@ -31,7 +31,7 @@ def xyzw_to_wxyz(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
 def free_joint_velocity_to_pinocchio(
     qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]
 ) -> Float[Array, " nv"]:
-    """Return a MuJoCo velocity with the root's linear part turned into body axes."""
+    """Return a MuJoCo velocity with the linear velocity of the root in body axes."""
     rotation = rotation_matrix(qpos[3:7])
     return np.concatenate([rotation.T @ qvel[:3], qvel[3:]])
 
@@ -56,8 +56,8 @@ def rotation_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:
 def pelvis_angles_to_quaternion(angles: Float[Array, "*n 3"]) -> Float[Array, "*n 4"]:
     """Return ``wxyz`` from OpenSim's pelvis tilt, list and rotation [rad].
 
-    OpenSim turns the pelvis about its own z (right), then x (forward), then y (up); in our axes
-    that is about -y, x and z.
+    OpenSim rotates the pelvis about its z (right), then x (forward), then y (up) axis; in our axes
+    these are -y, x and z.
     """
     from scipy.spatial.transform import Rotation
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import tyro
 
@@ -43,7 +43,7 @@ class FitSettings(Person):
             )
 
     @classmethod
-    def of(cls, options: Any) -> Self:
+    def of(cls, options: Any) -> Any:
         """Return the settings among the options of a command, which inherits them."""
         return cls(**{f.name: getattr(options, f.name) for f in fields(cls)})
 

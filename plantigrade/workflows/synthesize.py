@@ -1,268 +1,180 @@
-"""A motion from a task alone: solve, and let the checker judge."""
+"""From a task to a Run: solve, record, check."""
 
 import time as clock
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.check import check
+from plantigrade.analyze.movement import movement_figures
+from plantigrade.analyze.verdict import Verdict
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.tasks.task import Task
+from plantigrade.models import Human
+from plantigrade.record import Provenance, Record, Run
+from plantigrade.record.provenance import source_files
+from plantigrade.synthesize.diagnose.violations import Violation
+from plantigrade.synthesize.guess.walk import perturbed
+from plantigrade.synthesize.optimise_timing import optimise_timing
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.solution import Solution
+from plantigrade.synthesize.solve import Progress, synthesize
+from plantigrade.synthesize.tasks.gait_parameters import GaitParameters, gait_parameters
+from plantigrade.synthesize.tasks.registry import task_for
+from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings, Walk
+from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.tasks.task_file import TaskFile
+from plantigrade.synthesize.tasks.walking import periodic_walk
+from plantigrade.synthesize.warm_start import WarmStart
+from plantigrade.synthesize.zhakatayev2023 import paper_motion
+from plantigrade.workflows.synthesize_settings import (
+    DEFAULT_JOINTS,
+    PaperSettings,
+    SolveSettings,
+    plain,
+)
 
-if TYPE_CHECKING:
-    from plantigrade.analyze.check import MotionCheck
-    from plantigrade.models import Human
-    from plantigrade.motion import GaitEvent
-    from plantigrade.record import Record
-    from plantigrade.synthesize.diagnose.post_mortem import Broken
-    from plantigrade.synthesize.solution import Sampled, Synthesis
-    from plantigrade.synthesize.solvers.interior_point import Iterate
-
-Progress = Callable[[str, "Iterate"], bool | None]
-"""Told the stage and the iteration; returning True stops with the best so far."""
-
-FINENESS = 10  # frames between two nodes
-NOISE = 0.05  # of the guesses of further tries, root mean square [rad]
-MOST_SAID = 3  # findings of the status; the report has all of them
+NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
+MOST_SAID = 3  # violations of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
+UNITS = {
+    "speed": "m/s", "step_length": "m", "cadence": "steps/min", "step_height": "m",
+    "duration": "s", "chair_height": "m", "distance": "m", "jump_height": "m", "depth": "m",
+    "push": "s", "landing": "s", "clearance": "m", "turn": "°", "slope": "°",
+}  # fmt: skip
+"""Of what tasks are told, by name."""
+ANGLES = ("turn", "slope")
 
 
 @dataclass(frozen=True)
-class SynthesizeSettings:
-    """Everything that decides the result, as written into ``metrics.json``.
+class Origin:
+    """Where a run comes from, for its provenance.
 
     Attributes:
-        task: Name of the task.
-        parameters: What the task is told (``speed``, ``steps``, …).
-        file: Text of a task file that says more than a name; empty for none.
-        height: Body height [m]; average if absent.
-        mass: Body mass [kg]; average if absent.
-        sex: Sex; male if absent.
-        joints: Joint set.
-        feet: Foot model; the joint set's own if absent.
-        formulation: ``"default"`` or ``"paper"``.
-        solver: ``"interior-point"`` or ``"ipopt"``.
-        basis: ``"trigonometric"`` or ``"polynomial"``; the task's own if absent.
-        nodes_per_second: Nodes a second; the task's own if absent.
-        seed: Of the noise on the guesses of further tries.
-        tries: First guesses; the cheapest motion that succeeds is taken.
-        free_timing: Whether a periodic walk chooses its own step length, stance and heel rise.
-        warm: Run folder to start from.
-        strides: Strides of a periodic walk that are written.
+        title: Heading of the pages.
+        command: The command line.
+        files: Files that were read.
+        seed: Of random numbers.
     """
 
-    task: str = "walk"
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    file: str = ""
-    height: float | None = None
-    mass: float | None = None
-    sex: str | None = None
-    joints: str = "43"
-    feet: str | None = None
-    formulation: str = "default"
-    solver: str = "interior-point"
-    basis: str | None = None
-    nodes_per_second: float | None = None
+    title: str = ""
+    command: str = ""
+    files: tuple[Path, ...] = ()
     seed: int = 0
-    tries: int = 1
-    free_timing: bool = False
-    warm: Path | None = None
-    strides: int = 2
-
-    def __post_init__(self):
-        """Refuse what cannot be.
-
-        Raises:
-            ParameterError: If a number is out of range or a word unknown.
-        """
-        for name, allowed in (
-            ("formulation", ("default", "paper")),
-            ("solver", ("interior-point", "ipopt")),
-            ("basis", (None, "trigonometric", "polynomial")),
-        ):
-            value = getattr(self, name)
-            if value not in allowed:
-                allowed = [a for a in allowed if a is not None]
-                raise ParameterError(f"{name} is {value!r}; allowed are {', '.join(allowed)}")
-        for name, most in (("tries", 1000), ("strides", 100)):
-            value = getattr(self, name)
-            if not (value == int(value) and 1 <= value <= most):
-                raise ParameterError(f"{name}={value}: allowed are whole numbers from 1 to {most}")
-        if self.nodes_per_second is not None and not 2 <= self.nodes_per_second <= 500:
-            raise ParameterError(
-                f"nodes_per_second={self.nodes_per_second:g} [1/s]: allowed are 2 to 500"
-            )
-
-    def human(self) -> "Human":
-        """Return the person."""
-        from plantigrade.models import Human
-
-        names = ("height", "mass", "sex", "feet")
-        given = {n: getattr(self, n) for n in names if getattr(self, n) is not None}
-        return Human.create(joints=self.joints, **given)
-
-    def plain(self) -> dict[str, Any]:
-        """Return the settings as ``metrics.json`` holds them."""
-        return {k: str(v) if isinstance(v, Path) else v for k, v in asdict(self).items()}
-
-
-@dataclass(frozen=True, eq=False)
-class Synthesized:
-    """A motion from a task, sampled and judged.
-
-    Attributes:
-        settings: What was asked.
-        synthesis: What the solver found.
-        sampled: The motion on the fine grid.
-        check: The verdict of the checker.
-        broken: Rows the motion does not keep at the nodes, worst first.
-        prepared: How long the problem took to set up [s].
-        tried: Status of every try.
-    """
-
-    settings: SynthesizeSettings
-    synthesis: "Synthesis"
-    sampled: "Sampled"
-    check: "MotionCheck"
-    broken: "tuple[Broken, ...]"
-    prepared: float = 0.0
-    tried: tuple[str, ...] = ()
-
-    @property
-    def human(self) -> "Human":
-        """The person."""
-        return self.synthesis.body.human
-
-    @cached_property
-    def status(self) -> str:
-        """``"ok"``, or what is wrong, where and when.
-
-        The checker decides whether the motion is physical. A physical motion may still not be the
-        one that was asked for: a row that is off by more than :data:`NOT_DONE` says so.
-        """
-        words = [] if self.check.ok else self.check.words()
-        if len(words) > MOST_SAID:
-            more = len(words) - MOST_SAID
-            words = [*words[:MOST_SAID], f"and {more} more finding{'s' if more > 1 else ''}"]
-        if not words:
-            words = [b.sentence() for b in self.broken if b.relative > NOT_DONE][:MOST_SAID]
-            words = [f"not what was asked for: {w}" for w in words]
-        return "; ".join(words) or "ok"
-
-    @cached_property
-    def events(self) -> "tuple[GaitEvent, ...]":
-        """Gait events of a walk, from its plan; none of other motions."""
-        from plantigrade.workflows.synthesis_figures import gait_events
-
-        return gait_events(self.synthesis, self.sampled.time[-1])
-
-    @cached_property
-    def record(self) -> "Record":
-        """What happened, with every figure."""
-        return replace(self._record, metrics=self.metrics)
-
-    @cached_property
-    def _record(self) -> "Record":
-        from plantigrade.motion import Motion
-        from plantigrade.record import Record
-
-        s, sites = self.sampled, self.synthesis.body.sites
-        motion = Motion(s.time, s.qpos, s.qvel, self.human.joint_names, s.qacc, self.events)
-        loaded = np.linalg.norm(s.force, axis=2, keepdims=True) > 0
-        return Record(
-            motion=motion,
-            qfrc_actuator=self.check.tau,
-            contact_force=s.force,
-            contact_point=np.where(loaded, self.check.contact_point, np.nan),
-            contact_side=tuple(site.side for site in sites),
-            contact_segment=tuple(site.body.removesuffix(f"_{site.side}") for site in sites),
-            warnings=tuple(self.notes),
-        )
-
-    @property
-    def notes(self) -> list[str]:
-        """What the user should know besides the status."""
-        from plantigrade.synthesize.diagnose.post_mortem import pressing
-
-        found = []
-        if not self.synthesis.success:
-            words = {"stopped": "was stopped; this is the best so far"}
-            how = words.get(self.synthesis.status, f"ended with “{self.synthesis.status}”")
-            found.append(f"the solver {how}.")
-            found += [b.sentence() + "." for b in self.broken[:5]]
-            pushed = pressing(self.synthesis.problem, self.synthesis.multipliers)
-            if pushed and self.synthesis.status != "stopped":
-                found.append(f"limits the solver pushed against hardest: {'; '.join(pushed)}.")
-        return found
-
-    @cached_property
-    def metrics(self) -> dict[str, Any]:
-        """Every figure of the run, flat."""
-        from plantigrade.workflows.synthesis_figures import figures
-
-        return figures(self)
 
 
 def synthesize_task(
-    settings: SynthesizeSettings,
-    progress: Progress | None = None,
+    told: TaskSettings,
+    how: SolveSettings | None = None,
     *,
-    warm: "Synthesis | None" = None,
-) -> Synthesized:
+    file: TaskFile | None = None,
+    progress: Progress | None = None,
+    origin: Origin | None = None,
+) -> Run:
     """Make a motion and have it checked.
 
     Args:
-        settings: Who is to do what, and how it is solved.
+        told: What is to be done.
+        how: Who does it, and how it is solved.
+        file: A task file that says more; ``told`` replaces its parameters.
         progress: Told every iteration; returning True stops with the best so far.
-        warm: A motion to start from; that of ``settings.warm`` if absent.
+        origin: For the provenance.
 
     Raises:
-        ParameterError: If there is no such task, or what it is told makes no sense.
+        ParameterError: If what is asked makes no sense for this person, or the run to start from
+            is of other joints.
         FileError: If the run to start from cannot be read.
     """
-    from plantigrade.synthesize.guess.walk import perturbed
-    from plantigrade.synthesize.solve import synthesize
-    from plantigrade.synthesize.tasks.registry import body_for
+    how, origin, began = how or SolveSettings(), origin or Origin(), clock.perf_counter()
+    warm = None if how.warm is None else WarmStart.of_record(Run.load(how.warm).record)
+    human = person(how)
+    task = the_task(human, told, how, file)
+    body = ContactBody.for_plan(human, task.plan)
+    if isinstance(told, Walk) and told.optimise_timing:
+        if file is not None:
+            raise ParameterError(
+                "the timing of a task file stays as it is: leave out optimise_timing"
+            )
+        solution, tried = _optimised(body, told, how, progress)
+    else:
+        solution, tried = _best(body, task, how, warm, origin.seed, progress)
+    prepared = clock.perf_counter() - began - solution.seconds
+    name = next(n for n, kind in TASKS.items() if kind is type(told))
+    settings = {
+        "task": name,
+        "parameters": plain(told),
+        "file": file.toml() if file is not None else "",
+        **plain(how),
+    }
+    words = ", ".join(w for k, v in told.told.items() if (w := in_words(k, v)))
+    return run_of(
+        solution,
+        settings,
+        origin,
+        strides=told.strides if isinstance(told, Walk) else 1,
+        words=words,
+        figures={"prepare_time_s": prepared, "restarts": len(tried)},
+    )
 
-    started = clock.perf_counter()
-    if settings.formulation == "paper":
-        return _as_the_paper(settings, progress)
-    if warm is None and settings.warm is not None:
-        from plantigrade.workflows.synthesis_folder import read_synthesis
 
-        warm = read_synthesis(settings.warm)
-    human = settings.human()
-    task = task_of(human, settings)
-    body = body_for(human, task.plan)
-    if settings.free_timing:
-        return _on_its_own_times(settings, human, body, progress)
-    prepared = clock.perf_counter() - started
+def person(how: SolveSettings | PaperSettings) -> Human:
+    """Return who does a task."""
+    return replace(how, joints=how.joints or DEFAULT_JOINTS).human()
+
+
+def the_task(
+    human: Human, told: TaskSettings, how: SolveSettings, file: TaskFile | None = None
+) -> MotionTask:
+    """Return the task of a person, on the basis and the mesh asked for.
+
+    Raises:
+        ParameterError: If a value is out of range for this person.
+    """
+    if file is None:
+        task = task_for(human, told)
+    else:
+        every = {f.name: getattr(told, f.name) for f in fields(told)}
+        task = replace(file, parameters=every).task(human)
+    return _refined(task, how)
+
+
+def _refined(task: MotionTask, how: SolveSettings) -> MotionTask:
+    if how.basis is not None:
+        task = replace(task, basis=how.basis)
+    if how.nodes_per_second is not None:
+        task = replace(task, nodes_per_second=float(how.nodes_per_second))
+    return task
+
+
+def _best(
+    body: ContactBody,
+    task: MotionTask,
+    how: SolveSettings,
+    warm: WarmStart | None,
+    seed: int,
+    progress: Progress | None,
+) -> tuple[Solution, tuple[str, ...]]:
+    """Return the cheapest motion of all restarts, and how each ended."""
     best, tried, halted = None, [], False
 
-    def told(stage: str, iterate: "Iterate") -> bool | None:
+    def told(stage: str, iterate: Any) -> bool | None:
         nonlocal halted
         if progress is None:
             return None
-        name = stage if settings.tries == 1 else f"try {len(tried) + 1}: {stage}"
+        name = stage if how.restarts == 1 else f"start {len(tried) + 1}: {stage}"
         halted = bool(progress(name, iterate)) or halted
         return halted
 
-    for k in range(settings.tries):
+    for k in range(how.restarts):
         c0 = None
         if k:
             problem = task.problem(body)
             start = task.start(body, problem)[0]  # a warm start's mesh may be another
-            c0 = perturbed(start, seed=settings.seed + k, size=NOISE, closure=problem.closure)
+            c0 = perturbed(start, seed=seed + k, size=NOISE, closure=problem.closure)
         made = synthesize(
-            body,
-            task,
-            solver=settings.solver,  # type: ignore[arg-type]
-            warm=warm if k == 0 else None,
-            progress=told,
-            c0=c0,
+            body, task, solver=how.solver, warm=None if k else warm, progress=told, c0=c0
         )
         tried.append(made.status)
         if best is None or _rank(made) < _rank(best):
@@ -270,155 +182,197 @@ def synthesize_task(
         if halted:
             break
     assert best is not None
-    return judged(settings, best, prepared=prepared, tried=tuple(tried))
+    return best, tuple(tried)
 
 
-def _on_its_own_times(settings, human: "Human", body, progress: Progress | None) -> Synthesized:
-    """Return a periodic walk whose times of contact cost least, judged.
-
-    Raises:
-        ParameterError: If the task is no periodic walk.
-    """
-    from plantigrade.synthesize.tasks.free_timing import free_timing
-    from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
-    from plantigrade.synthesize.tasks.walking import periodic_walk
-
-    told = dict(settings.parameters)
-    if settings.task != "walk" or settings.file or not told.pop("periodic", False):
-        raise ParameterError(
-            "only a periodic walk chooses its own times: plantigrade synthesize walk --periodic "
-            "--free-timing"
-        )
-    slope = told.pop("slope", 0.0)
-    start = gait_parameters(human, told.pop("speed", 1.3), **told)
-
-    def task(p):
-        made = periodic_walk(human, p, slope=slope)
-        named = {"basis": settings.basis, "nodes_per_second": settings.nodes_per_second}
-        return replace(made, **{k: v for k, v in named.items() if v is not None})
-
-    found = free_timing(body, task, start, progress=progress)
-    tried = tuple(f"{c:.4g} a metre" for c in found.costs)
-    return judged(settings, found.synthesis, tried=tried)
-
-
-def _as_the_paper(settings: SynthesizeSettings, progress: Progress | None) -> Synthesized:
-    """Return a motion of the paper, judged.
-
-    Raises:
-        ParameterError: If something is asked of it that the paper's problem does not know.
-    """
-    from plantigrade.workflows.zhakatayev2023 import paper_synthesis
-
-    unknown = {
-        "a task file": settings.file,
-        "parameters of tasks": settings.parameters,
-        "--warm": settings.warm,
-        "--nodes-per-second": settings.nodes_per_second,
-        "--tries": settings.tries > 1,
-        "--free-timing": settings.free_timing,
-    }
-    for what, asked in unknown.items():
-        if asked:
-            raise ParameterError(
-                f"the paper's formulation knows no {what}: its motions are set by its tables"
-            )
-    basis = settings.basis or "trigonometric"
-    return judged(settings, paper_synthesis(settings.human(), settings.task, basis, progress))
-
-
-def _rank(made: "Synthesis") -> tuple[float, float]:
+def _rank(made: Solution) -> tuple[float, float]:
     """Return what is smaller for a better motion: first whether it failed, then what it costs."""
     if made.success:
         return 0.0, made.objective
     return 1.0, made.stages[-1].history[-1].violation
 
 
-def judged(
-    settings: SynthesizeSettings,
-    synthesis: "Synthesis",
-    *,
-    prepared: float = 0.0,
-    tried: tuple[str, ...] = (),
-) -> Synthesized:
-    """Return a motion sampled on a grid finer than its nodes, and what the checker says of it."""
-    from plantigrade.analyze.check import examine
-    from plantigrade.synthesize.diagnose.post_mortem import broken_rows
+def _optimised(
+    body: ContactBody, told: Walk, how: SolveSettings, progress: Progress | None
+) -> tuple[Solution, tuple[str, ...]]:
+    """Return a periodic walk whose times of contact cost least."""
+    human = body.human
+    start = gait_parameters(human, told.speed, step_length=told.step_length, cadence=told.cadence)
 
-    periodic = synthesis.task.plan.periodic
-    laps = 2 * settings.strides if periodic else 1
-    sampled = synthesis.sample(synthesis.times(FINENESS, laps))
-    broken = broken_rows(synthesis.problem, synthesis.c, synthesis.u)
-    check = examine(under_test(synthesis, sampled))
-    return Synthesized(settings, synthesis, sampled, check, broken, prepared, tried)
+    def task(p: GaitParameters) -> MotionTask:
+        return _refined(periodic_walk(human, p, slope=told.slope), how)
+
+    found = optimise_timing(body, task, start, progress=progress)
+    return found.solution, tuple(f"{c:.4g} a metre" for c in found.costs)
 
 
-def under_test(synthesis: "Synthesis", sampled: "Sampled"):
-    """Return a sampled motion as the checker takes it: states, forces, plan and limits.
-
-    Of the task only what was asked for goes over: who stands where and when, how rough the ground
-    is and how strong the person; nothing of how it was solved.
-    """
-    from plantigrade.analyze.check import ContactSite, Ground, Limits, MotionUnderTest
-    from plantigrade.contact.ground import ground as ground_of
-    from plantigrade.synthesize.terms import terms
-
-    body, task = synthesis.body, synthesis.task
-    rests = {s.site.name: s.position[2] for s in task.plan.supports}
-    sites = tuple(
-        ContactSite(
-            site.name,
-            site.side,
-            site.body,
-            tuple(float(x) for x in site.position),
-            float(site.radius),
-            height=rests.get(site.name),
-        )
-        for site in body.sites
-    )
-    normal = tuple(float(x) for x in task.plan.to_world[:, 2])
-    ground, limits = Ground(normal=normal, height=ground_of(task.plan)), Limits()
-    for term in task.terms:
-        if isinstance(term, terms.Contact):
-            ground = replace(ground, friction=term.friction)
-            limits = replace(limits, force=term.force * body.weight)
-        elif isinstance(term, terms.Limits):
-            torque = body.human.model.jnt_actfrcrange[1:].T * term.strength
-            limits = replace(limits, velocity=term.speed, torque=torque)
-    return MotionUnderTest(
-        body.human.model,
-        sampled.time,
-        sampled.qpos,
-        sampled.qvel,
-        sampled.qacc,
-        sites,
-        sampled.force,
-        sampled.standing,
-        ground,
-        limits,
-    )
-
-
-# Tasks --------------------------------------------------------------------------------------------
-
-
-def task_of(human: "Human", settings: SynthesizeSettings) -> Task:
-    """Return the task that settings name.
+def synthesize_paper(
+    how: PaperSettings, *, progress: Progress | None = None, origin: Origin | None = None
+) -> Run:
+    """Make a motion of the paper and have it checked.
 
     Raises:
-        ParameterError: If there is none, or it does not know a parameter.
+        ParameterError: If the person has other feet than the paper's.
     """
-    from plantigrade.synthesize.tasks.registry import make_task
-    from plantigrade.synthesize.tasks.task_file import parse_task_file
+    origin = origin or Origin()
 
-    if settings.file:
-        told = parse_task_file(settings.file)
-        told = replace(told, parameters={**told.parameters, **settings.parameters})
-        task = told.task(human)
-    else:
-        task = make_task(settings.task, human, settings.parameters)
-    if settings.basis is not None:
-        task = replace(task, basis=settings.basis)
-    if settings.nodes_per_second is not None:
-        task = replace(task, nodes_per_second=float(settings.nodes_per_second))
-    return task
+    def told(p: Any) -> bool | None:
+        return None if progress is None else progress("as in the paper", p)
+
+    solution = paper_motion(person(how), how.motion, how.basis, callback=told)
+    result, record = solution.result, solution.record()
+    figures = {
+        "task": f"zhakatayev2023 {how.motion}",
+        "solver_status": result.stages[-1].status,
+        "solver_success": result.success,
+        "solver_stages": len(result.stages),
+        "iterations": result.iterations,
+        "solve_time_s": result.seconds,
+        "objective": result.objective,
+        "violation_max": result.violation,
+        "nodes": len(solution.paper.problem.nodes),
+    }
+    settings = {"task": "zhakatayev2023", **plain(how)}
+    made = f"by the stages of the paper in {result.seconds:.1f} s"
+    return checked(record, f"{how.motion}, as in the paper", made, settings, origin, figures)
+
+
+def run_of(
+    solution: Solution,
+    settings: Mapping[str, Any],
+    origin: Origin | None = None,
+    *,
+    strides: int = 2,
+    words: str = "",
+    figures: Mapping[str, Any] | None = None,
+) -> Run:
+    """Return the run of a solved task: recorded, checked, with every figure.
+
+    Args:
+        solution: What the solver found.
+        settings: Everything that decided it.
+        origin: For the provenance.
+        strides: Strides of a periodic motion.
+        words: What the task was told.
+        figures: Further figures.
+    """
+    record, name = solution.record(strides=strides), solution.task.name
+    stages = {s.solver for s in solution.stages}
+    solver = "IPOPT" if stages == {"ipopt"} else "the banded interior point"
+    made = (
+        f"from the task alone by {solver} in {solution.seconds:.1f} s "
+        f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
+    )
+    what = f"{name} ({words})" if words else name
+    every = solver_figures(solution) | dict(figures or {})
+    return checked(record, what, made, settings, origin or Origin(), every, solution.violations)
+
+
+def checked(
+    record: Record,
+    what: str,
+    made: str,
+    settings: Mapping[str, Any],
+    origin: Origin,
+    figures: Mapping[str, Any],
+    violations: Sequence[Violation] = (),
+    *,
+    kind: str = "synthesize",
+) -> Run:
+    """Return a record as a run, with the verdict of the checker.
+
+    Args:
+        record: What happened.
+        what: What was done, in words.
+        made: How, in words.
+        settings: Everything that decided it.
+        origin: For the provenance.
+        figures: Of the solver.
+        violations: Constraints that are not kept at nodes.
+        kind: Of the run.
+    """
+    verdict, human = check(record), record.human
+    record = replace(record, signals={**record.signals, **verdict.signals()})
+    state = status(verdict, violations)
+    passed = "it passed the check" if state == "ok" else "it did not pass the check"
+    sentence = (
+        f"{what[0].upper()}{what[1:]}, {record.motion.duration:.2f} s, of a person of "
+        f"{human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of freedom "
+        f"and {human.feet} feet, made {made}; {passed} in {record.motion.n_frames} frames."
+    )
+    every = {
+        "duration_s": record.motion.duration,
+        "frames": record.motion.n_frames,
+        **figures,
+        **verdict.figures(),
+        **movement_figures(record),
+    }
+    return Run(
+        record,
+        kind,
+        title=origin.title or what,
+        sentence=sentence,
+        status=state,
+        figures=every,
+        provenance=Provenance(
+            origin.command,
+            {**settings, "friction": record.ground.friction},
+            source_files(origin.files),
+            origin.seed,
+        ),
+    )
+
+
+def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
+    """Return ``"ok"``, or what is wrong, where and when.
+
+    The checker decides whether the motion is physical and does what the task demands. One that
+    passes may still violate constraints of the problem: those further off than :data:`NOT_DONE`.
+    """
+    if not verdict.ok:
+        return verdict.status
+    words = [v.sentence() for v in violations if v.relative > NOT_DONE][:MOST_SAID]
+    return "; ".join(f"not what was asked for: {w}" for w in words) or "ok"
+
+
+def solver_figures(solution: Solution) -> dict[str, Any]:
+    """Return how the solver got there."""
+    problem = solution.problem
+    last = solution.stages[-1].history[-1]
+    found: dict[str, Any] = {
+        "task": solution.task.name,
+        "solver_status": solution.status,
+        "solver_success": solution.success,
+        "solver_stages": len(solution.stages),
+        "iterations": solution.iterations,
+        "solve_time_s": solution.seconds,
+        "objective": solution.objective,
+        "violation_max": last.violation,
+        "optimality": last.optimality,
+        "nodes": len(problem.nodes),
+        "unknowns": int(solution.coefficients.size + problem.u_active.sum()),
+        "equations": int(sum(r.equations.sum() for r in problem.rows)),
+        "inequalities": int(sum(r.inequalities.sum() for r in problem.rows)),
+    }
+    if solution.violations:
+        found["violations"] = [v.sentence() for v in solution.violations]
+    return found
+
+
+def in_words(name: str, value: Any) -> str:
+    """Return what a task was told, in words.
+
+    Example:
+        >>> in_words("step_length", 0.6), in_words("turn", np.pi / 2), in_words("periodic", True)
+        ('step length 0.6 m', 'turn 90°', 'periodic')
+    """
+    words = name.replace("_", " ")
+    if value is None or value is False:
+        return ""
+    if value is True:
+        return words
+    if isinstance(value, int | float):
+        unit = UNITS.get(name, "")
+        shown = f"{np.rad2deg(value):.4g}" if name in ANGLES else f"{value:g}"
+        return f"{words} {shown}{'' if unit in ('', '°') else ' '}{unit}"
+    return f"{words} {value}"

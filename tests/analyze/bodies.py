@@ -8,7 +8,7 @@ import numpy as np
 
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
-from plantigrade.models.parts import ContactPoint, combine
+from plantigrade.models.parts import SoleSphere, combine
 from plantigrade.models.skeleton import Body, Hinge, Skeleton
 from plantigrade.motion import Motion
 from plantigrade.record import Record
@@ -34,7 +34,7 @@ def person(xml: str) -> Human:
                 combine(()),
                 (),
                 tuple(
-                    ContactPoint(g.name[len("contact_box_") : -2], g.pos, g.size[0], "box")
+                    SoleSphere(g.name[len("contact_box_") : -2], g.pos, g.size[0], "box")
                     for g in geoms
                 ),
             )

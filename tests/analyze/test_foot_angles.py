@@ -14,6 +14,7 @@ from plantigrade.analyze.foot_angles import (
     joint_angles,
     segment_rotations,
 )
+from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.statistics import rmse_offset_removed
 from plantigrade.errors import ParameterError
 from plantigrade.io import read
@@ -213,13 +214,13 @@ def test_a_walk_with_oxford_markers_has_foot_segments(data: Path):
     settings = FitSettings()
     loaded = load(data / "c3d" / "HC038A11.c3d", settings)
     trial = analyse(fit(loaded, settings), settings)
-    feet = foot_segments(loaded, trial, settings)
-    assert feet is not None and trial.fit.human.feet == "two-segment"
-    found = feet.metrics()
+    feet = foot_segment_signals(loaded.recording, trial, settings)
+    assert trial.fit.human.feet == "two-segment"
+    found = feet.figures
     assert found["foot_segments_marker_rms_mm"] < 5
     # Hindfoot dorsiflexion spans 20 to 30 degrees in normal walking.
     assert 15 < found["hindfoot_dorsiflexion_rom_r_deg"] < 35
-    assert "Foot segments" in feet.section().title and len(feet.section().figures) >= 10
+    assert len(feet.signals["foot.names"]) >= 10
     bare = [n for n in loaded.recording.markers.names if n[1:] not in ("LCA", "STL", "CPG")]
     few = replace(trial, fit=replace(trial.fit, markers=trial.fit.markers.select(bare)))
-    assert foot_segments(loaded, few, settings) is None
+    assert not foot_segment_signals(loaded.recording, few, settings).signals

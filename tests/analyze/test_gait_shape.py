@@ -11,11 +11,8 @@ from plantigrade.analyze.gait_shape import (
     agreement_with_norm,
     gait_shape,
     humps_of,
-    muscle_work,
 )
-from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.errors import ParameterError
-from plantigrade.models import Human
 from plantigrade.motion.cycles import PERCENT, Cycle
 
 CYCLE = Cycle("r", 0.0, 1.0, toe_off=0.59, opposite_toe_off=0.1, opposite_heel_strike=0.5)
@@ -111,22 +108,3 @@ def test_agreement_of_the_left_foot_mirrors_the_pelvis():
     values = np.interp(PERCENT, band.percent, band.mean)
     assert agreement_with_norm(PERCENT, values, "pelvis_list", side="l").rmse < 1e-9
     assert agreement_with_norm(PERCENT, values, "pelvis_list", side="r").correlation < -0.99
-
-
-def test_tissue_that_bears_everything_leaves_muscles_without_work():
-    human = Human.create(joints="43")
-    rng = np.random.default_rng(0)
-    time = np.linspace(0.0, 1.0, 50)
-    names = human.coordinates
-    q = 0.1 * np.sin(2 * np.pi * time[:, None] + rng.uniform(size=len(names)))
-    v = np.gradient(q, time, axis=0)
-    factor = scale(human.mass, human.height)
-    tissue = np.stack(passive_moments(names, list(q.T), list(v.T), factor), axis=1)
-    how = {"mass": human.mass, "height": human.height, "way": 2.0}
-    work = muscle_work(names, time, q, v, tissue, **how)
-    assert work.positive == pytest.approx(0.0, abs=1e-9) and work.negative == pytest.approx(0.0)
-    torque = tissue.copy()
-    torque[:, 0] += np.sign(v[:, 0])  # 1 N m that always pushes: work is the way it pushes along
-    work = muscle_work(names, time, q, v, torque, **how)
-    assert work.positive == pytest.approx(np.trapezoid(np.abs(v[:, 0]), time))
-    assert work.cost_of_transport == pytest.approx(work.positive / (human.mass * 9.81 * 2.0))

@@ -8,12 +8,18 @@ import pytest
 
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison, angles_deg, compare, over_swings
 from plantigrade.errors import ReproduceError
+from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.reproduce.reference import ContactInterval, Reference, reference_of
+from plantigrade.motion import Motion
+from plantigrade.record import Record
+from plantigrade.reproduce.gait import GaitTasks
+from plantigrade.reproduce.reference import Reference, reference_of
+from plantigrade.reproduce.result import ReproducedGait
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
-from plantigrade.wbc.ordered_motion import OrderedMotion
+from plantigrade.wbc.order import TaskOrder
+from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.textbook import TextbookWalk, textbook_walk
 
 STEP = 0.005
@@ -29,16 +35,16 @@ def reference(walk) -> Reference:
     return reference_of(walk.human, walk.time, walk.qpos, walk.events)
 
 
-def moved(reference: Reference, change=lambda time, qpos: qpos) -> OrderedMotion:
+def moved(reference: Reference, change=lambda time, qpos: qpos) -> Record:
     """The recorded gait on the ticks of a reproduced one, changed."""
     time = np.arange(reference.start, reference.stop + 1e-9, STEP)
     qpos = change(time, reference.at(time))
-    nothing = np.zeros((len(time), reference.human.model.nv))
-    flags = np.zeros((len(time), 0), dtype=bool)
-    return OrderedMotion(
-        time, qpos, nothing, nothing, (), flags, flags.astype(float),
-        np.zeros(len(time)), np.zeros(len(time)), np.ones(len(time), dtype=bool),
+    n, nothing = len(time), np.zeros((len(time), reference.human.model.nv))
+    motion = OrderedMotion(
+        reference.human, TaskOrder([]), time, qpos, nothing, nothing, np.zeros((n, 0), dtype=bool),
+        np.zeros((n, 0)), np.zeros(n), np.zeros(n), np.ones(n, dtype=bool),
     )  # fmt: skip
+    return ReproducedGait(reference, GaitTasks(), motion).record()
 
 
 def root(offset):
@@ -52,7 +58,7 @@ def root(offset):
 
 @pytest.fixture(scope="module")
 def same(reference) -> Comparison:
-    return compare(reference, moved(reference))
+    return compare(moved(reference))
 
 
 def test_the_recorded_gait_is_itself(same):
@@ -85,7 +91,7 @@ def test_a_flattened_knee_has_that_much_less_range(reference, same):
         qpos[:, i] = 0.8 * qpos[:, i] + 0.1
         return qpos
 
-    found = compare(reference, moved(reference, flatten))
+    found = compare(moved(reference, flatten))
     theirs = same.rom["knee_angle_r"][1]
     assert found.rom["knee_angle_r"] == pytest.approx((0.8 * theirs, theirs), abs=0.05)
     assert found.rom_error["knee_angle_r"] == pytest.approx(-0.2 * theirs, abs=0.05)
@@ -98,12 +104,12 @@ def test_a_flattened_knee_has_that_much_less_range(reference, same):
 
 
 def test_a_body_beside_its_path(reference, same):
-    aside = compare(reference, moved(reference, root([0.006, 0.008, 0.0])))
+    aside = compare(moved(reference, root([0.006, 0.008, 0.0])))
     assert aside.com_error_rms_m == pytest.approx(0.010, abs=1e-3)
     assert aside.com_error_max_m == pytest.approx(0.010, abs=1e-3)
     assert aside.contact_drift_m == pytest.approx(same.contact_drift_m, abs=1e-9)
     assert aside.lowest_m == same.lowest_m
-    below = compare(reference, moved(reference, root([0.0, 0.0, -0.007])))
+    below = compare(moved(reference, root([0.0, 0.0, -0.007])))
     assert below.lowest_m == pytest.approx(same.lowest_m - 0.007)
     for side in "rl":
         assert below.clearance[side][0] == pytest.approx(same.clearance[side][0] - 0.007)
@@ -111,7 +117,7 @@ def test_a_body_beside_its_path(reference, same):
 
 
 def test_feet_that_never_come_down_do_not_drift_but_do_not_stand(reference):
-    above = compare(reference, moved(reference, root([0.0, 0.0, 0.03])))
+    above = compare(moved(reference, root([0.0, 0.0, 0.03])))
     assert above.contact_drift_m == 0 and above.contact_share == 0
 
 
@@ -126,7 +132,7 @@ def test_heading_does_not_matter(reference, walk, same):
         return np.hstack([turn.apply(qpos[:, :3]), xyzw_to_wxyz(rotation.as_quat()), qpos[:, 7:]])
 
     other = reference_of(walk.human, walk.time, turned(walk.qpos), walk.events)
-    found = compare(other, moved(other))
+    found = compare(moved(other))
     for name, both in same.rom.items():
         assert found.rom[name] == pytest.approx(both, abs=0.05), name
 
@@ -142,10 +148,10 @@ def standing() -> Reference:
     still = np.zeros((len(time), human.model.nv))
     events = textbook_walk(human).events[:3]
     first, last = (replace(events[0], time=0.0), replace(events[2], time=1.0))
-    return Reference(
-        human, (first, last), (), tuple(ContactInterval(s, "heel", 0.2, 0.7) for s in "rl"),
-        Trajectory.fixed(np.zeros(3)), {}, {}, time, many, still, still,
-    )  # fmt: skip
+    motion = Motion(time, many, still, human.joint_names, still, (first, last))
+    heels = tuple(ContactInterval(side, "heel", 0.2, 0.7) for side in "rl")
+    path = Trajectory.fixed(np.zeros(3))
+    return Reference(human, motion, (), heels, path, dict.fromkeys("rl", path), {})
 
 
 def sliding(path):
@@ -155,7 +161,7 @@ def sliding(path):
 
 def test_drift_is_the_way_since_the_first_touch(standing):
     """Sliding at 10 mm/s over a contact of half a second; before and after it nothing counts."""
-    found = compare(standing, moved(standing, sliding(lambda t: 0.010 * t)))
+    found = compare(moved(standing, sliding(lambda t: 0.010 * t)))
     assert found.contact_drift_m == pytest.approx(0.010 * 0.5, abs=2 * 0.010 * STEP)
     assert found.contact_share == 1
 
@@ -166,7 +172,7 @@ def test_way_back_is_no_excuse(standing):
     def there_and_back(t):
         return 0.004 * np.sin(np.pi * np.clip((t - 0.2) / 0.5, 0, 1))
 
-    found = compare(standing, moved(standing, sliding(there_and_back)))
+    found = compare(moved(standing, sliding(there_and_back)))
     assert found.contact_drift_m == pytest.approx(0.004, rel=1e-3)
 
 
@@ -177,7 +183,7 @@ def test_without_a_whole_cycle_the_whole_motion_counts(standing):
         qpos[:, i] += np.deg2rad(30) * time
         return qpos
 
-    found = compare(standing, moved(standing, bend))
+    found = compare(moved(standing, bend))
     assert found.cycles == () and found.curves_simulated["knee_angle_l"].shape == (0, 101)
     assert found.rom["knee_angle_l"] == pytest.approx((30, 0), abs=1e-6)
     assert found.rmse["knee_angle_l"] == pytest.approx(30 / np.sqrt(3), rel=0.01)
@@ -190,7 +196,7 @@ def test_a_side_without_a_whole_cycle_takes_the_other_sides(walk, reference):
     right = [e for e in strikes if e.side == "r"][:2]
     events = tuple(e for e in reference.events if right[0].time <= e.time <= right[1].time)
     one = reference_of(walk.human, walk.time, walk.qpos, events)
-    found = compare(one, moved(one))
+    found = compare(moved(one))
     assert [c.side for c in found.cycles] == ["r"]
     assert found.curves_simulated["knee_angle_l"].shape == (1, 101)
     assert found.metrics()["cycles_l_count"] == 0
@@ -199,13 +205,13 @@ def test_a_side_without_a_whole_cycle_takes_the_other_sides(walk, reference):
 
 def test_swings_are_counted_one_by_one(reference):
     time = np.arange(reference.start, reference.stop, 0.001)
-    lasts = over_swings(reference, "r", time, time, np.ptp)
+    lasts = over_swings(reference.phases, "r", time, time, np.ptp)
     swings = [p.duration for p in reference.phases if p.kind == "single" and p.swing == "r"]
     assert lasts == pytest.approx(np.mean(swings), abs=0.002)
-    third = over_swings(reference, "r", time, time, np.ptp, 1 / 3)
+    third = over_swings(reference.phases, "r", time, time, np.ptp, 1 / 3)
     assert third == pytest.approx(np.mean(swings) / 3, abs=0.003)
     early = time < reference.start - 1
-    assert np.isnan(over_swings(reference, "r", time[early], time[early], np.max))
+    assert np.isnan(over_swings(reference.phases, "r", time[early], time[early], np.max))
 
 
 def test_metrics_are_plain_figures(same):
@@ -225,15 +231,16 @@ def test_angles_are_those_of_the_coordinates(walk):
 
 @pytest.mark.parametrize("spoil", ["short", "nan"])
 def test_nothing_to_compare(reference, spoil):
-    motion = moved(reference)
+    record = moved(reference)
     if spoil == "nan":
-        motion.qpos[3, 9] = np.nan
+        record.motion.qpos[3, 9] = np.nan
     else:
-        motion = replace(
-            motion, time=motion.time[:1], qpos=motion.qpos[:1], qvel=motion.qvel[:1],
-            qacc=motion.qacc[:1], active=motion.active[:1], residual=motion.residual[:1],
-            solver_time=motion.solver_time[:1], state_time=motion.state_time[:1],
-            exact=motion.exact[:1],
-        )  # fmt: skip
+        motion, planned = record.motion.frames(slice(0, 1)), record.contact_planned[:1]
+        record = replace(record, motion=motion, contact_planned=planned)
     with pytest.raises(ReproduceError, match="two finite ones or more"):
-        compare(reference, motion)
+        compare(record)
+
+
+def test_a_record_without_a_recorded_motion_is_refused(reference):
+    with pytest.raises(ReproduceError, match="no recorded motion"):
+        compare(replace(moved(reference), references={}))

@@ -16,7 +16,6 @@ from tests.browser import Browser, find_browser
 
 FILES = {
     "model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html",
-    "reproduction.npz",
 }  # fmt: skip
 
 

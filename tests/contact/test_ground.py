@@ -45,6 +45,13 @@ def test_every_footprint_lies_on_the_ground(heights):
             assert ground.under(np.array([x + reach, y, 5.0])) == pytest.approx(z)
 
 
+def test_steps_on_a_slope_are_measured_along_and_across_it():
+    ground = Ground(height=0.2, slope=0.3, steps=(Step(1.0, 0.5),))
+    on = np.array([[0.5, 3.0, 0.2], [1.5, -2.0, 0.5]]) @ ground.to_world.T
+    assert on[1, 2] - on[0, 2] > 0.3  # it rises along x
+    np.testing.assert_allclose(ground.under(on), on @ ground.normal)
+
+
 def test_a_margin_sees_the_higher_tread_early():
     ground = Ground.of_plan(plan([0.0, 0.15, 0.15]))
     (edge,) = ground.steps
@@ -90,7 +97,7 @@ def test_a_ground_is_the_same_after_json():
     field = HeightField((0.0, 0.0), (0.1, 0.1), ((0.0, 0.01), (0.0, 0.02)))
     ground = Ground(0.1, 0.05, (Step(0.4, 0.2),), (seat,), 0.6, (Bump((0, 0, 0), 0.02),), field)
     again = Ground.from_dict(json.loads(json.dumps(ground.to_dict())))
-    assert again == ground
+    assert again == ground and Ground.from_dict({}) == Ground()
     site = ContactSite(body="pelvis", name="seat_r", part="chair")
     sits = plan([0.0], supports=(Support(site, (0.1, 0.0, 0.45), 0.0, 1.0),))
     assert Ground.of_plan(sits).seats == (seat,)
@@ -100,6 +107,12 @@ def test_a_ground_is_the_same_after_json():
     "broken, match",
     [
         ({"friction": -0.1}, "friction"),
+        ({"friction": float("nan")}, "friction"),
+        ({"steps": [{"x": 1.0}]}, "height"),
+        ({"steps": 3}, "not a description"),
+        ({"seats": [{"site": "seat", "position": ["a"]}]}, "not a description"),
+        ({"height": "high"}, "not a description"),
+        ({"colour": 1}, "colour"),
         ({"slope": 2.0}, "right angle"),
         ({"steps": [{"x": 1.0, "height": 0.1}, {"x": 0.0, "height": 0.0}]}, "order"),
         ({"seats": [{"site": "a", "position": [0.0, 1.0]}]}, "2 numbers where 3"),

@@ -174,15 +174,16 @@ def test_what_fails_is_named_and_the_rest_goes_on(tmp_path, monkeypatch):
     for name in "ab":
         (tmp_path / f"{name}.c3d").touch()
 
-    def fit_file(path):
+    def fit_trial(path):
         if path.name == "a.c3d":
             raise FitError("no markers")
+        return None, None
 
-    def reproduce_trial(trial, tasks, dynamics):
+    def walk_to_reproduce(trial):
         raise ReproduceError("nobody walks")
 
-    monkeypatch.setattr(gait_walks.fitting, "fit_file", fit_file)
-    monkeypatch.setattr(gait_walks.reproducing, "reproduce_trial", reproduce_trial)
+    monkeypatch.setattr(gait_walks, "fit_trial", fit_trial)
+    monkeypatch.setattr(gait_walks, "walk_to_reproduce", walk_to_reproduce)
     walks = reproduce_walks(tmp_path, ["default"])["default"]
     assert walks.failed == {"a.c3d": "no markers", "b.c3d": "nobody walks"}
     assert walks.absent == ("c.c3d",) and walks.done == ()

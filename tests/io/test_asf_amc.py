@@ -244,8 +244,8 @@ def test_bad_motion(leg, old, new, match):
         (":hierarchy", ":hier", "no :hierarchy"),
         ("length 10", "length ten", r"line \d+: 'ten' is not a number"),
         ("lfemur ltibia", "lfemur shin", "'shin', which is not in :bonedata"),
-        ("    lfemur ltibia\n", "", "do not hang on the root: ltibia"),
-        ("axis 0 0 20 XYZ", "axis 0 0 20 XXZ", "'XXZ'; it must hold"),
+        ("    lfemur ltibia\n", "", "not connected to the root: ltibia"),
+        ("axis 0 0 20 XYZ", "axis 0 0 20 XXZ", "'XXZ'; it must contain"),
         ("dof rx\n", "dof qx\n", "dof is qx; allowed"),
         ("direction 0 1 0", "direction 0 0 0", "no direction"),
         ("length 0.45", "length 0", "must be positive"),
@@ -267,7 +267,7 @@ def test_companion(leg, data):
     assert find_asf(other) == leg.with_name("leg.asf")  # the only one
     leg.with_name("LEG2.ASF").write_text(LEG)
     assert find_asf(leg.with_name("leg2_05.amc")).name == "LEG2.ASF"
-    with pytest.raises(FileError, match=r"which skeleton.*skeleton=FILE.asf"):
+    with pytest.raises(FileError, match=r"several skeletons.*skeleton=FILE.asf"):
         find_asf(other)
     assert len(read_amc(other, skeleton=leg.with_name("LEG2.ASF")).skeleton.time) == 3
     leg.with_name("leg.asf").unlink()

@@ -231,11 +231,11 @@ def test_cut_off_end(body):
         ("5 90 8", "5 90 x", r"LINE, channel 3: 'x' is not a number"),
         ("5 90 8", "5 90", r"LINE: this frame has 20 numbers.* 21 channels"),
         ("OFFSET 0 70 0", "OFFSET 0 70", r"LINE: OFFSET needs 3"),
-        ("CHANNELS 6 X", "CHANNELS 5 X", r"LINE: CHANNELS says 5 and lists 6"),
+        ("CHANNELS 6 X", "CHANNELS 5 X", r"LINE: CHANNELS announces 5 and lists 6"),
         ("6 Xposition", "6 Wposition", "'Wposition' is not"),
         ("  JOINT head\n  {\n", "  JOINT head\n", "'{' is missing"),
         ("}\nMOTION", "MOTION", "'}' is missing"),
-        ("HIERARCHY\nROOT hips", "HIERARCHY\nJOINT hips", "JOINT stands outside"),
+        ("HIERARCHY\nROOT hips", "HIERARCHY\nJOINT hips", "JOINT is outside"),
     ],
 )
 def test_bad_files(body, old, new, match):

@@ -110,9 +110,9 @@ def test_errors_name_the_line(tmp_path, change, match):
 def test_what_is_odd_is_said(tmp_path):
     """Fewer frames than announced; a last row cut off."""
     recording = read_trc(write(tmp_path / "a.trc", text().replace("\t3\t4\tmm", "\t9\t4\tmm")))
-    assert recording.warnings == ("the header says 9 frames, the file holds 3",)
+    assert recording.warnings == ("the header announces 9 frames, the file holds 3",)
     recording = read_trc(write(tmp_path / "a.trc", text()[:-30]))
-    assert len(recording.markers.time) == 2 and "cut off" in recording.warnings[0]
+    assert len(recording.markers.time) == 2 and "truncated" in recording.warnings[0]
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_gaps_survive_writing(tmp_path):
     again = read_trc(tmp_path / "a.trc")
     np.testing.assert_allclose(again.markers.positions, positions, atol=1e-8)
     bad = replace(markers, names=("A\tB", "B", "C", "D"))
-    with pytest.raises(FileError, match="cannot stand in a TRC header"):
+    with pytest.raises(FileError, match="not allowed in a TRC header"):
         write_trc(Recording(Path("x"), bad), tmp_path / "a.trc")
 
 
@@ -166,8 +166,8 @@ def test_convert_c3d_to_trc(data, tmp_path):
 
 def test_convert_what_cannot_be(data, tmp_path):
     """A target that cannot hold the source: one sentence, nothing written."""
-    with pytest.raises(FileError, match="TRC files hold markers; .* has coordinates"):
+    with pytest.raises(FileError, match="TRC files store markers; .* has coordinates"):
         convert(data / "opensim" / "rajagopal_walk" / "coordinates.sto", tmp_path / "a.trc")
-    with pytest.raises(FileError, match="'.amc' is not written"):
+    with pytest.raises(FileError, match="'.amc' cannot be written"):
         convert(data / "opensim" / "rajagopal_walk" / "markers_walk.trc", tmp_path / "a.amc")
     assert not list(tmp_path.iterdir())

@@ -71,7 +71,7 @@ def test_faster_is_longer_and_quicker():
 
 
 def test_bad_input():
-    with pytest.raises(ParameterError, match="no walking speed"):
+    with pytest.raises(ParameterError, match="not a walking speed"):
         textbook_gait(4.0, 0.9)
     with pytest.raises(ParameterError, match="leg_length"):
         textbook_gait(1.0, 90.0)

@@ -5,26 +5,27 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
-from plantigrade.reproduce.ground_forces import FRICTION, LOADING, LoadLimit
-from plantigrade.wbc.force_tasks import AngularMomentumTask, LandingTask, PassingPosture
-from plantigrade.wbc.ordered_motion import TaskOrder
 
+from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.centroid import centroid, without_constraints
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.reproduce.forces import ForcedMotion, gait_with_forces, move_with_forces
-from plantigrade.reproduce.gait import ContactSchedule
-from plantigrade.reproduce.reference import SIDES
+from plantigrade.reproduce.forces import LOADING, LoadLimit
+from plantigrade.reproduce.result import rebuild
+from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.reproduce.support import carried_path, give_way, into_hull
-from plantigrade.wbc.tasks import ComTask, ContactTask
+from plantigrade.wbc.forces import GroundForces
+from plantigrade.wbc.order import TaskOrder
+from plantigrade.wbc.stepping import OrderedMotion, move
+from plantigrade.wbc.tasks import ComTask, ContactTask, PassingPosture
 from tests.models.presets import person
 from tests.reproduce.walks import reference
 
 
 @cache
-def walk() -> ForcedMotion:
-    return gait_with_forces(reference())
+def walk() -> OrderedMotion:
+    return rebuild(reference(), forces=True).motion
 
 
 def weight() -> float:
@@ -52,7 +53,7 @@ def test_inverse_dynamics_of_plain_mujoco_finds_the_same_moments_and_nothing_at_
         mujoco.mj_inverse(model, data)
         explained = data.qfrc_inverse - applied(k, data)
         assert np.abs(explained[:6]).max() < 1e-6 * weight()
-        np.testing.assert_allclose(explained[6:], motion.tau[k, 6:], atol=1e-6 * weight())
+        np.testing.assert_allclose(explained[6:], motion.qfrc[k, 6:], atol=1e-6 * weight())
 
 
 def test_forces_accelerate_the_centre_of_mass_and_turn_the_body():
@@ -74,9 +75,9 @@ def test_the_ground_pushes_and_does_not_slip():
 
 def test_joint_moments_stay_within_strength():
     low, high = reference().human.model.jnt_actfrcrange[1:].T
-    tau = walk().tau[:, 6:]
+    tau = walk().qfrc[:, 6:]
     assert (tau > low - 1e-3).all() and (tau < high + 1e-3).all()
-    assert not walk().tau[:, :6].any()
+    assert np.abs(walk().qfrc[:, :6]).max() < 1e-6 * weight()
 
 
 def test_forces_act_at_the_ground_on_points_of_the_soles():
@@ -84,7 +85,7 @@ def test_forces_act_at_the_ground_on_points_of_the_soles():
     carries = motion.contact_force.any(axis=2)
     height = motion.contact_point[carries][:, 2]
     assert height.min() > -0.005 and height.max() < 0.011
-    assert len(motion.side) == motion.contact_force.shape[1] == len(motion.segment)
+    assert len(motion.sites) == motion.contact_force.shape[1]
 
 
 def test_power_of_forces_and_moments_changes_the_energy():
@@ -100,8 +101,8 @@ def test_power_of_forces_and_moments_changes_the_energy():
         mujoco.mj_forward(model, data)
         energy.append(data.energy.sum())
         velocity = motion.qvel[k] + 0.5 * step * motion.qacc[k]  # in the middle of the step
-        power.append((motion.tau[k] + applied(k, data)) @ velocity)
-        moved.append(np.abs(motion.tau[k] * velocity).sum())
+        power.append((motion.qfrc[k] + applied(k, data)) @ velocity)
+        moved.append(np.abs(motion.qfrc[k] * velocity).sum())
     work = np.concatenate([[0.0], np.cumsum(power[:-1]) * step])
     gained = np.array(energy) - energy[0]
     assert np.abs(work - gained).max() < 0.02 * np.sum(moved) * step
@@ -133,13 +134,13 @@ def test_the_ground_carries_the_body_on_average_and_each_foot_in_turn():
     for phase in reference().phases:
         if phase.kind == "single":
             inside = (motion.time > phase.start + 1e-6) & (motion.time < phase.stop - 1e-6)
-            assert np.abs(motion.foot(phase.swing)[0][inside]).max() < 1e-6 * weight()
+            assert np.abs(motion.record().foot(phase.swing).force[inside]).max() < 1e-6 * weight()
 
 
 def test_a_foot_is_loaded_no_faster_than_allowed():
     motion, limit = walk(), LoadLimit(reference())
     for side in SIDES:
-        load = motion.foot(side)[0][:, 2] / weight()
+        load = motion.record().foot(side).force[:, 2] / weight()
         for t, carried in zip(motion.time, load, strict=True):
             assert carried <= limit(side, float(t)) + 1e-4
     start, stop = next(s for s in limit.stances["r"] if np.isfinite(s).all())
@@ -147,21 +148,21 @@ def test_a_foot_is_loaded_no_faster_than_allowed():
     assert limit("r", stop - 0.01) == pytest.approx(0.01 * LOADING)
 
 
-def standing(com) -> ForcedMotion:
+def standing(com) -> OrderedMotion:
     """Somebody who stands on both feet and moves the centre of mass."""
     human = person("42", "two-segment")
     sole = ContactSchedule(reference())
-    contact = ContactTask(sole.points, sole.radius, lambda t: np.ones(len(sole.radius), bool))
+    contact = ContactTask(sole.points, lambda t: np.ones(len(sole.points), bool))
     pose = human.standing()
     still = PassingPosture(lambda t: (pose, t + 0.3), lambda t: np.zeros(human.model.nv))
     order = TaskOrder([[contact], [ComTask(com(State(human, pose).com))]], still)
-    return move_with_forces(human, order, pose, stop=0.5)
+    return move(human, order, pose, stop=0.5, ground=GroundForces())
 
 
 def test_who_stands_still_is_carried_by_both_feet_alike():
     motion = standing(Trajectory.fixed)
     mass = person("42", "two-segment").mass
-    right, left = (motion.foot(side)[0][-1, 2] for side in SIDES)
+    right, left = (motion.record().foot(side).force[-1, 2] for side in SIDES)
     assert right + left == pytest.approx(mass * 9.81, rel=1e-3)
     assert right == pytest.approx(left, rel=0.02)
 
@@ -179,62 +180,7 @@ def test_an_order_without_contact_is_refused():
     human = person("42", "two-segment")
     order = TaskOrder([[ComTask(Trajectory.fixed(np.zeros(3)))]])
     with pytest.raises(ParameterError, match="ContactTask"):
-        move_with_forces(human, order, human.standing(), stop=0.1)
-
-
-def random_state(seed: int) -> State:
-    human = person("42", "two-segment")
-    rng = np.random.default_rng(seed)
-    qpos = human.standing()
-    qpos[3:7] = rng.normal(size=4)
-    qpos[3:7] /= np.linalg.norm(qpos[3:7])
-    qpos[7:] += 0.3 * rng.normal(size=len(qpos) - 7)
-    return State(human, qpos, rng.normal(size=human.model.nv))
-
-
-def test_rows_of_the_angular_momentum_give_momentum_and_its_rate():
-    state = random_state(1)
-    nothing = Trajectory.fixed(np.zeros(3))
-    task = AngularMomentumTask(nothing, Trajectory.fixed(state.qpos))
-    qacc = np.random.default_rng(2).normal(size=state.model.nv)
-    arrays = state.qpos[None], state.qvel[None], qacc[None]
-    whole = centroid(state.human, *arrays)
-    assert whole.moment is not None
-    scale = task.jacobian(state, 0.0) @ state.qvel / whole.angular_momentum[0]
-    np.testing.assert_allclose(scale, scale[0])
-    rate = task.jacobian(state, 0.0) @ qacc + task.drift(state, 0.0)
-    np.testing.assert_allclose(rate / scale[0], whole.moment[0], rtol=1e-6, atol=1e-6)
-    np.testing.assert_allclose(task.error(state, 0.0), 0.0, atol=1e-12)
-
-
-def test_jacobian_and_drift_of_a_landing_are_derivatives():
-    state = random_state(3)
-    sole = ContactSchedule(reference())
-    task = LandingTask(sole.points, sole.radius, [(np.array([0, 1]), 0.1), (np.array([7]), 0.12)])
-    still, h, h2 = np.zeros(state.model.nv), 1e-6, 1e-4
-    start = state.qpos.copy(), state.qvel.copy()
-    jacobian, drift = task.jacobian(state, 0.0), task.drift(state, 0.0)
-    values = []
-    for step in (-h, 0.0, h, -h2, h2):
-        qpos = start[0].copy()
-        mujoco.mj_integratePos(state.model, qpos, start[1], step)
-        values.append(task.error(state.move_to(qpos, still), 0.0))
-    np.testing.assert_allclose((values[2] - values[0]) / (2 * h), jacobian @ start[1], atol=1e-6)
-    second = (values[4] - 2 * values[1] + values[3]) / h2**2
-    np.testing.assert_allclose(second, drift, atol=1e-3)
-    assert not len(task.error(state, 0.2))
-
-
-def test_a_posture_is_passed_at_its_speed():
-    """The acceleration is that of the cubic from here and now to there and then."""
-    state = random_state(5)
-    velocity = np.linspace(-1, 1, state.model.nv)
-    target = state.qpos.copy()
-    mujoco.mj_integratePos(state.model, target, velocity, 0.2)
-    steady = PassingPosture(lambda t: (target, 0.2), lambda t: velocity)
-    state.move_to(state.qpos, velocity)
-    np.testing.assert_allclose(steady.acceleration(state, 0.0), 0.0, atol=1e-8)
-    np.testing.assert_allclose(steady.acceleration(state.move_to(target, velocity), 0.2), 0.0)
+        move(human, order, human.standing(), stop=0.1, ground=GroundForces())
 
 
 def test_the_way_into_a_hull_is_the_shortest():

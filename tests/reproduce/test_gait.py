@@ -6,13 +6,14 @@ within 2 mm, feet no more than 5 mm below the ground.
 
 import numpy as np
 import pytest
-from plantigrade.wbc.ordered_motion import STEP, stack
 
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.reproduce.gait import TASKS, GaitTasks, gait_order, gait_tasks
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
+from plantigrade.wbc.order import stacked
+from plantigrade.wbc.stepping import STEP
 from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask
 from tests.reproduce.walks import paths, rebuilt, reference, soles
 
@@ -55,7 +56,7 @@ def test_contacts_stay_where_they_landed(tasks):
     known, motion, touches = reference(*BODY), rebuilt(tasks, *BODY), soles(*BODY)
     _, place = paths(known.human, motion.qpos, touches.points)
     on = np.array([touches(float(t)) for t in motion.time])
-    low = place[..., 2] - touches.radius < 0.002
+    low = place[..., 2] - touches.points.radius < 0.002
     for i in range(len(touches.points)):
         landed = None
         for k in range(len(motion.time)):
@@ -70,7 +71,7 @@ def test_contacts_stay_where_they_landed(tasks):
 def test_feet_stay_above_the_ground(tasks):
     known, motion, touches = reference(*BODY), rebuilt(tasks, *BODY), soles(*BODY)
     _, place = paths(known.human, motion.qpos, touches.points)
-    assert (place[..., 2] - touches.radius).min() >= -0.005
+    assert (place[..., 2] - touches.points.radius).min() >= -0.005
 
 
 def test_the_swinging_heel_comes_onto_its_path_in_the_horizontal_plane(tasks):
@@ -80,7 +81,7 @@ def test_the_swinging_heel_comes_onto_its_path_in_the_horizontal_plane(tasks):
     for t, q, v in zip(motion.time, motion.qpos, motion.qvel, strict=True):
         for phase in known.phases:
             if phase.kind == "single" and phase.start + 0.3 < t < phase.stop:
-                heel = state.move_to(q, v).position(known.heel_point[phase.swing])[0]
+                heel = state.moved_to(q, v).position(known.heel_point[phase.swing])[0]
                 path = known.heel[phase.swing](float(t))[0]
                 assert np.linalg.norm((heel - path)[:2]) <= 0.005
 
@@ -140,13 +141,13 @@ def test_priorities_hold_through_the_walk(tasks):
     limits, state = JointLimits(known.human, STEP), State(known.human, motion.qpos[0])
     strict = []
     for k, t in enumerate(motion.time.tolist()):
-        state.move_to(motion.qpos[k], motion.qvel[k])
+        state = state.moved_to(motion.qpos[k], motion.qvel[k])
         for task in order.tasks:
             task.begin(state, t)
         if k % 10:
             continue
         low, high = limits.bounds(state)
-        levels = [stack([task.level(state, t) for task in level]) for level in order.levels]
+        levels = [stacked([task.level(state, t) for task in level]) for level in order.levels]
         posture = order.posture.acceleration(state, t)
         whole = solve_hierarchy(levels, lower=low, upper=high, preferred=posture).residuals
         change = np.zeros(len(levels))
@@ -200,7 +201,7 @@ def test_other_bodies_walk_too(body):
     com, place = paths(known.human, motion.qpos, touches.points)
     wanted = np.array([known.com(float(t))[0] for t in motion.time])
     assert np.linalg.norm(com - wanted, axis=1).max() <= 0.01
-    assert (place[..., 2] - touches.radius).min() >= -0.005
+    assert (place[..., 2] - touches.points.radius).min() >= -0.005
     recorded = known.at(motion.time)
     for name in ("hip_flexion_r", "knee_angle_l", "ankle_angle_r"):
         k = 7 + known.human.hinge(name)

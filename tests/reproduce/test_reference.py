@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import State
-from plantigrade.reproduce.reference import SIDES, reference_of
+from plantigrade.reproduce.reference import reference_of
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 from tests.reproduce.walks import reference
@@ -12,7 +13,7 @@ from tests.reproduce.walks import reference
 
 def test_paths_are_those_of_the_recorded_motion():
     known = reference()
-    for t in known.time[10:-10:17]:
+    for t in known.motion.time[10:-10:17]:
         state = State(known.human, known.at(float(t)), known.velocity_at(float(t)))
         com = known.com(float(t))
         np.testing.assert_allclose(com[0], state.com, atol=1e-6)
@@ -70,7 +71,9 @@ def test_configurations_between_frames_are_configurations():
     np.testing.assert_allclose(np.linalg.norm(qpos[:, 3:7], axis=1), 1.0, atol=1e-12)
     np.testing.assert_array_equal(known.at(float(times[20])), qpos[20])
     frame = 31
-    np.testing.assert_allclose(known.at(float(known.time[frame])), known.qpos[frame], atol=1e-9)
+    np.testing.assert_allclose(
+        known.at(float(known.motion.time[frame])), known.motion.qpos[frame], atol=1e-9
+    )
 
 
 def test_velocities_are_the_rates_of_configurations():
@@ -107,5 +110,7 @@ def test_a_quaternion_that_changes_sign_changes_nothing():
     flipped = walk.qpos.copy()
     flipped[60:, 3:7] *= -1
     ours, known = reference_of(walk.human, walk.time, flipped, walk.events), reference()
-    np.testing.assert_allclose(ours.qvel, known.qvel, atol=1e-9)
-    np.testing.assert_allclose(np.abs(ours.qpos[:, 3]), np.abs(known.qpos[:, 3]), atol=1e-9)
+    np.testing.assert_allclose(ours.motion.qvel, known.motion.qvel, atol=1e-9)
+    np.testing.assert_allclose(
+        np.abs(ours.motion.qpos[:, 3]), np.abs(known.motion.qpos[:, 3]), atol=1e-9
+    )

@@ -137,7 +137,7 @@ def test_the_mirror_image_moves_as_the_mirrored_points_do(human, walk):
 
 def test_events_of_the_repetition_make_whole_strides(data):
     from plantigrade.workflows.fit import fit_trial
-    from plantigrade.workflows.walks import whole_cycles
+    from plantigrade.workflows.walks import RecordedWalk
 
     for name, mirrored in (
         ("opensim/gait2392_subject01/normal_gait.mot", False),
@@ -145,8 +145,8 @@ def test_events_of_the_repetition_make_whole_strides(data):
         ("opensim/moco_2d_walking/referenceCoordinates.sto", True),
     ):
         trial = fit_trial(data / name)[1]
-        assert not cut_cycles(trial.record.motion.events)
-        whole = whole_cycles(trial)
-        assert len(cut_cycles(whole.record.motion.events)) >= 2, name
+        assert not cut_cycles(trial.motion.events)
+        walk = RecordedWalk.of(trial).repeated(trial)
+        assert len(cut_cycles(walk.motion.events)) >= 2, name
         assert any("repeated" in sentence for sentence in whole.record.warnings)
         assert any("mirror" in sentence for sentence in whole.record.warnings) == mirrored

@@ -4,10 +4,12 @@ from functools import cache
 
 import numpy as np
 
-from plantigrade.kinematics.state import State
-from plantigrade.reproduce.gait import TASKS, ContactSchedule, gait_order
+from plantigrade.kinematics.state import sweep
+from plantigrade.reproduce.gait import TASKS
 from plantigrade.reproduce.reference import Reference, reference_of
-from plantigrade.wbc.ordered_motion import OrderedMotion, move
+from plantigrade.reproduce.result import rebuild
+from plantigrade.reproduce.schedule import ContactSchedule
+from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 
@@ -25,9 +27,7 @@ def rebuilt(
 ) -> OrderedMotion:
     """The walk made of the tasks."""
     known = reference(joints, feet, cycles)
-    order = gait_order(known, TASKS[tasks])
-    start = known.at(known.start), known.velocity_at(known.start)
-    return move(known.human, order, *start, start=known.start, stop=known.stop)
+    return rebuild(known, TASKS[tasks]).motion
 
 
 @cache
@@ -38,10 +38,6 @@ def soles(joints: str = "42", feet: str = "two-segment", cycles: int = 2) -> Con
 
 def paths(human, qpos, points) -> tuple[np.ndarray, np.ndarray]:
     """Centre of mass (n, 3) and points (n, k, 3) of a motion."""
-    state, still = State(human, qpos[0]), np.zeros(human.model.nv)
-    com, place = [], []
-    for q in qpos:
-        state.move_to(q, still)
-        com.append(state.com)
-        place.append(state.position(points))
+    both = [(state.com, state.position(points)) for state in sweep(human, qpos)]
+    com, place = zip(*both, strict=True)
     return np.array(com), np.array(place)

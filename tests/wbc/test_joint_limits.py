@@ -5,7 +5,8 @@ import pytest
 
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.joint_limits import JointLimits
-from plantigrade.wbc.ordered_motion import TaskOrder, move
+from plantigrade.wbc.order import TaskOrder
+from plantigrade.wbc.stepping import move
 from plantigrade.wbc.tasks import PostureTask
 from tests.models.presets import PRESETS, person, random_state
 
@@ -35,7 +36,7 @@ def test_a_coordinate_driven_at_its_limit_stops_there(step, push):
         lower, upper = limits.bounds(state)
         a = np.zeros(human.model.nv)
         a[6:] = np.clip(push * 500.0, lower, upper)[6:]
-        state.integrate(a, step)
+        state = state.integrated(a, step)
         out = np.maximum(low - state.qpos[7:], state.qpos[7:] - high)
         furthest = np.maximum(furthest, out)
     assert furthest.max() < 2e-3  # [rad]

@@ -5,12 +5,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.sole_paths import points_of, sole_paths
+from plantigrade.contact.site import contact_sites
+from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
-from plantigrade.wbc.ordered_motion import SINGULAR, STEP, TaskOrder, arrest, move, stack
+from plantigrade.wbc.order import TaskOrder, stacked
+from plantigrade.wbc.start import SINGULAR, velocity_after_impact
+from plantigrade.wbc.stepping import STEP, move
 from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, PostureTask
 from tests.models.presets import person
 
@@ -23,15 +26,14 @@ def human():
 
 
 def soles_of(human):
-    place = sole_paths(human, human.standing()[None])
-    return points_of(human, place.sites), place.radius
+    return SitePoints(human, contact_sites(human))
 
 
 def standing(human, **gains):
     """Both feet flat on the ground, always."""
-    points, radius = soles_of(human)
+    points = soles_of(human)
     on = np.ones(len(points), dtype=bool)
-    return ContactTask(points, radius, lambda time: on, **gains)
+    return ContactTask(points, lambda time: on, **gains)
 
 
 def bent(human):
@@ -47,10 +49,10 @@ def bent_person(joints, feet):
     for side in ("r", "l"):
         for name, angle in bends.items():
             q[7 + human.hinge(f"{name}_{side}")] = angle
-    points, radius = soles_of(human)
-    q[2] -= (State(human, q).position(points)[:, 2] - radius).min()
+    points = soles_of(human)
+    q[2] -= (points.height(State(human, q))).min()
     q = move(human, TaskOrder([[standing(human)]]), q, stop=0.3).qpos[-1]
-    assert np.abs(State(human, q).position(points)[:, 2] - radius).max() < 1e-3
+    assert np.abs(points.height(State(human, q))).max() < 1e-3
     return q
 
 
@@ -65,7 +67,7 @@ def test_an_error_obeys_its_equation(human, stiffness, damping):
     start[:3] = 0.3, -0.2, -0.3
     motion = move(human, TaskOrder([[task]]), q, start, stop=0.5, step=0.001)
     state = State(human, q)
-    e = np.array([task.error(state.move_to(x, v), 0.0) for x, v in zip(motion.qpos, motion.qvel,
+    e = np.array([task.error(state.moved_to(x, v), 0.0) for x, v in zip(motion.qpos, motion.qvel,
                                                                      strict=True)])  # fmt: skip
     first = State(human, motion.qpos[0], start)
     rate = first.com_jacobian @ start
@@ -87,7 +89,7 @@ def test_a_moving_target_is_followed_without_lag(human):
     motion = move(human, TaskOrder([[task]]), q, stop=1.0, step=0.002)
     state = State(human, q)
     late = [
-        np.linalg.norm(task.error(state.move_to(x, v), float(t)))
+        np.linalg.norm(task.error(state.moved_to(x, v), float(t)))
         for t, x, v in zip(motion.time, motion.qpos, motion.qvel, strict=True)
         if t > 0.5
     ]
@@ -97,14 +99,12 @@ def test_a_moving_target_is_followed_without_lag(human):
 def test_lower_tasks_change_nothing_above(human):
     """The same start with and without a task below: feet and centre of mass go as before."""
     alone, below = squat(human), squat(human, [0.3, -0.1, 0.3])
-    points, _ = soles_of(human)
+    points = soles_of(human)
     state, still = State(human, alone.qpos[0]), np.zeros(human.model.nv)
     for a, b in zip(alone.qpos, below.qpos, strict=True):
-        com = state.move_to(a, still).com
-        feet = state.position(points).copy()
-        state.move_to(b, still)
-        assert np.linalg.norm(state.com - com) < 1e-4
-        assert np.abs(state.position(points) - feet).max() < 1e-4
+        one, other = state.moved_to(a, still), state.moved_to(b, still)
+        assert np.linalg.norm(other.com - one.com) < 1e-4
+        assert np.abs(other.position(points) - one.position(points)).max() < 1e-4
     assert np.abs(alone.qpos[-1] - below.qpos[-1]).max() > 0.2  # and the rest goes elsewhere
 
 
@@ -116,7 +116,7 @@ def test_an_impossible_task_below_changes_no_residual_above(human):
     limits = JointLimits(human, STEP)
     state = State(human, motion.qpos[0])
     for k in range(0, len(motion.time), 5):
-        state.move_to(motion.qpos[k], motion.qvel[k])
+        state = state.moved_to(motion.qpos[k], motion.qvel[k])
         contact.begin(state, float(motion.time[k]))
         low, high = limits.bounds(state)
         levels = [task.level(state, float(motion.time[k])) for task in (contact, com, hand)]
@@ -153,13 +153,13 @@ def test_contact_points_do_not_move(human):
     )
     order = TaskOrder([[standing(human)], [ComTask(Trajectory(time, sway))]])
     motion = move(human, order, q, stop=1.0)
-    points, radius = soles_of(human)
+    points = soles_of(human)
     state = State(human, q)
-    place = np.array([state.move_to(x, 0 * v).position(points).copy()
+    place = np.array([state.moved_to(x, 0 * v).position(points).copy()
                       for x, v in zip(motion.qpos, motion.qvel, strict=True)])  # fmt: skip
     assert np.linalg.norm(place - place[0], axis=2).max() < 5e-4
-    assert (place[..., 2] - radius).min() > -5e-4
-    state.move_to(motion.qpos[-1], motion.qvel[-1])
+    assert (place[..., 2] - points.radius).min() > -5e-4
+    state = state.moved_to(motion.qpos[-1], motion.qvel[-1])
     assert np.linalg.norm(state.com - sway[-1]) < 1e-3
 
 
@@ -169,11 +169,11 @@ def test_nothing_sinks_into_the_floor(human):
     here = State(human, q).com
     time = np.linspace(0, 0.6, 30)
     sink = here + np.outer((time / 0.6) ** 3, [0.0, 0.0, -0.5])
-    points, radius = soles_of(human)
-    order = TaskOrder([[FloorTask(points, radius)], [ComTask(Trajectory(time, sink))]])
+    points = soles_of(human)
+    order = TaskOrder([[FloorTask(points)], [ComTask(Trajectory(time, sink))]])
     motion = move(human, order, q, stop=0.6)
     state = State(human, q)
-    heights = [(state.move_to(x, 0 * v).position(points)[:, 2] - radius).min()
+    heights = [points.height(state.moved_to(x, 0 * v)).min()
                for x, v in zip(motion.qpos, motion.qvel, strict=True)]  # fmt: skip
     assert min(heights) > -2e-3
     assert min(heights) < 0.01  # they were pushed against it
@@ -188,7 +188,7 @@ def test_an_impact_stops_its_points_and_loses_energy(human):
         contact = standing(human)
         order = TaskOrder([[contact], [ComTask(Trajectory.fixed(state.com))]])
         assert contact.begin(state, 0.0)
-        after = arrest(state, order, 0.0)
+        after = velocity_after_impact(state, order, 0.0)
         M = state.mass_matrix
         on = contact.jacobian(state, 0.0)
         assert np.abs(on @ after).max() < 1e-6 * np.abs(on @ before).max()
@@ -202,7 +202,9 @@ def test_a_body_at_rest_that_touches_down_stays_at_rest(human):
     state = State(human, bent(human))
     contact = standing(human)
     contact.begin(state, 0.0)
-    np.testing.assert_allclose(arrest(state, TaskOrder([[contact]]), 0.0), 0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        velocity_after_impact(state, TaskOrder([[contact]]), 0.0), 0.0, atol=1e-9
+    )
 
 
 def test_straight_knees_are_survived(human):
@@ -213,11 +215,11 @@ def test_straight_knees_are_survived(human):
     up = here + np.outer((time / 0.5) ** 3, [0.0, 0.0, 0.3])
     order = TaskOrder([[standing(human)], [ComTask(Trajectory(time, up))]])
     motion = move(human, order, q, stop=0.5)
-    points, _ = soles_of(human)
+    points = soles_of(human)
     state = State(human, q)
-    start = state.move_to(motion.qpos[0], 0 * motion.qvel[0]).position(points).copy()
+    start = state.moved_to(motion.qpos[0], 0 * motion.qvel[0]).position(points).copy()
     for x, v in zip(motion.qpos, motion.qvel, strict=True):
-        assert np.abs(state.move_to(x, v).position(points) - start).max() < 2e-3
+        assert np.abs(state.moved_to(x, v).position(points) - start).max() < 2e-3
     assert np.isfinite(motion.qpos).all()
     low, high = human.limits
     assert (motion.qpos[:, 7:] > low - 2e-3).all() and (motion.qpos[:, 7:] < high + 2e-3).all()
@@ -252,7 +254,7 @@ def test_what_is_reported_is_what_happened(human):
     np.testing.assert_allclose(motion.time, 2.0 + 0.01 * np.arange(31))
     assert motion.qpos.shape == (31, human.model.nq) and motion.qacc.shape == (31, human.model.nv)
     assert motion.active.all() and motion.residual.shape == (31, 2)
-    assert (motion.solver_time > 0).all() and (motion.state_time > 0).all()
+    assert (motion.solver_time > 0).all() and (motion.kinematics_time > 0).all()
     np.testing.assert_allclose(np.diff(motion.qvel, axis=0), 0.01 * motion.qacc[:-1], atol=1e-9)
     assert calls and 0.0 <= min(calls) <= max(calls) <= 1.0
 
@@ -270,7 +272,7 @@ def test_tasks_of_one_level_share_it(human):
     state = State(human, q)
     left = ComTask(Trajectory.fixed(state.com + [0.01, 0, 0]), "x", "left")
     right = ComTask(Trajectory.fixed(state.com - [0.01, 0, 0]), "x", "right")
-    both = stack([left.level(state, 0.0), right.level(state, 0.0)])
+    both = stacked([left.level(state, 0.0), right.level(state, 0.0)])
     assert both.name == "left and right" and both.matrix.shape == (2, human.model.nv)
     wide = np.full(human.model.nv, 1e6)
     shared = solve_hierarchy([both], lower=-wide, upper=wide)
@@ -282,10 +284,10 @@ def test_tasks_of_one_level_share_it(human):
 
 def test_a_motion_that_cannot_go_on_ends_where_it_is_and_says_why(monkeypatch):
     from plantigrade.errors import SolverError
-    from plantigrade.wbc import ordered_motion
+    from plantigrade.wbc import stepping
 
     human = person("42", "two-segment")
-    solve, asked = ordered_motion.solve_hierarchy, []
+    solve, asked = stepping.solve_hierarchy, []
 
     def tired(levels, **words):
         asked.append(1)
@@ -293,7 +295,7 @@ def test_a_motion_that_cannot_go_on_ends_where_it_is_and_says_why(monkeypatch):
             raise SolverError("no answer")
         return solve(levels, **words)
 
-    monkeypatch.setattr(ordered_motion, "solve_hierarchy", tired)
+    monkeypatch.setattr(stepping, "solve_hierarchy", tired)
     here = State(human, human.standing()).com
     order = TaskOrder([[ComTask(Trajectory.fixed(here))]])
     motion = move(human, order, human.standing(), stop=1.0)

@@ -1,10 +1,13 @@
-"""Every task's Jacobian and drift against differences, and what its rows ask for."""
+"""Every task's Jacobian and bias acceleration against differences, and what its rows ask for."""
+
+import copy
 
 import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.sole_paths import SitePoints, sole_paths
+from plantigrade.contact.site import contact_sites
+from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
@@ -15,6 +18,7 @@ from plantigrade.wbc.tasks import (
     OrientationTask,
     PointTask,
     PostureTask,
+    SoleContactTask,
 )
 from tests.models.presets import person, random_state
 
@@ -24,8 +28,14 @@ NOW = 0.37
 
 
 def soles(human):
-    place = sole_paths(human, human.standing()[None])
-    return SitePoints(human, place.sites), place.radius
+    return SitePoints(human, contact_sites(human))
+
+
+def swollen(points, by):
+    """The same sites with spheres that are larger [m]."""
+    other = copy.copy(points)
+    other.radius = points.radius + by
+    return other
 
 
 def waving(rng, dimension=3):
@@ -35,10 +45,10 @@ def waving(rng, dimension=3):
 
 def every_task(human, state, rng):
     """One task of each kind, each with an error, at a state in which all of them are active."""
-    points, radius = soles(human)
+    points = soles(human)
     hand = PointSet(human, [human.body_names[-1]], rng.normal(scale=0.1, size=(1, 3)))
     all_on = np.ones(len(points), dtype=bool)
-    lowest = (state.position(points)[:, 2] - radius).min()
+    lowest = points.height(state).min()
     tasks = [
         ComTask(waving(rng)),
         ComTask(waving(rng), "zx"),
@@ -46,8 +56,9 @@ def every_task(human, state, rng):
         PointTask(hand, waving(rng), rng.normal(size=(2, 3))),
         PointTask(hand, waving(rng), lambda state, time: np.eye(3)[:2]),
         OrientationTask("head", state.rotation("head")),  # its rate is exact where it is small
-        FloorTask(points, radius - 0.05 + lowest),
-        ContactTask(points, radius, lambda time: all_on),
+        FloorTask(swollen(points, lowest - 0.05)),
+        ContactTask(points, lambda time: all_on),
+        SoleContactTask(points, lambda time: all_on),
         PostureTask(lambda time: (state.qpos, 1.0)),
     ]
     for task in tasks:
@@ -63,7 +74,7 @@ def along(human, q, v, h):
 
 @pytest.mark.parametrize("preset", BODIES, ids="-".join)
 @pytest.mark.parametrize("seed", [0, 1])
-def test_jacobian_and_drift_are_rates(preset, seed):
+def test_jacobian_and_bias_acceleration_are_rates(preset, seed):
     human, rng = person(*preset), np.random.default_rng(seed)
     q, v = random_state(human, rng)
     state = State(human, q, v)
@@ -85,7 +96,10 @@ def test_jacobian_and_drift_are_rates(preset, seed):
     for task in tasks:
         after, before = task.jacobian(ahead, NOW) @ v, task.jacobian(behind, NOW) @ v
         np.testing.assert_allclose(
-            task.drift(state, NOW), (after - before) / (2 * STEP), atol=1e-5, err_msg=task.name
+            task.bias_acceleration(state, NOW),
+            (after - before) / (2 * STEP),
+            atol=1e-5,
+            err_msg=task.name,
         )
 
 
@@ -150,10 +164,10 @@ def test_a_task_without_directions_rests():
 def test_contact_rows_are_as_many_as_a_segment_can_move_and_lose_nothing(preset):
     """Reduced or not, the accelerations that leave all points at rest are the same."""
     human = person(*preset)
-    points, radius = soles(human)
+    points = soles(human)
     state = State(human, human.standing(), np.random.default_rng(4).normal(size=human.model.nv))
     on = points.body == points.body[0]
-    task = ContactTask(points, radius + 1.0, lambda time: on)  # radius: they all reach the floor
+    task = ContactTask(swollen(points, 1.0), lambda time: on)  # they all reach the floor
     task.begin(state, 0.0)
     row = task.level(state, 0.0)
     full = task.jacobian(state, 0.0)
@@ -162,39 +176,39 @@ def test_contact_rows_are_as_many_as_a_segment_can_move_and_lose_nothing(preset)
     wide = np.full(human.model.nv, 1e9)
     a = solve_hierarchy([row], lower=-wide, upper=wide).x
     wanted = -task.stiffness * task.error(state, 0.0) - task.damping * full @ state.qvel
-    missed = full @ a + task.drift(state, 0.0) - wanted
-    best = np.linalg.lstsq(full, wanted - task.drift(state, 0.0), rcond=1e-10)[0]
-    expected = full @ best + task.drift(state, 0.0) - wanted
+    missed = full @ a + task.bias_acceleration(state, 0.0) - wanted
+    best = np.linalg.lstsq(full, wanted - task.bias_acceleration(state, 0.0), rcond=1e-10)[0]
+    expected = full @ best + task.bias_acceleration(state, 0.0) - wanted
     np.testing.assert_allclose(np.linalg.norm(missed), np.linalg.norm(expected), rtol=1e-6)
 
 
 def test_a_contact_is_held_where_it_landed():
     human = person("42", "two-segment")
-    points, radius = soles(human)
+    points = soles(human)
     state = State(human, human.standing())
     landed = state.position(points).copy()
     on = np.ones(len(points), dtype=bool)
-    task = ContactTask(points, radius, lambda time: on if time < 1.0 else ~on)
+    task = ContactTask(points, lambda time: on if time < 1.0 else ~on)
     assert task.begin(state, 0.0)
     moved = human.standing()
     moved[:2] += 0.01, 0.02
-    state.move_to(moved, np.zeros(human.model.nv))
+    state = state.moved_to(moved, np.zeros(human.model.nv))
     assert not task.begin(state, 0.5)  # nothing new touches
     error = task.error(state, 0.5).reshape(-1, 3)
     np.testing.assert_allclose(error, np.tile([0.01, 0.02, 0.0], (len(points), 1)), atol=2e-3)
     assert not task.begin(state, 1.0)
     assert not len(task.error(state, 1.0))
-    state.move_to(moved, np.zeros(human.model.nv))
+    state = state.moved_to(moved, np.zeros(human.model.nv))
     task.reset()
     assert task.begin(state, 0.0)
     np.testing.assert_allclose(task.error(state, 0.0), 0.0, atol=2e-3)
-    assert np.abs(landed[:, 2] - radius).max() < 0.02
+    assert np.abs(landed[:, 2] - points.radius).max() < 0.02
 
 
 def test_the_floor_pushes_up_and_never_down():
     human = person("42", "two-segment")
-    points, radius = soles(human)
-    task = FloorTask(points, radius)
+    points = soles(human)
+    task = FloorTask(points)
     high = human.standing()
     high[2] += 1.0
     assert not len(task.level(State(human, high), 0.0).lower)  # far away: nothing to guard
@@ -225,7 +239,7 @@ def test_the_posture_arrives_in_time_with_nothing_left_over(gains):
     state = State(human, start)
     k, step = 6 + human.hinge("knee_angle_r"), 1e-3
     for i in range(999):
-        state.integrate(task.acceleration(state, i * step), step)
+        state = state.integrated(task.acceleration(state, i * step), step)
         left = 1.0 - (i + 1) * step
         if i % 100 == 0:
             expected = 0.5 * (b * left**a - a * left**b) / (b - a)
@@ -236,6 +250,8 @@ def test_the_posture_arrives_in_time_with_nothing_left_over(gains):
 
 def test_every_public_task_is_tested_here():
     import plantigrade.wbc.tasks as tasks
+    from tests.wbc import test_force_tasks
 
-    here = {name for name in tasks.__all__ if name in globals()}
+    tested = globals() | vars(test_force_tasks)
+    here = {name for name in tasks.__all__ if name in tested}
     assert set(tasks.__all__) - here == {"Task"}

@@ -49,7 +49,7 @@ def jump(human: Human, told: Jump) -> MotionTask:
     Raises:
         ParameterError: If a value is out of range for this person.
     """
-    height, distance, push, landing = told.height, told.distance, told.push, told.landing
+    height, distance, push, landing = told.jump_height, told.distance, told.push, told.landing
     if abs(distance) > 0.5 * human.height:
         raise ParameterError(
             f"distance must be at most {0.5 * human.height:.2f} m for a jump of a person of "

@@ -8,8 +8,6 @@ from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from typing import Annotated, Any, Literal
 
-import tyro
-
 from plantigrade.errors import ParameterError
 from plantigrade.options import Cadence, Degrees, Flag, Metres, optional
 
@@ -66,6 +64,10 @@ class Walk(TaskSettings):
     """Height of a step up in the middle of the path, down if negative [m]."""
     heights: Heights = None
     """Height of the ground under each step instead [m]."""
+    optimise_timing: Flag = False
+    """Let a periodic walk choose its own step length, stance and heel rise."""
+    strides: int = 2
+    """Strides of a periodic walk to write."""
 
     def __post_init__(self):
         """Refuse what nobody walks."""
@@ -76,6 +78,9 @@ class Walk(TaskSettings):
         number("turn", self.turn * RADIAN, -720, 720, "degrees", "walking")
         number("slope", self.slope * RADIAN, -STEEPEST, STEEPEST, "degrees", "walking")
         number("step_height", self.step_height, -1, 1, "m", "walking")
+        whole("strides", self.strides, 1, 100, "")
+        if self.optimise_timing and not self.periodic:
+            raise ParameterError("only a periodic walk chooses its own timing: add periodic")
         uneven = self.step_height or self.heights is not None
         if self.periodic and (self.turn or uneven):
             raise ParameterError(
@@ -193,7 +198,7 @@ class Pushing(TaskSettings):
 class Jump(Pushing):
     """Jump from standing and land."""
 
-    height: Annotated[float, tyro.conf.arg(name="jump-height")] = 0.25
+    jump_height: float = 0.25
     """How far the centre of mass rises after take-off [m]; 0.3 to 0.4 m is a good jump."""
     distance: float = 0.0
     """How far ahead the feet land [m]."""
@@ -203,7 +208,7 @@ class Jump(Pushing):
     def __post_init__(self):
         """Refuse what nobody does."""
         super().__post_init__()
-        number("height", self.height, 0.02, HIGHEST, "m", "a jump")
+        number("jump_height", self.jump_height, 0.02, HIGHEST, "m", "a jump")
         number("distance", self.distance, -1.2, 1.2, "m", "a jump")
         number("landing", self.landing, 0.4, 10, "s", "a jump")
 
@@ -286,7 +291,7 @@ def optional_number(name: str, value: Any, low: float, high: float, unit: str, w
 def whole(name: str, value: Any, low: int, high: int, what: str) -> None:
     """Refuse what is no whole number from ``low`` to ``high``."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
-        raise ParameterError(f"{name} must be a whole number from {low} to {high} {what}")
+        raise ParameterError(f"{name} must be a whole number from {low} to {high} {what}".rstrip())
 
 
 def word(name: str, value: Any, allowed: tuple[str, ...]) -> None:

@@ -3,6 +3,7 @@
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.models import Human
+from plantigrade.spatial.conventions import PELVIS
 from plantigrade.synthesize.guess.postures import (
     KeyPostures,
     standing_feet,
@@ -25,8 +26,6 @@ def basics() -> tuple[Term, ...]:
 
 def at_rest(human: Human, time: float, q: Float[Array, " nv"]) -> tuple[Term, ...]:
     """Return the terms of a posture that is held."""
-    from plantigrade.spatial.conventions import PELVIS
-
     names = PELVIS + human.coordinates
     return (
         Pose(time, dict(zip(names, map(float, q), strict=True))),

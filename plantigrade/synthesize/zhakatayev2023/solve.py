@@ -10,11 +10,13 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.record import Record
 from plantigrade.synthesize.zhakatayev2023.between import Between, Course, between, course
 from plantigrade.synthesize.zhakatayev2023.body import PaperBody
 from plantigrade.synthesize.zhakatayev2023.conditions import POSTURE, TORQUE
 from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem, formulate
 from plantigrade.synthesize.zhakatayev2023.motions import paper_task
+from plantigrade.synthesize.zhakatayev2023.record import record_of
 from plantigrade.synthesize.zhakatayev2023.staged import StagedResult, solve_staged
 
 
@@ -52,6 +54,10 @@ class PaperSolution:
         states = self.paper.problem.states(self.result.c, times)
         qpos, qvel, _ = self.paper.body.symbolic.to_mujoco(*states)
         return Motion(times, qpos, qvel, self.human.joint_names)
+
+    def record(self) -> Record:
+        """Return what happened, with the contact forces that come nearest to explaining it."""
+        return record_of(self.paper, self.result)
 
     def coordinate(self, name: str) -> Float[Array, " n_times"]:
         """Return a coordinate on the grid of :attr:`course` [rad, m]."""

@@ -3,7 +3,7 @@ r"""Times of contact as unknowns: the walk whose steps, stances and heel rises c
 Inside one problem the times of contact are fixed, because nodes and knots lie on them. Here they
 are varied within bounds around what people prefer, every trial a warm start of the one before: few
 unknowns, so a linear model of the cost over a shrinking simplex [Powell1994]_ needs some twenty
-motions. The cost compared is that of a metre of way.
+motions. The cost compared is that of a metre walked.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solution import Solution
+from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.gait_parameters import FLAT, GaitParameters
 from plantigrade.synthesize.tasks.task import MotionTask
@@ -23,28 +23,28 @@ BOUNDS = {"step_length": 0.15, "stance": 0.03, "heel_off": 0.06}
 
 
 @dataclass(frozen=True)
-class FreeTiming:
+class OptimisedTiming:
     """A walk on times of its own.
 
     Attributes:
-        synthesis: The motion that costs least.
+        solution: The motion that costs least; its stages are those of all trials.
         parameters: Its lengths and times.
         costs: Cost of a metre of every trial, in order; inf where none was found.
     """
 
-    synthesis: Solution
+    solution: Solution
     parameters: GaitParameters
     costs: tuple[float, ...]
 
 
-def free_timing(
+def optimise_timing(
     body: ContactBody,
     task_of: Callable[[GaitParameters], MotionTask],
     start: GaitParameters,
     *,
     trials: int = 25,
     progress: Progress | None = None,
-) -> FreeTiming:
+) -> OptimisedTiming:
     """Return the walk whose step length, stance and heel rise cost least at one speed.
 
     Args:
@@ -61,6 +61,7 @@ def free_timing(
 
     best: list[tuple[float, Solution, GaitParameters]] = []
     costs: list[float] = []
+    stages: list[Stage] = []
     halted = False
 
     def told(stage, iterate) -> bool:
@@ -93,7 +94,9 @@ def free_timing(
     )
     _, made, p = best[0]
     last = synthesize(body, task_of(p), warm=made, progress=progress)
-    return FreeTiming(last if last.success else made, p, tuple(costs))
+    chosen = last if last.success else made
+    every = (*stages, *last.stages)
+    return OptimisedTiming(replace(chosen, stages=every), p, tuple(costs))
 
 
 def _varied(p: GaitParameters, x: Array) -> GaitParameters:

@@ -1,0 +1,142 @@
+"""Figures of a movement with its forces, from a Record: distance, work, flight, gait, norms."""
+
+from typing import Any
+
+import numpy as np
+
+from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.gait import gait_measures
+from plantigrade.analyze.norms import norm, speed_class
+from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
+from plantigrade.analyze.trial import foot_path
+from plantigrade.constants import SIDES
+from plantigrade.dynamics.centroid import Centroid, centroid
+from plantigrade.motion.cycles import cut_cycles
+from plantigrade.record import Record
+
+SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
+RATE = 200.0
+"""Frames per second of the feet's paths, whose measures need an even clock [Hz]."""
+
+TRAVELS = 0.3
+"""Of a movement with a cost of transport [m]."""
+
+
+def movement_figures(record: Record) -> dict[str, Any]:
+    """Return how far the body moves and what that takes; of a walk also how it walks.
+
+    Flat keys in snake_case, unit as suffix. The record needs torques and contact forces.
+    """
+    motion, human = record.motion, record.human
+    whole = centroid(human, motion.qpos, motion.qvel)
+    com = whole.com
+    way = float(np.linalg.norm(com[-1, :2] - com[0, :2]))
+    vertical = sum(record.foot(side).force[:, 2] for side in SIDES) / record.weight
+    power = np.stack([record.torque(n) * motion.velocity(n) for n in human.coordinates], axis=1)
+    positive = np.maximum(power, 0.0).sum(axis=1)
+    given, work = (float(np.trapezoid(x, motion.time)) for x in (positive, np.abs(power).sum(1)))
+    found = {
+        "displacement_m": way,
+        "com_lowest_m": float(com[:, 2].min()),
+        "com_highest_m": float(com[:, 2].max()),
+        "ground_force_max_bw": float(np.max(vertical)),
+        "joint_work_positive_j": given,
+        "joint_work_absolute_j": work,
+        "joint_power_max_w": float(positive.max()),
+    }
+    for stem in SAGITTAL:
+        for side in SIDES:
+            name = f"{stem}_{side}"
+            found[f"{stem}_range_{side}_deg"] = float(np.ptp(np.rad2deg(motion[name])))
+            most = np.abs(record.torque(name)).max() / human.mass
+            found[f"{stem}_moment_max_{side}_nm_kg"] = float(most)
+    found |= flight_figures(record, whole)
+    if way > TRAVELS:
+        found["cost_of_transport"] = work / (record.weight * way)
+        found["cost_of_transport_positive"] = given / (record.weight * way)
+    return found | walk_figures(record)
+
+
+def flight_figures(record: Record, whole: Centroid) -> dict[str, float]:
+    """Return how long and how high the body flies; nothing where it always stands on something."""
+    time, planned = record.motion.time, record.contact_planned
+    flies = np.flatnonzero(~planned.any(axis=1)) if planned is not None else np.zeros(0, int)
+    if len(flies) < 2:
+        return {}
+    last = max(int(flies[0]) - 1, 0)
+    height = whole.com[:, 2]
+    return {
+        "flight_time_s": float(time[flies[-1]] - time[last]),
+        "take_off_speed_m_s": float(whole.com_vel[last, 2]),
+        "flight_rise_m": float(height[flies].max() - height[last]),
+    }
+
+
+def walk_figures(record: Record) -> dict[str, Any]:
+    """Return the measures of a walk; nothing for other motions."""
+    motion, human = record.motion, record.human
+    if not motion.events:
+        return {}
+    time = np.linspace(
+        motion.time[0], motion.time[-1], int(np.ceil(motion.duration * RATE - 1e-9)) + 1
+    )
+    feet = foot_path(human, motion.qpos)
+    heel, toe = (_resampled(motion.time, x, time) for x in (feet.heel, feet.toe))
+    found: dict[str, Any] = gait_measures(time, heel, toe, motion.events).metrics()
+    for key in ("treadmill", "belt_speed_m_s"):
+        found.pop(key, None)
+    if any(c.quantity == "displacement" for c in record.conditions):  # every stride is the same
+        found = {k: v for k, v in found.items() if "_sd_" not in k}
+    for name in ("thigh", "shank", "ankle_height"):
+        found[f"length_{name}_m"] = float(getattr(human.dimensions, name))
+    speed = found.get("walking_speed_m_s")
+    norms = {} if speed is None else norm_figures(record, speed)
+    return found | ground_force_figures(record) | norms
+
+
+def ground_force_figures(record: Record) -> dict[str, float]:
+    """Return both peaks of the vertical force in stance and the trough between them [BW]."""
+    t, found = record.motion.time, {}
+    for side in SIDES:
+        up = record.foot(side).force[:, 2] / record.weight
+        rows = []
+        for cycle in cut_cycles(record.motion.events, side=side):
+            if cycle.toe_off is None:
+                continue
+            stance = (t >= cycle.start) & (t <= cycle.toe_off)
+            share = (t[stance] - cycle.start) / (cycle.toe_off - cycle.start)
+            force = up[stance]
+            first = int(np.argmax(np.where(share < 0.5, force, -1.0)))
+            second = int(np.argmax(np.where(share >= 0.5, force, -1.0)))
+            rows.append((force[first], force[first : second + 1].min(), force[second]))
+        for k, name in enumerate(("peak_1", "trough", "peak_2") if rows else ()):
+            found[f"ground_force_{name}_{side}_bw"] = float(np.mean([row[k] for row in rows]))
+    return found
+
+
+def norm_figures(record: Record, speed: float) -> dict[str, float]:
+    """Return how far angles of hip, knee and ankle are from published means over the cycle."""
+    d = record.human.dimensions
+    group = speed_class(speed, d.thigh + d.shank + d.ankle_height)
+    curves = gait_curves(record)
+    found, raw, free = {}, [], []
+    for name in SAGITTAL:
+        rows = curves.angles.get(f"{name}_r", np.empty((0, 1)))
+        if not len(rows):
+            return {}
+        band = norm(name, group)
+        theirs = np.interp(curves.percent, band.percent, band.mean)
+        ours = np.nanmean(rows, axis=0)
+        raw.append(rmse(ours, theirs))
+        free.append(rmse_offset_removed(ours, theirs))
+        found[f"norm_rmse_{name}_deg"] = raw[-1]
+        found[f"norm_correlation_{name}"] = correlation(ours, theirs)
+    found["norm_rmse_mean_deg"] = float(np.mean(raw))
+    found["norm_rmse_offset_removed_mean_deg"] = float(np.mean(free))
+    return found
+
+
+def _resampled(time: np.ndarray, paths: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return paths (n, 2, 3) at other times."""
+    flat = paths.reshape(len(paths), -1).T
+    return np.stack([np.interp(at, time, x) for x in flat], axis=1).reshape(len(at), 2, 3)
