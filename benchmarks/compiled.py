@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
-from plantigrade.synthesize.problem.formulation import Body, dynamics_rows
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.dynamics import dynamics
 
 from plantigrade.batched import BatchedFunction
 from plantigrade.contact.site import foot_sites
@@ -48,7 +49,7 @@ def rows() -> Iterator[Row]:
 
 def function(human: Human):
     """Return the rows of a person's dynamics with forces at both feet."""
-    return dynamics_rows(Body.of(human, foot_sites(human)), NODES).function
+    return dynamics(ContactBody(human, foot_sites(human)), NODES).function
 
 
 def made(function, backend: str | None) -> tuple[float, Derivatives]:

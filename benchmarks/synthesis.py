@@ -17,12 +17,11 @@ import numpy as np
 from plantigrade.experiments.table import Row, at_most
 from plantigrade.models import Human
 from plantigrade.synthesize import (
-    Body,
+    ContactBody,
     InteriorPoint,
+    MotionTask,
     Options,
     Problem,
-    Task,
-    body_for,
     linearised,
     make_task,
 )
@@ -40,12 +39,12 @@ def rows() -> Iterator[Row]:
     """Yield seconds per iteration on every mesh, and what they are spent on."""
     human = Human.create(joints="43", feet="two-segment")
     task = make_task("walk", human, {"steps": 3, "speed": 1.3})
-    body = body_for(human, task.plan)
+    body = ContactBody.for_plan(human, task.plan)
     for n in NODES:
         yield from rows_of(body, task, n)
 
 
-def rows_of(body: Body, task: Task, n: int) -> Iterator[Row]:
+def rows_of(body: ContactBody, task: MotionTask, n: int) -> Iterator[Row]:
     """Yield the figures of one mesh with about n nodes."""
     problem = meshed(body, task, n)
     start = task.start(body, problem)
@@ -65,7 +64,7 @@ def rows_of(body: Body, task: Task, n: int) -> Iterator[Row]:
     yield Row(subject, "matrices made ready", best["ready"], "s", note="once for every mesh")
 
 
-def meshed(body: Body, task: Task, n: int) -> Problem:
+def meshed(body: ContactBody, task: MotionTask, n: int) -> Problem:
     """Return the problem on the mesh whose number of nodes is nearest to n."""
     nodes_per_second = n / task.plan.duration
     for _ in range(20):

@@ -1,7 +1,9 @@
 """What every test may use: the folder of public recordings, where it is there."""
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 # One thread per solve: idle BLAS threads slow the small matrices of this package down. It must be
 # said before numpy loads, and this file loads before any test.
@@ -34,21 +36,35 @@ def data() -> Path:
     return folder
 
 
-@pytest.fixture(scope="session")
-def synthesized(tmp_path_factory):
-    """A periodic walk made from the task alone: what was made, its run folder, what was told."""
-    from plantigrade.workflows.synthesis_folder import write
-    from plantigrade.workflows.synthesize import SynthesizeSettings, synthesize_task
+@dataclass(frozen=True)
+class Synthesized:
+    """A periodic walk made from the task alone, for many tests."""
 
-    told = []
-    settings = SynthesizeSettings(
-        parameters={"speed": 1.0, "periodic": True}, height=1.7, mass=65.0, joints="42",
-        basis="polynomial", nodes_per_second=28.0, file=QUICK_WALK,
-    )  # fmt: skip
-    made = synthesize_task(settings, lambda stage, it: told.append((stage, it)))
+    solution: Any
+    run: Any  # saved: run.folder
+    told: list  # stage and iterate of every iteration
+
+
+@pytest.fixture(scope="session")
+def synthesized(tmp_path_factory) -> Synthesized:
+    """A periodic walk made from the task alone: the solution, its run, what was told."""
+    from plantigrade.synthesize import ContactBody, parse_task_file, synthesize
+    from plantigrade.synthesize.tasks.settings import Walk
+    from plantigrade.workflows.save import save
+    from plantigrade.workflows.synthesize import Origin, person, run_of, the_task
+    from plantigrade.workflows.synthesize_settings import SolveSettings
+
+    how = SolveSettings(
+        height=1.7, mass=65.0, joints="42", basis="polynomial", nodes_per_second=28.0
+    )
+    human, told = person(how), []
+    task = the_task(human, Walk(speed=1.0, periodic=True), how, parse_task_file(QUICK_WALK))
+    body = ContactBody.for_plan(human, task.plan)
+    solution = synthesize(body, task, progress=lambda stage, it: told.append((stage, it)))
+    origin = Origin("A walk", "plantigrade synthesize walk")
+    run = run_of(solution, {"task": "walk"}, origin)
     folder = tmp_path_factory.mktemp("synthesized") / "walk"
-    write(made, folder, title="A walk", command=["plantigrade", "synthesize", "walk"])
-    return made, folder, told
+    return Synthesized(solution, save(run, folder), told)
 
 
 QUICK_WALK = '[task]\nname = "walk"\nbase = "walk"\nwithout = ["work"]\n'

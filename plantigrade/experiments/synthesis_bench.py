@@ -16,7 +16,7 @@ import numpy as np
 from plantigrade.errors import ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
-from plantigrade.experiments.synthesis_trial import (
+from plantigrade.experiments.solution_trial import (
     crude,
     judge,
     load,
@@ -30,7 +30,7 @@ from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
     from plantigrade.models import Human
-    from plantigrade.synthesize.tasks.task import Task
+    from plantigrade.synthesize.tasks.task import MotionTask
 
 FILE, PAGE = "synthesis-bench.json", "synthesis-bench.html"
 SPEED, STEPS, DURATION = 1.3, 4, 3.0  # of the walk [m/s], [1], [s]
@@ -152,10 +152,10 @@ class Part:
     share: float = OFTEN / 20
 
 
-def walk_of(human: "Human", extent: Extent, *, duration: float = DURATION) -> "Task":
+def walk_of(human: "Human", extent: Extent, *, duration: float = DURATION) -> "MotionTask":
     """Return the walk from standing to standing that takes so long, at the speed it takes."""
     from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
-    from plantigrade.synthesize.tasks.walking import walk
+    from plantigrade.synthesize.tasks.registry import make_task
     from plantigrade.synthesize.tasks.walking_plan import walk_plan
 
     low, high = 0.5, 2.2  # the faster, the shorter
@@ -164,7 +164,7 @@ def walk_of(human: "Human", extent: Extent, *, duration: float = DURATION) -> "T
         plan = walk_plan(human, gait_parameters(human, speed), steps=extent.steps)
         longer = plan.duration > duration
         low, high = (speed, high) if longer else (low, speed)
-    task = walk(human, speed=(low + high) / 2, steps=extent.steps)
+    task = make_task("walk", human, {"speed": (low + high) / 2, "steps": extent.steps})
     return (
         task
         if extent.nodes_per_second is None
@@ -172,7 +172,7 @@ def walk_of(human: "Human", extent: Extent, *, duration: float = DURATION) -> "T
     )
 
 
-def with_nodes(task: "Task", nodes: int) -> "Task":
+def with_nodes(task: "MotionTask", nodes: int) -> "MotionTask":
     """Return a task on the coarsest even mesh of at least so many nodes."""
     from plantigrade.synthesize.transcription.mesh import nodes_of
 
@@ -189,7 +189,7 @@ def person() -> "Human":
     return Human.create(joints="43")
 
 
-def trial(human: "Human", task: "Task", **how: Any) -> dict[str, Any]:
+def trial(human: "Human", task: "MotionTask", **how: Any) -> dict[str, Any]:
     """Return what is kept of one motion."""
 
     def make() -> dict[str, Any]:
@@ -211,7 +211,7 @@ def one(kept: KeptResults, key: str, make: Callable[[], dict[str, Any]]) -> Resu
     return result
 
 
-def guesses(part: str, task_of: Callable[["Human", Extent], "Task"]):
+def guesses(part: str, task_of: Callable[["Human", Extent], "MotionTask"]):
     """Return what measures a task from its own guess and from worse ones."""
 
     def measure(kept: KeptResults, extent: Extent) -> None:
@@ -228,10 +228,10 @@ def guesses(part: str, task_of: Callable[["Human", Extent], "Task"]):
     return measure
 
 
-def named(name: str, **parameters: Any) -> Callable[["Human", Extent], "Task"]:
+def named(name: str, **parameters: Any) -> Callable[["Human", Extent], "MotionTask"]:
     """Return what makes a task by name."""
 
-    def make(human: "Human", extent: Extent) -> "Task":
+    def make(human: "Human", extent: Extent) -> "MotionTask":
         from plantigrade.synthesize.tasks.registry import make_task
 
         task = make_task(name, human, parameters)
@@ -284,19 +284,20 @@ def random_walk(seed: int) -> tuple[float, float]:
     return float(rng.uniform(*STEP_LENGTHS)), float(rng.uniform(*SPEEDS))
 
 
-def _walk(human: "Human", length: float, speed: float, periodic: bool) -> "Task":
-    from plantigrade.synthesize.tasks.walking import walk
+def _walk(human: "Human", length: float, speed: float, periodic: bool) -> "MotionTask":
+    from plantigrade.synthesize.tasks.registry import make_task
 
     if periodic:
-        return walk(human, speed=speed, step_length=length, periodic=True)
+        return make_task("walk", human, {"speed": speed, "step_length": length, "periodic": True})
     steps = max(2, round((DURATION - 1.0) * speed / length))
-    return walk(human, speed=speed, step_length=length, steps=min(steps, 8))
+    told = {"speed": speed, "step_length": length, "steps": min(steps, 8)}
+    return make_task("walk", human, told)
 
 
 def warm(kept: KeptResults, extent: Extent) -> None:
     """Measure motions from one much like them: a speed or a step that was changed a little."""
     from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
-    from plantigrade.synthesize.tasks.walking import walk
+    from plantigrade.synthesize.tasks.registry import make_task
 
     human = person()
     length = gait_parameters(human, SPEED).step_length
@@ -310,8 +311,11 @@ def warm(kept: KeptResults, extent: Extent) -> None:
     )
     for kind, periodic in (("standing", False), ("periodic", True)):
 
-        def task_of(speed: float, step: float | None = None, periodic: bool = periodic) -> "Task":
-            task = walk(human, speed=speed, step_length=step, steps=extent.steps, periodic=periodic)
+        def task_of(
+            speed: float, step: float | None = None, periodic: bool = periodic
+        ) -> "MotionTask":
+            told = {"speed": speed, "step_length": step, "periodic": periodic}
+            task = make_task("walk", human, told | {"steps": extent.steps})
             return (
                 task
                 if extent.nodes_per_second is None
@@ -321,7 +325,7 @@ def warm(kept: KeptResults, extent: Extent) -> None:
         keys = [f"warm/{kind}, {name}" for name, _, _ in changes]
         if all(key in kept.results for key in keys):
             continue
-        first = solve(human, task_of(SPEED)).synthesis
+        first = solve(human, task_of(SPEED)).solution
         for key, (_, speed, step) in zip(keys, changes, strict=True):
             one(kept, key, partial(trial, human, task_of(speed, step), warm=first))
 

@@ -19,8 +19,8 @@ from plantigrade.experiments.synthesis_trial import judge, outcome, solve, tried
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 if TYPE_CHECKING:
+    from plantigrade.record import Run
     from plantigrade.report.section import Section
-    from plantigrade.workflows.synthesize import Synthesized
 
 FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
 SPEEDS = (0.8, 1.0, 1.3, 1.6, 1.9)  # [m/s]
@@ -82,7 +82,7 @@ class Extent:
         masses: Of people [kg].
         feet: Foot models.
         others: Other tasks.
-        density: Nodes a second; the tasks' own if absent.
+        nodes_per_second: Nodes a second; the tasks' own if absent.
     """
 
     speeds: tuple[float, ...] = SPEEDS
@@ -90,7 +90,7 @@ class Extent:
     masses: tuple[float, ...] = MASSES
     feet: tuple[str, ...] = FEET
     others: tuple[str, ...] = OTHERS
-    density: float | None = None
+    nodes_per_second: float | None = None
 
 
 QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("sit-to-stand",))
@@ -201,12 +201,12 @@ def measure(
 
         human = Human.create(who.height, who.mass, joints="43", feet=who.feet)
         asked = make_task(task, human, told)
-        if extent.density is not None:
-            asked = replace(asked, density=extent.density)
+        if extent.nodes_per_second is not None:
+            asked = replace(asked, nodes_per_second=extent.nodes_per_second)
         timed = solve(human, asked)
         made = judge(timed, strides=2)
         found = outcome(timed, made) | {"person": asdict(who), "task": task, "told": told}
-        found["check"] = made.check.metrics()
+        found["check"] = {k: v for k, v in made.figures.items() if k.startswith("check_")}
         return found | shape_of(made) if told.get("periodic") else found
 
     there = key in kept.results
@@ -224,23 +224,26 @@ def brief(result: Result) -> str:
     return words
 
 
-def shape_of(made: "Synthesized") -> dict[str, Any]:
+def shape_of(run: "Run") -> dict[str, Any]:
     """Return the figures and curves of a periodic walk."""
     from plantigrade.analyze import norms
     from plantigrade.analyze.curves import gait_curves
     from plantigrade.analyze.gait_shape import gait_shape
     from plantigrade.analyze.muscle_work import muscle_work
+    from plantigrade.dynamics.centroid import centroid
     from plantigrade.synthesize.tasks.gait_parameters import leg_length
 
-    human, com, record = made.human, made.check.com, made.record()
+    record = run.record
+    human, motion = record.human, record.motion
+    com = centroid(human, motion.qpos, motion.qvel).com
     curves = gait_curves(record)
-    speed = float(made.synthesis.task.step / made.synthesis.task.plan.duration)
+    speed = float(np.ptp(motion["pelvis_tx"][[0, -1]]) / motion.duration)
     kind = norms.speed_class(speed, leg_length(human))
     shape = gait_shape(curves, kind)
     work = muscle_work(record, float(np.linalg.norm(com[-1, :2] - com[0, :2])))
     gait = asdict(shape) | {"rmse": shape.rmse, "rmse_offset_removed": shape.rmse_offset_removed}
     for name in ("step_width_m", "cost_of_transport", "cadence_steps_min"):
-        gait[name] = made.metrics.get(name)
+        gait[name] = run.figures.get(name)
     gait["muscle_cost_of_transport"] = work.cost_of_transport
     drawn = {n: np.nanmean(curves.angles[f"{n}_r"], axis=0) for n in CURVES}
     for name, ours in zip(FORCES, ("up_r", "forward_r"), strict=True):

@@ -10,12 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
+from plantigrade.analyze.check import check
 from plantigrade.errors import ReproduceError
 from plantigrade.experiments.gait_forces import VERTICAL, WALKS
 from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
 from plantigrade.synthesize.tasks.tracking import Tracking
-from plantigrade.workflows import fit as fitting
-from plantigrade.workflows.track import TrackSettings, track_trial
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.synthesize_settings import TrackSettings
+from plantigrade.workflows.track import track_trial
 
 QUICK = ("opensim/gait2392_subject01/subject01_walk1.trc",)
 LONGEST = 5.0  # of a long recording, this much is tracked [s]
@@ -54,16 +56,18 @@ def run(
 
 def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGHTINGS) -> list[Row]:
     """Return all rows of one walk."""
-    trial = fitting.fit_file(path)
+    _, trial = fit_trial(path)
     if trial.forces is None:
         raise ReproduceError(f"{path} came without force plates; nothing to compare with")
     rows: list[Row] = []
     for words, tracking in weightings.items():
-        walked = [e.time for e in trial.record.motion.events]
+        walked = [e.time for e in trial.motion.events]
         stop = min(walked) + LONGEST if max(walked) - min(walked) > LONGEST else None
-        settings = TrackSettings(stop=stop, tracking=tracking)
+        settings = TrackSettings(stop=stop)
         tracked = track_trial(
-            trial, settings if words == "default" else replace(settings, refinements=0)
+            trial,
+            settings if words == "default" else replace(settings, refinements=0),
+            tracking=tracking,
         )
         c = tracked.against_plates()
         if words != "default":
@@ -71,8 +75,9 @@ def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGH
             rows.append(Row(name, what, c.vertical_rmse, "BW"))
             continue
         angle, way = tracked.moved()
-        made = tracked.made
-        faults = "" if made.check.ok else "; ".join(made.check.words()[:3])
+        solution, record = tracked.solution, tracked.record()
+        verdict = check(record)
+        faults = "" if verdict.ok else "; ".join(verdict.words()[:3])
         rows += [
             at_most(name, "vertical force, RMSE", c.vertical_rmse, VERTICAL, "BW"),
             Row(name, "vertical force, r", c.vertical_r),
@@ -84,15 +89,15 @@ def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGH
             Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
             Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
             Row(name, "lifted onto its soles", 1e3 * tracked.lift, "mm"),
-            Row(name, "passes the check", float(made.check.ok), note=faults),
-            Row(name, "solved", float(made.synthesis.success), note=made.synthesis.status),
-            Row(name, "iterations", float(made.synthesis.iterations)),
+            Row(name, "passes the check", float(verdict.ok), note=faults),
+            Row(name, "solved", float(solution.success), note=solution.status),
+            Row(name, "iterations", float(solution.iterations)),
             Row(
                 name,
                 "time",
                 tracked.seconds,
                 "s",
-                note=f"for {tracked.made.sampled.time[-1]:.2f} s of motion",
+                note=f"for {record.motion.duration:.2f} s of motion",
             ),
         ]
     return rows

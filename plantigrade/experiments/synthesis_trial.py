@@ -10,9 +10,9 @@ from plantigrade.experiments.table import Row
 
 if TYPE_CHECKING:
     from plantigrade.models import Human
-    from plantigrade.synthesize.solution import Stage, Synthesis
-    from plantigrade.synthesize.tasks.task import Task
-    from plantigrade.workflows.synthesize import Synthesized
+    from plantigrade.record import Run
+    from plantigrade.synthesize.solution import Solution, Stage
+    from plantigrade.synthesize.tasks.task import MotionTask
 
 LAST = 4  # iterations of each stage that are kept of a failure
 SLOW, SAMPLED = 40, 8  # iterations from which some are kept in any case; how many
@@ -23,22 +23,22 @@ class Timed:
     """A motion, and what it took.
 
     Attributes:
-        synthesis: What the solver found.
+        solution: What the solver found.
         wall: From the task to the motion, on the clock [s].
         cpu: The same in time of the processor [s].
     """
 
-    synthesis: "Synthesis"
+    solution: "Solution"
     wall: float
     cpu: float
 
 
 def solve(
     human: "Human",
-    task: "Task",
+    task: "MotionTask",
     *,
     solver: str = "interior-point",
-    warm: "Synthesis | None" = None,
+    warm: "Solution | None" = None,
     noise: float = 0.0,
     seed: int = 0,
 ) -> Timed:
@@ -55,53 +55,53 @@ def solve(
         seed: Of the noise.
     """
     from plantigrade.synthesize.guess.walk import perturbed
+    from plantigrade.synthesize.problem.contact_body import ContactBody
     from plantigrade.synthesize.solve import synthesize
-    from plantigrade.synthesize.tasks.registry import body_for
 
     c0 = None
     if noise:
-        body = body_for(human, task.plan)
+        body = ContactBody.for_plan(human, task.plan)
         problem = task.problem(body)
         start = task.start(body, problem)[0]
         c0 = perturbed(start, seed=seed, size=noise, closure=problem.closure)
     wall, cpu = clock.perf_counter(), clock.process_time()
-    body = body_for(human, task.plan) if warm is None else warm.body
+    body = ContactBody.for_plan(human, task.plan) if warm is None else warm.body
     made = synthesize(body, task, solver=solver, warm=warm, c0=c0)  # type: ignore[arg-type]
     return Timed(made, clock.perf_counter() - wall, clock.process_time() - cpu)
 
 
-def load(human: "Human", task: "Task") -> dict[str, Any]:
+def load(human: "Human", task: "MotionTask") -> dict[str, Any]:
     """Return how long derivatives take to be there: one iteration, less another one."""
+    from plantigrade.synthesize.problem.contact_body import ContactBody
     from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Options
-    from plantigrade.synthesize.tasks.registry import body_for
 
     spent = []
     for _ in range(2):
         wall, cpu = clock.perf_counter(), clock.process_time()
-        body = body_for(human, task.plan)
+        body = ContactBody.for_plan(human, task.plan)
         problem = task.problem(body)
         InteriorPoint(problem, Options(iterations=1)).solve(*task.start(body, problem))
         spent.append((clock.perf_counter() - wall, clock.process_time() - cpu))
     return {"wall": spent[0][0] - spent[1][0], "cpu": spent[0][1] - spent[1][1]}
 
 
-def judge(timed: Timed, *, strides: int = 1) -> "Synthesized":
-    """Return what the checker says."""
-    from plantigrade.workflows.synthesize import SynthesizeSettings, judged
+def judge(timed: Timed, *, strides: int = 1) -> "Run":
+    """Return the run, with the verdict of the checker."""
+    from plantigrade.workflows.synthesize import run_of
 
-    return judged(SynthesizeSettings(strides=strides), timed.synthesis)
+    return run_of(timed.solution, {}, strides=strides)
 
 
-def outcome(timed: Timed, made: "Synthesized") -> dict[str, Any]:
+def outcome(timed: Timed, run: "Run") -> dict[str, Any]:
     """Return what is kept of a motion: success, verdict, time, and the way the solver took."""
-    s, check = timed.synthesis, made.check
+    s, findings = timed.solution, run.record.signals["check.findings"]
     last = s.stages[-1].history[-1] if s.stages and s.stages[-1].history else None
     return {
         "success": s.success,
-        "ok": check.ok,
-        "good": bool(s.success and made.status == "ok"),
+        "ok": run.figures["check_ok"],
+        "good": bool(s.success and run.ok),
         "status": s.status,
-        "verdict": made.status if made.status == "ok" else check.words()[:4] or [made.status],
+        "verdict": run.status if run.ok else [str(f) for f in findings[:4]] or [run.status],
         "wall": timed.wall,
         "cpu": timed.cpu,
         "nodes": len(s.problem.nodes),
@@ -170,7 +170,7 @@ def why(result: dict[str, Any]) -> str:
     return verdict if isinstance(verdict, str) else "; ".join(verdict)
 
 
-def crude(task: "Task") -> "Task":
+def crude(task: "MotionTask") -> "MotionTask":
     """Return a walk that starts from a body gliding along a line, instead of a walk."""
     from plantigrade.synthesize.guess.walk import crude_guess
 

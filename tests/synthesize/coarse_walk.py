@@ -4,12 +4,11 @@ from dataclasses import replace
 from functools import cache
 
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.formulation import Body
-from plantigrade.synthesize.solution import Synthesis
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.tasks.registry import body_for
-from plantigrade.synthesize.tasks.task import Task
-from plantigrade.synthesize.tasks.walking import walk
+from plantigrade.synthesize.tasks.registry import make_task
+from plantigrade.synthesize.tasks.task import MotionTask
 
 NODES_PER_SECOND = 24.0
 SPEED = 1.2
@@ -21,18 +20,19 @@ def person() -> Human:
     return Human.create(1.72, 68.0, joints="42", feet="two-segment")
 
 
-def task(speed: float = SPEED) -> Task:
+def task(speed: float = SPEED) -> MotionTask:
     """A periodic walk."""
-    return replace(walk(person(), speed=speed, periodic=True), nodes_per_second=NODES_PER_SECOND)
+    made = make_task("walk", person(), {"speed": speed, "periodic": True})
+    return replace(made, nodes_per_second=NODES_PER_SECOND)
 
 
 @cache
-def body() -> Body:
+def body() -> ContactBody:
     """The person with the places that carry force."""
-    return body_for(person(), task().plan)
+    return ContactBody.for_plan(person(), task().plan)
 
 
 @cache
-def solved(speed: float = SPEED) -> Synthesis:
+def solved(speed: float = SPEED) -> Solution:
     """The walk."""
     return synthesize(body(), task(speed))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import without_constraints
-from plantigrade.synthesize.problem.formulation import Body
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.transcription.forces_between import explaining, remainder
 from tests.models.presets import person
 
@@ -18,9 +18,9 @@ MU = 0.8
 
 
 @cache
-def body() -> Body:
+def body() -> ContactBody:
     human = person("42", "two-segment")
-    return Body.of(human, foot_sites(human))
+    return ContactBody(human, foot_sites(human))
 
 
 def quiet(n: int) -> np.ndarray:
@@ -39,7 +39,7 @@ def swaying(n: int, seed: int, size: float) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def shared(n: int) -> np.ndarray:
-    """Body weight on all sites alike [N]."""
+    """ContactBody weight on all sites alike [N]."""
     force = np.zeros((n, len(body().sites), 3))
     force[:, :, 2] = body().weight / len(body().sites)
     return force
@@ -136,7 +136,7 @@ def test_places_that_carry_nothing_are_left_alone_where_others_can_do_it():
 
 
 def test_a_body_without_places_has_no_forces():
-    bare = Body.of(person("42", "two-segment"), ())
+    bare = ContactBody(person("42", "two-segment"), ())
     q, v, a = swaying(2, 0, 0.1)
     none = np.zeros((2, 0, 3))
     assert explaining(bare, q, v, a, none, np.zeros((2, 0), bool)).shape == (2, 0, 3)

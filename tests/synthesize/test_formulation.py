@@ -1,6 +1,5 @@
 """Rows of the default formulation against MuJoCo and what rigid bodies allow."""
 
-from dataclasses import replace
 from functools import cache
 
 import mujoco
@@ -13,15 +12,16 @@ from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.dynamics.passive import passive_moments, scale
-from plantigrade.synthesize.problem.formulation import (
-    Body,
-    dynamics_rows,
-    friction_rows,
+from plantigrade.errors import ParameterError
+from plantigrade.synthesize.problem.builder import ProblemBuilder
+from plantigrade.synthesize.problem.contact import (
+    friction_pyramid,
     hold_contacts,
-    motion_rows,
-    place_rows,
+    site_places,
     site_targets,
 )
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.dynamics import dynamics
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 from tests.models.presets import person
 
@@ -29,15 +29,15 @@ FEET = {"rigid": "42", "two-segment": "42", "multi-segment": "66"}
 
 
 @cache
-def body_with(feet: str, passive: bool = True) -> Body:
+def body_with(feet: str, passive: bool = True) -> ContactBody:
     human = person(FEET[feet], feet)
-    return Body.of(human, foot_sites(human), passive=passive)
+    return ContactBody(human, foot_sites(human), passive=passive)
 
 
 class State:
     """MuJoCo in a state given in coordinates."""
 
-    def __init__(self, body: Body, q, v, a=None):
+    def __init__(self, body: ContactBody, q, v, a=None):
         human = body.human
         a = np.zeros_like(v) if a is None else a
         self.qpos, self.qvel, self.qacc = (
@@ -73,7 +73,7 @@ def at(rows, q, v, a=None, u=None) -> np.ndarray:
     return np.array(rows.function(q, v, a, u, rows.parameters[0])).ravel()
 
 
-def sagittal(body: Body, rng) -> tuple[np.ndarray, np.ndarray]:
+def sagittal(body: ContactBody, rng) -> tuple[np.ndarray, np.ndarray]:
     """A person whose feet pitch and nothing else, and how fast: their other axes are oblique."""
     names = body.symbolic.names
     q, v = np.zeros((2, len(names)))
@@ -89,7 +89,7 @@ def sagittal(body: Body, rng) -> tuple[np.ndarray, np.ndarray]:
 def test_a_pitching_foot_rolls_on_its_spheres(feet):
     """The rate of a place row is the velocity of the material at the lowest point."""
     body = body_with(feet)
-    rows = place_rows(body, np.zeros((1, len(body.sites))), rates=True)
+    rows = site_places(body, np.zeros((1, len(body.sites))), rates=True)
     for seed in range(5):
         q, v = sagittal(body, np.random.default_rng(seed))
         state, speed = State(body, q, v), at(rows, q, v)
@@ -113,7 +113,7 @@ def test_a_foot_that_tilts_as_well_rolls_but_for_the_cosine_of_its_pitch(seed):
         R = state.rotation(body.human, site.body)
         directions.append(np.arctan2(R[1, 0], R[0, 0]))
         pitches.append(np.arcsin(R[2, 0]))
-    speed = at(place_rows(body, np.array([directions]), rates=True), q, v)
+    speed = at(site_places(body, np.array([directions]), rates=True), q, v)
     for k, site in enumerate(body.sites):
         material, omega = state.material(body.human, site)
         off = np.abs(speed[3 * k : 3 * k + 3] - material)
@@ -128,7 +128,7 @@ def test_rates_are_those_of_the_places(feet):
     rng = np.random.default_rng(3)
     nv, towards = body.symbolic.nv, rng.uniform(-1, 1, (1, len(body.sites)))
     q, v, h = rng.uniform(-0.3, 0.3, nv), rng.normal(size=nv), 1e-6
-    place, speed = (place_rows(body, towards, rates=r) for r in (False, True))
+    place, speed = (site_places(body, towards, rates=r) for r in (False, True))
     rate = (at(place, q + h * v, v) - at(place, q - h * v, v)) / (2 * h)
     np.testing.assert_allclose(at(speed, q, v), rate, atol=1e-7)
 
@@ -138,7 +138,7 @@ def test_heights_are_those_of_the_lowest_points():
     rng = np.random.default_rng(4)
     q = rng.uniform(-0.4, 0.4, body.symbolic.nv)
     state = State(body, q, 0 * q)
-    rows = at(place_rows(body, np.zeros((1, len(body.sites))), rates=False), q, 0 * q)
+    rows = at(site_places(body, np.zeros((1, len(body.sites))), rates=False), q, 0 * q)
     lowest = [state.lowest(body.human, s)[2] for s in body.sites]
     np.testing.assert_allclose(rows[2::3], lowest, atol=1e-12)
 
@@ -153,16 +153,16 @@ def stance(heading: float, *, strike: float = 0.0) -> tuple[ContactPlan, np.ndar
     return plan, np.array([0.2, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.8])
 
 
-def held(body: Body, heading: float):
+def held(body: ContactBody, heading: float):
     """Rows of places and of speeds of one step, and its nodes."""
     plan, nodes = stance(heading)
     towards = np.full((len(nodes), len(body.sites)), heading)
-    place, speed = (place_rows(body, towards, rates=r) for r in (False, True))
+    place, speed = (site_places(body, towards, rates=r) for r in (False, True))
     hold_contacts(body, plan, nodes, place, speed)
     return plan, nodes, place, speed
 
 
-def still_rank(body: Body, heading: float, parts: tuple[str, ...]) -> int:
+def still_rank(body: ContactBody, heading: float, parts: tuple[str, ...]) -> int:
     """How many motions of a standing person parts of the right foot on the ground stop.
 
     From MuJoCo's Jacobians of the material at the lowest points; all of it shall be at rest.
@@ -204,13 +204,13 @@ def test_as_many_rows_are_fixed_as_motions_are_stopped(feet, heading):
     assert (n[2], n[4], n[8]) == counts[feet]  # a heel that rolls leaves one motion of six
 
 
-def smallest(body: Body, heading: float, fixed: np.ndarray) -> float:
+def smallest(body: ContactBody, heading: float, fixed: np.ndarray) -> float:
     """The smallest singular value of fixed rows in quiet standing."""
     symbolic = body.symbolic
     zero = np.zeros((1, symbolic.nv))
     q = symbolic.from_mujoco(body.human.standing()[None], zero, zero)[0]
     q[0, symbolic.names.index("pelvis_rotation")] += heading
-    rows = place_rows(body, np.full((1, len(body.sites)), heading), rates=False)
+    rows = site_places(body, np.full((1, len(body.sites)), heading), rates=False)
     u = np.zeros((1, 3 * len(body.sites)))
     J = derivatives_of(rows.function).jacobian(q, zero, zero, u, rows.parameters)[1][0]
     return float(np.linalg.svd(J[fixed, : symbolic.nv], compute_uv=False)[-1])
@@ -262,9 +262,9 @@ def test_dynamics_are_mujocos(feet, passive):
     """Random states and forces: what is missing at the root, and what muscles do and work."""
     body = body_with(feet, passive)
     human, names = body.human, body.symbolic.names
-    rows = dynamics_rows(body, 1)
-    nh = len(names) - 6
-    assert rows.function.size1_out(0) == len(rows.names) == 6 + 2 * nh + len(body.stiff)
+    family = dynamics(body, 1)
+    parts = {part.name: part for part in family.parts}
+    assert family.function.size1_out(0) == len(family.names)
     for seed in range(3):
         rng = np.random.default_rng(seed)
         q, v, a = rng.uniform(-0.5, 0.5, len(names)), *rng.normal(size=(2, len(names)))
@@ -276,26 +276,37 @@ def test_dynamics_are_mujocos(feet, passive):
             low, b = state.lowest(human, site), human.body(site.body)
             mujoco.mj_applyFT(state.m, state.d, force, zero, low, b, explained)
             tau -= explained
-        found = at(rows, q, v, a, u)
+        found = {name: at(part, q, v, a, u) for name, part in parts.items()}
         moment = state.rotation(human, "pelvis") @ tau[3:6]
-        np.testing.assert_allclose(found[:3], tau[:3] / body.weight, atol=1e-9)
-        np.testing.assert_allclose(found[3:6], moment / body.weight, atol=1e-9)
+        np.testing.assert_allclose(found["root force"], tau[:3] / body.weight, atol=1e-9)
+        np.testing.assert_allclose(found["root moment"], moment / body.weight, atol=1e-9)
+        together = np.concatenate(list(found.values()))
+        np.testing.assert_allclose(at(family, q, v, a, u), together, atol=1e-12)
         muscle = tau[6:]
         if passive:
             factor = scale(human.mass, human.height)
             muscle = muscle - np.array(passive_moments(names[6:], q[6:], v[6:], factor))
-        np.testing.assert_allclose(found[6 : 6 + nh] * body.torque, muscle, atol=1e-7)
-        power, work = muscle * v[6:] / body.torque, found[6 + nh : 6 + 2 * nh]
-        for name, whole in zip(body.stiff, found[6 + 2 * nh :], strict=True):
+        np.testing.assert_allclose(found["muscle torque"] * body.torque, muscle, atol=1e-7)
+        power, work = muscle * v[6:] / body.torque, found["work rate"]
+        for name, whole in zip(body.stiff, found["joint torque"], strict=True):
             assert whole * body.torque == pytest.approx(tau[names.index(name)], abs=1e-7)
         assert (work <= np.abs(power) + 1e-9).all() and (work >= np.abs(power) - 0.5).all()
-    assert (rows.equations[:, :6]).all() and not rows.equations[:, 6:].any()
+    for name, part in parts.items():
+        assert part.equations.all() if name.startswith("root") else not part.equations.any()
+
+
+def test_what_limits_a_part_limits_the_whole():
+    whole = dynamics(body_with("rigid"), 2)
+    work = next(part for part in whole.parts if part.name == "work rate")
+    work.upper[1, 3] = 7.0
+    assert (whole.upper == 7.0).sum() == 1
+    assert whole.names[int(np.flatnonzero(whole.upper[1] == 7.0)[0])] == work.names[3]
 
 
 def test_force_in_the_pyramid_is_in_the_cone():
     body = body_with("rigid")
     n, mu = len(body.sites), 0.6
-    rows = friction_rows(body, 1, mu)
+    rows = friction_pyramid(body, 1, mu)
     rng = np.random.default_rng(0)
     zero = np.zeros(body.symbolic.nv)
     u = rng.normal(size=(400, n, 3)) * [0.4, 0.4, 1.0]
@@ -314,10 +325,10 @@ def test_on_a_slope_gravity_leans(slope):
     """Who is at rest must be held upwards in the world, which leans in the axes of the ground."""
     human = person("42", "rigid")
     plan = ContactPlan(1.0, (), slope=slope)
-    body = Body.of(human, foot_sites(human), plan=plan)
-    rows = dynamics_rows(body, 1)
+    body = ContactBody(human, foot_sites(human), plan=plan)
+    rows = dynamics(body, 1)
     zero = np.zeros(body.symbolic.nv)
-    force = at(rows, zero, zero)[:3]
+    force = at(rows.parts[0], zero, zero)
     np.testing.assert_allclose(force, [np.sin(slope), 0.0, np.cos(slope)], atol=1e-9)
     np.testing.assert_allclose(plan.to_world @ force, [0.0, 0.0, 1.0], atol=1e-9)
     assert plan.to_world[2, 0] == pytest.approx(np.sin(slope))  # x goes up
@@ -327,18 +338,27 @@ def test_on_a_slope_gravity_leans(slope):
 def test_rows_of_the_motion_are_the_motion():
     body = body_with("rigid")
     q, v, a = np.random.default_rng(1).normal(size=(3, body.symbolic.nv))
+    builder = ProblemBuilder(body, ContactPlan(1.0, ()), np.array([0.0, 1.0]))
     for what, wanted in (("coordinates", q), ("speeds", v), ("accelerations", a)):
-        rows = motion_rows(body, 1, what)
+        rows = builder.family(what)
         np.testing.assert_array_equal(at(rows, q, v, a), wanted)
         assert len(rows.names) == len(wanted)
 
 
 def test_a_body_of_other_tissue_shares_no_rows():
     body = body_with("rigid")
-    other = replace(body, passive=False)
-    dynamics_rows(body, 1)
-    assert dynamics_rows(other, 1).function is not dynamics_rows(body, 1).function
-    assert dynamics_rows(body, 1).function is dynamics_rows(body, 1).function
+    other = body_with("rigid", passive=False)
+    assert dynamics(other, 1).function is not dynamics(body, 1).function
+    assert dynamics(body, 1).function is dynamics(body, 1).function
+
+
+def test_a_node_is_where_it_is_asked_for_or_nowhere():
+    nodes = np.array([0.0, 0.4, 1.0])
+    builder = ProblemBuilder(body_with("rigid"), ContactPlan(1.0, ()), nodes)
+    assert builder.node(0.4) == 1
+    for time in (0.41, 1.2):
+        with pytest.raises(ParameterError, match="no node at"):
+            builder.node(time)
 
 
 def test_a_heel_that_has_risen_does_not_sink_into_its_tread():
@@ -350,7 +370,7 @@ def test_a_heel_that_has_risen_does_not_sink_into_its_tread():
     )
     nodes = np.linspace(0.0, 3.0, 31)
     towards = np.zeros((31, len(body.sites)))
-    place, speed = (place_rows(body, towards, rates=r) for r in (False, True))
+    place, speed = (site_places(body, towards, rates=r) for r in (False, True))
     hold_contacts(body, plan, nodes, place, speed)
     right, left = ([3 * k + 2 for k, s in enumerate(body.sites) if s.side == side] for side in "rl")
     standing, swinging = nodes <= 1.5, nodes > 1.55

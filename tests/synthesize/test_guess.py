@@ -16,7 +16,7 @@ from plantigrade.synthesize.guess.legs import Leg
 from plantigrade.synthesize.guess.walk import crude_guess, perturbed, walking_guess
 from plantigrade.synthesize.problem.nlp import PeriodicClosure
 from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
-from plantigrade.synthesize.tasks.walking_plan import advance, periodic_walk_plan, walk_plan
+from plantigrade.synthesize.tasks.walking_plan import periodic_walk_plan, walk_plan
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
 FEET = ["rigid", "two-segment", "multi-segment"]
@@ -178,7 +178,7 @@ def test_periodic_guess_goes_on_as_its_mirror_image(feet):
     human = person(feet=feet)
     p = gait_parameters(human, 1.3)
     plan = periodic_walk_plan(human, p)
-    k = mirror(human, advance(plan)[0])
+    k = mirror(human, plan.advance)
     times = np.linspace(-0.3 * plan.duration, plan.duration, 23)
     once = walking_guess(human, plan, p, times)
     later = walking_guess(human, plan, p, times + plan.duration)

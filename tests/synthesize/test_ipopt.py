@@ -141,7 +141,7 @@ def test_redundant_equations_are_left_out_and_still_judged():
     one, two = solve(plain, np.zeros((23, 1))), solve(doubled, np.zeros((23, 1)))
     assert two.n_redundant == 21
     assert two.n_equations == one.n_equations == 21
-    np.testing.assert_allclose(two.c, one.c, atol=1e-6)
+    np.testing.assert_allclose(two.c, one.coefficients, atol=1e-6)
     contradictory = mass_on_a_line(twice=True)
     contradictory.rows[1].lower[7, 1] = contradictory.rows[1].upper[7, 1] = 0.5
     result = solve(contradictory, np.zeros((23, 1)))

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from plantigrade.synthesize.diagnose.post_mortem import values
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.synthesize.diagnose.violations import values
 from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 from plantigrade.synthesize.zhakatayev2023 import (
     MOTIONS,

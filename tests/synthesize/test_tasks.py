@@ -6,15 +6,30 @@ from functools import cache
 import numpy as np
 import pytest
 
+from plantigrade.analyze.check import check
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.tasks.jumping import PUSH, rise_after
-from plantigrade.synthesize.tasks.registry import TASKS, body_for, make_task
+from plantigrade.synthesize.tasks.registry import make_task
+from plantigrade.synthesize.tasks.settings import TASKS, Jump
 from plantigrade.synthesize.tasks.task_file import parse_task_file, read_task_file
+from plantigrade.synthesize.terms.effort import Torque
+from plantigrade.synthesize.terms.limits import Within
+from plantigrade.synthesize.terms.posture import Posture, Rest
+from plantigrade.synthesize.terms.term import one_sided
 
 GRAVITY = 9.81
+PUSH = Jump().push
+
+
+def rise_after(s, time):
+    """How far the centre of mass would rise freely from a time on [m]."""
+    q, v, _ = s.problem.states(s.coefficients, np.array([time]))
+    symbolic = s.body.symbolic
+    up = float(np.asarray(symbolic.momentum()(q[0], v[0])[0]).ravel()[2]) / symbolic.mass
+    return max(up, 0.0) ** 2 / (2 * GRAVITY)
 
 
 @cache
@@ -25,18 +40,18 @@ def person() -> Human:
 @cache
 def solved(name: str, nodes_per_second: float):
     task = replace(make_task(name, person()), nodes_per_second=nodes_per_second)
-    return synthesize(body_for(person(), task.plan), task)
+    return synthesize(ContactBody.for_plan(person(), task.plan), task)
 
 
 def at_nodes(s):
     """Coordinates and centre of mass (position, velocity) at nodes; forces there (n, sites, 3)."""
-    q, v, _ = s.problem.states(s.c, s.problem.nodes)
+    q, v, _ = s.problem.states(s.coefficients, s.problem.nodes)
     symbolic = s.body.symbolic
     com = np.array([np.asarray(symbolic.com()(x)).ravel() for x in q])
     speed = np.array(
         [np.asarray(symbolic.momentum()(x, y)[0]).ravel() for x, y in zip(q, v, strict=True)]
     )
-    return q, com, speed / symbolic.mass, s.u.reshape(len(q), -1, 3)
+    return q, com, speed / symbolic.mass, s.forces.reshape(len(q), -1, 3)
 
 
 def column(s, q, name):
@@ -79,7 +94,7 @@ def test_feet_stay_where_they_stand(name):
     s = solved(name, 12.0)
     assert s.success
     times = s.times(4)
-    q, _, _ = s.problem.states(s.c, np.clip(times, 0, s.problem.basis.stop))
+    q, _, _ = s.problem.states(s.coefficients, np.clip(times, 0, s.problem.basis.stop))
     points = s.body.symbolic.positions(list(s.body.sites))
     place = np.array([np.asarray(points(x)).T for x in q])
     for k, site in enumerate(s.body.sites):
@@ -103,7 +118,7 @@ def test_the_hand_is_at_its_target_and_at_rest():
     s = solved("reach", 12.0)
     assert s.success
     term = next(t for t in s.task.terms if hasattr(t, "target"))
-    q, v, _ = s.problem.states(s.c, s.problem.nodes[-1:])
+    q, v, _ = s.problem.states(s.coefficients, s.problem.nodes[-1:])
     place = np.asarray(s.body.symbolic.positions([term.point])(q[0])).ravel()
     assert place == pytest.approx(term.target, abs=1e-5)
     assert np.abs(v).max() < 1e-5
@@ -140,13 +155,19 @@ def test_toes_may_land_before_the_heel():
 @pytest.mark.parametrize(
     ("name", "given", "words"),
     [
-        ("sit-to-stand", {"chair_height": 1.4}, "sits on"),
-        ("squat", {"depth": 2.0}, "squats"),
+        ("sit-to-stand", {"chair_height": 1.4}, "chair_height must be .* for a person of 1.72 m"),
+        ("squat", {"depth": 0.9}, "for a squat of a person of 1.72 m"),
         ("squat", {"deph": 0.2}, "it has depth"),
-        ("squat", {"depth": "far"}, "a number is needed"),
+        ("squat", {"depth": "far"}, "depth must be|wrong kind"),
         ("reach", {"target": (3.0, 0.0, 1.0)}, "reaches about"),
-        ("side-step", {"side": "left"}, "must be 'r' or 'l'"),
-        ("jump", {"height": 5.0}, "a jump rises"),
+        ("side-step", {"side": "left"}, "must be 'r' or 'l'|wrong kind"),
+        ("jump", {"jump_height": 5.0}, "jump_height must be 0.02–1.2 m for a jump, not 5"),
+        ("walk", {"speed": 9}, "speed must be 0.3–2.2 m/s for walking, not 9"),
+        ("walk", {"speed": True}, "speed must be|wrong kind"),
+        ("walk", {"slope": 0.6}, "slope must be -20–20 degrees for walking, not 34.3775"),
+        ("walk", {"steps": 100000}, "steps must be a whole number from 2 to 200"),
+        ("walk", {"optimise_timing": True}, "only a periodic walk chooses its own timing"),
+        ("reach", {"target": [1.0, 2.0]}, "three numbers|wrong kind"),
         ("hop", {}, "there are"),
     ],
 )
@@ -209,3 +230,66 @@ def test_a_task_file_is_read_and_written_alike(tmp_path):
 def test_what_is_wrong_in_a_task_file_is_named(text, words):
     with pytest.raises(FileError, match=words):
         parse_task_file(text)
+
+
+def test_a_task_file_may_say_anything_and_only_our_errors_come_back():
+    for text in (
+        '[task]\nbase = ["squat"]',
+        '[task]\nbase = "squat"\nwithout = [1]',
+        '[task]\nbase = "squat"\n[[term]]\ntype = {}',
+        '[task]\nbase = "squat"\n[[term]]\ntype = "torque"\nweight = ' + "9" * 400,
+        "x = " + "9" * 5000,
+    ):
+        with pytest.raises(FileError):
+            parse_task_file(text)
+
+
+def test_a_term_that_needs_an_instant_gets_a_node_there():
+    task = make_task("squat", person()).with_terms(Rest(0.7123))
+    assert np.abs(task.nodes() - 0.7123).min() < 1e-9
+    assert len(task.nodes()) == len(make_task("squat", person()).nodes())
+    with pytest.raises(ParameterError, match="9 s is outside the motion, which lasts 2.5 s"):
+        task.with_terms(Rest(9.0)).nodes()
+
+
+def test_what_a_task_demands_is_on_the_record_and_holds():
+    """Every condition of every term, by the checker, which shares no line with the optimiser."""
+    s = solved("reach", 12.0)
+    record = s.record()
+    hand = [c for c in record.conditions if c.quantity == "point"]
+    assert {c.axis for c in hand} == {"x", "y", "z"} and {c.of for c in hand} == {"hand_r"}
+    assert {c.name for c in record.conditions} >= {"rest", "knee_angle_r"}
+    verdict = check(record)
+    assert set(verdict.conditions) == {c.name for c in record.conditions}
+    assert not any(m.bad for m in verdict.conditions.values())
+    far = tuple(replace(c, lower=(9.0,), upper=(9.0,)) for c in hand)
+    assert not check(replace(record, conditions=far)).ok
+
+
+def test_one_sided_terms_are_found():
+    knee = [Within(f"knee_angle_{side}", high=0.2) for side in "rl"]
+    list_ = Within("pelvis_list", -0.1, 0.1)
+    assert one_sided((knee[0],)) == (knee[0],) and one_sided(tuple(knee)) == ()
+    assert one_sided((list_,)) == () and one_sided((replace(list_, low=0.0),))
+    assert one_sided((Torque(1.0, {"ankle_angle_l": 2.0}),)) and not one_sided((Torque(),))
+    assert one_sided((Posture({"knee_angle_r": 1.0, "knee_angle_l": 1.0}),)) == ()
+
+
+def test_a_periodic_walk_with_a_stiff_right_knee_is_a_whole_stride():
+    task = make_task("walk", person(), {"periodic": True, "speed": 1.0})
+    assert task.plan.mirrored
+    stiff = replace(
+        task.with_terms(Within("knee_angle_r", high=np.deg2rad(10.0))), nodes_per_second=24.0
+    )
+    assert not stiff.plan.mirrored and stiff.plan.duration == 2 * task.plan.duration
+    s = synthesize(ContactBody.for_plan(person(), stiff.plan), stiff)
+    assert s.success
+    record = s.record(strides=2)
+    assert np.rad2deg(record.motion["knee_angle_r"].max()) < 10.5  # the checker's tolerance
+    assert np.rad2deg(record.motion["knee_angle_l"].max()) > 40.0
+    verdict = check(record)
+    assert verdict.ok, verdict.words()
+    (knee,) = (m for name, m in verdict.conditions.items() if name == "knee_angle_r")
+    assert knee.value < 10.5
+    way = np.ptp(record.motion["pelvis_tx"][[0, -1]])
+    assert way / record.motion.duration == pytest.approx(1.0, rel=1e-6)

@@ -10,10 +10,8 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.tasks.gait_parameters import gait_parameters, leg_length
 from plantigrade.synthesize.tasks.walking_plan import (
-    advance,
     periodic_walk_plan,
     standing_distance,
-    unrolled,
     walk_plan,
 )
 from plantigrade.synthesize.transcription.mesh import nodes_of
@@ -21,6 +19,9 @@ from plantigrade.synthesize.transcription.mesh import nodes_of
 HUMAN = Human.create(1.74, 71.0)
 SPEEDS = [0.3, 0.6, 1.0, 1.3, 1.6, 2.0, 2.2]
 STATURES = [1.50, 1.74, 1.95]
+
+
+TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
 
 
 def falls(plan):
@@ -31,8 +32,8 @@ def falls(plan):
 def supports(plan, side, times):
     """Whether any part of a foot is on the ground."""
     out = np.zeros(len(times), bool)
-    for s in unrolled(plan):
-        out |= (s.footprint.side == side) & (times >= s.strike) & (times <= s.off)
+    for s in plan.unrolled():
+        out |= (s.footprint.side == side) & (times >= s.heel_strike) & (times <= s.toe_off)
     return out
 
 
@@ -44,7 +45,7 @@ def test_free_walking_of_adults():
     assert 0.58 <= p.stance_fraction <= 0.64
     assert 0.05 < p.step_width < 0.15 and 4 < np.rad2deg(p.toe_out) < 8
     assert 0.05 < p.foot_flat < 0.12 and 0.30 < p.heel_off < 0.41
-    assert p.heel_off < 0.5 < p.ball_off < p.stance_fraction
+    assert p.heel_off < 0.5 < p.forefoot_off < p.stance_fraction
 
 
 @pytest.mark.parametrize("height", STATURES)
@@ -112,21 +113,21 @@ def test_still_walk_still(speed, first):
     t = np.linspace(0, plan.duration, 2001)
     down = np.stack([supports(plan, side, t) for side in "rl"])
     assert down.any(axis=0).all() and down[:, 0].all() and down[:, -1].all()
-    moving = (t > plan.stances[1].off) & (t < plan.stances[-1].strike)
+    moving = (t > plan.stances[1].toe_off) & (t < plan.stances[-1].heel_strike)
     share = np.mean(~down.all(axis=0)[moving])
     assert share == pytest.approx(
         4 * p.swing_time / (4 * p.swing_time + 3 * p.double_support), abs=0.01
     )
     # The rest is long enough to fall over to one foot: the body is a pendulum.
-    assert plan.stances[1].off == pytest.approx(2 * np.sqrt(leg_length(HUMAN) / 9.80665))
+    assert plan.stances[1].toe_off == pytest.approx(2 * np.sqrt(leg_length(HUMAN) / GRAVITY))
 
 
 def test_stances_are_in_order_and_a_foot_has_one_at_a_time():
     plan = walk_plan(HUMAN, gait_parameters(HUMAN, 1.2), steps=7)
-    assert np.all(np.diff([s.strike for s in plan.stances]) >= 0)
+    assert np.all(np.diff([s.heel_strike for s in plan.stances]) >= 0)
     for side in "rl":
         own = [s for s in plan.stances if s.footprint.side == side]
-        assert all(a.off < b.strike for a, b in zip(own[:-1], own[1:], strict=True))
+        assert all(a.toe_off < b.heel_strike for a, b in zip(own[:-1], own[1:], strict=True))
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.3, 2.0])
@@ -136,19 +137,20 @@ def test_periodic_plan_goes_on_as_its_mirror_image(speed):
     left, right = plan.stances
     assert plan.periodic and plan.duration == p.step_time
     assert (left.footprint.side, right.footprint.side) == ("l", "r")
-    assert right.strike == 0.0 and left.strike == -p.step_time
-    assert left.off == pytest.approx((p.stance_fraction - 0.5) * p.stride_time)
-    assert advance(plan) == pytest.approx((p.step_length, 0.0))
+    assert right.heel_strike == 0.0 and left.heel_strike == -p.step_time
+    assert left.toe_off == pytest.approx((p.stance_fraction - 0.5) * p.stride_time)
+    assert plan.mirrored and plan.advance == pytest.approx(p.step_length)
     # What lies beyond the end is the mirror image of what is at the start.
-    stances = unrolled(plan, before=3, after=3)
+    stances = plan.unrolled(before=3, after=3)
     for a, b in zip(stances[:-1], stances[1:], strict=True):
         assert a.footprint.side != b.footprint.side
         assert b.footprint.heading == -a.footprint.heading
         step = np.subtract(b.footprint.position, a.footprint.position)
         np.testing.assert_allclose(np.abs(step), [p.step_length, p.step_width, 0.0], atol=1e-12)
-        for name in ("strike", "flat", "heel_off", "ball_off", "off"):
+        for name in TIMES:
             assert getattr(b, name) - getattr(a, name) == pytest.approx(p.step_time)
-    assert [s for s in stances if s.strike in (left.strike, right.strike)] == [left, right]
+    own = (left.heel_strike, right.heel_strike)
+    assert [s for s in stances if s.heel_strike in own] == [left, right]
     # Over a whole stride each foot is down for its share of it.
     t = np.linspace(0, p.stride_time, 4001)[:-1]
     for side in "rl":
@@ -166,11 +168,12 @@ def test_half_a_stride_is_a_piece_of_a_long_walk():
     p = gait_parameters(HUMAN, 1.3)
     long = walk_plan(HUMAN, p, steps=6)
     there = [s for s in long.stances if s.footprint.side == "r"][2]  # a walking step
-    before = [s for s in long.stances if s.footprint.side == "l" and s.strike < there.strike][-1]
+    lefts = [s for s in long.stances if s.footprint.side == "l"]
+    before = [s for s in lefts if s.heel_strike < there.heel_strike][-1]
     left, right = periodic_walk_plan(HUMAN, p).stances
     for a, b in ((before, left), (there, right)):
-        for name in ("flat", "heel_off", "ball_off", "off"):
-            assert getattr(a, name) - there.strike == pytest.approx(getattr(b, name)), name
+        for name in TIMES[1:]:
+            assert getattr(a, name) - there.heel_strike == pytest.approx(getattr(b, name)), name
 
 
 @pytest.mark.parametrize("turn", [0.8, -2.5])
@@ -202,9 +205,9 @@ def test_a_walk_may_begin_in_the_middle(stop):
     p = gait_parameters(HUMAN, 1.2)
     plan = walk_plan(HUMAN, p, steps=3, start="walking", stop=stop)
     assert [s.footprint.side for s in plan.stances] == ["l", "r", "l", "r", "l"]
-    assert plan.stances[1].strike == 0.0 > plan.stances[0].strike
+    assert plan.stances[1].heel_strike == 0.0 > plan.stances[0].heel_strike
     if stop == "walking":
-        assert plan.stances[-1].strike == pytest.approx(plan.duration)
+        assert plan.stances[-1].heel_strike == pytest.approx(plan.duration)
 
 
 @pytest.mark.parametrize(
@@ -224,9 +227,19 @@ def test_plans_that_make_no_walk_are_refused(options, words):
         walk_plan(HUMAN, gait_parameters(HUMAN, 1.0), **options)
 
 
-def test_only_a_periodic_plan_advances():
-    with pytest.raises(ParameterError, match="periodic"):
-        advance(walk_plan(HUMAN, gait_parameters(HUMAN, 1.0), steps=3))
+def test_a_whole_stride_is_two_half_strides():
+    """The same stances at the same times, whichever way the plan repeats."""
+    half = periodic_walk_plan(HUMAN, gait_parameters(HUMAN, 1.2))
+    whole = half.full_stride()
+    assert whole.duration == 2 * half.duration and whole.advance == 2 * half.advance
+    assert not whole.mirrored and whole.full_stride() is whole
+    assert [s.footprint.side for s in whole.stances] == ["l", "r", "l"]
+    for one, other in zip(
+        half.unrolled(before=3, after=5), whole.unrolled(before=1, after=2), strict=True
+    ):
+        np.testing.assert_allclose(one.times, other.times, atol=1e-12)
+        np.testing.assert_allclose(one.footprint.position, other.footprint.position, atol=1e-12)
+        assert one.footprint.side == other.footprint.side
 
 
 @pytest.mark.parametrize("nodes_per_second", [10.0, 20.0, 47.0])

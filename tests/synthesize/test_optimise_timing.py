@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.models import Human
-from plantigrade.synthesize.tasks.free_timing import BOUNDS, free_timing
+from plantigrade.synthesize.optimise_timing import BOUNDS, optimise_timing
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
-from plantigrade.synthesize.tasks.registry import body_for
 from plantigrade.synthesize.tasks.walking import periodic_walk
 
 
@@ -18,17 +18,18 @@ def test_free_times_cost_no_more_and_stay_within_their_bounds():
     def task(p):
         return replace(periodic_walk(human, p), nodes_per_second=12.0, basis="polynomial")
 
-    body = body_for(human, task(start).plan)
-    found = free_timing(body, task, start, trials=5)
-    assert found.synthesis.success
+    body = ContactBody.for_plan(human, task(start).plan)
+    found = optimise_timing(body, task, start, trials=5)
+    assert found.solution.success
     assert min(found.costs) <= found.costs[0]
     assert len(found.costs) <= 6
+    assert found.solution.iterations > 10 and found.solution.seconds > 0.0  # those of all trials
     p = found.parameters
     assert abs(p.step_length / start.step_length - 1) <= BOUNDS["step_length"] + 1e-9
     assert abs(p.stance_fraction - start.stance_fraction) <= BOUNDS["stance"] + 1e-9
     np.testing.assert_allclose(p.step_length / p.step_time, start.speed)
-    way = p.speed * found.synthesis.task.plan.duration
-    assert found.synthesis.objective / way <= found.costs[0] * 1.05  # a finer mesh may cost more
+    way = p.speed * found.solution.task.plan.duration
+    assert found.solution.objective / way <= found.costs[0] * 1.05  # a finer mesh may cost more
 
 
 def test_stopping_gives_the_best_so_far():
@@ -38,13 +39,13 @@ def test_stopping_gives_the_best_so_far():
     def task(p):
         return replace(periodic_walk(human, p), nodes_per_second=12.0, basis="polynomial")
 
-    body = body_for(human, task(start).plan)
+    body = ContactBody.for_plan(human, task(start).plan)
     seen = []
 
     def stop(stage, iterate):
         seen.append(stage)
         return len(seen) > 3
 
-    found = free_timing(body, task, start, trials=5, progress=stop)
-    assert not found.synthesis.success
+    found = optimise_timing(body, task, start, trials=5, progress=stop)
+    assert not found.solution.success
     assert len(seen) <= 12
