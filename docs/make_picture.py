@@ -43,13 +43,16 @@ def ordered_tasks() -> None:
 
 def synthesized() -> None:
     """Draw a stride of a walk that was made from the task alone."""
-    from plantigrade.workflows.synthesize import SynthesizeSettings, synthesize_task
+    from plantigrade.synthesize.tasks.settings import Walk
+    from plantigrade.workflows.synthesize import synthesize_task
+    from plantigrade.workflows.synthesize_settings import SolveSettings
 
-    settings = SynthesizeSettings(parameters={"periodic": True}, feet="multi-segment", strides=1)
-    made = synthesize_task(settings)
-    if made.status != "ok":
-        raise SystemExit(made.status)
-    draw("synthesized", made.human.model, made.sampled.qpos, instants(len(made.sampled.time), 9))
+    told, how = Walk(periodic=True, strides=1), SolveSettings(feet="multi-segment")
+    run = synthesize_task(told, how)
+    if not run.ok:
+        raise SystemExit(run.status)
+    motion = run.record.motion
+    draw("synthesized", run.record.human.model, motion.qpos, instants(motion.n_frames, 9))
 
 
 def draw(name: str, model, qpos, frames) -> None:

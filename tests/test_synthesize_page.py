@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plantigrade.analyze.check import check
+
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "synthesize.md"
 TEXT = PAGE.read_text("utf-8")
 
@@ -34,9 +36,8 @@ def test_in_ski_boots_the_trunk_leans_further(page):
     assert boots.success
     assert largest(boots, "ankle_angle_r") < 10.5 < largest(squat, "ankle_angle_r") - 10.0
     assert lean(boots) > lean(squat) + 20.0
-    from plantigrade.workflows.synthesize import SynthesizeSettings, judged
-
-    assert judged(SynthesizeSettings(task="squat"), boots).check.ok
+    verdict = check(boots.record())
+    assert verdict.ok, verdict.words()
 
 
 def test_hips_go_down_as_far_as_was_asked(page):
@@ -48,14 +49,14 @@ def test_hips_go_down_as_far_as_was_asked(page):
 def test_the_task_file_shifts_the_weight(page):
     from plantigrade.synthesize.solve import synthesize
     from plantigrade.synthesize.tasks.task_file import parse_task_file
-    from plantigrade.workflows.synthesize import SynthesizeSettings, judged
 
     (text,) = blocks("toml")
     told = parse_task_file(text)
     task = told.task(page["human"])
     made = synthesize(page["body"], page["replace"](task, nodes_per_second=10.0))
-    com = judged(SynthesizeSettings(task="standing"), made).check.com
-    middle = com[np.argmin(np.abs(made.times() - 1.0))]
+    verdict = check(made.record())
+    assert verdict.conditions and verdict.ok, verdict.words()
+    middle = verdict.com[np.argmin(np.abs(made.times() - 1.0))]
     assert middle[1] == pytest.approx(-0.06, abs=1e-3)
 
 

@@ -100,10 +100,10 @@ def test_the_walk_takes_three_seconds_on_enough_nodes(human):
 
 
 def test_the_crude_guess_knows_nothing_of_walking(human):
-    from plantigrade.synthesize.tasks.registry import body_for
+    from plantigrade.synthesize.problem.contact_body import ContactBody
 
     task = crude(bench.walk_of(human, bench.Extent()))
-    body = body_for(human, task.plan)
+    body = ContactBody.for_plan(human, task.plan)
     q = task.guess(body, task.plan, np.linspace(0.0, 3.0, 7))
     assert np.ptp(q[:, 6:], axis=0).max() < 1e-9, "no joint moves"
     assert np.ptp(q[:, 3]) > 1.5, "but the body does"
@@ -205,24 +205,24 @@ def test_everybody_walks():
 
 
 def test_a_walk_is_described_and_held_against_goals(synthesized):
-    made = replace(synthesized[0])
-    found = fidelity.shape_of(made)
+    run = synthesized.run
+    found = fidelity.shape_of(run)
     gait = found["gait"]
     assert found["speed_class"] in ("slow", "free")
     assert set(found["curves"]) == {*fidelity.CURVES, *fidelity.FORCES}
-    assert gait["stance"] == pytest.approx(made.metrics["stance_r_pct"], abs=0.5)
+    assert gait["stance"] == pytest.approx(run.figures["stance_r_pct"], abs=0.5)
     assert 0 < gait["muscle_cost_of_transport"] < 1
     for name in fidelity.CURVES:
         assert gait["agreement"][name]["rmse"] == pytest.approx(
-            made.metrics[f"norm_rmse_{name}_deg"], rel=1e-6
+            run.figures[f"norm_rmse_{name}_deg"], rel=1e-6
         )
     rows = list(fidelity.gait_rows("walk", gait))
     assert len([r for r in rows if r.met is not None]) == 14
 
-    result = GOOD | found | {"check": made.check.metrics(), "told": {"speed": 1.3}}
+    result = GOOD | found | {"check": run.figures, "told": {"speed": 1.3}}
     kept = KeptResults()
     kept.get(f"speeds/{fidelity.FREE:g} m/s periodic", lambda: result)
-    kept.get("tasks/jump", lambda: FAILED | {"check": made.check.metrics(), "told": {}})
+    kept.get("tasks/jump", lambda: FAILED | {"check": run.figures, "told": {}})
     text = fidelity.table(kept).text()
     assert "raw/off/r" in text and "What failed, and why" in text and "z of toe_r" in text
     assert "94 to 156 min" in text

@@ -13,6 +13,7 @@ from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.errors import ParameterError
+from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact import (
     friction_pyramid,
     hold_contacts,
@@ -261,9 +262,9 @@ def test_dynamics_are_mujocos(feet, passive):
     """Random states and forces: what is missing at the root, and what muscles do and work."""
     body = body_with(feet, passive)
     human, names = body.human, body.symbolic.names
-    whole = dynamics(body, 1)
-    parts = {part.name: part for part in whole.parts}
-    assert whole.function.size1_out(0) == len(whole.names)
+    family = dynamics(body, 1)
+    parts = {part.name: part for part in family.parts}
+    assert family.function.size1_out(0) == len(family.names)
     for seed in range(3):
         rng = np.random.default_rng(seed)
         q, v, a = rng.uniform(-0.5, 0.5, len(names)), *rng.normal(size=(2, len(names)))
@@ -280,7 +281,7 @@ def test_dynamics_are_mujocos(feet, passive):
         np.testing.assert_allclose(found["root force"], tau[:3] / body.weight, atol=1e-9)
         np.testing.assert_allclose(found["root moment"], moment / body.weight, atol=1e-9)
         together = np.concatenate(list(found.values()))
-        np.testing.assert_allclose(at(whole, q, v, a, u), together, atol=1e-12)
+        np.testing.assert_allclose(at(family, q, v, a, u), together, atol=1e-12)
         muscle = tau[6:]
         if passive:
             factor = scale(human.mass, human.height)

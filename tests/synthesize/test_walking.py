@@ -19,7 +19,7 @@ from tests.synthesize.coarse_walk import SPEED, person, solved
 def stride():
     """Two laps, which are a stride, finely sampled."""
     s = solved()
-    return s.sample(s.times(10, laps=2))
+    return s.sample(s.times(10, periods=2))
 
 
 def integral(t, x):
@@ -157,9 +157,8 @@ def test_a_walk_from_standing_starts_and_ends_at_rest():
 
 def test_upright_on_a_slope_is_upright_in_the_world():
     for slope in (0.2, -0.2):
-        posture = next(
-            t for t in make_task("walk", person(), {"slope": slope}).terms if isinstance(t, Posture)
-        )
+        terms = make_task("walk", person(), {"slope": slope}).terms
+        posture = next(t for t in terms if isinstance(t, Posture))
         assert posture.targets["pelvis_tilt"] == -slope
 
 

@@ -16,10 +16,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.batched import BatchedFunction
+from plantigrade.constants import FRICTION
 from plantigrade.synthesize.problem.contact_body import ContactBody
-
-FRICTION = 0.8
-"""Coefficient of friction where nobody says another: shoes on a dry floor."""
 
 _LEAST = 0.01  # load from which a place takes part [body weights]
 _EXACT = 1e8  # what a missing wrench costs beside a change of forces
