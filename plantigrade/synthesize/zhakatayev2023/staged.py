@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.ipopt import IpoptResult, run, solve
 from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 from plantigrade.synthesize.zhakatayev2023.conditions import EDGE
