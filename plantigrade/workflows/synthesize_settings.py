@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
@@ -24,7 +24,7 @@ class _Settings(Person):
     """Settings that a command inherits."""
 
     @classmethod
-    def of(cls, options: Any) -> Self:
+    def of(cls, options: Any) -> Any:
         """Return the settings among the options of a command."""
         return cls(**{f.name: getattr(options, f.name) for f in fields(cls)})
 
@@ -51,7 +51,8 @@ class SolveSettings(_Settings):
     def __post_init__(self):
         """Refuse what cannot be."""
         word("solver", self.solver, ("interior-point", "ipopt"))
-        word("basis", self.basis, (None, "trigonometric", "polynomial"))  # type: ignore[arg-type]
+        if self.basis is not None:
+            word("basis", self.basis, ("trigonometric", "polynomial"))
         optional_number("nodes_per_second", self.nodes_per_second, 2, 500, "1/s", "a mesh")
         whole("restarts", self.restarts, 1, 1000, "")
 
