@@ -1,10 +1,10 @@
-"""From a task and a person to a motion: mesh, solver, and what is done where one fails.
+"""Solve a task: mesh refinement, warm starts and fallbacks.
 
-A task is solved on its own mesh from its own guess, or from a motion of a task much like it, on the
-nodes of that one. Where that fails, it is made easier: on half the nodes; with a cost that is all
-smoothness, from which the true cost is taken up; by IPOPT. Once it is solved, nodes are added
-wherever the motion asks between nodes for what no contact can give.
-Every step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
+A task is solved on its own mesh from its own guess, or from the motion of a similar task on the
+corresponding mesh. If that fails, easier problems lead the way: half the nodes; a cost of
+smoothness alone, from which the true problem is then solved; and last IPOPT. Once solved, the mesh
+is refined wherever the motion between nodes requires a wrench that contact cannot provide. Every
+step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
 """
 
 import time as clock
@@ -19,28 +19,25 @@ from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solution import Solution, Stage
-from plantigrade.synthesize.solvers.interior_point import (
-    InteriorPoint,
-    Iterate,
-    Multipliers,
-    Options,
-)
-from plantigrade.synthesize.tasks.task import MotionTask, coefficients, sample_times
+from plantigrade.synthesize.solvers.interior_point import InteriorPoint
+from plantigrade.synthesize.solvers.result import Iterate, Multipliers, Options
+from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.effort import Acceleration, Work
 from plantigrade.synthesize.transcription.mesh import nodes_like, split
+from plantigrade.synthesize.transfer import Start, transferred
 from plantigrade.synthesize.warm_start import WarmStart
 
 Solver = Literal["interior-point", "ipopt"]
 Progress = Callable[[str, Iterate], bool | None]
 
-UNEXPLAINED = 8e-4  # wrench between nodes that asks for more nodes [body weights]
-REFINEMENTS = 4  # of adding nodes
+UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
+REFINEMENTS = 4  # of the mesh, at most
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 
 
-@dataclass
-class _Point:
+@dataclass(frozen=True, eq=False)
+class _Ending:
     """Where a stage ended."""
 
     problem: Problem
@@ -53,6 +50,10 @@ class _Point:
     @property
     def stopped(self) -> bool:
         return self.status == "stopped"
+
+    def on(self, problem: Problem) -> Start:
+        """Return it as the start of another problem."""
+        return transferred(self.problem, self.c, self.u, self.multipliers, problem)
 
 
 def synthesize(
@@ -70,22 +71,22 @@ def synthesize(
     """Return the motion of a person who does a task.
 
     Args:
-        body: The person with the places that can carry force.
+        body: The person and the places that can carry force.
         task: What is to be done.
         solver: ``"interior-point"``, or ``"ipopt"`` as the reference.
-        warm: A motion of a task much like this one, to start from.
-        options: Of the banded solver.
-        progress: Told every iteration; returning True stops with the best so far.
-        c0: Coefficients to start from instead of the task's guess.
-        refinements: How often nodes are added where the motion asks between nodes for what no
-            contact can give.
-        rescue: Whether an easier problem is tried where the solver fails.
+        warm: Solution of a similar task to start from.
+        options: Settings of the interior point.
+        progress: Called with the stage and every iteration; returning True stops with the best so
+            far.
+        c0: Initial coefficients in place of the task's guess.
+        refinements: How often the mesh may be refined.
+        rescue: Whether to try easier problems where the solver fails.
 
     Returns:
-        The motion, also where no solver succeeded: ``success`` and ``stages`` say.
+        The motion, also if no solver succeeded: see ``success`` and ``stages``.
 
     Raises:
-        ParameterError: If the solver is unknown, or the motion to start from is of other joints.
+        ParameterError: If the solver is unknown, or the warm start has other joints.
     """
     if solver not in ("interior-point", "ipopt"):
         raise ParameterError(f"solver is {solver!r}; allowed are 'interior-point' and 'ipopt'")
@@ -94,170 +95,130 @@ def synthesize(
             f"cannot warm-start: the run has {len(warm.problem.names)} coordinates, this person "
             f"{len(body.symbolic.names)}"
         )
-    run = _Runner(body, options, progress)
-    nodes = None
-    if warm is not None:
-        nodes = nodes_like(task.plan, warm.switches, warm.nodes)
+    run = _Stages(body, task, options, progress)
+    nodes = None if warm is None else nodes_like(task.plan, warm.switches, warm.nodes)
     problem = task.problem(body, nodes)
     c, u = task.start(body, problem)
-    multipliers = None
-    if c0 is not None:
-        c = c0
+    start: Start = (c if c0 is None else c0, u, None)
     if warm is not None:
-        old = warm.switches, task.plan.switches
-        before = _Point(warm.problem, warm.coefficients, warm.forces, "", True, warm.multipliers)
-        c, u, multipliers = _carried(before, problem, old)
-    first = "warm start" if warm is not None else "first try"
+        switches = warm.switches, task.plan.switches
+        start = transferred(
+            warm.problem, warm.coefficients, warm.forces, warm.multipliers, problem, switches
+        )
     if solver == "ipopt":
-        at = run.ipopt("IPOPT", problem, c, u)
+        at = run.ipopt("IPOPT", problem, start)
     else:
-        if warm is None and c0 is None and len(problem.nodes) > MANY:
-            coarse = replace(
-                task, nodes_per_second=task.nodes_per_second * FEW / len(problem.nodes)
-            )
-            p = coarse.problem(body)
-            at = run.band("coarse mesh", p, *coarse.start(body, p))
-            if at.success:
-                first, (c, u, multipliers) = "fine mesh", _carried(at, problem)
-        at = run.band(first, problem, c, u, multipliers)
+        guessed = warm is None and c0 is None
+        at = _first(run, problem, start, "first try" if warm is None else "warm start", guessed)
         if warm is not None and not at.success and not at.stopped and rescue:
             problem = task.problem(body)
-            at = run.band("first try", problem, *task.start(body, problem))
+            at = run.interior_point("first try", problem, (*task.start(body, problem), None))
         if not at.success and not at.stopped and rescue:
-            at = _rescued(run, body, task, problem, at)
+            at = _rescued(run, problem, at)
+    solve = run.ipopt if solver == "ipopt" else run.interior_point
     for _ in range(refinements if at.success else 0):
-        made = _made(body, task, at, run)
-        times, missing = made.unexplained()
-        finer = split(made.nodes, times[missing > UNEXPLAINED])
-        if len(finer) == len(made.nodes):
+        solution = run.solution(at)
+        times, missing = solution.unexplained()
+        finer = split(solution.nodes, times[missing > UNEXPLAINED])
+        if len(finer) == len(solution.nodes):
             break
         problem = task.problem(body, finer)
-        again = _carried(at, problem)
-        name = "more nodes"
-        after = (
-            run.ipopt(name, problem, *again[:2])
-            if solver == "ipopt"
-            else run.band(name, problem, *again)
-        )
+        after = solve("more nodes", problem, at.on(problem))
         if not after.success:
             break
         at = after
-    return _made(body, task, at, run)
+    return run.solution(at)
 
 
-def _rescued(
-    run: "_Runner", body: ContactBody, task: MotionTask, problem: Problem, at: _Point
-) -> _Point:
-    """Return what easier problems lead to, the first that succeeds."""
+def _first(run: "_Stages", problem: Problem, start: Start, name: str, guessed: bool) -> _Ending:
+    """Solve the problem; where it is large and starts from a guess, on a coarse mesh before."""
+    n = len(problem.nodes)
+    if guessed and n > MANY:
+        rate = run.task.nodes_per_second * FEW / n
+        at = run.easier("coarse mesh", replace(run.task, nodes_per_second=rate))
+        if at.success:
+            name, start = "fine mesh", at.on(problem)
+    return run.interior_point(name, problem, start)
+
+
+def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
+    """Return what the first easier problem that can be solved leads to."""
+    task = run.task
     coarse = replace(task, nodes_per_second=task.nodes_per_second / 2)
-    easy = replace(
-        task,
-        terms=(*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4)),
-    )
-    for name, easier in (("coarse mesh", coarse), ("smooth first", easy)):
-        p = easier.problem(body)
-        middle = run.band(name, p, *easier.start(body, p))
+    smooth = (*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4))
+    for name, easier in (("coarse mesh", coarse), ("smooth first", replace(task, terms=smooth))):
+        middle = run.easier(name, easier)
         if middle.stopped:
             return at
         if middle.success:
-            c, u, _ = _carried(middle, problem)
-            after = run.band("the task itself", problem, c, u)
+            c, u, _ = middle.on(problem)
+            after = run.interior_point("the task itself", problem, (c, u, None))
             if after.success or after.stopped:
                 return after
-    c, u = task.start(body, problem)
-    after = run.ipopt("IPOPT", problem, c, u)
+    after = run.ipopt("IPOPT", problem, (*task.start(run.body, problem), None))
     return after if after.success else at
 
 
-class _Runner:
-    """Runs solvers and keeps account of it."""
+class _Stages:
+    """Runs solvers and keeps a record of the stages."""
 
-    def __init__(self, body: ContactBody, options: Options | None, progress: Progress | None):
-        self.body, self.options, self.progress = body, options, progress
-        self.stages: list[Stage] = []
+    def __init__(
+        self,
+        body: ContactBody,
+        task: MotionTask,
+        options: Options | None,
+        progress: Progress | None,
+    ):
+        self.body, self.task, self._options, self._progress = body, task, options, progress
+        self._stages: list[Stage] = []
 
-    def band(
-        self, name: str, problem: Problem, c: Array, u: Array, m: Multipliers | None = None
-    ) -> _Point:
-        """Run the banded interior point."""
+    def interior_point(self, name: str, problem: Problem, start: Start) -> _Ending:
+        """Run the interior point."""
         started = clock.perf_counter()
-        progress = self.progress
-        told = None if progress is None else lambda it: progress(name, it)
-        r = InteriorPoint(problem, self.options).solve(c, u, m, told)
-        self._note(name, "interior-point", problem, r.status, started, r.history)
-        return _Point(problem, r.c, r.u, r.status, r.success, r.multipliers)
 
-    def ipopt(self, name: str, problem: Problem, c: Array, u: Array) -> _Point:
-        """Run IPOPT."""
+        def told(iterate: Iterate) -> bool | None:
+            return self._progress(name, iterate) if self._progress is not None else None
+
+        r = InteriorPoint(problem, self._options).solve(*start, told)
+        self._note(name, "interior-point", problem, r.status, started, r.history)
+        return _Ending(problem, r.c, r.u, r.status, r.success, r.multipliers)
+
+    def easier(self, name: str, task: MotionTask) -> _Ending:
+        """Run the interior point on another task, from its own guess."""
+        problem = task.problem(self.body)
+        return self.interior_point(name, problem, (*task.start(self.body, problem), None))
+
+    def ipopt(self, name: str, problem: Problem, start: Start) -> _Ending:
+        """Run IPOPT, which takes no multipliers."""
         from plantigrade.synthesize.solvers import ipopt
 
         started = clock.perf_counter()
         history: list[Iterate] = []
 
         def told(p: ipopt.Progress) -> bool | None:
-            seconds = clock.perf_counter() - started
+            seconds, unknown = clock.perf_counter() - started, np.nan
             history.append(
-                Iterate(
-                    p.number,
-                    p.objective,
-                    p.violation,
-                    "",
-                    np.nan,
-                    np.nan,
-                    0.0,
-                    1.0,
-                    seconds,
-                )
+                Iterate(p.number, p.objective, p.violation, "", unknown, unknown, 0.0, 1.0, seconds)
             )
-            return self.progress(name, history[-1]) if self.progress is not None else None
+            return self._progress(name, history[-1]) if self._progress is not None else None
 
-        r = ipopt.solve(problem, c, u, callback=told, max_seconds=IPOPT_SECONDS)
+        r = ipopt.solve(problem, *start[:2], callback=told, max_seconds=IPOPT_SECONDS)
         self._note(name, "ipopt", problem, r.status, started, tuple(history))
-        return _Point(problem, r.c, r.u, r.status, r.success)
+        return _Ending(problem, r.c, r.u, r.status, r.success)
 
-    def _note(self, name, solver, problem, status, started, history) -> None:
+    def solution(self, at: _Ending) -> Solution:
+        """Return the motion where a stage ended."""
+        found = at.problem, at.c, at.u, at.status, at.success
+        return Solution(self.body, self.task, *found, tuple(self._stages), at.multipliers)
+
+    def _note(
+        self,
+        name: str,
+        solver: Solver,
+        problem: Problem,
+        status: str,
+        started: float,
+        history: tuple[Iterate, ...],
+    ) -> None:
         seconds = clock.perf_counter() - started
-        self.stages.append(Stage(name, solver, len(problem.nodes), status, seconds, tuple(history)))
-
-
-def _made(body: ContactBody, task: MotionTask, at: _Point, run: _Runner) -> Solution:
-    return Solution(
-        body, task, at.problem, at.c, at.u, at.status, at.success, tuple(run.stages), at.multipliers
-    )
-
-
-def _carried(
-    at: _Point, new: Problem, switches: tuple[Array, Array] | None = None
-) -> tuple[Array, Array, Multipliers | None]:
-    """Return a point of one problem as a start of another.
-
-    Args:
-        at: The point.
-        new: The other problem.
-        switches: Changes of contact of the one and of the other; what is between two of them stays
-            between them. Where they do not correspond, parts of the duration do.
-    """
-    old = at.problem
-    ends = np.array([0.0, new.basis.span]), np.array([0.0, old.basis.span])
-    if switches is not None and len(switches[0]) == len(switches[1]):
-        ends = switches[1], switches[0]
-
-    def then(times: Array) -> Array:
-        return np.interp(times, *ends)
-
-    times = sample_times(new)
-    before = np.clip(then(times), 0.0, old.basis.stop)
-    q = old.states(at.c, before)[0] - old.drift(before) + new.drift(times)
-    nodes, values = old.nodes, at.u
-    if old.closure is not None:
-        nodes = np.append(nodes, old.basis.span)
-        values = np.vstack([values, values[:1, old.closure.u_source] * old.closure.u_sign])
-    u = np.zeros((len(new.nodes), new.n_unknowns))
-    forces = dict(zip(old.u_names, values.T, strict=False))  # by name: a seat is not in every task
-    for i, name in enumerate(new.u_names):
-        if name in forces:
-            u[:, i] = np.interp(then(new.nodes), nodes, forces[name])
-    moved = None
-    if at.multipliers is not None:
-        moved = at.multipliers.moved(old.nodes, then(new.nodes))
-    return coefficients(new, times, q), np.clip(u, new.u_lower, new.u_upper), moved
+        self._stages.append(Stage(name, solver, len(problem.nodes), status, seconds, history))

@@ -187,7 +187,7 @@ def without_events(trial, events=()):
 
 def test_standing_is_refused_in_one_sentence(fitted):
     recording, trial = fitted
-    with pytest.raises(ReproduceError, match=r"walk\.c3d: nobody is seen to walk"):
+    with pytest.raises(ReproduceError, match=r"walk\.c3d: it shows no walking"):
         reproducing.run_of(recording, without_events(trial), PLAIN)
 
 

@@ -250,7 +250,7 @@ class Problem:
         chosen = tuple(r for r in self.rows if rows is None or r.name in rows)
         if costs:
             return replace(self, rows=chosen)
-        chosen = tuple(replace(r, weight=0 * r.weight, gain=0 * r.gain) for r in chosen)
+        chosen = tuple(replace(r, weight=0 * r.weight, gain=0 * r.gain, parts=()) for r in chosen)
         return replace(self, rows=chosen, u_smooth=0 * self.u_smooth, jerk=0 * self.jerk)
 
     def roughness(self) -> sparse.csr_matrix:

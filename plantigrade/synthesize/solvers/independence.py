@@ -17,6 +17,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.synthesize.transcription.evaluation import Evaluation
 
 _MOVED = 0.1  # how far from the guess ranks are determined [rad, m, rad/s, m/s, …]
+_TIE = 1e-6  # by how much an earlier row is preferred to a later one
 _RANK = 1e-7  # parts of a row smaller than this are rounding
 
 
@@ -48,6 +49,7 @@ def independent_equations(e: Evaluation, x: Float[Array, " size"]) -> list[Bool[
             rows = np.flatnonzero(b.equations[place])
             J = jacobians[i][place][rows] * held[k]
             J = J / np.maximum(np.linalg.norm(J, axis=1), 1e-300)[:, None]
+            J *= 1.0 - _TIE * np.arange(len(J))[:, None]
             rest = J.T - space @ (space.T @ J.T)
             rest -= space @ (space.T @ rest)
             found: Any = qr(rest, mode="economic", pivoting=True)
