@@ -8,8 +8,8 @@ evaluated together; each is limited and weighed on its own.
 from typing import TYPE_CHECKING
 
 from plantigrade.dynamics.passive import passive_moments, scale
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.problem.nlp import ConstraintFamily
 
 if TYPE_CHECKING:
     import casadi
