@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plantigrade.workflows.foot_segments import foot_segments
 from scipy.spatial.transform import Rotation
 
 from plantigrade.analyze.foot_angles import (
