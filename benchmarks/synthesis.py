@@ -22,9 +22,10 @@ from plantigrade.synthesize import (
     MotionTask,
     Options,
     Problem,
-    linearised,
     make_task,
 )
+from plantigrade.synthesize.solvers import banded_cholesky
+from plantigrade.synthesize.transcription.constraint_block import ConstraintBlock
 from plantigrade.synthesize.transcription.derivatives import Derivatives
 from plantigrade.synthesize.transcription.linear_map import Transcription
 
@@ -110,10 +111,10 @@ def timed(problem: Problem, c: np.ndarray, u: np.ndarray) -> dict[str, float]:
         for name in ("assemble", "gradient", "local", "local_step"):
             call = clocked("assembly", getattr(Transcription, name))
             patched.enter_context(mock.patch.object(Transcription, name, call))
-        call = clocked("assembly", InteriorPoint._add_squares)
-        patched.enter_context(mock.patch.object(InteriorPoint, "_add_squares", call))
-        call = clocked("factorisation", linearised.cholesky_banded)
-        patched.enter_context(mock.patch.object(linearised, "cholesky_banded", call))
+        call = clocked("assembly", ConstraintBlock.add_squares)
+        patched.enter_context(mock.patch.object(ConstraintBlock, "add_squares", call))
+        call = clocked("factorisation", banded_cholesky.cholesky_banded)
+        patched.enter_context(mock.patch.object(banded_cholesky, "cholesky_banded", call))
         engine.solve(c, u, progress=progress)
     spent["iteration"] = ends[2 * ITERATIONS] - ends[ITERATIONS]
     return {part: t if part == "ready" else t / ITERATIONS for part, t in spent.items()}

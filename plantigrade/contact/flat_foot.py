@@ -1,8 +1,8 @@
-"""A foot that stands flat: tilted, and its toes bent, as its soles want.
+"""Where the contact sites of a flat foot are, for soles that are not flat at zero angles.
 
-The soles of the table's feet are flat where all angles are zero. A recorded person stands on soles
-of their own (:mod:`plantigrade.kinematics.soles`): markers fix the bones' axes, and a foot that
-rests may be pitched and tilted in them by some degrees.
+The standard feet stand flat with all angles zero. A recorded person has soles of their own
+(:mod:`plantigrade.kinematics.soles`): markers fix the axes of the bones, and a resting foot may be
+pitched and tilted in them by some degrees.
 """
 
 import numpy as np
@@ -11,8 +11,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
 
-EVEN = 1e-6  # soles more even than this are flat as they are [m]
-LAZY = 1e-4  # what an angle is worth beside a height [m/rad]
+EVEN = 1e-6  # heights closer than this are level: no tilt is needed [m]
+LAZY = 1e-4  # weight of an angle beside a height [m/rad]
 
 
 def flat_sites(
@@ -22,13 +22,13 @@ def flat_sites(
 
     Args:
         human: The person.
-        sites: Places that can carry force; those of other feet are left out.
+        sites: Sites that can carry force; those of the other foot are left out.
         side: The foot.
 
     Returns:
-        Name → x along the foot and y to the left, the rolling of the sphere taken off as in
-        :func:`~plantigrade.synthesize.problem.contact.site_places`, and
-        height of the lowest point [m].
+        Name → x along the foot, y to the left, both without the rolling of the sphere
+        (:func:`~plantigrade.synthesize.problem.contact.site_places`), and the height of the
+        lowest point [m].
     """
     from scipy.optimize import least_squares
 

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from plantigrade.synthesize.problem.builder import ProblemBuilder
+    from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
     from plantigrade.synthesize.problem.contact_body import ContactBody
-    from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
+    from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
     from plantigrade.synthesize.solution import Solution
     from plantigrade.synthesize.solve import synthesize
     from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Options
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "problem.builder": ("ProblemBuilder",),
     "problem.contact_body": ("ContactBody",),
-    "problem.nlp": ("ConstraintFamily", "PeriodicClosure", "Problem"),
+    "problem.constraint_family": ("ConstraintFamily",),
+    "problem.nlp": ("PeriodicClosure", "Problem"),
     "solution": ("Solution",),
     "solve": ("synthesize",),
     "solvers.interior_point": ("InteriorPoint", "Options"),

@@ -20,7 +20,17 @@ def plain(settings: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolveSettings(Person):
+class _Settings(Person):
+    """Settings that a command inherits."""
+
+    @classmethod
+    def of(cls, options: Any) -> Any:
+        """Return the settings among the options of a command."""
+        return cls(**{f.name: getattr(options, f.name) for f in fields(cls)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolveSettings(_Settings):
     """Who does a task, and how it is solved.
 
     Raises:
@@ -46,22 +56,15 @@ class SolveSettings(Person):
         optional_number("nodes_per_second", self.nodes_per_second, 2, 500, "1/s", "a mesh")
         whole("restarts", self.restarts, 1, 1000, "")
 
-    @classmethod
-    def of(cls, options: Any) -> "SolveSettings":
-        """Return the settings among the options of a command, which inherits them."""
-        return cls(**{f.name: getattr(options, f.name) for f in fields(cls)})
-
 
 @dataclass(frozen=True, kw_only=True)
-class PaperSettings(Person):
+class PaperSettings(_Settings):
     """A motion of [Zhakatayev2023]_ solved as the paper sets it."""
 
     motion: Literal["walk", "sit-to-stand", "side-step", "jump"] = "walk"
     """Which of the paper's motions."""
     basis: Literal["trigonometric", "polynomial"] = "trigonometric"
     """Splines the motion is made of."""
-
-    of = classmethod(SolveSettings.of.__func__)  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,13 +10,9 @@ from hypothesis.extra.numpy import arrays
 from scipy.interpolate import BSpline
 
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize import (
-    PolynomialBasis,
-    TrigonometricBasis,
-    clamped_knots,
-    periodic_knots,
-    uniform_knots,
-)
+from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots, uniform_knots
+from plantigrade.synthesize.splines.polynomial import PolynomialBasis
+from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
 
 KINDS = [TrigonometricBasis, PolynomialBasis]
 BREAKS = np.array([0.3, 0.5, 0.5, 1.1, 1.2, 1.2, 1.2, 1.7, 2.0, 2.6])  # uneven, some repeated

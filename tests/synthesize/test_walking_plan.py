@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -76,10 +77,10 @@ def test_own_step_length_and_cadence():
 @pytest.mark.parametrize(
     ("speed", "options", "words"),
     [
-        (0.2, {}, "0.3 to 2.2 m/s"),
-        (2.5, {}, "0.3 to 2.2 m/s"),
-        (float("nan"), {}, "0.3 to 2.2 m/s"),
-        (1.2, {"step_length": 1.5}, "a step of 1.5 m is not walked"),
+        (0.2, {}, "speed must be 0.3–2.2 m/s for walking"),
+        (2.5, {}, "speed must be 0.3–2.2 m/s for walking"),
+        (float("nan"), {}, "speed must be 0.3–2.2 m/s for walking"),
+        (1.2, {"step_length": 1.5}, "step_length must be .* not 1.5"),
         (1.2, {"step_length": 0.6, "cadence": 100.0}, "leave out step length or cadence"),
         (0.4, {"cadence": 0.0}, "must be positive"),
         (2.0, {"step_length": 0.1}, "takes 0.05 s"),

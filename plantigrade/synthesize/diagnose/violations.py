@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.result import Multipliers
 
 TOLERANCE = 1e-4

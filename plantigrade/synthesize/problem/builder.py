@@ -12,10 +12,11 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import SAME, ContactPlan
 from plantigrade.errors import ParameterError
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact import headings, site_places
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.dynamics import dynamics
-from plantigrade.synthesize.problem.nlp import ConstraintFamily, PeriodicClosure, Problem
+from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
 from plantigrade.synthesize.splines.basis import Basis
 
 MOTION = ("coordinates", "speeds", "accelerations")

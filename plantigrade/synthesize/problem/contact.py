@@ -12,8 +12,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import SAME, ContactPlan, Footprint
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.problem.nlp import ConstraintFamily
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 
 

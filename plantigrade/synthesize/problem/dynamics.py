@@ -5,9 +5,14 @@ joint torque is the one the joint really does. All families come from one invers
 evaluated together; each is limited and weighed on its own.
 """
 
+from typing import TYPE_CHECKING
+
 from plantigrade.dynamics.passive import passive_moments, scale
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.problem.nlp import ConstraintFamily
+
+if TYPE_CHECKING:
+    import casadi
 
 EDGE = 0.5
 """Where work rates are rounded off, in units of rows."""
@@ -29,25 +34,7 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     """
     sym = body.symbolic
 
-    def parts(ca, q, v, a, u):
-        forces = ca.reshape(u, 3, len(body.sites)) * body.weight
-        tau = sym.inverse_dynamics(list(body.sites))(q, v, a, forces)
-        muscle = tau[6:]
-        if body.passive:
-            factor = scale(body.human.mass, body.human.height)
-            muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
-        muscle = muscle / body.torque
-        power = muscle * v[6:]
-        work = ca.sqrt(power * power + EDGE**2) - EDGE
-        joint = [tau[sym.names.index(n)] / body.torque for n in body.stiff]
-        return (
-            tau[:3] / body.weight,
-            tau[3:6] / body.weight,
-            muscle,
-            work,
-            ca.vertcat(ca.SX(0, 1), *joint),
-        )
-
+    whole, functions = body.cache.get("dynamics", lambda: _functions(body))
     described = (  # name, names of rows, unit, what a row of 1 is in it
         ("root force", "xyz", "% of body weight", 100.0),
         ("root moment", "xyz", "% of body weight times metre", 100.0),
@@ -56,18 +43,39 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         ("joint torque", body.stiff, "N m", body.torque),
     )
     families = []
-    for i, (name, of, unit, size) in enumerate(described):
+    for (name, of, unit, size), function in zip(described, functions, strict=True):
         joined = f"{name} " if of == "xyz" else f"{name} of "
         names = tuple(joined + n for n in of)
-
-        def expression(ca, q, v, a, u, p, i=i):
-            return parts(ca, q, v, a, u)[i]
-
-        function = body.function(("part of the dynamics", name), expression)
         families.append(ConstraintFamily.free(name, function, names, n_nodes, None, unit, size))
     for root in families[:2]:
         root.lower[:] = root.upper[:] = 0.0
-    function = body.function(
-        "dynamics", lambda ca, q, v, a, u, p: ca.vertcat(*parts(ca, q, v, a, u))
+    return ConstraintFamily.stacked("dynamics", whole, families)
+
+
+def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Function]]":
+    """Return the function of all rows, and those of each part."""
+    import casadi as ca
+
+    sym, k = body.symbolic, len(body.sites)
+    q, v, a = (ca.SX.sym(x, sym.nv) for x in ("q", "qd", "qdd"))
+    u, p = ca.SX.sym("u", 3 * k), ca.SX.sym("p", 0)
+    forces = ca.reshape(u, 3, k) * body.weight
+    tau = sym.inverse_dynamics(list(body.sites))(q, v, a, forces)
+    muscle = tau[6:]
+    if body.passive:
+        factor = scale(body.human.mass, body.human.height)
+        muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
+    muscle = muscle / body.torque
+    power = muscle * v[6:]
+    work = ca.sqrt(power * power + EDGE**2) - EDGE
+    joint = [tau[sym.names.index(n)] / body.torque for n in body.stiff]
+    parts = (
+        tau[:3] / body.weight,
+        tau[3:6] / body.weight,
+        muscle,
+        work,
+        ca.vertcat(ca.SX(0, 1), *joint),
     )
-    return ConstraintFamily.stacked("dynamics", function, families)
+    given = [q, v, a, u, p]
+    whole = ca.Function("rows", given, [ca.vertcat(*parts)])
+    return whole, [ca.Function("rows", given, [part]) for part in parts]

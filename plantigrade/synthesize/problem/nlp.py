@@ -1,151 +1,50 @@
-r"""A trajectory problem as arrays: rows at nodes, what they must be, and what they cost.
+r"""A trajectory optimisation problem as arrays: constraints at nodes, their limits and costs.
 
 Coordinates are a spline with coefficients :math:`c`; at every node :math:`t_k` they give
 :math:`q, \dot q, \ddot q`, and unknowns :math:`u_k` (contact forces) belong to the node alone. A
-:class:`ConstraintFamily` is one function of these, evaluated at every node alike; arrays say, for
-every node and row, between what limits it must lie and what it costs:
+:class:`~plantigrade.synthesize.problem.constraint_family.ConstraintFamily` is one function of
+these, evaluated at every node alike; arrays hold the limits and costs of every row at every node:
 
 .. math:: \min_{c, u} \sum_k \sum_r g_{kr} r_{kr} + \tfrac12 w_{kr} (r_{kr} - \bar r_{kr})^2
     + \tfrac12 \sum_k \sigma_k \lVert u_{k+1} - u_k \rVert^2
     \quad \text{with} \quad l_{kr} \le r_{kr} \le h_{kr}.
 
-So a task is nothing but arrays, both solvers read the same ones, and the exact Hessian of
-everything is :math:`\nabla^2 (\lambda^\top r) + J^\top W J` with
-:math:`\lambda = y + g + w (r - \bar r)`: no function but the rows themselves is differentiated.
+So a task is nothing but arrays, which all solvers read, and the exact Hessian of everything is
+:math:`\nabla^2 (\lambda^\top r) + J^\top W J` with :math:`\lambda = y + g + w (r - \bar r)`: no
+function but the rows themselves is differentiated.
 
 Because a spline has local support, node :math:`k` touches few coefficients, and every matrix of
 the problem is banded (Eqs. 4 and 9 to 14 of [Zhakatayev2023]_).
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import ParameterError
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.splines.basis import Basis
-
-if TYPE_CHECKING:
-    import casadi
-
-
-@dataclass(frozen=True, eq=False)
-class ConstraintFamily:
-    """One function, evaluated at every node, and what its rows must be there.
-
-    Attributes:
-        name: What the rows are, one word for progress and post-mortem: ``"ground"``.
-        function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,), in units in which
-            1 is large (body weights, radians, metres).
-        names: A name for every row.
-        lower: Lower limits (n_nodes, n_rows); -inf where there is none.
-        upper: Upper limits (n_nodes, n_rows); a row whose limits are equal is an equation.
-        weight: Weight of the squared distance to ``target`` (n_nodes, n_rows).
-        target: Where the squared cost is least (n_nodes, n_rows).
-        gain: Linear cost (n_nodes, n_rows).
-        parameters: Numbers the function is told at each node (n_nodes, n_parameters).
-        unit: Unit of a row as shown to people.
-        scale: What a row of 1 is in that unit.
-        parts: Families whose rows these are, one after the other, where they share one function
-            because what it computes they share; see :meth:`stacked`.
-    """
-
-    name: str
-    function: "casadi.Function"
-    names: tuple[str, ...]
-    lower: Float[Array, "n_nodes n_rows"]
-    upper: Float[Array, "n_nodes n_rows"]
-    weight: Float[Array, "n_nodes n_rows"]
-    target: Float[Array, "n_nodes n_rows"]
-    gain: Float[Array, "n_nodes n_rows"]
-    parameters: Float[Array, "n_nodes n_parameters"]
-    unit: str = ""
-    scale: float = 1.0
-    parts: tuple["ConstraintFamily", ...] = ()
-
-    @classmethod
-    def free(
-        cls,
-        name: str,
-        function: "casadi.Function",
-        names: tuple[str, ...],
-        n_nodes: int,
-        parameters: Float[Array, "n_nodes n_parameters"] | None = None,
-        unit: str = "",
-        scale: float = 1.0,
-    ) -> "ConstraintFamily":
-        """Return rows without limits and without cost; fill the arrays to give them some."""
-        shape = (n_nodes, len(names))
-        return cls(
-            name,
-            function,
-            names,
-            np.full(shape, -np.inf),
-            np.full(shape, np.inf),
-            np.zeros(shape),
-            np.zeros(shape),
-            np.zeros(shape),
-            np.zeros((n_nodes, 0)) if parameters is None else parameters,
-            unit,
-            scale,
-        )
-
-    @classmethod
-    def stacked(
-        cls, name: str, function: "casadi.Function", parts: Sequence["ConstraintFamily"]
-    ) -> "ConstraintFamily":
-        """Return families as one that is evaluated at once.
-
-        Its ``parts`` are the families on the same memory: what limits or weighs one of them does
-        so in the whole.
-
-        Args:
-            name: Of the whole.
-            function: Gives the rows of all, in their order.
-            parts: The families; none has parameters.
-        """
-        whole = cls.free(name, function, sum((p.names for p in parts), ()), len(parts[0].lower))
-        views, first = [], 0
-        for part in parts:
-            columns = slice(first, first + len(part.names))
-            arrays = {}
-            for what in ("lower", "upper", "weight", "target", "gain"):
-                arrays[what] = getattr(whole, what)[:, columns]
-                arrays[what][:] = getattr(part, what)
-            views.append(replace(part, **arrays))
-            first = columns.stop
-        return replace(whole, parts=tuple(views))
-
-    @property
-    def equations(self) -> Bool[Array, "n_nodes n_rows"]:
-        """Which rows are equations."""
-        return self.lower == self.upper
-
-    @property
-    def inequalities(self) -> Bool[Array, "n_nodes n_rows"]:
-        """Which rows have a limit but are no equation."""
-        return (np.isfinite(self.lower) | np.isfinite(self.upper)) & ~self.equations
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicClosure:
-    """How a motion goes on after its end: as at its beginning, mirrored and moved on.
+    """Periodic boundary condition: the next half-stride is the first, mirrored and translated.
 
     Coefficient ``n_coefficients + i`` of coordinate ``j`` is ``sign[j]`` times coefficient ``i`` of
-    coordinate ``source[j]``. The way moved on is no part of the spline (trigonometric splines of
-    odd degree hold no constants): it is added at a constant rate. Node unknowns go over in the same
-    way.
+    coordinate ``source[j]``. The translation is not part of the spline (trigonometric splines of
+    odd degree cannot represent constants): it is added at a constant rate. Node unknowns continue
+    in the same manner. Without mirroring, the same class describes a full stride.
 
     Attributes:
-        source: Which coordinate each one continues (n_coordinates,).
+        source: Coordinate that continues each one (n_coordinates,).
         sign: 1 or -1 (n_coordinates,).
-        shift: How far on in one lap (n_coordinates,) [rad, m]; the same when mirrored, so that
-            velocities go on.
-        u_source: The same for node unknowns (n_unknowns,).
+        shift: Translation in one period (n_coordinates,) [rad, m]; unchanged by mirroring, so that
+            velocities are continuous.
+        u_source: As ``source``, for node unknowns (n_unknowns,).
         u_sign: 1 or -1 (n_unknowns,).
     """
 
@@ -158,10 +57,10 @@ class PeriodicClosure:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What a solver is given.
+    """A trajectory optimisation problem, as solvers take it.
 
     Attributes:
-        basis: The spline; where ``closure`` is given, a periodic one.
+        basis: The spline basis; periodic if there is a ``closure``.
         nodes: Times of the nodes [s].
         names: Names of the coordinates.
         rows: What must hold and what it costs.
@@ -170,9 +69,9 @@ class Problem:
         u_upper: Their upper limits; where equal, the unknown is fixed there.
         u_smooth: Weight of the squared step of each unknown from a node to the next
             (n_nodes - 1, n_unknowns); (n_nodes, n_unknowns) with a closure.
-        closure: How the motion goes on after its end; None for a motion that ends.
-        jerk: Weight of the squared third derivative of each coordinate, integrated over time: what
-            keeps a spline quiet between nodes (n_coordinates,); empty for none.
+        closure: Periodic boundary condition; None for a motion that ends.
+        jerk: Weight of the squared third derivative of each coordinate, integrated over time, which
+            keeps the spline smooth between nodes (n_coordinates,); empty for none.
     """
 
     basis: Basis

@@ -27,11 +27,11 @@ _WORDS = {
     "Solved_To_Acceptable_Level": "acceptable",
     "Infeasible_Problem_Detected": "no point near the last one satisfies the constraints",
     "Search_Direction_Becomes_Too_Small": "stalled",
-    "Diverging_Iterates": "variables went beyond all bounds",
+    "Diverging_Iterates": "variables diverged",
     "User_Requested_Stop": "stopped",
     "Feasible_Point_Found": "solved",
     "Maximum_Iterations_Exceeded": "too many iterations",
-    "Restoration_Failed": "no step leads nearer to the constraints",
+    "Restoration_Failed": "no step reduces the violation",
     "Error_In_Step_Computation": "the linear equations of a step could not be solved",
     "Maximum_CpuTime_Exceeded": "out of time",
     "Maximum_WallTime_Exceeded": "out of time",
@@ -64,26 +64,26 @@ class Progress:
 
 @dataclass(frozen=True, eq=False)
 class IpoptResult:
-    """What a solver of CasADi found.
+    """Result of a CasADi solver.
 
     Attributes:
         c: Coefficients (n_coefficients, n_coordinates).
         u: Node unknowns (n_nodes, n_unknowns).
         success: Whether optimality was reached, to full or acceptable tolerance.
-        status: How it ended, in words.
+        status: How it ended.
         iterations: Iterations.
         objective: Cost at the result.
         violation: Largest violation over all rows asked for, redundant ones included.
         worst: Which row that is, when, and by how much.
         history: ``objective``, ``violation``, ``optimality`` and ``barrier`` of every iteration,
-            where the solver tells them.
+            where the solver reports them.
         seconds: Time of the solver [s].
-        cpu_seconds: Time its thread was given a processor for [s].
+        cpu_seconds: Processor time of its thread [s].
         build_seconds: Time to set up functions and derivatives [s].
-        n_variables: Variables, those included that an equation fixes by itself.
+        n_variables: Variables, including those that an equation fixes by itself.
         n_equations: Equations that the solver saw.
         n_inequalities: Inequalities that the solver saw.
-        n_redundant: Equations that follow from those.
+        n_redundant: Equations left out because they follow from others.
         solver: Name of the solver.
     """
 

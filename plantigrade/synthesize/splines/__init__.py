@@ -1,1 +1,1 @@
-"""Trigonometric and polynomial splines behind one interface."""
+"""Trigonometric and polynomial splines with one interface."""

@@ -1,4 +1,4 @@
-"""A basis matrix by its non-zero entries alone."""
+"""A matrix of basis functions, stored by its non-zero entries."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,13 @@ from plantigrade.arrays import Array, Float, Int
 
 @dataclass(frozen=True, eq=False)
 class BandedMatrix:
-    """The non-zero entries of a basis matrix, row by row.
+    """The non-zero entries of a collocation matrix, row by row.
 
     Attributes:
         values: Entries, the leftmost function first [1/s^derivative].
-        first: Coefficient the first entry of each row belongs to; the others follow it, round the
-            end where the basis is periodic.
-        n_coefficients: Columns of the matrix.
+        first: Coefficient of the first entry of each row; the others follow it, wrapping round if
+            the basis is periodic.
+        n_coefficients: Number of columns.
     """
 
     values: Float[Array, "n_times order"]
@@ -25,12 +25,12 @@ class BandedMatrix:
 
     @property
     def columns(self) -> Int[Array, "n_times order"]:
-        """Coefficient that each entry belongs to."""
+        """Coefficient of each entry."""
         order = np.arange(self.values.shape[1])
         return (self.first[:, None] + order) % self.n_coefficients
 
     def matrix(self) -> sparse.csr_array:
-        """Return the matrix, ``(n_times, n_coefficients)``, its entries in order of column."""
+        """Return the matrix, ``(n_times, n_coefficients)``, with sorted indices."""
         n_times, order = self.values.shape
         starts = np.arange(0, (n_times + 1) * order, order)
         entries = (self.values.ravel(), self.columns.ravel(), starts)

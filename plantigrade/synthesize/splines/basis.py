@@ -1,4 +1,4 @@
-r"""What every spline basis offers: banded matrices of its functions and their derivatives.
+r"""A spline basis: collocation matrices of its functions and their derivatives.
 
 A coordinate :math:`q` is a sum of basis functions :math:`N_l` of degree :math:`\gamma` with
 coefficients :math:`c_l`,
@@ -6,9 +6,10 @@ coefficients :math:`c_l`,
 .. math:: q(t) = \sum_{l=0}^{n-1} N_l(t)\, c_l, \quad
     \dot q(t) = \sum_l \dot N_l(t)\, c_l, \quad \ddot q(t) = \sum_l \ddot N_l(t)\, c_l,
 
-(Eq. 4 of [Zhakatayev2023]_, whose text calls :math:`N` and :math:`\dot N` what are
-:math:`\dot N` and :math:`\ddot N`). At any time :math:`\gamma + 1` neighbouring functions are
-non-zero, so the matrix that takes coefficients to samples has that many entries in a row.
+(Eq. 4 of [Zhakatayev2023]_, whose text writes :math:`N` and :math:`\dot N` for
+:math:`\dot N` and :math:`\ddot N`). At any time :math:`\gamma + 1` consecutive functions are
+non-zero, so the collocation matrix, which maps coefficients to samples, has that many entries per
+row.
 """
 
 from abc import ABC, abstractmethod
@@ -24,19 +25,19 @@ from plantigrade.synthesize.splines.banded import BandedMatrix
 from plantigrade.synthesize.splines.knots import SAME, require_knots
 
 Side = Literal["left", "right"]
-KEPT = 64  # matrices a basis remembers
+KEPT = 64  # matrices cached by a basis
 
 
 class Basis(ABC):
-    r"""Spline basis on a knot vector; :class:`Basis` says what, its subclasses how.
+    r"""Spline basis on a knot vector; subclasses evaluate its functions.
 
     Two bases of one kind on the same knots are equal. Matrices are computed once for each set of
-    times and then remembered; they are shared and read-only.
+    times and cached; they are shared and read-only.
 
     Attributes:
         degree: Degree :math:`\gamma`; order less one.
         knots: Knots :math:`t_0 \le \dots \le t_{n + \gamma}` [s], read-only.
-        periodic: Whether the spline repeats after ``span``; its coefficients then go round.
+        periodic: Whether the spline repeats after ``span``; its coefficients then wrap round.
     """
 
     def __init__(self, degree: int, knots: Float[Array, " n_knots"], *, periodic: bool = False):
@@ -51,16 +52,16 @@ class Basis(ABC):
     def evaluate(
         self, times: Float[Array, " n_times"], derivative: int, side: Side
     ) -> tuple[Float[Array, "n_times order"], Int[Array, " n_times"]]:
-        """Return the non-zero functions at times within the span, and which is the first.
+        """Return the non-zero functions at times within the span, and the index of the first.
 
         Args:
             times: Times from ``start`` to ``stop`` [s].
-            derivative: How often to differentiate by time.
-            side: The side a knot is seen from; at ``start`` and ``stop`` the inner one.
+            derivative: Order of the time derivative.
+            side: Side from which a knot is approached; at ``start`` and ``stop`` the inner one.
 
         Returns:
             Values [1/s^derivative], and the index of the first function of each row among all
-            ``len(knots) - degree - 1``, not yet taken round.
+            ``len(knots) - degree - 1``, before wrapping.
         """
 
     @property
@@ -70,45 +71,45 @@ class Basis(ABC):
 
     @property
     def start(self) -> float:
-        """First time the spline is for [s]."""
+        """Start of the interval on which the spline is defined [s]."""
         return float(self.knots[self.degree])
 
     @property
     def stop(self) -> float:
-        """Last time the spline is for [s]; a period after the first, where it is periodic."""
+        """End of that interval [s]; one period after the start if the basis is periodic."""
         return float(self.knots[len(self.knots) - self.degree - 1])
 
     @property
     def span(self) -> float:
-        """Duration the spline is for [s]."""
+        """Length of that interval [s]."""
         return self.stop - self.start
 
     @property
     def breaks(self) -> Float[Array, " n_breaks"]:
-        """Times where pieces meet, each once, first and last among them [s]."""
+        """Breakpoints: distinct knots from start to stop [s]."""
         knots = np.unique(self.knots)
         return knots[(knots >= self.start) & (knots <= self.stop)]
 
     @property
     def centres(self) -> Float[Array, " n_coefficients"]:
-        r"""Time each coefficient stands for, :math:`(t_{l+1} + \dots + t_{l+\gamma}) / \gamma` [s].
+        r"""Greville abscissae, :math:`(t_{l+1} + \dots + t_{l+\gamma}) / \gamma` [s].
 
-        Coefficients set to the values of a slow curve at these times are near that curve: a first
-        guess that needs no fit. Those of a periodic basis may lie before ``start``.
+        Coefficients set to the values of a slow curve at these times approximate it: an initial
+        guess without a fit. Those of a periodic basis may lie before ``start``.
         """
         reach = max(self.degree, 1)  # degree 0: the middle of the piece
         windows = np.lib.stride_tricks.sliding_window_view(self.knots, reach + (self.degree == 0))
         return windows[min(self.degree, 1) :].mean(axis=1)[: self.n_coefficients]
 
     def support(self, i: int) -> tuple[float, float]:
-        r"""Return the only times at which coefficient ``i`` matters, :math:`[t_i, t_{i+\gamma+1}]`.
+        r"""Return the support of basis function ``i``, :math:`[t_i, t_{i+\gamma+1}]`.
 
         Args:
             i: Coefficient, from 0.
 
         Returns:
-            Start and stop [s], cut to the span; where the basis is periodic they are not cut, and
-            hold a whole number of periods later too.
+            Start and stop [s], cut to the span; those of a periodic basis are not cut, and recur
+            every period.
 
         Raises:
             ParameterError: If there is no such coefficient.
@@ -123,12 +124,12 @@ class Basis(ABC):
     def band(
         self, times: Float[Array, " n_times"], derivative: int = 0, *, side: Side = "right"
     ) -> BandedMatrix:
-        """Return the non-zero entries of :meth:`matrix`, for a solver that uses the band itself.
+        """Return the non-zero entries of :meth:`matrix`.
 
         Args:
-            times: Times [s]; any where the basis is periodic.
-            derivative: How often to differentiate by time.
-            side: Side from which a knot is seen, where derivatives jump.
+            times: Times [s]; unrestricted if the basis is periodic.
+            derivative: Order of the time derivative.
+            side: Side from which a knot is approached, where derivatives jump.
 
         Returns:
             The entries and their columns.
@@ -153,17 +154,17 @@ class Basis(ABC):
     def matrix(
         self, times: Float[Array, " n_times"], derivative: int = 0, *, side: Side = "right"
     ) -> sparse.csr_array:
-        r"""Return the matrix :math:`B_{jl} = N_l^{(d)}(t_j)` that takes coefficients to samples.
+        r"""Return the collocation matrix :math:`B_{jl} = N_l^{(d)}(t_j)`.
 
-        Every row keeps ``degree + 1`` entries, zeros among them, so that the pattern of a problem
-        does not depend on values.
+        Every row stores ``degree + 1`` entries, zeros included, so that sparsity patterns do not
+        depend on values.
 
         Args:
-            times: Times :math:`t_j` [s]; any where the basis is periodic.
+            times: Times :math:`t_j` [s]; unrestricted if the basis is periodic.
             derivative: Order :math:`d` of the derivative by time.
-            side: Side from which a knot is seen: derivatives jump there from order
-                ``degree + 1 - multiplicity`` on. The last time is always seen from the left and the
-                first from the right.
+            side: Side from which a knot is approached: derivatives jump there from order
+                ``degree + 1 - multiplicity`` on. The last time is always approached from the left,
+                the first from the right.
 
         Returns:
             ``(n_times, n_coefficients)`` [1/s^derivative], read-only.
@@ -182,8 +183,8 @@ class Basis(ABC):
     def gram(self, derivative: int = 0) -> sparse.csr_array:
         r"""Return :math:`G_{ij} = \int N_i^{(d)} N_j^{(d)} \, dt` over the span.
 
-        Then :math:`\int (q^{(d)})^2 dt = c^\top G c`: smoothness or jerk without samples. It is
-        summed over Gauss points inside every piece, exact for polynomials.
+        Then :math:`\int (q^{(d)})^2 dt = c^\top G c`. The integral is by Gauss quadrature on every
+        piece, exact for polynomials.
 
         Args:
             derivative: Order :math:`d`.
@@ -202,21 +203,22 @@ class Basis(ABC):
         *,
         smoothing: float = 0.0,
     ) -> Float[Array, "n_coefficients ..."]:
-        r"""Return the coefficients nearest to samples in the least-squares sense.
+        r"""Return the coefficients that fit samples best, by least squares.
 
         .. math:: \min_c \; \sum_j \left(q(t_j) - q_j\right)^2 + \lambda \int \ddot q(t)^2 \, dt
 
         Args:
             times: Sample times :math:`t_j` [s].
             values: Samples :math:`q_j`, coordinates along the later axes.
-            smoothing: Weight :math:`\lambda` [s^3]; a small one settles coefficients that the
-                samples leave open.
+            smoothing: Weight :math:`\lambda` [s^3]; a small one determines coefficients that the
+                samples do not.
 
         Returns:
             Coefficients, in the unit of the samples.
 
         Raises:
-            ParameterError: If samples are missing or not finite, or leave coefficients open.
+            ParameterError: If samples are missing or not finite, or do not determine all
+                coefficients.
         """
         if len(values) != len(times) or not np.isfinite(values).all():
             raise ParameterError(
@@ -240,7 +242,7 @@ class Basis(ABC):
         return coefficients.reshape(-1, *values.shape[1:])
 
     def unity(self) -> Float[Array, " n_coefficients"]:
-        """Return the coefficients of the constant 1, or of the nearest there is in this space."""
+        """Return the coefficients of the constant 1, or of its best approximation."""
         times, _ = self._quadrature()
         return self.fit(times, np.ones(len(times)))
 
@@ -253,7 +255,7 @@ class Basis(ABC):
         return hash(self._identity())
 
     def __repr__(self) -> str:
-        """Say what it is in one line."""
+        """Return kind, degree, size and span."""
         kind = "periodic, " if self.periodic else ""
         return (
             f"{type(self).__name__}(degree {self.degree}, {kind}"
@@ -264,7 +266,7 @@ class Basis(ABC):
         return (type(self), self.degree, self.periodic, self.knots.tobytes())
 
     def _within(self, times: Float[Array, " n_times"], side: Side) -> Float[Array, " n_times"]:
-        """Return the times taken into the span, rounding forgiven; raise where they are outside."""
+        """Return times wrapped or clipped to the span; raise where they lie outside."""
         if times.ndim != 1 or not np.isfinite(times).all():
             raise ParameterError("times must be in one row, all of them finite [s]")
         if self.periodic:
@@ -281,7 +283,7 @@ class Basis(ABC):
         return np.clip(times, self.start, self.stop)
 
     def _quadrature(self) -> tuple[Float[Array, " n_times"], Float[Array, " n_times"]]:
-        """Return Gauss points inside every piece and their weights, both [s]."""
+        """Return Gauss points of every piece and their weights, both [s]."""
         points, weights = np.polynomial.legendre.leggauss(self.degree + 4)
         half = np.diff(self.breaks)[:, None] / 2
         middle = self.breaks[:-1, None] + half
@@ -289,7 +291,7 @@ class Basis(ABC):
 
 
 def remember(cache: dict, key: Hashable, value: object) -> None:
-    """Keep a value, and let the oldest go once there are ``KEPT``."""
+    """Cache a value, and drop the oldest beyond ``KEPT``."""
     if len(cache) >= KEPT:
         del cache[next(iter(cache))]
     cache[key] = value

@@ -1,4 +1,4 @@
-r"""Knot vectors: where the pieces of a spline meet, and how smoothly.
+r"""Knot vectors: where the pieces of a spline join, and how smoothly.
 
 A knot vector :math:`t_0 \le t_1 \le \dots` of a spline of degree :math:`\gamma` with :math:`n`
 basis functions has :math:`n + \gamma + 1` knots [s]; the spline lives on :math:`[t_\gamma, t_n]`.
@@ -11,26 +11,26 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 
-SAME = 1e-9  # times closer than this part of the span are one time
+SAME = 1e-9  # relative to the span: times closer than this coincide
 
 
 def clamped_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[Array, " n_knots"]:
     r"""Return knots whose first and last have multiplicity :math:`\gamma + 1`.
 
-    Value and derivatives at both ends then belong to the first and last coefficients alone, which
-    is what boundary conditions want; it is the knot vector of [Zhakatayev2023]_ (section VI). The
-    number of coefficients is ``n_breaks + degree - 1``: one for each node and two more at degree 3.
+    Value and derivatives at both ends then depend on the first and last coefficients alone, which
+    suits boundary conditions; it is the knot vector of [Zhakatayev2023]_ (section VI). The number
+    of coefficients is ``n_breaks + degree - 1``: one per node and two more at degree 3.
 
     Args:
-        breaks: Times where pieces meet, first and last among them, in order [s]; one given twice
-            becomes a knot of multiplicity two.
+        breaks: Breakpoints in order, first and last included [s]; one given twice becomes a knot of
+            multiplicity two.
         degree: Degree of the spline, 0 or more.
 
     Returns:
         Knots [s].
 
     Raises:
-        ParameterError: If the breaks are not finite and in order, or span nothing.
+        ParameterError: If the breakpoints are not finite and in order, or span nothing.
 
     Example:
         >>> clamped_knots(np.array([0.0, 0.5, 0.8, 2.0]), degree=2)
@@ -46,13 +46,13 @@ def clamped_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[A
 def uniform_knots(
     start: float, stop: float, n_intervals: int, degree: int = 3
 ) -> Float[Array, " n_knots"]:
-    """Return equally spaced knots that go on past both ends, so that all functions look alike.
+    """Return equally spaced knots that extend past both ends, so that all functions are alike.
 
     The number of coefficients is ``n_intervals + degree``.
 
     Args:
-        start: First time the spline is for [s].
-        stop: Last time the spline is for [s].
+        start: Start of the spline [s].
+        stop: End of the spline [s].
         n_intervals: Pieces between them, at least one.
         degree: Degree of the spline, 0 or more.
 
@@ -72,26 +72,26 @@ def uniform_knots(
     require_breaks(np.array([start, stop], dtype=float))
     steps = np.arange(-degree, n_intervals + degree + 1)
     knots = start + (stop - start) * (steps / n_intervals)
-    knots[degree + n_intervals] = stop  # free of rounding
+    knots[degree + n_intervals] = stop  # exactly
     return knots
 
 
 def periodic_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[Array, " n_knots"]:
-    r"""Return knots of a motion that repeats: :math:`t_{i + n} = t_i + T`.
+    r"""Return the knots of a periodic spline: :math:`t_{i + n} = t_i + T`.
 
     The number of coefficients is ``n_breaks - 1``, that of the pieces of one period.
 
     Args:
-        breaks: Times where pieces meet over one period, first and last among them, in order [s];
-            the last is the first, a period :math:`T` later.
+        breaks: Breakpoints of one period in order [s]; the last is the first, a period :math:`T`
+            later.
         degree: Degree of the spline, 0 or more, below the number of pieces.
 
     Returns:
         Knots [s], ``degree`` of them before the period and as many after.
 
     Raises:
-        ParameterError: If the breaks are not finite and in order, span nothing, or are too few: a
-            function must not meet itself coming round.
+        ParameterError: If the breakpoints are not finite and in order, span nothing, or are so few
+            that the support of a function exceeds a period.
 
     Example:
         >>> periodic_knots(np.array([0.0, 0.4, 1.0]), degree=1)
@@ -117,7 +117,7 @@ def require_degree(degree: int) -> None:
 
 
 def require_breaks(breaks: Float[Array, " n_breaks"]) -> None:
-    """Raise :class:`ParameterError` unless the times are finite, in order and span something."""
+    """Raise :class:`ParameterError` unless breakpoints are finite, in order and span some time."""
     if breaks.ndim != 1 or len(breaks) < 2 or not np.isfinite(breaks).all():
         raise ParameterError("a spline needs two or more times in a row, all of them finite [s]")
     back = np.flatnonzero(np.diff(breaks) < 0)
@@ -131,7 +131,7 @@ def require_breaks(breaks: Float[Array, " n_breaks"]) -> None:
 
 
 def require_knots(knots: Float[Array, " n_knots"], degree: int, *, periodic: bool) -> None:
-    r"""Raise unless the knots carry a spline of this degree in which every coefficient counts.
+    r"""Raise unless the knots define a spline of this degree in which every coefficient matters.
 
     Args:
         knots: Knots :math:`t_0 \dots t_{n + \gamma}` [s].
@@ -139,7 +139,7 @@ def require_knots(knots: Float[Array, " n_knots"], degree: int, *, periodic: boo
         periodic: Whether they must repeat, as from :func:`periodic_knots`.
 
     Raises:
-        ParameterError: Which says what came, what is allowed and what to do.
+        ParameterError: If they do not.
     """
     require_degree(degree)
     require_breaks(knots)

@@ -28,9 +28,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF
-
-SLOWEST, FASTEST = 0.3, 2.2
-"""Speeds that are walked here [m/s]."""
+from plantigrade.synthesize.tasks.settings import FASTEST, SLOWEST, number
 
 STEP_TIMES = (0.15, 3.0)
 """Shortest and longest time of a step that is taken [s]."""
@@ -147,10 +145,7 @@ def gait_parameters(
     length = leg_length(human) if isinstance(human, Human) else float(human)
     if not 0.2 <= length <= 1.5:
         raise ParameterError(f"a leg length of {length} m must lie between 0.2 and 1.5 m")
-    if not SLOWEST <= speed <= FASTEST:
-        raise ParameterError(
-            f"{speed=} [m/s] is not walked here: give {SLOWEST:g} to {FASTEST:g} m/s"
-        )
+    number("speed", speed, SLOWEST, FASTEST, "m/s", "walking")
     relative = float(speed / np.sqrt(GRAVITY * length))
     if cadence is not None and not cadence > 0:
         raise ParameterError(f"{cadence=} [1/min] must be positive")
@@ -160,8 +155,8 @@ def gait_parameters(
         step = length * relative**STEP_EXPONENT if cadence is None else 60.0 * speed / cadence
     if not 0.02 * length <= step <= LONGEST_STEP * length:
         raise ParameterError(
-            f"a step of {step:.3g} m is not walked on legs of {length:.3g} m: give a step "
-            f"length of {0.02 * length:.2f} to {LONGEST_STEP * length:.2f} m, or another cadence"
+            f"step_length must be {0.02 * length:.2f}–{LONGEST_STEP * length:.2f} m for walking on "
+            f"legs of {length:.3g} m, not {step:.3g}: give another one, or another cadence"
         )
     step_time = step / speed
     if cadence is not None and abs(cadence * step_time / 60.0 - 1.0) > 0.01:

@@ -1,1 +1,1 @@
-"""From a problem to what a solver moves: mesh, variables, derivatives."""
+"""From a problem to what solvers read: mesh, variables, linear map, derivatives, evaluation."""

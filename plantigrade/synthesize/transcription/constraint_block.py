@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.transcription.constraint_block import ConstraintBlock
 from plantigrade.synthesize.transcription.linear_map import PART, Transcription
 

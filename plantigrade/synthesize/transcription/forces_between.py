@@ -1,25 +1,23 @@
-r"""Contact forces between nodes: near the line from node to node, and explaining the motion.
+r"""Contact forces between nodes: near linear interpolation, and consistent with the motion.
 
 At nodes the forces are unknowns of the problem and the equations of the root hold exactly. Between
-nodes the motion is the spline's, and it asks for a wrench :math:`w` at the root. Forces
-interpolated linearly, :math:`f`, give nearly that; the change that gives all of it,
+nodes the motion is that of the spline, and requires a wrench :math:`w` at the root. Linearly
+interpolated forces :math:`f` nearly provide it; the change that provides all of it,
 
 .. math:: \delta = W A^\top (A W A^\top)^{-1} (w - A f),
 
-is the least one in which places that carry more change more (:math:`A` takes forces to their
-wrench about the pelvis, :math:`W` holds squared loads). Where that would make a force pull or leave
-the friction pyramid, the same is asked of a quadratic program that keeps both; where a motion asks
-for what the ground cannot give, a remainder stays, and the checker sees it.
+is the least one when sites that carry more may change more (:math:`A` maps forces to their wrench
+about the pelvis, :math:`W` holds squared loads). Where a force would then pull or leave the
+friction pyramid, a quadratic program finds the forces instead; where the motion requires what the
+ground cannot provide, a remainder is left, which the checker sees.
 """
 
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.batched import BatchedFunction
+from plantigrade.constants import FRICTION
 from plantigrade.synthesize.problem.contact_body import ContactBody
-
-FRICTION = 0.8
-"""Coefficient of friction where nobody says another: shoes on a dry floor."""
 
 _LEAST = 0.01  # load from which a place takes part [body weights]
 _EXACT = 1e8  # what a missing wrench costs beside a change of forces
@@ -34,7 +32,7 @@ def explaining(
     standing: Bool[Array, "n n_sites"],
     friction: float = FRICTION,
 ) -> Float[Array, "n n_sites 3"]:
-    """Return forces that explain a motion where places on the ground can.
+    """Return forces that provide the wrench a motion requires, as far as the ground can.
 
     Args:
         body: The person.
@@ -76,7 +74,7 @@ def remainder(
     a: Float[Array, "n nv"],
     force: Float[Array, "n n_sites 3"],
 ) -> Float[Array, " n"]:
-    """Return the wrench at the root that forces leave unexplained.
+    """Return the wrench at the root that forces do not account for.
 
     Returns:
         The larger of force [body weights] and moment about the pelvis [body weight · m].

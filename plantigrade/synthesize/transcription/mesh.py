@@ -1,4 +1,4 @@
-"""Nodes of a motion: every change of contact is one, and in between they are as even as can be."""
+"""The mesh: a node at every change of contact, evenly spaced nodes in between."""
 
 import numpy as np
 
@@ -10,18 +10,16 @@ from plantigrade.errors import ParameterError
 def nodes_of(
     plan: ContactPlan, nodes_per_second: float = 20.0, *, least: int = 2
 ) -> Float[Array, " n"]:
-    """Return the times of the nodes of a plan, start, end and every change of contact among them.
-
-    Between two changes nodes are evenly spaced.
+    """Return the nodes of a plan: start, end, every change of contact, and evenly between them.
 
     Args:
         plan: Says when contact changes.
-        nodes_per_second: Nodes a second at least [1/s].
-        least: Intervals between two changes at least: with one alone, a force that is zero at both
-            its ends would be zero throughout.
+        nodes_per_second: Least number of nodes per second [1/s].
+        least: Least number of intervals between two changes: with a single one, a force that is
+            zero at both ends would be zero throughout.
 
     Raises:
-        ParameterError: If the nodes_per_second is not positive or ``least`` below 1.
+        ParameterError: If ``nodes_per_second`` is not positive or ``least`` is below 1.
     """
     if not 0 < nodes_per_second < np.inf:
         raise ParameterError(f"{nodes_per_second=} [1/s] must be positive: 20 is usual")
@@ -56,12 +54,12 @@ def nodes_like(
 def split(
     nodes: Float[Array, " n"], times: Float[Array, " n_times"], *, shortest: float = 0.002
 ) -> Float[Array, " m"]:
-    """Return nodes with more of them wherever one of the times falls in between.
+    """Return the mesh with every interval halved that contains one of the times.
 
     Args:
         nodes: The nodes, start and end among them [s].
-        times: Times that ask for finer nodes [s].
-        shortest: Intervals are not made shorter than this [s].
+        times: Times at which it is too coarse [s].
+        shortest: Least length of an interval [s].
     """
     within = np.unique(np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2))
     within = within[nodes[within + 1] - nodes[within] >= 2 * shortest]

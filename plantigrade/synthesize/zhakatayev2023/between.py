@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.spatial.conventions import rotation_matrix
-from plantigrade.synthesize.zhakatayev2023.body import SIDES, PaperBody
+from plantigrade.synthesize.zhakatayev2023.body import PaperBody
 from plantigrade.synthesize.zhakatayev2023.conditions import LOAD, RATE, TORQUE, footholds, limits
 from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem
 from plantigrade.synthesize.zhakatayev2023.polygons import convex, outside

@@ -26,13 +26,13 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.contact.site import Point, contact_sites
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 
 MASS, HEIGHT = 77.5, 1.80  # [kg], [m]
-SIDES = ("r", "l")
 CONTACTS = (
     "heel_back_medial",
     "heel_back_lateral",

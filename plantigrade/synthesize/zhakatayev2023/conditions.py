@@ -50,9 +50,10 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.contact.site import Point
-from plantigrade.synthesize.problem.nlp import ConstraintFamily
-from plantigrade.synthesize.zhakatayev2023.body import SIDES, PaperBody
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.zhakatayev2023.body import PaperBody
 from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion
 from plantigrade.synthesize.zhakatayev2023.polygons import corners, edges
 

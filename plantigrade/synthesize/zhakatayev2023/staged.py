@@ -1,4 +1,4 @@
-"""The paper's way to a solution: stages that activate constraints, and solvers to fall back on.
+"""The paper's solution procedure: constraints activated in stages, with fallback solvers.
 
 The paper first looks for any motion within (17)–(21) with a zero objective, then adds the rest and
 the objective, and from there solves again; where one algorithm fails it takes the next. Here
@@ -6,12 +6,12 @@ the objective, and from there solves again; where one algorithm fails it takes t
 1. ``bounds``: zero objective, (17)–(21), as in the paper;
 2. ``contact``: (22), (23), (26) and (27) are added, by least squares with Levenberg's damping from
    where stage 1 ended: conditions of geometry alone, for which that is faster than any solver of
-   programs, and whatever it leaves open is the next stage's;
+   programs; what it does not satisfy is left to the next stage;
 3. ``all``: all constraints and the objective.
 
 Stages 1 and 3 try the interior-point method (IPOPT), then sequential quadratic programming, then
-SLEQP, an active-set method with linear programs; each try is reported. If none succeeds, the stage
-ends at the point with the least violation, and the next one starts there.
+SLEQP, an active-set method with linear programs; every attempt is reported. If none succeeds, the
+stage ends at the point with the least violation, and the next one starts there.
 """
 
 import time as clock
@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.synthesize.problem.nlp import ConstraintFamily, Problem
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.ipopt import IpoptResult, run, solve
 from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 from plantigrade.synthesize.zhakatayev2023.conditions import EDGE
@@ -31,7 +32,7 @@ from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem
 SOLVERS = ("ipopt", "sqpmethod", "sleqp")
 BOUNDS = ("boundary", "coordinates", "rates", "forces", "pelvis", "floor")
 CONTACT = ("places", "slip")
-STEPS = 15  # of least squares; what is still open then, the next stage closes
+STEPS = 15  # of least squares; the next stage removes what is left
 _SETTINGS = {
     "mu_strategy": "monotone",
     "mu_init": 1e-2,
@@ -44,19 +45,19 @@ _SETTINGS = {
 
 @dataclass(frozen=True)
 class Stage:
-    """What one try of one stage did.
+    """One attempt at one stage.
 
     Attributes:
         name: Name of the stage.
-        solver: What solved it.
+        solver: Solver.
         status: How it ended, in words.
         success: Whether its constraints are satisfied, and where it has an objective, optimal.
         iterations: Iterations.
         seconds: Time, setting up included [s].
-        cpu_seconds: Time its thread was given a processor for [s].
+        cpu_seconds: Processor time of its thread [s].
         objective: Objective of the whole problem at its end.
         violation: Largest violation of the constraints active in it, in units where 1 is large.
-        worst: Which, when and by how much.
+        worst: Which row, when and by how much.
         n_equations: Equations the solver saw.
         n_inequalities: Inequalities the solver saw.
         n_redundant: Equations left out.
@@ -88,19 +89,19 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class StagedResult:
-    """Where all stages ended.
+    """Result of all stages.
 
     Attributes:
         c: Coefficients.
-        stages: Every try, in order.
+        stages: Every attempt, in order.
         success: Whether the last stage succeeded.
         objective: Objective.
         violation: Largest violation over all constraints.
-        worst: Which, when and by how much.
-        iterations: Iterations of all tries.
-        seconds: Time of all tries, setting up included [s].
-        cpu_seconds: Time the thread was given a processor for [s].
-        history: Objective and violation of every iteration of the last try.
+        worst: Which row, when and by how much.
+        iterations: Iterations of all attempts.
+        seconds: Time of all attempts, setting up included [s].
+        cpu_seconds: Processor time of the thread [s].
+        history: Objective and violation of every iteration of the last attempt.
     """
 
     c: Float[Array, "n_coefficients nv"]
@@ -131,9 +132,9 @@ def solve_staged(
         paper: The motion.
         tolerance: Largest error of the optimality conditions, scaled.
         feasibility: Largest violation.
-        max_seconds: Most time of one try [s].
-        solvers: What is tried, in order.
-        say: Called with a line after every try.
+        max_seconds: Most time of one attempt [s].
+        solvers: Solvers to try, in order.
+        say: Called with a line after every attempt.
         callback: Called after every iteration of a solver; True stops.
     """
     problem, c = paper.problem, paper.guess
@@ -235,10 +236,10 @@ def least_squares(
     iterations: int = 40,
     enough: float = 1e-7,
 ) -> tuple[Float[Array, "n_coefficients nv"], int, float]:
-    """Return the nearest coefficients at which constraints hold, as far as damped steps find them.
+    """Return coefficients nearby that satisfy the constraints, by damped least-squares steps.
 
     Args:
-        program: The constraints; its objective is not looked at.
+        program: The constraints; its objective is ignored.
         c: Where to start.
         iterations: Most steps.
         enough: Largest violation to stop at.

@@ -1,0 +1,110 @@
+"""Constraints and costs of one kind at all nodes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+
+if TYPE_CHECKING:
+    import casadi
+
+
+@dataclass(frozen=True, eq=False)
+class ConstraintFamily:
+    """Constraints and costs of one kind: a function evaluated at every node, with its limits.
+
+    Attributes:
+        name: What the rows are, one word for progress and post-mortem: ``"ground"``.
+        function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,), in units in which
+            1 is large (body weights, radians, metres).
+        names: A name for every row.
+        lower: Lower limits (n_nodes, n_rows); -inf where there is none.
+        upper: Upper limits (n_nodes, n_rows); a row whose limits are equal is an equation.
+        weight: Weight of the squared distance to ``target`` (n_nodes, n_rows).
+        target: Where the squared cost is least (n_nodes, n_rows).
+        gain: Linear cost (n_nodes, n_rows).
+        parameters: Numbers the function is told at each node (n_nodes, n_parameters).
+        unit: Unit of a row as shown to people.
+        scale: What a row of 1 is in that unit.
+        parts: Families whose rows these are, one after the other, where they share one function
+            because what it computes they share; see :meth:`stacked`.
+    """
+
+    name: str
+    function: "casadi.Function"
+    names: tuple[str, ...]
+    lower: Float[Array, "n_nodes n_rows"]
+    upper: Float[Array, "n_nodes n_rows"]
+    weight: Float[Array, "n_nodes n_rows"]
+    target: Float[Array, "n_nodes n_rows"]
+    gain: Float[Array, "n_nodes n_rows"]
+    parameters: Float[Array, "n_nodes n_parameters"]
+    unit: str = ""
+    scale: float = 1.0
+    parts: tuple["ConstraintFamily", ...] = ()
+
+    @classmethod
+    def free(
+        cls,
+        name: str,
+        function: "casadi.Function",
+        names: tuple[str, ...],
+        n_nodes: int,
+        parameters: Float[Array, "n_nodes n_parameters"] | None = None,
+        unit: str = "",
+        scale: float = 1.0,
+    ) -> "ConstraintFamily":
+        """Return rows without limits and without cost; fill the arrays to give them some."""
+        shape = (n_nodes, len(names))
+        return cls(
+            name,
+            function,
+            names,
+            np.full(shape, -np.inf),
+            np.full(shape, np.inf),
+            np.zeros(shape),
+            np.zeros(shape),
+            np.zeros(shape),
+            np.zeros((n_nodes, 0)) if parameters is None else parameters,
+            unit,
+            scale,
+        )
+
+    @classmethod
+    def stacked(
+        cls, name: str, function: "casadi.Function", parts: Sequence["ConstraintFamily"]
+    ) -> "ConstraintFamily":
+        """Return families as one that is evaluated at once.
+
+        Its ``parts`` are the families on the same memory: what limits or weighs one of them does
+        so in the whole.
+
+        Args:
+            name: Of the whole.
+            function: Gives the rows of all, in their order.
+            parts: The families; none has parameters.
+        """
+        whole = cls.free(name, function, sum((p.names for p in parts), ()), len(parts[0].lower))
+        views, first = [], 0
+        for part in parts:
+            columns = slice(first, first + len(part.names))
+            arrays = {}
+            for what in ("lower", "upper", "weight", "target", "gain"):
+                arrays[what] = getattr(whole, what)[:, columns]
+                arrays[what][:] = getattr(part, what)
+            views.append(replace(part, **arrays))
+            first = columns.stop
+        return replace(whole, parts=tuple(views))
+
+    @property
+    def equations(self) -> Bool[Array, "n_nodes n_rows"]:
+        """Which rows are equations."""
+        return self.lower == self.upper
+
+    @property
+    def inequalities(self) -> Bool[Array, "n_nodes n_rows"]:
+        """Which rows have a limit but are no equation."""
+        return (np.isfinite(self.lower) | np.isfinite(self.upper)) & ~self.equations
