@@ -1,7 +1,7 @@
 """Ground reactions and joint moments of a gait rebuilt by forces, beside the measured ones.
 
 Nothing measured enters the rebuilt gait. A foot is compared over the recorded frames in which its
-plate tells its force, swing included, if it was loaded at all in them: the zeros of a foot that
+force is known, swing included, if it was loaded at all in them: the zeros of a foot that
 never stood on a plate say little.
 """
 

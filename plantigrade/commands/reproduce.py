@@ -227,6 +227,7 @@ def study_summary(folder: Path, found) -> str:
     """Return Table I as text, what was left out, and where to look."""
     from plantigrade.workflows.study import PAGE
 
-    lines = [f"{folder}: {len(found.members)} gaits reproduced", *found.table_text()]
+    n = len(found.members)
+    lines = [f"{folder}: {n} gait{'' if n == 1 else 's'} reproduced", *found.table_text()]
     lines += [f"  left out         {path}: {why}" for path, why in found.left_out.items()]
     return "\n".join([*lines, f"  study            {folder / PAGE}"])

@@ -19,7 +19,7 @@ class Loading:
     cop: np.ndarray
     free: np.ndarray
     peak: float
-    owner: np.ndarray  # side index per frame, -1 for nobody
+    owner: np.ndarray  # side index per frame, -1 for neither
     problem: str = ""
 
 

@@ -1,4 +1,4 @@
-"""Which foot a loading of a force plate belongs to, and in which frames nobody can say."""
+"""Which foot a loading of a force plate belongs to, and in which frames this is unknown."""
 
 import numpy as np
 

@@ -2,8 +2,8 @@ r"""Measured ground reactions on the frames of a motion: which plate holds which
 
 **Which foot.** A loading of a plate belongs to the foot whose sole is at its centre of pressure;
 a plate that names its side is believed. One plate may hold one foot after the other. While both
-feet are on the same plate, or a foot is partly beside its plate, nobody can say what each foot
-felt: these frames are reported and left out, as are frames in which a foot rests on the ground
+feet are on the same plate, or a foot is partly beside its plate, the force on each foot is
+unknown: these frames are reported and left out, as are frames in which a foot rests on the ground
 without any plate under it.
 
 **Filter.** Every loading is filtered by itself: the wrench about a fixed point, force

@@ -10,9 +10,9 @@ import numpy as np
 from plantigrade.analyze.gait_study import Study, study
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.errors import ParameterError, PlantigradeError
+from plantigrade.record import Record
 from plantigrade.reproduce.gait import gait_tasks
 from plantigrade.reproduce.result import rebuild
-from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.walks import walk_to_reproduce
 
@@ -47,7 +47,7 @@ class Walk:
         person: Who walks.
         name: Path below the data folder.
         tasks: Name of the set of tasks.
-        motion: The reproduced motion.
+        record: The reproduced gait.
         comparison: With the recorded one.
         seconds: Time it took to make the motion.
     """
@@ -55,7 +55,7 @@ class Walk:
     person: str
     name: str
     tasks: str
-    motion: OrderedMotion
+    record: Record
     comparison: Comparison
     seconds: float
 
@@ -65,17 +65,19 @@ class Walk:
         if not self.comparison.cycles:
             return float("nan")
         stride = np.mean([c.duration for c in self.comparison.cycles])
-        return self.seconds * float(stride / (self.motion.time[-1] - self.motion.time[0]))
+        return self.seconds * float(stride / self.record.motion.duration)
 
     @property
     def tick(self) -> float:
         """Median time of the hierarchical program [s]."""
-        return float(np.median(self.motion.solver_time))
+        return float(np.median(self.record.signals["solver.time"]))
 
     @property
     def whole_tick(self) -> float:
         """Median time of the program, kinematics, Jacobians and rows [s]."""
-        return float(np.median(self.motion.solver_time + self.motion.kinematics_time))
+        return float(
+            np.median(self.record.signals["solver.time"] + self.record.signals["kinematics.time"])
+        )
 
 
 @dataclass(frozen=True)
@@ -162,12 +164,12 @@ def reproduce_walks(
         for one in tasks:
             try:
                 began = clock.perf_counter()
-                made = rebuild(reference, gait_tasks(one))
+                record = rebuild(reference, gait_tasks(one)).record()
                 seconds = clock.perf_counter() - began
-                held = compare(made.record())
+                held = compare(record)
             except PlantigradeError as error:
                 failed[one][name] = str(error)
                 continue
-            done[one].append(Walk(person, name, one, made.motion, held, seconds))
+            done[one].append(Walk(person, name, one, record, held, seconds))
         say(f"{name} done")
     return {one: Walks(tuple(done[one]), failed[one], absent) for one in tasks}

@@ -251,7 +251,7 @@ def _to_radians(values: np.ndarray, names: list[str], says, path, warnings) -> N
     elif word not in ("radians", "radian", "rad"):
         raise FileError(
             path,
-            f"angles {word[:20]!r} is no unit",
+            f"angles {word[:20]!r} is not a unit of angle",
             where="# angles",
             remedy="use radians or degrees",
         )

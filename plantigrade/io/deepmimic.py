@@ -105,7 +105,7 @@ def _frames(path: Path, rows: list, remedy: str) -> np.ndarray:
     for n, row in enumerate(rows, start=1):
         count = len(row) if isinstance(row, list) else None
         if count != NUMBERS:
-            what = "is no list" if count is None else f"has {count} numbers"
+            what = "is not a list" if count is None else f"has {count} numbers"
             raise FileError(
                 path,
                 f"{what}; {NUMBERS} are needed",

@@ -65,7 +65,7 @@ def read_trc(path: str | Path) -> Recording:
     body, sure = up_axis_of_points(raw)
     if sure > _SURE and body != up:
         warnings.append(
-            f"TRC files have y up, but this body stands along {body} ({sure:.1f} times longer "
+            f"TRC files have y up, but this body is upright along {body} ({sure:.1f} times longer "
             f"than along the next axis); {body} was taken as up"
         )
         up = body

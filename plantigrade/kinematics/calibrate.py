@@ -43,13 +43,13 @@ SOFT = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
 # together count as so many.
 INDEPENDENT_FRAMES = 6
 LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
-WIDER = {"lumbar_depth": 0.5}  # nobody can feel where the lumbar spine bends: left to the motion
+WIDER = {"lumbar_depth": 0.5}  # it cannot be palpated: left to the motion
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
-FREE_SPREAD = 0.5  # of markers nobody knows the place of [m]
+FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
 STANDING_SPREAD = 0.10  # of legs and lumbar joint about zero in a standing trial [rad]
-# Marker places and knee angle trade against each other, and nobody walks on knees bent backwards:
-# while calibrating, a knee straighter than this is pulled back [rad], so strongly.
+# Marker places and knee angle trade against each other, and people do not walk on hyperextended
+# knees: while calibrating, a knee straighter than this is pulled back [rad], so strongly.
 STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
 _STANDING = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_", "lumbar_")
 
@@ -320,7 +320,7 @@ def calibrate(
     Args:
         human: The person to start from (average for stature and sex).
         names: Marker names.
-        placed: Where each marker sits, None where nobody knows.
+        placed: Where each marker sits, None where unknown.
         measured: Marker positions of the frames to use [m]; NaN where not seen.
         height: Stature to keep [m]; found from the markers if None.
         standing: Which frames are of a standing trial: legs and trunk are taken to be straight.

@@ -9,7 +9,7 @@ from plantigrade.kinematics.rests import Rest
 from plantigrade.motion import GaitEvent
 
 # Share of a stance during which each region rests, where a recording does not show it: about what
-# walks that do show it have. (A heel that has begun to rise still moves too slowly to be told.)
+# walks that do show it have. (A heel that has begun to rise still moves too slowly to be noticed.)
 USUAL = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import JOINTS
 from plantigrade.kinematics.ground_level import level, moving_ground
@@ -23,9 +24,9 @@ from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import Table, rate_of
 
-USUAL_HEIGHT = 1.74  # [m], where nothing tells the stature
+USUAL_HEIGHT = 1.74  # [m], where the file gives no height
 PLAUSIBLE = (1.2, 2.2)  # stature found from the pelvis's height [m]
-LARGEST_ANGLE = 2 * np.pi  # of a hip or knee [rad]; anything else is no angle
+LARGEST_ANGLE = 2 * np.pi  # of a hip or knee [rad]; larger values cannot be angles in radians
 FLIGHT = 0.08  # feet that rise this much together have left the ground [m]
 SYNONYMS = {"lumbar": "lumbar_extension", "torso_extension": "lumbar_extension"}
 LEGS = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
@@ -40,7 +41,7 @@ def fit_coordinates(
     Args:
         recording: The recording; it must have coordinates.
         person: What is known of the person; the recording's own words fill the rest. The height is
-            found from the pelvis's, the mass is 22.5 times height squared where nobody gives them.
+            found from the pelvis's, the mass is 22.5 times height squared where neither is given.
 
     Raises:
         FitError: If there are no joint coordinates, or none of the legs'.
@@ -82,9 +83,7 @@ def fit_coordinates(
         # Such files are strides put together; their height fits the feet to centimetres only.
         flight = "pelvis_ty" in table.names and np.ptp(lowest(human, qpos)) > FLIGHT
         qpos = forward_path(human, qpos, rate=rate, vertical=not flight)
-        notes.append(
-            "the file does not say where the pelvis goes; it was told by the standing feet."
-        )
+        notes.append("the file gives no path of the pelvis; it was found from the standing feet.")
     way = _way(human, table.time, qpos)
     if np.abs(way).max() > 0:
         notes.append("the ground moves under the feet (a treadmill, or walking in place).")
@@ -119,7 +118,9 @@ def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
     """Return the path of the ground under the feet [m]; zero overground."""
     contact = sole_paths(human, qpos)
     ends = [
-        np.stack([contact.position[:, contact.of(s, r)].mean(axis=1) for s in ("l", "r")], axis=1)
+        np.stack(
+            [contact.position[:, contact.of(s, r)].mean(axis=1) for s in reversed(SIDES)], axis=1
+        )
         for r in ("heel", "toes")
     ]
     return moving_ground(time, *ends)
@@ -174,7 +175,8 @@ def _stature(human: Human, table: Table, person, notes: list[str]) -> float:
     """Return the stature whose standing foot is on the ground at the file's pelvis height [m]."""
     if "pelvis_ty" not in table.names:
         notes.append(
-            f"nothing in the file tells the stature; {USUAL_HEIGHT:.2f} m was taken (--height)."
+            f"the file does not show the height; {USUAL_HEIGHT:.2f} m was assumed "
+            "(set it with --height)."
         )
         return USUAL_HEIGHT
     stature, ty = human.height, table["pelvis_ty"]

@@ -1,4 +1,4 @@
-"""Fit a marker recording: scale the person, follow every frame, find markers that lie.
+"""Fit a marker recording: scale the person, follow every frame, find wrong samples.
 
 :func:`fit_markers` is the whole path: turn the recording so that the person faces x, choose
 frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve every frame with
@@ -12,6 +12,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import (
     Calibration,
@@ -38,8 +39,8 @@ from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.spatial.conventions import rotation_matrix
 
-JOINTS = "42"  # joint set where nobody names one
-USUAL_HEIGHT = 1.72  # where nobody gives one: the start of the calibration [m]
+JOINTS = "42"  # joint set where none is given
+USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
 CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
 STATIC_FRAMES = 6
 VISIBLE = 0.75  # share of the markers a frame must show to be fitted
@@ -196,7 +197,7 @@ def unseen_toes_follow(
     """
     seen = {p.body for p in places}
     qpos = np.array(qpos)
-    for side in ("r", "l"):
+    for side in SIDES:
         medial, lateral = f"medial_phalanges_{side}", f"lateral_phalanges_{side}"
         if lateral not in human.body_names or (medial in seen) == (lateral in seen):
             continue

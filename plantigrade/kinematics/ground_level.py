@@ -11,7 +11,7 @@ from plantigrade.motion.filters import runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import even_clock
 
-STEEPEST = 0.035  # a slope of the ground steeper than this is no fault of the recording
+STEEPEST = 0.035  # a steeper slope is real, not a tilt of the laboratory
 LEVELS = 0.04  # heights of rest that differ by less belong to one level [m]
 
 

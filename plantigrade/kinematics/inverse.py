@@ -234,9 +234,9 @@ def track(
 ) -> tuple[Float[Array, "n_frames nq"], Float[Array, "n_frames n_points"]]:
     """Solve all frames in order, each from an extrapolation of the two before it.
 
-    A hinge that no measured point of a frame tells, though others do, keeps its posture while the
-    next frames are solved, and is then led straight from where it was last seen to where it is seen
-    again. So does the whole body in frames with fewer than three points.
+    A hinge that no point of a frame determines, though points of other frames do, keeps its angle
+    while the next frames are solved; afterwards it is interpolated linearly across the gap. So is
+    the whole body in frames with fewer than three points.
 
     Args:
         solver: The inverse kinematics.
@@ -287,8 +287,8 @@ def _bridge(
 
     Args:
         qpos: Configurations.
-        placed: Frames in which the root was told.
-        told: Hinges that were told.
+        placed: Frames in which the root was determined.
+        told: Hinges that were determined.
     """
     frames = np.arange(len(qpos))
     if placed.any() and not placed.all():

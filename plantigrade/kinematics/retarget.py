@@ -12,7 +12,7 @@ with a constant :math:`A` for every bone. Pelvis and head are upright in the res
 :math:`A = 1`. Thigh and upper arm: :math:`A` swings our bone onto the file's in its rest pose, then
 turns it about itself so that the hinge of knee or elbow is the axis about which the file's lower
 bone turned in the motion. Foot and toes: :math:`A` makes them flat, pointing along the foot, in the
-frames in which the file's foot stands flat; so a file's toe base may lie where it likes. Hands:
+frames in which the file's foot stands flat; where a file puts the toe base does not matter. Hands:
 thumbs point forward in the rest pose where no thumb says otherwise.
 
 **Poses.** Inverse kinematics on joint centres and these directions, joint limits hard. Then the
@@ -64,14 +64,14 @@ def fit_skeleton(
         person: What is known of the person; the recording's own words fill the rest. A height that
             neither gives is estimated from the skeleton; where it differs by more than 6 % from
             the skeleton's, the file is scaled to it. The mass is 22.5 times height squared where
-            nobody gives it.
+            neither gives it.
         names: Our joints → the file's names, for skeletons whose names tell nothing
             (``{"hip_l": "Bone7"}``).
         plant: Whether standing feet are held on the ground.
         progress: Called with (what, done, total).
 
     Raises:
-        FitError: If there is no skeleton, or its hips, knees and ankles cannot be told.
+        FitError: If there is no skeleton, or its hips, knees and ankles cannot be identified.
     """
     skeleton = recording.skeleton
     if skeleton is None:
@@ -84,12 +84,12 @@ def fit_skeleton(
     found = identify(skeleton.names, skeleton.parents, skeleton.rest_positions, names)
     if found.swapped:
         notes.append(
-            "the feet point backwards as the joints were told by shape: left and right may be "
-            "exchanged (say names)."
+            "the joints were identified by shape and the feet point backwards: left and right may "
+            "be exchanged (give names)."
         )
     if found.by == "shape":
         told = ", ".join(f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items()))
-        notes.append(f"the joints' names are unknown; they were told by shape: {told}.")
+        notes.append(f"the joint names are unknown; the joints were identified by shape: {told}.")
     source = SkeletonSource(skeleton, found)
     angle = quarter_turn_to_face_x(source.facing())
     if angle:

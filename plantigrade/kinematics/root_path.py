@@ -25,7 +25,7 @@ def forward_path(
 
     For motions that say nothing of where the pelvis goes. In every step of time the points of
     the soles nearest to the ground stand still on the mean; in flight the velocity is kept. Where
-    nobody says which foot stands, it is the lower one; of two feet that pass one another near the
+    the standing foot is not given, it is the lower one; of two feet that pass each other near the
     ground it is the one that falls behind the pelvis (in walking backward: that gets ahead of it),
     for a swinging foot may come as near to the ground as the standing one.
 
@@ -41,7 +41,7 @@ def forward_path(
     """
     n = len(qpos)
     if stance is not None and not stance.any():
-        raise FitError("no foot ever stands, so the path of the body cannot be told from the feet")
+        raise FitError("no foot ever stands, so the path of the body cannot be found from the feet")
     result = qpos.copy()
     result[:, :2] = 0.0
     contact = sole_paths(human, result)

@@ -358,7 +358,7 @@ def read_marker_set(path: str | Path) -> MarkerSet:
                 fixed[name] = (body, (float(x), float(y), float(z)))
             case _:
                 raise FileError(
-                    path, f"{value!r} is no place", where=f"marker {name}", remedy=_EXAMPLE
+                    path, f"{value!r} is not an attachment", where=f"marker {name}", remedy=_EXAMPLE
                 )
     return MarkerSet(str(content.get("name", path.stem)), named, fixed)
 

@@ -96,22 +96,21 @@ def write_folder(
 
 
 def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
-    """Replace or add single files of a folder of results, each whole or not at all.
+    """Replace single files of a folder, each whole or not at all; return their paths.
 
-    Returns:
-        Their paths.
+    Files that are new to the folder join the list in its ``metrics.json``.
 
     Raises:
-        FileError: If the folder is none of results, or a file cannot be written.
+        FileError: If a file cannot be written, or ``metrics.json`` cannot be read.
     """
-    folder, metrics = Path(folder).expanduser(), read_metrics(folder)
-    listed = metrics.get("files")
-    new = dict(files)
-    if isinstance(listed, list) and not set(files) <= set(listed):
-        metrics["files"] = sorted({*listed, *files})
-        new[METRICS] = metrics_json(metrics) + "\n"
-    for name, text in new.items():
-        path, temporary = folder / name, folder / f".{name}.part"
+    metrics = read_metrics(folder)
+    known = metrics.get("files")
+    if isinstance(known, list) and not set(files) <= set(known):
+        known = sorted({*map(str, known), *files})
+        files = {**files, METRICS: metrics_json({**metrics, "files": known}) + "\n"}
+    written = []
+    for name, text in files.items():
+        path, temporary = Path(folder) / name, Path(folder) / f".{name}.part"
         try:
             temporary.write_text(text, encoding="utf-8")
             temporary.replace(path)
@@ -121,7 +120,9 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
                 f"cannot be written ({error.strerror or error})",
                 remedy="check that the run folder may be written to",
             ) from error
-    return [folder / name for name in files]
+        if name != METRICS:
+            written.append(path)
+    return written
 
 
 def metrics_json(metrics: Mapping[str, Any]) -> str:

@@ -232,10 +232,16 @@ def _facts(study: Study | None) -> dict[str, str]:
         "range of motion error, mean": f"{np.mean(errors):.1f}°",
         "range of motion error, largest": f"{np.max(errors):.1f}°",
         "RMSE, mean": f"{np.mean([row.rmse for row in study.rows]):.1f}°",
-        "without significant difference": f"{sum(bool(r.identical) for r in study.rows)} of "
-        f"{len(study.rows)}",
+        **_tested(study),
         "centre of mass error, largest": f"{worst:.1f} mm",
     }
+
+
+def _tested(study: Study) -> dict[str, str]:
+    """Return how many rotations a test found no difference in; nothing where none was tested."""
+    tested = [row.identical for row in study.rows if row.identical is not None]
+    words = f"{sum(tested)} of {len(tested)}"
+    return {"without significant difference": words} if tested else {}
 
 
 def _pm(mean: float, sd: float) -> str:

@@ -80,7 +80,7 @@ def gait_tasks(name: str) -> GaitTasks:
     """Return a named set of tasks.
 
     Raises:
-        ParameterError: If there is no such set.
+        ParameterError: If the set is unknown.
     """
     if name not in TASKS:
         raise ParameterError(f"tasks={name!r}; allowed are {', '.join(TASKS)}")
@@ -149,7 +149,7 @@ def phase_ends(reference: Reference, phases: str) -> Float[Array, " n_ends"]:
         phases: As in :class:`GaitTasks`.
 
     Raises:
-        ParameterError: If there is no such division.
+        ParameterError: If the division is unknown.
     """
     if phases not in ("two", "four", "six"):
         raise ParameterError(f"phases={phases!r}; allowed are two, four, six")

@@ -96,7 +96,7 @@ def reference_of(
         ground: Path of the ground itself, a treadmill's belt [m]; at rest if absent.
 
     Raises:
-        ReproduceError: If nobody walks in it: fewer than two consecutive phases.
+        ReproduceError: If it shows no walking: fewer than two consecutive phases.
     """
     events = tuple(sorted(events, key=lambda e: e.time))
     walked = walking_events(events)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
@@ -55,7 +56,7 @@ def find_loop(
     n = len(time)
     if n < 10 or not np.isfinite(qpos).all():
         return None
-    columns = [7 + human.hinge(f"{name}_{side}") for name in LEG for side in ("r", "l")]
+    columns = [7 + human.hinge(f"{name}_{side}") for name in LEG for side in SIDES]
     step = (time[-1] - time[0]) / (n - 1)
     legs = qpos[:, columns]
     rates = np.diff(legs, axis=0) / step

@@ -49,7 +49,7 @@ class OrderedMotion:
         qpos: Configurations.
         qvel: Velocities; after the impact where there is one.
         qacc: Accelerations, from each tick to the next.
-        active: Whether each task asked for anything.
+        active: Whether each task had rows.
         residual: By how much each task's acceleration was missed [its unit per s²].
         solver_time: Time in the hierarchical program [s].
         kinematics_time: Time in kinematics, Jacobians and rows [s].
@@ -184,7 +184,7 @@ def move(
         progress: Called with the share that is done, now and then.
 
     Raises:
-        ParameterError: If forces are asked for and the order has no contact task.
+        ParameterError: If the motion needs forces and the order has no contact task.
         SolverError: If the first tick has no solution.
 
     Example:
@@ -243,7 +243,7 @@ def move(
 
 
 def _missed(order: TaskOrder, rows: list[list[Level]], wanted, qacc) -> tuple[Array, Array]:
-    """Return which tasks asked for anything, and by how much an acceleration misses them."""
+    """Return which tasks had rows, and by how much an acceleration misses them."""
     flat = [row for level in rows for row in level]
     active = [len(row.lower) > 0 for row in flat]
     residual = [np.linalg.norm(row.residual(qacc)) for row in flat]

@@ -44,7 +44,7 @@ def reproduce(
     Raises:
         FileError: If the file cannot be read.
         FitError: If it cannot be fitted; the message says why.
-        ReproduceError: If nobody walks in it, or not on level ground.
+        ReproduceError: If it shows no walking, or uneven ground.
     """
     settings = settings or ReproduceSettings()
     recording, trial = fit_trial(path, settings, step)
@@ -69,13 +69,13 @@ def run_of(
     Args:
         recording: The recording as it was read.
         trial: The same, fitted and analysed.
-        settings: Which tasks, and whether forces are asked for.
+        settings: Which tasks, and whether forces are computed.
         title: Heading of the pages; the name of the file if empty.
         command: The command line.
         seed: Of random numbers.
 
     Raises:
-        ReproduceError: If nobody walks in it, or not on level ground.
+        ReproduceError: If it shows no walking, or uneven ground.
     """
     tasks = gait_tasks(settings.tasks)
     walk = walk_to_reproduce(trial)

@@ -1,11 +1,11 @@
 """From an analysed recording to a walk that can be rebuilt, or the reason why there is none.
 
 Events that a jerk has blurred are put in order, a single cycle is repeated; recordings in which
-nobody walks, or not on level ground, are refused.
+there is no walking, or no level ground, are refused.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +59,7 @@ class RecordedWalk:
     measured: Record | None = None
 
     @classmethod
-    def of(cls, trial: Trial) -> Self:
+    def of(cls, trial: Trial) -> "RecordedWalk":
         """Return the walk of an analysed recording, blurred double supports put in order."""
         events, blurred = in_order(trial.motion.events)
         notes = trial.record().notes
@@ -96,7 +96,7 @@ class RecordedWalk:
         """Return what the tasks see of it: on ground that rests.
 
         Raises:
-            ReproduceError: If nobody walks in it.
+            ReproduceError: If it shows no walking.
         """
         motion = self.motion
         return reference_of(self.human, motion.time, motion.qpos, motion.events, ground=self.ground)
@@ -134,7 +134,7 @@ class RecordedWalk:
         return RecordedWalk(self.name, human, motion, feet, figures, (*self.notes, note))
 
     def refuse_standing(self) -> None:
-        """Raise where nobody walks.
+        """Raise where there is no walking.
 
         Raises:
             ReproduceError: In one sentence that says what was seen instead.
@@ -142,7 +142,7 @@ class RecordedWalk:
         events = self.motion.events
         if len(walking_events(events)) >= ENOUGH:
             return
-        seen = "nobody is seen to walk in it"
+        seen = "it shows no walking"
         if len(events) > ENOUGH:
             seen = (
                 f"its {len(events)} heel strikes and toe offs are not in the order of walking, "
@@ -180,7 +180,7 @@ def walk_to_reproduce(trial: Trial) -> RecordedWalk:
     """Return the walk of an analysed recording, checked, and repeated if it is a single cycle.
 
     Raises:
-        ReproduceError: If nobody walks in it, or not on level ground.
+        ReproduceError: If it shows no walking, or uneven ground.
     """
     walk = RecordedWalk.of(trial).repeated(trial)
     walk.refuse_standing()

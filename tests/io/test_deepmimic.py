@@ -78,7 +78,7 @@ def test_by_hand(motion):
         (lambda rows: rows[1].__setitem__(7, float("nan")), r"Frames\[1\]\[7\]: is not finite"),
         (lambda rows: rows[1].__setitem__(0, 0), r"Frames\[1\]\[0\]: lasts 0"),
         (lambda rows: rows[2].__setitem__(4, 2), r"Frames\[2\]\[4:8\]: the quaternion of root"),
-        (lambda rows: rows.__setitem__(1, 3), r"Frames\[1\]: is no list"),
+        (lambda rows: rows.__setitem__(1, 3), r"Frames\[1\]: is not a list"),
         (lambda rows: rows.clear(), r"has 0 frames"),
     ],
 )

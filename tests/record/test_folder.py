@@ -8,7 +8,7 @@ import pytest
 
 from plantigrade.errors import FileError, RunExists
 from plantigrade.record import folder as run_folder
-from plantigrade.record.folder import read_metrics, write_folder
+from plantigrade.record.folder import read_metrics, replace_files, write_folder
 
 
 def write(out, **more):
@@ -153,3 +153,18 @@ def test_read_says_what_is_wrong(tmp_path):
         (out / "metrics.json").write_text(text)
         with pytest.raises(FileError, match=match):
             read_metrics(out)
+
+
+def test_a_page_added_later_belongs_to_the_run(tmp_path):
+    out = write(tmp_path / "run")
+    assert replace_files(out, {"page.html": "new", "viewer.html": "y"}) == [
+        out / "page.html",
+        out / "viewer.html",
+    ]
+    assert read_metrics(out) == {
+        "format": run_folder.FORMAT,
+        "speed_m_s": 1.2,
+        "files": ["page.html", "viewer.html"],
+    }
+    write(out, overwrite=True)
+    assert sorted(os.listdir(out)) == ["metrics.json", "page.html"]

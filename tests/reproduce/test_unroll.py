@@ -148,5 +148,5 @@ def test_events_of_the_repetition_make_whole_strides(data):
         assert not cut_cycles(trial.motion.events)
         walk = RecordedWalk.of(trial).repeated(trial)
         assert len(cut_cycles(walk.motion.events)) >= 2, name
-        assert any("repeated" in sentence for sentence in whole.record.warnings)
-        assert any("mirror" in sentence for sentence in whole.record.warnings) == mirrored
+        assert any("repeated" in sentence for sentence in walk.notes)
+        assert any("mirror" in sentence for sentence in walk.notes) == mirrored
