@@ -12,13 +12,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.problem.dynamics import dynamics
 
 from plantigrade.batched import BatchedFunction
 from plantigrade.contact.site import foot_sites
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.models import Human
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.dynamics import dynamics
 from plantigrade.synthesize.transcription.derivatives import Derivatives
 
 NODES = 61
