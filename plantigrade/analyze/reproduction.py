@@ -90,8 +90,8 @@ class Comparison:
     contact_share: float
     clearance: dict[str, tuple[float, float]]
     swing_knee: dict[str, tuple[float, float]]
-    soles: Float[Array, "n 2"] = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
-    soles_reference: Float[Array, "n 2"] = field(
+    soles: Float[Array, "n_ticks 2"] = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
+    soles_reference: Float[Array, "n_ticks 2"] = field(
         default_factory=lambda: np.zeros((0, 2)), repr=False
     )
 

@@ -85,14 +85,6 @@ def _hysteresis(value: np.ndarray, low: float, high: float) -> np.ndarray:
     return below
 
 
-def stance_of(rests: list[Rest], n_frames: int) -> Bool[Array, "n_frames 2"]:
-    """Return which foot (right, left) stands in which frame."""
-    stance = np.zeros((n_frames, 2), dtype=bool)
-    for rest in rests:
-        stance[rest.start : rest.stop, SIDES.index(rest.side)] = True
-    return stance
-
-
 def drift_of(
     contact: SolePaths, rests: list[Rest], way: Float[Array, "n_frames 3"] | None = None
 ) -> Float[Array, " n_rests"]:

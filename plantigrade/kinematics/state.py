@@ -260,9 +260,12 @@ class State:
 
         .. math:: \tau = M \dot v + h - \tau_{passive} .
         """
-        data = self._data
+        data, tau = self._data, np.empty(self.model.nv)
         mujoco.mj_passive(self.model, data)
-        return self.mass_matrix @ qacc + self.bias - data.qfrc_passive
+        data.qacc[:] = qacc
+        mujoco.mj_rne(self.model, data, 1, tau)
+        data.qacc[:] = 0.0
+        return tau + self.model.dof_armature * qacc - data.qfrc_passive
 
     def generalised_force(
         self,

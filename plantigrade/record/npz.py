@@ -105,8 +105,9 @@ def _arrays(record: Record) -> dict[str, Any]:
         arrays[f"reference/{name}/time"] = other.time
         arrays[f"reference/{name}/qpos"] = other.qpos
         arrays[f"reference/{name}/qvel"] = other.qvel
-        if len(other.time) == len(motion.time) and np.array_equal(other.time, motion.time):
-            arrays.setdefault("reference_qpos", other.qpos)
+        if "reference_qpos" not in arrays:
+            same = np.array_equal(other.time, motion.time)
+            arrays["reference_qpos"] = other.qpos if same else other.at(motion.time).qpos
     return arrays
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plantigrade.workflows.foot_segments import foot_segments
 from scipy.spatial.transform import Rotation
 
 from plantigrade.analyze.foot_angles import (
@@ -25,7 +24,8 @@ from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import place_markers
 from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording, Subject
-from plantigrade.workflows.fit import FitSettings, analyse, fit, load
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.settings import FitSettings
 
 OXFORD = (
     "LASI RASI SACR C7 T10 CLAV STRN LSHO RSHO LELB RELB LWRA LWRB RWRA RWRB LFHD RFHD LBHD RBHD "
@@ -212,15 +212,14 @@ def test_toes_that_are_seen_are_left_alone(human):
 def test_a_walk_with_oxford_markers_has_foot_segments(data: Path):
     """Fitted with the default feet; the segments come besides, near the stored angles."""
     settings = FitSettings()
-    loaded = load(data / "c3d" / "HC038A11.c3d", settings)
-    trial = analyse(fit(loaded, settings), settings)
-    feet = foot_segment_signals(loaded.recording, trial, settings)
+    recording, trial = fit_trial(data / "c3d" / "HC038A11.c3d", settings)
+    feet = foot_segment_signals(recording, trial, settings)
     assert trial.fit.human.feet == "two-segment"
     found = feet.figures
     assert found["foot_segments_marker_rms_mm"] < 5
     # Hindfoot dorsiflexion spans 20 to 30 degrees in normal walking.
     assert 15 < found["hindfoot_dorsiflexion_rom_r_deg"] < 35
     assert len(feet.signals["foot.names"]) >= 10
-    bare = [n for n in loaded.recording.markers.names if n[1:] not in ("LCA", "STL", "CPG")]
+    bare = [n for n in recording.markers.names if n[1:] not in ("LCA", "STL", "CPG")]
     few = replace(trial, fit=replace(trial.fit, markers=trial.fit.markers.select(bare)))
-    assert not foot_segment_signals(loaded.recording, few, settings).signals
+    assert not foot_segment_signals(recording, few, settings).signals

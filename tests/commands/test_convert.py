@@ -63,8 +63,8 @@ def test_overwrite_replaces(walk, tmp_path):
 @pytest.mark.parametrize(
     ("target", "sentence"),
     [
-        ("walk.bvh", "BVH files hold skeleton"),
-        ("walk.docx", "'.docx' is not written"),
+        ("walk.bvh", "BVH files store skeleton"),
+        ("walk.docx", "'.docx' cannot be written"),
         ("no/such/walk.trc", "there is no folder"),
     ],
 )

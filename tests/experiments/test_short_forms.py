@@ -57,11 +57,11 @@ def test_walks_of_some_people_only(monkeypatch, tmp_path):
 
     read = []
 
-    def fit_file(path):
+    def fit_trial(path):
         read.append(path.relative_to(tmp_path).as_posix())
         raise FitError("no person")
 
-    monkeypatch.setattr(gait_walks.fitting, "fit_file", fit_file)
+    monkeypatch.setattr(gait_walks, "fit_trial", fit_trial)
     for name in PEOPLE["HC038A"] + PEOPLE["CMU 49"]:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()

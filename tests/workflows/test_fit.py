@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plantigrade.report.pages import pages
 
 from plantigrade.analyze.trial import analyse
 from plantigrade.errors import FitError, ParameterError
 from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.record import Run
+from plantigrade.report.pages import pages
 from plantigrade.workflows import fit as fitting
 from plantigrade.workflows.save import save
 from plantigrade.workflows.settings import FitSettings
