@@ -292,7 +292,7 @@ _SEX_NAMES = ("sex", "gender")
 def _subject(file: C3dFile, warnings: list[str]) -> Subject:
     found: dict[str, float | str] = {}
     for group in ("PROCESSING", "SUBJECTS", "SUBJECT", "ANTHROPOMETRY", "PATIENT"):
-        for name, value in file.parameters.get(group, {}).items():
+        for name, value in file.groups.get(group, {}).items():
             key = re.sub(r"[^a-z]", "", name.lower())
             if isinstance(value, list):
                 if key in _SEX_NAMES and value:
