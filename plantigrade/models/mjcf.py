@@ -63,7 +63,7 @@ def with_sites(xml: str, sites: Mapping[str, tuple[str, np.ndarray]]) -> str:
     bodies = {b.get("name"): b for b in root.iter("body")}
     look = {"size": "0.007", "group": "4", "rgba": "0.95 0.80 0.20 1"}
     for name, (body, position) in sites.items():
-        ET.SubElement(bodies[body], "site", name=name, pos=numbers(position), **look)
+        ET.SubElement(bodies[body], "site", {"name": name, "pos": numbers(position), **look})
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
 
