@@ -2,9 +2,8 @@
 
 A :class:`~plantigrade.contact.site.ContactSite` is a place that can carry force; a
 :class:`Stance` is one foot standing on one :class:`Footprint`, rolling from the heel over the flat
-foot to the toes; a
-:class:`ContactPlan` is all stances of a motion. Times at which contact changes are nodes and knots
-of the spline: between two of them nothing switches.
+foot to the toes; a :class:`ContactPlan` is all stances of a motion. Times at which contact changes
+are nodes and knots of the spline: between two of them nothing switches.
 """
 
 from dataclasses import dataclass, replace
@@ -155,12 +154,7 @@ class ContactPlan:
         return ordered[np.concatenate([[True], np.diff(ordered) > 1e-6 * self.duration])]
 
     def unrolled(self, *, before: int = 2, after: int = 2) -> tuple[Stance, ...]:
-        """Return all stances; of a periodic plan also those of periods around it, each once.
-
-        Args:
-            before: Periods before it.
-            after: Periods after it.
-        """
+        """Return all stances, of a periodic plan also those of periods before and after, once."""
         if not self.periodic:
             return self.stances
         own = [s for s in self.stances if -SAME <= s.heel_strike < self.duration - SAME]
@@ -174,15 +168,11 @@ class ContactPlan:
         """Return the same periodic plan with a whole stride as its period."""
         if not (self.periodic and self.mirrored):
             return self
-        stride = 2 * self.duration
+        stride, advance = 2 * self.duration, 2 * self.advance
         touching = tuple(
-            s
-            for s in self.unrolled(before=2, after=2)
-            if s.heel_strike < stride - SAME and s.toe_off > SAME
+            s for s in self.unrolled() if s.heel_strike < stride - SAME and s.toe_off > SAME
         )
-        return replace(
-            self, duration=stride, stances=touching, mirrored=False, advance=2 * self.advance
-        )
+        return replace(self, duration=stride, stances=touching, mirrored=False, advance=advance)
 
     def intervals(self, site: ContactSite) -> list[tuple[float, float]]:
         """Return from when to when a site stands, each time it does [s]."""

@@ -14,7 +14,6 @@ of a recorded motion is done without them.
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import Any
 from xml.etree import ElementTree as ET
 
 import mujoco
@@ -41,6 +40,7 @@ SEAT = (0.2, 0.2, 0.02)
 """Half sizes of a seat beyond the places that rest on it, and its half thickness [m]."""
 
 _STIFF = {"solref": "0.005 1", "condim": "3"}
+_CORES = {"group": "4", "contype": "2", "conaffinity": "2", "friction": "0.3 0.005 0.0001"}
 _WOOD, _FLOOR = "0.72 0.60 0.45 1", "0.92 0.92 0.90 1"
 
 
@@ -59,19 +59,12 @@ def scene_xml(human: Human, ground: Ground, sites: Sequence[ContactSite] = ()) -
     for geom in root.iter("geom"):
         if geom.get("name") in feet:
             geom.attrib.update(_surface(ground))
+    carried = {"group": "3", "contype": "1", "conaffinity": "0", **_surface(ground)}
     for site in sites:
         if not site.side and not site.measured:
-            sphere = {
-                "name": GEOM + site.name,
-                "type": "sphere",
-                "pos": numbers(site.position),
-                "size": numbers([site.radius or 0.005]),
-                "group": "3",
-                "contype": "1",
-                "conaffinity": "0",
-                **_surface(ground),
-            }
-            ET.SubElement(bodies[site.body], "geom", sphere)
+            pos, size = numbers(site.position), numbers([site.radius or 0.005])
+            sphere = {"name": GEOM + site.name, "type": "sphere", "pos": pos, "size": size}
+            ET.SubElement(bodies[site.body], "geom", {**sphere, **carried})
     _replace_floor(root, ground)
     _add_cores(root, human, bodies)
     _add_motors(root, human)
@@ -103,37 +96,28 @@ def _treads(ground: Ground) -> list[dict[str, str]]:
     """Return a plane; where there are steps, a box for each tread, for a plane has no end."""
     along = {"xyaxes": numbers(ground.to_world[:, :2].T.ravel()), "rgba": _FLOOR}
     if not ground.steps:
-        pos, size = ground.normal * ground.height, (REACH, REACH, 0.1)
-        return [
-            {"name": "floor", "type": "plane", "pos": numbers(pos), "size": numbers(size), **along}
-        ]
+        pos, size = numbers(ground.normal * ground.height), numbers((REACH, REACH, 0.1))
+        return [{"name": "floor", "type": "plane", "pos": pos, "size": size, **along}]
     heights = [ground.height, *(step.height for step in ground.steps)]
     edges = [-REACH, *(step.x for step in ground.steps), REACH]
     bottom = min(heights) - 1.0
     boxes = []
     for i, top in enumerate(heights):
         low, high = edges[i], max(edges[i + 1], edges[i] + 1e-3)
-        centre = ground.to_world @ [(low + high) / 2, 0.0, (top + bottom) / 2]
-        half = [(high - low) / 2, REACH, (top - bottom) / 2]
+        pos = numbers(ground.to_world @ [(low + high) / 2, 0.0, (top + bottom) / 2])
+        size = numbers([(high - low) / 2, REACH, (top - bottom) / 2])
         name = f"floor_{i}" if i else "floor"
-        boxes.append(
-            {"name": name, "type": "box", "pos": numbers(centre), "size": numbers(half), **along}
-        )
+        boxes.append({"name": name, "type": "box", "pos": pos, "size": size, **along})
     return boxes
 
 
 def _relief(root: ET.Element, ground: Ground) -> list[dict[str, str]]:
     """Return bumps and height field; the field's heights become an asset."""
-    shapes = [
-        {
-            "name": f"bump_{i}",
-            "type": "sphere",
-            "pos": numbers(ground.to_world @ bump.centre),
-            "size": numbers([bump.radius]),
-            "rgba": _FLOOR,
-        }
-        for i, bump in enumerate(ground.bumps)
-    ]
+    shapes = []
+    for i, bump in enumerate(ground.bumps):
+        pos, size = numbers(ground.to_world @ bump.centre), numbers([bump.radius])
+        sphere = {"name": f"bump_{i}", "type": "sphere", "pos": pos, "size": size}
+        shapes.append({**sphere, "rgba": _FLOOR})
     if ground.field is not None:
         field, z = ground.field, np.array(ground.field.heights)
         half, low = np.array(field.size) / 2, float(z.min())
@@ -147,16 +131,9 @@ def _relief(root: ET.Element, ground: Ground) -> list[dict[str, str]]:
             size=numbers(size),
             elevation=numbers(z[::-1].ravel()),  # MJCF starts at the far side of y
         )
-        shapes.append(
-            {
-                "name": "relief",
-                "type": "hfield",
-                "hfield": "relief",
-                "pos": numbers(ground.to_world @ centre),
-                "xyaxes": numbers(ground.to_world[:, :2].T.ravel()),
-                "rgba": _FLOOR,
-            }
-        )
+        pos, xyaxes = numbers(ground.to_world @ centre), numbers(ground.to_world[:, :2].T.ravel())
+        relief = {"name": "relief", "type": "hfield", "hfield": "relief"}
+        shapes.append({**relief, "pos": pos, "xyaxes": xyaxes, "rgba": _FLOOR})
     return shapes
 
 
@@ -177,16 +154,8 @@ def _add_cores(root: ET.Element, human: Human, bodies: dict[str | None, ET.Eleme
     """Add a thinner copy of every drawn shape, and say which of them never touch."""
     for name, body in bodies.items():
         for i, drawn in enumerate([g for g in body.findall("geom") if g.get("group") == "1"]):
-            size = [CORE * float(x) for x in drawn.get("size", "").split()]
-            core: dict[str, Any] = {
-                **drawn.attrib,
-                "name": f"core_{name}_{i}",
-                "size": numbers(size),
-                "group": "4",
-                "contype": "2",
-                "conaffinity": "2",
-                "friction": "0.3 0.005 0.0001",
-            }
+            size = numbers(CORE * float(x) for x in drawn.get("size", "").split())
+            core = {**drawn.attrib, "name": f"core_{name}_{i}", "size": size, **_CORES}
             ET.SubElement(body, "geom", core)
     parents = {b.name: b.parent for b in human.skeleton.bodies}
     contact = ET.SubElement(root, "contact")

@@ -1,7 +1,7 @@
 """Places of a body that may be touched: spheres under the feet, or any other place named so."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -119,11 +119,9 @@ def contact_sites(human: Human) -> tuple[ContactSite, ...]:
     for name, side, _ in human.contact_points:
         geom = human.model.geom(name)
         body = human.body_names[int(geom.bodyid[0]) - 1]
-        plain = name.removeprefix(GEOM)
+        radius, plain = float(geom.size[0]), name.removeprefix(GEOM)
         sites.append(
-            ContactSite(
-                body=body, position=geom.pos, radius=float(geom.size[0]), name=plain, side=side
-            )
+            ContactSite(body=body, position=geom.pos, radius=radius, name=plain, side=side)
         )
     return tuple(sites)
 
@@ -139,19 +137,12 @@ def foot_sites(human: Human) -> tuple[ContactSite, ...]:
     for side in SIDES:
         for name, body, part in _STANDING_WITH[human.feet]:
             sphere = next(s for s in spheres if s.name.endswith(f"_{name}_{side}"))
-            own, position = f"{body}_{side}", sphere.position
+            own = f"{body}_{side}"
+            position = sphere.position
             if sphere.body != own:
                 position = _in_child(human, sphere, own)
-            sites.append(
-                ContactSite(
-                    body=own,
-                    position=position,
-                    radius=sphere.radius,
-                    name=f"{name}_{side}",
-                    side=side,
-                    part=part,
-                )
-            )
+            full = f"{name}_{side}"
+            sites.append(replace(sphere, body=own, position=position, name=full, part=part))
     return tuple(sites)
 
 

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from plantigrade.errors import FileError, ParameterError, PlantigradeError, UnsupportedFormat
+from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
+from plantigrade.io.text import reading
 from plantigrade.motion.recording import Recording
 
 __all__ = ["FORMATS", "Format", "convert", "format_of", "read", "write"]
@@ -42,41 +43,29 @@ class Format:
     signature: tuple[bytes, ...] = ()
 
     @property
-    def main_parts(self) -> tuple[str, ...]:
+    def main_parts(self) -> list[str]:
         """Parts of a Recording, at least one of which the writer needs."""
-        return tuple(self.holds.split("|")[0].split())
+        return self.holds.split("|")[0].split()
 
     @property
-    def parts(self) -> tuple[str, ...]:
+    def parts(self) -> list[str]:
         """Parts of a Recording that the writer stores."""
-        return tuple(self.holds.replace("|", " ").split())
+        return self.holds.replace("|", " ").split()
 
+
+_TRC, _MOT, _AMC = (b"pathfiletype", b"frame#"), (b"endheader",), (b":fully-specified", b":degrees")
+_BVH = "bvh_writer:write_recording"
 
 FORMATS = (
     Format("C3D", (".c3d",), "c3d:read_c3d", "c3d:write_c3d", "markers | plates events subject"),
+    Format("TRC", (".trc",), "trc:read_trc", "trc:write_trc", "markers", _TRC),
     Format(
-        "TRC", (".trc",), "trc:read_trc", "trc:write_trc", "markers", (b"pathfiletype", b"frame#")
+        "MOT/STO", (".mot", ".sto"), "mot:read_mot", "mot:write_mot", "coordinates plates", _MOT
     ),
-    Format(
-        "MOT/STO",
-        (".mot", ".sto"),
-        "mot:read_mot",
-        "mot:write_mot",
-        "coordinates plates",
-        (b"endheader",),
-    ),
-    Format("AMC", (".amc",), "amc:read_amc", signature=(b":fully-specified", b":degrees")),
-    Format(
-        "BVH", (".bvh",), "bvh:read_bvh", "bvh_writer:write_recording", "skeleton", (b"hierarchy",)
-    ),
+    Format("AMC", (".amc",), "amc:read_amc", signature=_AMC),
+    Format("BVH", (".bvh",), "bvh:read_bvh", _BVH, "skeleton", (b"hierarchy",)),
     Format("DeepMimic", (".json", ".txt"), "deepmimic:read_deepmimic", signature=(b'"frames"',)),
-    Format(
-        "CSV",
-        (".csv", ".tsv", ".txt"),
-        "csv:read_csv",
-        "csv:write_csv",
-        "markers coordinates",
-    ),
+    Format("CSV", (".csv", ".tsv", ".txt"), "csv:read_csv", "csv:write_csv", "markers coordinates"),
     Format("npz", (".npz",), "npz:read_npz"),
 )
 """All formats; the first whose signature matches wins."""
@@ -107,16 +96,12 @@ def read(path: str | Path, **options) -> Recording:
             raise ParameterError(f"{kind.name} files have no option {name!r}; {allowed}")
     try:
         return function(path, **options)
-    except PlantigradeError:
-        raise
     except MemoryError as error:
-        raise FileError(
-            path, "does not fit into memory", remedy="read a shorter recording"
-        ) from error
+        remedy = "read a shorter recording"
+        raise FileError(path, "does not fit into memory", remedy=remedy) from error
     except RecursionError as error:
-        raise FileError(
-            path, "is nested too deeply", remedy="check that this is a motion file"
-        ) from error
+        remedy = "check that this is a motion file"
+        raise FileError(path, "is nested too deeply", remedy=remedy) from error
 
 
 def write(recording: Recording, path: str | Path) -> None:
@@ -150,12 +135,7 @@ def convert(source: str | Path, target: str | Path, **options) -> tuple[str, ...
     """Read ``source`` and write it as ``target``; the extensions give the formats.
 
     Force plates that the target cannot store are written to ``NAME_grf.mot`` next to it, as OpenSim
-    does.
-
-    Args:
-        source: The file to read.
-        target: The file to write.
-        options: As for :func:`read`.
+    does. The options are those of :func:`read`.
 
     Returns:
         Warnings and what was left out, one sentence each.
@@ -179,8 +159,8 @@ def convert(source: str | Path, target: str | Path, **options) -> tuple[str, ...
         notes.append(f"the force plates were written to {beside.name}")
         left_out.remove("plates")
     if left_out:
-        names = [_PARTS[part] for part in left_out]
-        notes.append(f"{kind.name} files cannot store {', '.join(names)}: left out")
+        names = ", ".join(_PARTS[part] for part in left_out)
+        notes.append(f"{kind.name} files cannot store {names}: left out")
     return tuple(notes)
 
 
@@ -194,7 +174,8 @@ def format_of(path: str | Path) -> Format:
     path = Path(path)
     suffix = path.suffix.lower()
     candidates = [kind for kind in FORMATS if suffix in kind.suffixes]
-    head = _head(path)
+    with reading(path), open(path, "rb") as file:
+        head = file.read(_HEAD)
     if head[1:2] == b"\x50" and len(head) >= 512 and 2 <= head[0] < 128 and b"\0" in head[:512]:
         return _named("C3D")
     if head.startswith(b"PK\x03\x04") and suffix == ".npz":
@@ -277,23 +258,3 @@ def _writable(path: Path) -> Format:
 def _function(name: str) -> Callable:
     module, function = name.split(":")
     return getattr(importlib.import_module(f"plantigrade.io.{module}"), function)
-
-
-def _head(path: Path) -> bytes:
-    try:
-        if path.is_dir():
-            raise FileError(path, "is a folder, not a file", remedy="name the file inside it")
-        with open(path, "rb") as file:
-            return file.read(_HEAD)
-    except FileNotFoundError:
-        raise FileError(
-            path, "there is no such file", remedy="check the name and the folder"
-        ) from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, FileError):
-            raise
-        raise FileError(
-            path,
-            f"cannot be read ({getattr(error, 'strerror', None) or error})",
-            remedy="check its permissions",
-        ) from error

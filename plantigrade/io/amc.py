@@ -1,9 +1,9 @@
 r"""AMC motions on ASF skeletons (Acclaim, used by the CMU motion capture database).
 
-The ASF file gives each bone a direction, a length, an axis frame and its free rotations; the AMC
-file gives their values in every frame. With :math:`C` the rotation of the bone's axis frame and
-:math:`M` the product of its rotations, both about fixed axes in the order given (so that ``XYZ``
-means :math:`R_z R_y R_x`), the bone's world rotation is
+The ASF file (:mod:`plantigrade.io.asf`) describes the bones, the AMC file gives their rotations in
+every frame. With :math:`C` the rotation of the bone's axis frame and :math:`M` the product of its
+rotations, both about fixed axes in the order given (so that ``XYZ`` means :math:`R_z R_y R_x`), the
+bone's world rotation is
 
 .. math:: R = R_{parent} \, C \, M \, C^{-1},
 
@@ -86,19 +86,13 @@ def _read_frames(
     """Return frame numbers, each bone's values over the frames, and whether they are radians."""
     first = re.search(r"^[ \t]*\d+[ \t]*\r?$", text, re.MULTILINE)
     if first is None:
-        raise FileError(
-            path,
-            "has no frames (lines with a frame number)",
-            remedy="check that this is a complete AMC motion file",
-        )
+        remedy = "check that this is a complete AMC motion file"
+        raise FileError(path, "has no frames (lines with a frame number)", remedy=remedy)
     header = text[: first.start()].upper()
     words = {w for line in header.splitlines() for w in line.split() if w.startswith(":")}
     radians = True if ":RADIANS" in words else False if ":DEGREES" in words else None
-    fast = _regular_frames(text[first.start() :], widths)
-    if fast is None:
-        n_lines = text.count("\n", 0, first.start())
-        fast = _irregular_frames(path, text[first.start() :], n_lines, widths, asf, warnings)
-    numbers, values = fast
+    n_lines = header.count("\n")
+    numbers, values = _frames(path, text[first.start() :], n_lines, widths, asf, warnings)
     still = [name for name in widths if name not in values]
     if "root" in still:
         raise FileError(path, "no frame has a root line", remedy="check the motion file")
@@ -107,52 +101,10 @@ def _read_frames(
     return numbers, values, radians
 
 
-def _regular_frames(text: str, widths: dict[str, int]):
-    """Return the frames if all have the same lines in the same order, else None."""
-    if "#" in text or ":" in text:
-        return None
-    second = re.search(r"\n[ \t]*\d+[ \t]*\r?\n", text)
-    head = (text if second is None else text[: second.start()]).split("\n")
-    layout, position = [], 1
-    for line in head[1:]:
-        words = line.split()
-        if not words:
-            continue
-        if widths.get(words[0]) != len(words) - 1:
-            return None
-        layout.append((words[0], position, len(words) - 1))
-        position += len(words)
-    tokens = text.split()
-    if not layout or len(tokens) % position or len({name for name, *_ in layout}) != len(layout):
-        return None
-    n_frames = len(tokens) // position
-    for name, column, _ in layout:
-        if tokens[column::position].count(name) != n_frames:
-            return None
-    try:
-        numbers = np.array(tokens[::position], dtype=float)
-        values = {
-            name: np.array(
-                [tokens[column + 1 + k :: position] for k in range(width)], dtype=float
-            ).T
-            for name, column, width in layout
-        }
-    except ValueError:
-        return None
-    if not np.all(np.diff(numbers) > 0) or not all(np.isfinite(v).all() for v in values.values()):
-        return None
-    return numbers, values
-
-
-def _irregular_frames(
-    path: Path,
-    text: str,
-    first_line: int,
-    widths: dict[str, int],
-    asf: AsfSkeleton,
-    warnings: list[str],
+def _frames(
+    path: Path, text: str, first_line: int, widths: dict[str, int], asf: AsfSkeleton, warnings: list
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the frames of a file with gaps, comments or a truncated end, line by line."""
+    """Return frame numbers and values; frames with gaps and a truncated last one are left out."""
     frames: list[tuple[float, dict[str, list[float]]]] = []
     broken: tuple[int, str] | None = None  # a bad line, tolerated in the last frame only
     remedy = "correct or delete this frame in the motion file"
@@ -165,26 +117,20 @@ def _irregular_frames(
                 raise FileError(path, broken[1], where=f"line {broken[0]}", remedy=remedy)
             number = float(words[0])
             if frames and number <= frames[-1][0]:
-                raise FileError(
-                    path,
-                    f"frame {words[0]} comes after frame {frames[-1][0]:.0f}",
-                    where=f"line {n}",
-                    remedy="frame numbers must increase",
-                )
+                problem = f"frame {words[0]} comes after frame {frames[-1][0]:.0f}"
+                increase = "frame numbers must increase"
+                raise FileError(path, problem, where=f"line {n}", remedy=increase)
             frames.append((number, {}))
             continue
         name = words[0]
         if name not in widths:
             known = any(bone.name == name for bone in asf.bones)
             what = "has no free channel" if known else "is not a bone"
-            if not frames or not _is_cut(name, widths):
-                raise FileError(
-                    path,
-                    f"{name!r} {what} in the skeleton {asf.source.name}",
-                    where=f"line {n}",
-                    remedy="give the skeleton it was recorded with: option skeleton=FILE.asf",
-                )
-            broken = broken or (n, f"{name!r} {what} in the skeleton {asf.source.name}")
+            problem = f"{name!r} {what} in the skeleton {asf.source.name}"
+            if not any(known.startswith(name) for known in widths):  # no name cut off
+                other = "give the skeleton it was recorded with: option skeleton=FILE.asf"
+                raise FileError(path, problem, where=f"line {n}", remedy=other)
+            broken = broken or (n, problem)
             continue
         try:
             values = [float(word) for word in words[1:]]
@@ -211,7 +157,9 @@ def _irregular_frames(
         )
         frames.pop()
     names = [name for name in widths if any(name in frame for _, frame in frames)]
-    whole = [(number, frame) for number, frame in frames if all(name in frame for name in names)]
+    gaps = [(number, [x for x in names if x not in frame]) for number, frame in frames]
+    whole = [one for one, (_, gone) in zip(frames, gaps, strict=True) if not gone]
+    lacking = [(number, gone) for number, gone in gaps if gone]
     if not whole:
         raise FileError(
             path,
@@ -219,8 +167,6 @@ def _irregular_frames(
             where=f"line {first_line + 1}",
             remedy="check that the motion file is complete",
         )
-    lacking = [(number, [x for x in names if x not in frame]) for number, frame in frames]
-    lacking = [(number, gone) for number, gone in lacking if gone]
     if lacking:
         number, gone = lacking[0]
         more = f" (and {len(lacking) - 1} further frames)" if len(lacking) > 1 else ""
@@ -229,17 +175,11 @@ def _irregular_frames(
     return numbers, {name: np.array([frame[name] for _, frame in whole]) for name in names}
 
 
-def _is_cut(name: str, widths: dict[str, int]) -> bool:
-    return any(known.startswith(name) for known in widths)
-
-
 def _scale(asf: AsfSkeleton, unit: str | None, warnings: list[str]) -> float:
     """Return metres per file unit."""
     if unit is not None:
         return UNITS[unit] / asf.length_unit
-    starts, ends = asf.rest_pose()
-    points = np.concatenate([starts, ends])
-    extent = float(np.ptp(points, axis=0).max())
+    extent = float(np.ptp(np.concatenate(asf.rest_pose()), axis=0).max())
     candidates = {"in": UNITS["in"]} | UNITS
     low, high = PLAUSIBLE_HEIGHT
     for name, metres in candidates.items():

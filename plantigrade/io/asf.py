@@ -32,7 +32,6 @@ class Bone:
         length: Length in file units.
         axis: World rotation of its axis frame in the rest pose.
         dof: Its free channels in the order of the AMC values: ``rx ry rz tx ty tz l``.
-        limits: Lower and upper limit of each channel [rad, file units].
     """
 
     name: str
@@ -41,7 +40,6 @@ class Bone:
     length: float
     axis: Float[Array, "3 3"]
     dof: tuple[str, ...]
-    limits: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -180,13 +178,12 @@ class _AsfParser:
     def bones(self, rows) -> dict[str, dict]:
         bones: dict[str, dict] = {}
         bone: dict | None = None
-        expect_limits = 0
         for self.n, words in rows:
             key, rest = words[0].lower(), words[1:]
             if key == "begin":
                 if bone is not None:
                     raise self.error("a bone begins before the previous one has ended")
-                bone, expect_limits = {"line": self.n}, 0
+                bone = {"line": self.n, "axis": np.eye(3), "dof": ()}
                 continue
             if bone is None:
                 raise self.error(f"{words[0]!r} is outside begin … end")
@@ -194,7 +191,9 @@ class _AsfParser:
                 self.add(bone, bones)
                 bone = None
             elif key == "name":
-                bone["name"] = self.word(rest, "name")
+                if not rest:
+                    raise self.error("name is empty")
+                bone["name"] = rest[0]
             elif key == "direction":
                 bone["direction"] = self.numbers(rest, 3, "direction")
             elif key == "length":
@@ -209,34 +208,12 @@ class _AsfParser:
                         f"dof is {' '.join(rest)}; allowed are {' '.join(_BONE_CHANNELS)}"
                     )
                 bone["dof"] = dof
-            elif key == "limits" or words[0].startswith("("):
-                expect_limits = 1
-                line = " ".join(rest if key == "limits" else words)
-                bone.setdefault("limits", []).extend(self.limits(line))
-            elif expect_limits and key == "limits":
-                pass
-            # id, bodymass, cofmass and whatever else describe no motion
+            # limits, id, bodymass, cofmass and whatever else describe no motion
         if bone is not None:
             raise self.error("the last bone has no end: the file is truncated", bone["line"])
         if not bones:
             raise self.error("there are no bones in :bonedata")
         return bones
-
-    def limits(self, line: str) -> list[tuple[float, float]]:
-        pairs = []
-        for text in re.findall(r"\(([^()]*)\)", line):
-            words = text.replace(",", " ").split()
-            try:
-                low, high = (float(word) for word in words)
-            except ValueError:
-                raise self.error(f"limits ({text}) are not two numbers") from None
-            pairs.append((low, high))
-        return pairs
-
-    def word(self, words: list[str], what: str) -> str:
-        if not words:
-            raise self.error(f"{what} is empty")
-        return words[0]
 
     def add(self, bone: dict, bones: dict[str, dict]) -> None:
         for field in ("name", "direction", "length"):
@@ -278,23 +255,9 @@ class _AsfParser:
         if lost:
             raise self.error(f"these bones are not connected to the root: {', '.join(lost[:8])}")
         index = {name: i for i, name in enumerate(order)} | {"root": -1}
+        fields = ("direction", "length", "axis", "dof")
         return tuple(
-            Bone(
-                name,
-                index[parent_of[name]],
-                bones[name]["direction"],
-                bones[name]["length"],
-                bones[name].get("axis", np.eye(3)),
-                bones[name].get("dof", ()),
-                tuple(
-                    (low * self.to_rad, high * self.to_rad)
-                    if channel.startswith("r")
-                    else (low, high)
-                    for channel, (low, high) in zip(
-                        bones[name].get("dof", ()), bones[name].get("limits", []), strict=False
-                    )
-                ),
-            )
+            Bone(name, index[parent_of[name]], *(bones[name][field] for field in fields))
             for name in order
         )
 
@@ -322,10 +285,8 @@ def find_asf(path: Path) -> Path:
                 return candidate
     if len(beside) == 1:
         return beside[0]
-    problem = (
-        "there is no skeleton file (.asf) in its folder"
-        if not beside
-        else "its folder holds several skeletons, none of its name: "
-        + ", ".join(p.name for p in beside[:8])
-    )
+    problem = "there is no skeleton file (.asf) in its folder"
+    if beside:
+        names = ", ".join(p.name for p in beside[:8])
+        problem = f"its folder holds several skeletons, none of its name: {names}"
     raise FileError(path, problem, remedy="give it with the option skeleton=FILE.asf")

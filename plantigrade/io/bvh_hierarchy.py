@@ -30,7 +30,7 @@ class Joint:
     name: str
     parent: int
     offset: np.ndarray
-    channels: tuple[tuple[str, str], ...] = ()  # (kind, axis): ("rotation", "z")
+    channels: tuple[tuple[str, str], ...] = ()
     first_channel: int = 0
     end: np.ndarray | None = None
 
@@ -157,9 +157,8 @@ class _Hierarchy:
                     f"channel {word!r} is not Xposition … Zposition, Xrotation … Zrotation"
                 )
             channels.append((known[2].lower(), known[1].lower()))
-        if sum(kind == "position" for kind, _ in channels) not in (0, 1, 2, 3) or len(
-            {c for c in channels if c[0] == "position"}
-        ) != sum(kind == "position" for kind, _ in channels):
+        positions = [axis for kind, axis in channels if kind == "position"]
+        if len(set(positions)) != len(positions):
             raise self.error("a position channel is listed twice")
         return tuple(channels)
 

@@ -1,6 +1,7 @@
 """The MOTION section of a BVH file: one row of numbers per frame."""
 
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,23 +19,15 @@ def read_motion(
         r"\s*Frames[ \t]*:[ \t]*(\S*)[ \t]*\r?\n\s*Frame[ \t]+Time[ \t]*:[ \t]*(\S*)", re.IGNORECASE
     ).match(text, start)
     line = text.count("\n", 0, start) + 1
-    remedy = "check that the BVH file is complete"
+    broken = partial(FileError, path, remedy="check that the BVH file is complete")
     if head is None:
-        raise FileError(
-            path,
-            "MOTION is not followed by 'Frames:' and 'Frame Time:'",
-            where=f"line {line + 1}",
-            remedy=remedy,
-        )
+        problem = "MOTION is not followed by 'Frames:' and 'Frame Time:'"
+        raise broken(problem, where=f"line {line + 1}")
     try:
         n_frames, frame_time = int(head[1]), float(head[2])
     except ValueError:
-        raise FileError(
-            path,
-            f"Frames is {head[1][:20]!r}, Frame Time is {head[2][:20]!r}: not numbers",
-            where=f"line {line + 1}",
-            remedy=remedy,
-        ) from None
+        problem = f"Frames is {head[1][:20]!r}, Frame Time is {head[2][:20]!r}: not numbers"
+        raise broken(problem, where=f"line {line + 1}") from None
     if not (np.isfinite(frame_time) and frame_time > 0):
         raise FileError(
             path,
@@ -49,15 +42,13 @@ def read_motion(
         block = _whole_rows(path, block, first_row - 1, n_channels)
         values = parse_numbers(block)
     if values is None:
-        raise FileError(path, "contains words that are not numbers", where="MOTION", remedy=remedy)
+        raise broken("contains words that are not numbers", where="MOTION")
     rows, rest = divmod(len(values), n_channels)
     if rest or rows != n_frames:
         rows = _count_rows(path, block, first_row - 1, n_channels)
         warnings.append(f"the file announces {n_frames} frames and holds {rows} complete ones")
     if rows < 1:
-        raise FileError(
-            path, "has no complete frame in MOTION", where=f"line {first_row}", remedy=remedy
-        )
+        raise broken("has no complete frame in MOTION", where=f"line {first_row}")
     values = values[: rows * n_channels].reshape(rows, n_channels)
     if not np.isfinite(values).all():
         values = _filled(path, values, warnings)
@@ -65,11 +56,7 @@ def read_motion(
 
 
 def _whole_rows(path: Path, block: str, line: int, n_channels: int) -> str:
-    """Return the rows, without a last one that is truncated within a number.
-
-    Raises:
-        FileError: If there is a word that is not a number anywhere else.
-    """
+    """Return the rows, without a last one that is truncated within a number."""
     rows = block.rstrip().split("\n")
     for n, row in enumerate(rows):
         if parse_numbers(row) is not None:

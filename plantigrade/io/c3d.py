@@ -15,19 +15,21 @@ from plantigrade.errors import FileError
 from plantigrade.io.axes import rotation_to_world, to_world, up_axis_of_points
 from plantigrade.io.c3d_file import C3dFile, read_c3d_file
 from plantigrade.io.c3d_labels import LabelledPoints, sort_points
-from plantigrade.io.force_plates import plate_axes, plates_from_c3d
+from plantigrade.io.force_plates import plate_axes, plate_corners, plates_from_c3d
 from plantigrade.io.text import not_written
 from plantigrade.motion.recording import ForcePlate, GaitEvent, Markers, Recording, Subject
 
 LENGTH_UNITS = {
-    **{name: 1e-3 for name in ("mm", "millimeter", "millimeters", "millimetre", "millimetres")},
-    **{name: 1e-2 for name in ("cm", "centimeter", "centimeters", "centimetre", "centimetres")},
-    **{name: 1.0 for name in ("m", "meter", "meters", "metre", "metres")},
-    **{name: 0.0254 for name in ("in", "inch", "inches")},
-    **{name: 0.3048 for name in ("ft", "feet", "foot")},
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), 1e-3),
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), 1e-2),
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
+    **dict.fromkeys(("in", "inch", "inches"), 0.0254),
+    **dict.fromkeys(("ft", "feet", "foot"), 0.3048),
     "dm": 0.1,
 }
 """Length units by name [m]."""
+
+NAMES_OF_UNITS = {1e-3: "mm", 1e-2: "cm", 1.0: "m"}
 
 _STRIKE = re.compile(
     r"(foot|heel|initial|toe)?[ _-]*(strike|contact|on|down)|[lr]?(hs|fs|ic|fc)", re.I
@@ -50,22 +52,18 @@ def read_c3d(path: str | Path) -> Recording:
     file = read_c3d_file(path)
     points = sort_points(file)
     warnings = list(points.warnings)
-    marker_columns = list(points.markers)
-    unit = _length_unit(file, file.points[:, marker_columns], warnings)
-    up = _up(file, file.points[:, marker_columns], unit, warnings)
+    seen = file.points[:, list(points.markers)]
+    unit = _length_unit(file, seen, warnings)
+    up = _up(file, seen, unit, warnings)
     time = (file.first_frame - 1 + np.arange(len(file.points))) / file.rate
-    turned = {}
+    outputs = {points.names[i]: file.points[:, i].copy() for i in points.typed}
     for i in points.computed + points.unlabelled:
-        turned[points.names[i]] = to_world(file.points[:, i] * unit, up)
-    outputs = {points.names[i]: file.points[:, i].copy() for i in points.typed} | turned
+        outputs[points.names[i]] = to_world(file.points[:, i] * unit, up)
     markers = None
-    if marker_columns:
-        markers = Markers(
-            names=tuple(points.names[i] for i in marker_columns),
-            time=time,
-            positions=to_world(file.points[:, marker_columns] * unit, up),
-        )
-        if not np.isfinite(markers.positions).any():
+    if points.markers:
+        names = tuple(points.names[i] for i in points.markers)
+        markers = Markers(names, time, to_world(seen * unit, up))
+        if not np.isfinite(seen).any():
             warnings.append("no marker is visible in any frame")
     plates, plate_warnings = plates_from_c3d(file, unit, rotation_to_world(up))
     if not points.names and not plates:
@@ -107,8 +105,7 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
         )
     rate = _even_rate(markers.time, path)
     first_frame = int(round(markers.time[0] * rate)) + 1
-    if first_frame < 1 or abs(markers.time[0] * rate - (first_frame - 1)) > 0.01:
-        first_frame = max(first_frame, 1)
+    first_frame = max(first_frame, 1)
     if first_frame + markers.n_frames - 1 > 65535:
         raise FileError(
             path,
@@ -157,13 +154,12 @@ def _length_unit(file: C3dFile, points: np.ndarray, warnings: list[str]) -> floa
     word = words[0].lower().strip(". ") if words else ""
     if word in LENGTH_UNITS:
         return LENGTH_UNITS[word]
-    if not np.isfinite(points).any():
-        return 1e-3
     unit = unit_of_points(points)
-    warnings.append(
-        f"the file states the length unit {word!r}; from the size of the body it was taken as "
-        f"{'mm' if unit == 1e-3 else 'cm' if unit == 1e-2 else 'm'}"
-    )
+    if np.isfinite(points).any():
+        warnings.append(
+            f"the file states the length unit {word!r}; from the size of the body it was taken as "
+            f"{NAMES_OF_UNITS[unit]}"
+        )
     return unit
 
 
@@ -208,22 +204,17 @@ def _up(file: C3dFile, points: np.ndarray, unit: float, warnings: list[str]) -> 
 
 def _up_of_plates(file: C3dFile, points: np.ndarray) -> str | None:
     """Return the axis along the plates' normal that points to the side of the markers."""
-    corners = file.values("FORCE_PLATFORM", "CORNERS")
-    corners = corners[..., None] if corners.ndim == 2 else corners
     used = file.value("FORCE_PLATFORM", "USED")
-    if corners.ndim != 3 or corners.shape[:2] != (3, 4) or not used >= 1:
+    if not used >= 1 or not np.isfinite(points).any():
         return None
     axes = set()
-    for four in np.moveaxis(corners.astype(float), 2, 0)[: int(min(used, 64))]:
-        normal = plate_axes(four.T)[:, 2]
+    for four in plate_corners(file)[: int(min(used, 64))]:
+        normal = plate_axes(four)[:, 2]
         if not np.isfinite(normal).all() or np.abs(normal).max() < 0.9:
             continue  # no plate, or a ramp
         axis = int(np.argmax(np.abs(normal)))
-        with np.errstate(all="ignore"):
-            height = np.nanmedian(points[..., axis]) if np.isfinite(points).any() else np.nan
-        if not np.isfinite(height):
-            return None
-        axes.add(("+" if height >= four[axis].mean() else "-") + "xyz"[axis])
+        height = np.nanmedian(points[..., axis])
+        axes.add(("+" if height >= four[:, axis].mean() else "-") + "xyz"[axis])
     return axes.pop() if len(axes) == 1 else None
 
 
@@ -286,17 +277,21 @@ def event_side(label: str, context: str) -> str | None:
 _MASS_NAMES = ("bodymass", "mass", "weight", "bodyweight", "subjectmass", "subjectweight")
 _HEIGHT_NAMES = ("height", "bodyheight", "stature", "subjectheight")
 _LEG_NAMES = ("leglength", "lleglength", "rleglength", "leftleglength", "rightleglength")
-_SEX_NAMES = ("sex", "gender")
+_SEXES = {
+    **dict.fromkeys(("m", "male", "man"), "male"),
+    **dict.fromkeys(("f", "female", "w", "woman"), "female"),
+}
 
 
 def _subject(file: C3dFile, warnings: list[str]) -> Subject:
-    found: dict[str, float | str] = {}
+    found: dict[str, float] = {}
+    sex = ""
     for group in ("PROCESSING", "SUBJECTS", "SUBJECT", "ANTHROPOMETRY", "PATIENT"):
-        for name, value in file.parameters.get(group, {}).items():
+        for name, value in file.groups.get(group, {}).items():
             key = re.sub(r"[^a-z]", "", name.lower())
             if isinstance(value, list):
-                if key in _SEX_NAMES and value:
-                    found.setdefault(key, value[0])
+                if key in ("sex", "gender") and value:
+                    sex = sex or value[0].strip().lower()
                 try:
                     number = float(value[0].split()[0]) if value else float("nan")
                 except (ValueError, IndexError):
@@ -306,52 +301,37 @@ def _subject(file: C3dFile, warnings: list[str]) -> Subject:
             if np.isfinite(number) and number != 0:
                 found.setdefault(key, number)
 
-    def first(names, convert, what, allowed):
+    def plausible(names, low, high, units, what):
+        """Return the values of these names in the first unit that makes them plausible."""
         values = []
-        for name in names:
-            if isinstance(found.get(name), float):
-                value = convert(found[name])
-                if value is None:
-                    warnings.append(f"{what} is given as {found[name]:g}, {allowed}; ignored")
-                else:
-                    values.append(value)
+        for given in (found[name] for name in names if name in found):
+            fitting = [given * unit for unit in units if low <= given * unit <= high]
+            values += fitting[:1]
+            if not fitting:
+                warnings.append(f"{what}; given as {given:g}; ignored")
         return values
 
-    mass = first(_MASS_NAMES, lambda v: v if 2 <= v <= 400 else None, "body mass", "2 to 400 kg")
-    height = first(
-        _HEIGHT_NAMES, lambda v: _metres(v, 0.3, 2.6), "body height", "0.3 to 2.6 m, in m, cm or mm"
+    lengths = (1.0, 1e-3, 1e-2)
+    mass = plausible(_MASS_NAMES, 2, 400, (1.0,), "body mass must be 2 to 400 kg")
+    height = plausible(
+        _HEIGHT_NAMES, 0.3, 2.6, lengths, "body height must be 0.3 to 2.6 m, in m, cm or mm"
     )
-    leg = first(_LEG_NAMES, lambda v: _metres(v, 0.1, 1.5), "leg length", "0.1 to 1.5 m")
-    sex = next((str(found[k]).strip().lower() for k in _SEX_NAMES if k in found), "")
+    leg = plausible(_LEG_NAMES, 0.1, 1.5, lengths, "leg length must be 0.1 to 1.5 m")
     return Subject(
         height=height[0] if height else None,
         mass=mass[0] if mass else None,
-        sex="male"
-        if sex in ("m", "male", "man")
-        else "female"
-        if sex in ("f", "female", "w", "woman")
-        else None,
+        sex=_SEXES.get(sex),
         leg_length=float(np.mean(leg)) if leg else None,
     )
 
 
-def _metres(value: float, low: float, high: float) -> float | None:
-    """Return a length given in m, mm or cm, whichever is plausible [m]."""
-    for unit in (1.0, 1e-3, 1e-2):
-        if low <= value * unit <= high:
-            return value * unit
-    return None
-
-
 def _people(points: LabelledPoints) -> list[str]:
-    people = sorted(
-        {points.names[i].split(":")[0] for i in points.markers if ":" in points.names[i]}
-    )
+    markers = (points.names[i] for i in points.markers)
+    people = sorted({name.split(":")[0] for name in markers if ":" in name})
     if len(people) < 2:
         return []
-    return [
-        f"the file holds markers of {len(people)} subjects ({', '.join(people)}), kept by prefix"
-    ]
+    names = ", ".join(people)
+    return [f"the file holds markers of {len(people)} subjects ({names}), kept by prefix"]
 
 
 def _even_rate(time: np.ndarray, path: str | Path) -> float:
@@ -412,8 +392,7 @@ def _add_plates(out, plates, start: float, rate: float, per_frame: int, n_frames
 
 def _on_clock(plate: ForcePlate, clock: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return force, centre of pressure and free moment at the times ``clock``; 0 outside."""
-    step = 1e-6
-    if len(plate.time) == len(clock) and np.abs(plate.time - clock).max() < step:
+    if len(plate.time) == len(clock) and np.abs(plate.time - clock).max() < 1e-6:
         return plate.force, plate.cop, np.nan_to_num(plate.free_moment)
 
     def at(values, outside):

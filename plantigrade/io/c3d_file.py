@@ -11,12 +11,14 @@ References:
 
 import os
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
+from plantigrade.io.text import reading
 
 BLOCK = 512  # [bytes]
 LIMIT_BYTES = 2e9
@@ -27,36 +29,20 @@ _EXPORT_AGAIN = "export the recording again; the file is damaged or cut off"
 
 
 @dataclass(frozen=True)
-class C3dFile:
-    """Contents of a C3D file before interpretation.
+class Parameters:
+    """Parameters of a C3D file.
 
     Attributes:
-        path: The file.
-        parameters: Values by group and name, both upper case: a list of strings or an array
-            (first dimension of the file first).
-        first_frame: Number of the first frame, from 1.
-        rate: Frames per second [Hz].
-        points: Positions in the file's unit; NaN where the file marks a point as missing.
-        residuals: Reconstruction residual in the file's unit, -1 where missing.
-        analog: Samples, scaled to the units of ANALOG:UNITS, one channel per column.
-        analog_rate: Samples per second [Hz]; 0 without analog channels.
-        header_events: Label and time [s] of the events of the header (older files).
+        groups: Values by group and name, both upper case: a list of strings or an array (first
+            dimension of the file first).
     """
 
-    path: Path
-    parameters: dict[str, dict[str, np.ndarray | list[str]]]
-    first_frame: int
-    rate: float
-    points: Float[Array, "n_frames n_points 3"]
-    residuals: Float[Array, "n_frames n_points"]
-    analog: Float[Array, "n_samples n_channels"]
-    analog_rate: float
-    header_events: tuple[tuple[str, float], ...] = ()
+    groups: dict[str, dict[str, np.ndarray | list[str]]]
 
     def strings(self, group: str, name: str) -> list[str]:
         """Return a list of strings with its continuations (``LABELS``, ``LABELS2`` …)."""
         found: list[str] = []
-        entries = self.parameters.get(group, {})
+        entries = self.groups.get(group, {})
         for suffix in ("", *map(str, range(2, 256))):
             value = entries.get(name + suffix)
             if value is None:
@@ -66,7 +52,7 @@ class C3dFile:
 
     def values(self, group: str, name: str) -> np.ndarray:
         """Return numbers, one axis per dimension; empty if there are none."""
-        value = self.parameters.get(group, {}).get(name)
+        value = self.groups.get(group, {}).get(name)
         return value if isinstance(value, np.ndarray) else np.empty(0)
 
     def integers(self, group: str, name: str) -> np.ndarray:
@@ -80,6 +66,30 @@ class C3dFile:
         return float(values.flat[0]) if values.size else float("nan")
 
 
+@dataclass(frozen=True)
+class C3dFile(Parameters):
+    """Contents of a C3D file before interpretation.
+
+    Attributes:
+        groups: As in :class:`Parameters`.
+        first_frame: Number of the first frame, from 1.
+        rate: Frames per second [Hz].
+        points: Positions in the file's unit; NaN where the file marks a point as missing.
+        residuals: Reconstruction residual in the file's unit, -1 where missing.
+        analog: Samples, scaled to the units of ANALOG:UNITS, one channel per column.
+        analog_rate: Samples per second [Hz]; 0 without analog channels.
+        header_events: Label and time [s] of the events of the header (older files).
+    """
+
+    first_frame: int
+    rate: float
+    points: Float[Array, "n_frames n_points 3"]
+    residuals: Float[Array, "n_frames n_points"]
+    analog: Float[Array, "n_samples n_channels"]
+    analog_rate: float
+    header_events: tuple[tuple[str, float], ...]
+
+
 def read_c3d_file(path: str | Path) -> C3dFile:
     """Read the container.
 
@@ -87,26 +97,15 @@ def read_c3d_file(path: str | Path) -> C3dFile:
         FileError: If the file is not a C3D file, or a count does not fit its size.
     """
     path = Path(path)
-    try:
-        if path.is_dir():
-            raise FileError(path, "is a folder, not a file", remedy="name the file inside it")
-        with open(path, "rb") as file:
-            size = os.fstat(file.fileno()).st_size
-            if size > LIMIT_BYTES:
-                raise FileError(
-                    path,
-                    f"has {size / 1e6:.0f} MB, more than the {LIMIT_BYTES / 1e6:.0f} MB read",
-                    remedy="cut the recording to the relevant part",
-                )
-            return _read(path, file, size)
-    except FileNotFoundError:
-        raise FileError(
-            path, "there is no such file", remedy="check the name and the folder"
-        ) from None
-    except OSError as error:
-        raise FileError(
-            path, f"cannot be read ({error.strerror or error})", remedy="check its permissions"
-        ) from error
+    with reading(path), open(path, "rb") as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > LIMIT_BYTES:
+            raise FileError(
+                path,
+                f"has {size / 1e6:.0f} MB, more than the {LIMIT_BYTES / 1e6:.0f} MB read",
+                remedy="cut the recording to the relevant part",
+            )
+        return _read(path, file, size)
 
 
 def _read(path: Path, file, size: int) -> C3dFile:
@@ -122,26 +121,17 @@ def _read(path: Path, file, size: int) -> C3dFile:
         )
     start = (head[0] - 1) * BLOCK
     if start < BLOCK or start + BLOCK > size:
-        raise FileError(
-            path,
-            f"the parameters should start at block {head[0]}, outside the file",
-            where="header, word 1",
-            remedy=_EXPORT_AGAIN,
-        )
+        problem = f"the parameters should start at block {head[0]}, outside the file"
+        raise FileError(path, problem, where="header, word 1", remedy=_EXPORT_AGAIN)
     file.seek(start)
     raw = file.read(255 * BLOCK)
     processor = raw[3]
     if processor not in (_INTEL, _DEC, _MIPS):
-        raise FileError(
-            path,
-            f"processor type {processor} is none of 84 (Intel), 85 (DEC), 86 (MIPS)",
-            where="parameter section, byte 4",
-            remedy=_EXPORT_AGAIN,
-        )
+        problem = f"processor type {processor} is none of 84 (Intel), 85 (DEC), 86 (MIPS)"
+        raise FileError(path, problem, where="parameter section, byte 4", remedy=_EXPORT_AGAIN)
     n_blocks = raw[2] or 255
-    parameters = _Parameters(path, raw[: n_blocks * BLOCK], processor).parse()
-    header = _Header(head, processor)
-    return _read_data(path, file, size, header, parameters, processor)
+    parameters = _ParameterSection(path, raw[: n_blocks * BLOCK], processor).parse()
+    return _read_data(path, file, size, _Header(head, processor), parameters, processor)
 
 
 class _Header:
@@ -167,7 +157,7 @@ class _Header:
             )
 
 
-class _Parameters:
+class _ParameterSection:
     """Reader of the chain of parameter records, bounded by the section."""
 
     def __init__(self, path: Path, raw: bytes, processor: int):
@@ -175,26 +165,21 @@ class _Parameters:
         self.order = ">" if processor == _MIPS else "<"
 
     def error(self, position: int, problem: str) -> FileError:
-        return FileError(
-            self.path,
-            problem,
-            where=f"parameter section, byte {position}",
-            remedy=_EXPORT_AGAIN,
-        )
+        where = f"parameter section, byte {position}"
+        return FileError(self.path, problem, where=where, remedy=_EXPORT_AGAIN)
 
     def take(self, position: int, count: int) -> bytes:
         if position < 0 or position + count > len(self.raw):
             raise self.error(position, f"{count} bytes should follow, the section ends before")
         return self.raw[position : position + count]
 
-    def parse(self) -> dict:
+    def parse(self) -> Parameters:
         groups: dict[int, str] = {}
         records: list[tuple[int, str, np.ndarray | list[str]]] = []
         position = 4
         while position + 2 <= len(self.raw):
-            n_name = abs(int(np.int8(self.raw[position] - 256 * (self.raw[position] > 127))))
-            group = self.raw[position + 1]
-            group = group - 256 if group > 127 else group
+            n_name, group = np.frombuffer(self.raw[position : position + 2], dtype="i1").tolist()
+            n_name = abs(n_name)
             if n_name == 0 or group == 0:
                 break
             name = self.take(position + 2, n_name).decode("latin-1").strip("\0 ").upper()
@@ -212,11 +197,11 @@ class _Parameters:
         found: dict[str, dict] = {name: {} for name in groups.values()}
         for group, name, value in records:
             found.setdefault(groups.get(group, f"GROUP {group}"), {})[name] = value
-        return found
+        return Parameters(found)
 
     def record(self, position: int, name: str) -> np.ndarray | list[str]:
         kind, n_dims = self.take(position, 2)
-        kind = kind - 256 if kind > 127 else kind
+        kind -= 256 * (kind > 127)
         if kind not in (-1, 1, 2, 4) or n_dims > 7:
             raise self.error(
                 position, f"{name!r} has type {kind} with {n_dims} dimensions (-1, 1, 2, 4; ≤ 7)"
@@ -239,8 +224,8 @@ class _Parameters:
         return values.reshape(dims, order="F") if dims else values
 
 
-def _read_data(path, file, size, header: _Header, parameters, processor) -> C3dFile:
-    bare = C3dFile(path, parameters, 1, 1.0, *_nothing())
+def _read_data(path, file, size, header: _Header, bare: Parameters, processor) -> C3dFile:
+    broken = partial(FileError, path, remedy=_EXPORT_AGAIN)
     scale = bare.value("POINT", "SCALE")
     if not np.isfinite(scale) or scale == 0:
         scale = header.scale
@@ -256,33 +241,30 @@ def _read_data(path, file, size, header: _Header, parameters, processor) -> C3dF
             where="header, words 11 and 12, and POINT:RATE",
             remedy="correct the frame rate and export again",
         )
-    samples_per_frame, n_channels = _analog_layout(path, header)
-    word = 4 if scale < 0 else 2
-    frame_words = 4 * header.n_points + header.analog_per_frame
-    if frame_words == 0:
-        raise FileError(
-            path,
-            "contains neither points nor analog channels",
-            where="header",
-            remedy=_EXPORT_AGAIN,
+    total, samples_per_frame = header.analog_per_frame, header.samples_per_frame
+    if total and (samples_per_frame == 0 or total % samples_per_frame):
+        raise broken(
+            f"{total} analog numbers per frame do not divide into {samples_per_frame} samples",
+            where="header, words 3 and 10",
         )
+    n_channels = total // samples_per_frame if total else 0
+    word = 4 if scale < 0 else 2
+    frame_words = 4 * header.n_points + total
+    if frame_words == 0:
+        raise broken("contains neither points nor analog channels", where="header")
     start = (header.data_block - 1) * BLOCK
     if header.data_block < 2 or start > size:
-        raise FileError(
-            path,
+        raise broken(
             f"the data should start at block {header.data_block}, outside the file",
             where="header, word 9",
-            remedy=_EXPORT_AGAIN,
         )
     first, n_frames = _frames(bare, header)
     room = (size - start) // (frame_words * word)
     if n_frames < 1 or n_frames > room:
-        raise FileError(
-            path,
+        raise broken(
             f"the header announces {n_frames} frames of {header.n_points} points and "
             f"{n_channels} analog channels, the file has room for {room}",
             where="header, words 2 to 5",
-            remedy=_EXPORT_AGAIN,
         )
     file.seek(start)
     count = n_frames * frame_words
@@ -298,38 +280,11 @@ def _read_data(path, file, size, header: _Header, parameters, processor) -> C3dF
     if word == 2 and unsigned:
         analog = analog.astype(np.int64) & 0xFFFF
     analog = _scaled_analog(bare, analog.reshape(-1, n_channels) if n_channels else analog)
-    return C3dFile(
-        path,
-        parameters,
-        first,
-        rate,
-        points,
-        residuals,
-        analog,
-        rate * samples_per_frame if n_channels else 0.0,
-        header.events,
-    )
+    analog_rate = rate * samples_per_frame if n_channels else 0.0
+    return C3dFile(bare.groups, first, rate, points, residuals, analog, analog_rate, header.events)
 
 
-def _nothing() -> tuple:
-    return np.empty((0, 0, 3)), np.empty((0, 0)), np.empty((0, 0)), 0.0
-
-
-def _analog_layout(path: Path, header: _Header) -> tuple[int, int]:
-    total, per_channel = header.analog_per_frame, header.samples_per_frame
-    if total == 0:
-        return 0, 0
-    if per_channel == 0 or total % per_channel:
-        raise FileError(
-            path,
-            f"{total} analog numbers per frame do not divide into {per_channel} samples",
-            where="header, words 3 and 10",
-            remedy=_EXPORT_AGAIN,
-        )
-    return per_channel, total // per_channel
-
-
-def _frames(bare: C3dFile, header: _Header) -> tuple[int, int]:
+def _frames(bare: Parameters, header: _Header) -> tuple[int, int]:
     """Return the number of the first frame and the number of frames.
 
     The header counts to 65535; longer recordings use TRIAL:ACTUAL_START_FIELD and
@@ -373,7 +328,7 @@ def _points(table: np.ndarray, scale: float, n_frames: int) -> tuple[np.ndarray,
     return points, residuals
 
 
-def _scaled_analog(bare: C3dFile, raw: np.ndarray) -> np.ndarray:
+def _scaled_analog(bare: Parameters, raw: np.ndarray) -> np.ndarray:
     """Return ``(raw - OFFSET) * SCALE * GEN_SCALE``."""
     n = raw.shape[1]
     if n == 0:

@@ -44,20 +44,9 @@ class Companions:
     forces: tuple[ForcePlate, ...] = ()
     forces_source: Path | None = None
 
-    @property
-    def sources(self) -> tuple[Path, ...]:
-        """The companion files."""
-        static = (self.static.source,) if self.static else ()
-        return (*static, *((self.forces_source,) if self.forces_source else ()))
-
 
 def find_companions(recording: Recording, read) -> Companions:
-    """Return the companions of a recording from its folder.
-
-    Args:
-        recording: The recording.
-        read: Reads a file to a Recording (:func:`plantigrade.io.read`).
-    """
+    """Return the companions of a recording from its folder; ``read`` reads a file."""
     static = find_static(recording, read) if recording.markers is not None else None
     if recording.plates:
         return Companions(static)
@@ -76,7 +65,7 @@ def find_static(recording: Recording, read) -> Recording | None:
     for other in _siblings(path, [path.suffix]):
         words = _words(other.stem)
         named = bool(words & _STATIC_WORDS)
-        numbered = _without_number(other.stem) == _without_number(path.stem)
+        numbered = other.stem.rstrip("0123456789") == path.stem.rstrip("0123456789")
         related = bool((words - _STATIC_WORDS) & own) or not (words - _STATIC_WORDS)
         if (named and related) or numbered:
             ranked.append((not named, other))
@@ -200,7 +189,3 @@ def _words(stem: str) -> set[str]:
 def _numbered(words: set[str]) -> set[str]:
     """Return the words that identify a trial or a person."""
     return {w for w in words if any(c.isdigit() for c in w)}
-
-
-def _without_number(stem: str) -> str:
-    return re.sub(r"\d+$", "", stem)

@@ -16,13 +16,16 @@ instead.
 
 import csv as _csv
 import re
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from plantigrade.errors import FileError
 from plantigrade.io.axes import UP_AXES, to_world, up_axis_of_points
-from plantigrade.io.c3d import LENGTH_UNITS, unit_of_points
+from plantigrade.io.c3d import LENGTH_UNITS, NAMES_OF_UNITS, unit_of_points
 from plantigrade.io.text import check_time, numbers, read_text, write_text
 from plantigrade.motion.recording import Markers, Recording, Table
 
@@ -43,25 +46,18 @@ def read_csv(path: str | Path) -> Recording:
     if lines and not lines[-1].strip():
         lines.pop()
     says, at = _comments(lines, path)
+    in_header = partial(FileError, path, where=f"line {at + 1}")
     delimiter = max("\t;,", key=lambda d: lines[at].count(d))
     if not lines[at].count(delimiter):
-        raise FileError(
-            path,
+        raise in_header(
             "the header must contain several names separated by commas, semicolons or tabs",
-            where=f"line {at + 1}",
             remedy="write 'time, NAME_x, NAME_y, NAME_z, …'",
         )
-    names = _header(lines[at], delimiter, path, at + 1)
-    time_at = next(
-        (i for i, n in enumerate(names) if n.lower().replace(" ", "") in _TIME_NAMES), -1
-    )
-    if time_at < 0:
-        raise FileError(
-            path,
-            f"no column 'time' among {', '.join(names[:6])}{', …' if len(names) > 6 else ''}",
-            where=f"line {at + 1}",
-            remedy="add a column 'time' in seconds",
-        )
+    names = _header(lines[at], delimiter, in_header)
+    times = [i for i, n in enumerate(names) if n.lower().replace(" ", "") in _TIME_NAMES]
+    if not times:
+        given = f"{', '.join(names[:6])}{', …' if len(names) > 6 else ''}"
+        raise in_header(f"no column 'time' among {given}", remedy="add a column 'time' in seconds")
     rows = lines[at + 1 :]
     decimal = "," if delimiter != "," and any("," in row for row in rows[:3]) else "."
     table = numbers(
@@ -75,17 +71,12 @@ def read_csv(path: str | Path) -> Recording:
         names=names,
     )
     if len(table) == 0:
-        raise FileError(
-            path,
-            "has a header but no rows of numbers",
-            where=f"line {at + 2}",
-            remedy="export it again",
-        )
-    time = table[:, time_at]
+        raise in_header("has a header but no rows of numbers", remedy="export it again")
+    time = table[:, times[0]]
     check_time(time, rows, path, first_line=at + 2)
     warnings: list[str] = []
     triples = _triples(names)
-    taken = {i for three in triples.values() for i in three} | {time_at}
+    taken = {i for three in triples.values() for i in three} | {times[0]}
     rest = [i for i, n in enumerate(names) if i not in taken and n.lower() not in _SKIPPED_NAMES]
     markers = coordinates = None
     if triples:
@@ -97,12 +88,8 @@ def read_csv(path: str | Path) -> Recording:
         _to_radians(values, [names[i] for i in rest], says, path, warnings)
         coordinates = Table(tuple(names[i] for i in rest), time, values)
     if markers is None and coordinates is None:
-        raise FileError(
-            path,
-            "contains only time",
-            where=f"line {at + 1}",
-            remedy="add columns NAME_x, NAME_y, NAME_z of markers, or joint coordinates",
-        )
+        remedy = "add columns NAME_x, NAME_y, NAME_z of markers, or joint coordinates"
+        raise in_header("contains only time", remedy=remedy)
     return Recording(
         source=Path(path), markers=markers, coordinates=coordinates, warnings=tuple(warnings)
     )
@@ -164,33 +151,22 @@ def _comments(lines: list[str], path) -> tuple[dict[str, str], int]:
     raise FileError(path, "contains only comments", remedy="add a header and rows of numbers")
 
 
-def _header(line: str, delimiter: str, path, where: int) -> list[str]:
+def _header(line: str, delimiter: str, in_header: Callable[..., FileError]) -> list[str]:
     try:
         names = next(_csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except _csv.Error as error:
-        raise FileError(
-            path, f"header cannot be read ({error})", where=f"line {where}", remedy="shorten it"
-        ) from None
+        raise in_header(f"header cannot be read ({error})", remedy="shorten it") from None
     names = [name.strip() for name in names]
     while names and not names[-1]:
         names.pop()
     seen = [name for name in names if name]
-    if len(set(seen)) < len(seen):
-        once: set[str] = set()
-        twice = next(n for n in seen if n in once or once.add(n))
-        raise FileError(
-            path,
-            f"column {twice!r} occurs more than once",
-            where=f"line {where}",
-            remedy="give every column a unique name",
-        )
+    twice = [name for name, n in Counter(seen).items() if n > 1]
+    if twice:
+        remedy = "give every column a unique name"
+        raise in_header(f"column {twice[0]!r} occurs more than once", remedy=remedy)
     if seen and all(re.fullmatch(r"[-+.\deE]+", name) for name in seen):
-        raise FileError(
-            path,
-            "starts with numbers instead of column names",
-            where=f"line {where}",
-            remedy="add a header 'time, NAME_x, NAME_y, NAME_z, …'",
-        )
+        remedy = "add a header 'time, NAME_x, NAME_y, NAME_z, …'"
+        raise in_header("starts with numbers instead of column names", remedy=remedy)
     return names
 
 
@@ -220,27 +196,23 @@ def _positions(raw: np.ndarray, says: dict, path, warnings: list[str]) -> np.nda
     if word is None and unit != 1.0:
         warnings.append(
             f"the table states no length unit; from the size of the body it was taken as "
-            f"{'mm' if unit == 1e-3 else 'cm'} (write '# unit: m' on top to say otherwise)"
+            f"{NAMES_OF_UNITS[unit]} (write '# unit: m' on top to say otherwise)"
         )
     up = says.get("up")
     if up is not None:
         up = up if up[0] in "+-" else "+" + up
         if up not in UP_AXES:
-            raise FileError(
-                path,
-                f"up {up[:10]!r} is not an axis",
-                where="# up",
-                remedy=f"use {', '.join(UP_AXES)}",
-            )
+            problem, remedy = f"up {up[:10]!r} is not an axis", f"use {', '.join(UP_AXES)}"
+            raise FileError(path, problem, where="# up", remedy=remedy)
         return to_world(raw * unit, up)
     body, sure = up_axis_of_points(raw)
-    if sure > _SURE and body != "+z":
-        warnings.append(
-            f"the table does not state the vertical; the body is upright along {body}, which was "
-            "taken as up (write '# up: z' on top to say otherwise)"
-        )
-        return to_world(raw * unit, body)
-    return to_world(raw * unit, "+z")
+    if sure <= _SURE or body == "+z":
+        return to_world(raw * unit, "+z")
+    warnings.append(
+        f"the table does not state the vertical; the body is upright along {body}, which was "
+        "taken as up (write '# up: z' on top to say otherwise)"
+    )
+    return to_world(raw * unit, body)
 
 
 def _to_radians(values: np.ndarray, names: list[str], says, path, warnings) -> None:
@@ -249,12 +221,8 @@ def _to_radians(values: np.ndarray, names: list[str], says, path, warnings) -> N
     if word in ("degrees", "degree", "deg"):
         values[:, angles] = np.deg2rad(values[:, angles])
     elif word not in ("radians", "radian", "rad"):
-        raise FileError(
-            path,
-            f"angles {word[:20]!r} is not a unit of angle",
-            where="# angles",
-            remedy="use radians or degrees",
-        )
+        problem = f"angles {word[:20]!r} is not a unit of angle"
+        raise FileError(path, problem, where="# angles", remedy="use radians or degrees")
     elif "angles" not in says and angles and np.nanmax(np.abs(values[:, angles]), initial=0) > 13:
         warnings.append(
             "coordinates beyond 13 rad look like degrees: if so, write '# angles: degrees' on top"

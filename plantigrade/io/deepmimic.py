@@ -11,14 +11,16 @@ learning of physics-based character skills*, ACM Transactions on Graphics 37(4),
 """
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from plantigrade.errors import FileError
-from plantigrade.io.skeletons import axis_rotation, quat_rotation
+from plantigrade.io.skeletons import euler_rotation
 from plantigrade.io.text import read_text
 from plantigrade.motion.recording import Recording, SkeletonMotion
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, rotation_matrix
 
 # name, parent, offset from the parent [m] (x forward, y up, z right), numbers per frame
 JOINTS: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
@@ -48,16 +50,13 @@ ENDS = {
     "left_ankle": (0.1335, -0.05, 0.0),
 }
 
-_TO_OURS = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # x forward, y up, z right to ours
 MAX_BYTES = 20e6  # of a file [bytes]: about 10 minutes at 30 Hz
+_REMEDY = 'a DeepMimic motion is a JSON object with a list "Frames" of rows of 44 numbers'
 _UNIT = 0.02  # how far a quaternion's length may be from 1
 
 
 def read_deepmimic(path: str | Path) -> Recording:
-    """Read a DeepMimic motion.
-
-    Args:
-        path: The JSON file (usually ``.txt``).
+    """Read a DeepMimic motion, a JSON file (usually ``.txt``).
 
     Returns:
         A recording with a ``skeleton`` of 15 joints. Each frame lasts for its own duration; that of
@@ -67,29 +66,22 @@ def read_deepmimic(path: str | Path) -> Recording:
         FileError: If the file is not such a motion; the message names frame and field.
     """
     path = Path(path)
-    remedy = 'a DeepMimic motion is a JSON object with a list "Frames" of rows of 44 numbers'
+    text = read_text(path, MAX_BYTES)
+    wrong = partial(FileError, path, remedy=_REMEDY)
     try:
-        data = json.loads(read_text(path, MAX_BYTES))
+        data = json.loads(text)
     except json.JSONDecodeError as error:
-        raise FileError(
-            path,
-            f"is not JSON ({error.msg})",
-            where=f"line {error.lineno}, column {error.colno}",
-            remedy=remedy,
-        ) from error
+        where = f"line {error.lineno}, column {error.colno}"
+        raise wrong(f"is not JSON ({error.msg})", where=where) from error
     except (RecursionError, ValueError) as error:
-        if isinstance(error, FileError):
-            raise
-        raise FileError(path, f"is not JSON ({str(error)[:80]})", remedy=remedy) from error
+        raise wrong(f"is not JSON ({str(error)[:80]})") from error
     if not isinstance(data, dict) or not isinstance(data.get("Frames"), list):
-        raise FileError(path, 'has no list "Frames"', where="Frames", remedy=remedy)
+        raise wrong('has no list "Frames"', where="Frames")
     rows = data["Frames"]
     if len(rows) < 2:
-        raise FileError(
-            path, f"has {len(rows)} frames, two are needed", where="Frames", remedy=remedy
-        )
+        raise wrong(f"has {len(rows)} frames, two are needed", where="Frames")
     warnings: list[str] = []
-    frames = _frames(path, rows, remedy)
+    frames = _frames(path, rows)
     duration = frames[:, 0]
     loop = str(data.get("Loop", "none")).lower()
     if loop not in ("wrap", "none"):
@@ -100,43 +92,33 @@ def read_deepmimic(path: str | Path) -> Recording:
     return Recording(source=path, skeleton=_kinematics(frames, time), warnings=tuple(warnings))
 
 
-def _frames(path: Path, rows: list, remedy: str) -> np.ndarray:
+def _frames(path: Path, rows: list) -> np.ndarray:
     """Return the frames with unit quaternions."""
-    for n, row in enumerate(rows, start=1):
+    wrong = partial(FileError, path, remedy=_REMEDY)
+    for n, row in enumerate(rows):
         count = len(row) if isinstance(row, list) else None
         if count != NUMBERS:
             what = "is not a list" if count is None else f"has {count} numbers"
             raise FileError(
                 path,
                 f"{what}; {NUMBERS} are needed",
-                where=f"Frames[{n - 1}]",
+                where=f"Frames[{n}]",
                 remedy="other characters than humanoid3d (dog, atlas) are not read",
             )
-        if not all(type(x) in (int, float) for x in row):
-            k = next(k for k, x in enumerate(row) if type(x) not in (int, float))
-            raise FileError(
-                path,
-                f"{str(row[k])[:30]!r} is not a number",
-                where=f"Frames[{n - 1}][{k}]",
-                remedy=remedy,
-            )
+        for k, x in enumerate(row):
+            if type(x) not in (int, float):
+                raise wrong(f"{str(x)[:30]!r} is not a number", where=f"Frames[{n}][{k}]")
     try:
         frames = np.array(rows, dtype=float)
     except OverflowError as error:
-        raise FileError(path, f"a number is too large ({error})", where="Frames") from error
+        raise wrong(f"a number is too large ({error})", where="Frames") from error
     if not np.isfinite(frames).all():
         n, k = np.argwhere(~np.isfinite(frames))[0]
-        raise FileError(
-            path, "is not finite", where=f"Frames[{n}][{k}]", remedy="export the motion again"
-        )
+        raise wrong("is not finite", where=f"Frames[{n}][{k}]")
     if (frames[:-1, 0] <= 0).any():
         n = int(np.argmax(frames[:-1, 0] <= 0))
-        raise FileError(
-            path,
-            f"lasts {frames[n, 0]} s; a frame must last longer than 0 s",
-            where=f"Frames[{n}][0]",
-            remedy=remedy,
-        )
+        problem = f"lasts {frames[n, 0]} s; a frame must last longer than 0 s"
+        raise wrong(problem, where=f"Frames[{n}][0]")
     column = 4
     for name, _, _, width in JOINTS:
         if width == 4:
@@ -144,12 +126,8 @@ def _frames(path: Path, rows: list, remedy: str) -> np.ndarray:
             length = np.linalg.norm(quat, axis=1)
             if (np.abs(length - 1) > _UNIT).any():
                 n = int(np.argmax(np.abs(length - 1)))
-                raise FileError(
-                    path,
-                    f"the quaternion of {name} has length {length[n]:.3g}; it must be 1",
-                    where=f"Frames[{n}][{column}:{column + 4}]",
-                    remedy=remedy,
-                )
+                problem = f"the quaternion of {name} has length {length[n]:.3g}; it must be 1"
+                raise wrong(problem, where=f"Frames[{n}][{column}:{column + 4}]")
             frames[:, column : column + 4] = quat / length[:, None]
         column += width
     return frames
@@ -163,12 +141,7 @@ def _kinematics(frames: np.ndarray, time: np.ndarray) -> SkeletonMotion:
     for i, (name, parent, offset, width) in enumerate(JOINTS):
         values = frames[:, column : column + width]
         column += width
-        if width == 4:
-            local = quat_rotation(values)
-        elif width == 1:
-            local = axis_rotation("z", values[:, 0])
-        else:
-            local = np.broadcast_to(np.eye(3), (n, 3, 3))
+        local = rotation_matrix(values) if width == 4 else euler_rotation("z" * width, values)
         if parent < 0:
             R[:, i], p[:, i] = local, frames[:, 1:4]
         else:
@@ -177,7 +150,7 @@ def _kinematics(frames: np.ndarray, time: np.ndarray) -> SkeletonMotion:
             rest[i] = rest[parent] + offset
         if name in ENDS:
             ends[:, i] = p[:, i] + R[:, i] @ np.array(ENDS[name])
-    T = _TO_OURS
+    T = OPENSIM_TO_WORLD
     return SkeletonMotion(
         names=tuple(name for name, *_ in JOINTS),
         parents=tuple(parent for _, parent, *_ in JOINTS),

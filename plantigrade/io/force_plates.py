@@ -38,18 +38,14 @@ LOADED = 50.0  # somebody stands on the plate [N]
 UNLOADED = 30.0  # a baseline may not be larger than this [N]
 
 FORCE_UNITS = {
-    "n": 1.0,
-    "newton": 1.0,
-    "newtons": 1.0,
-    "kn": 1e3,
-    "lb": 4.4482216,
-    "lbf": 4.4482216,
+    **dict.fromkeys(("n", "newton", "newtons"), 1.0),
+    **{"kn": 1e3, "lb": 4.4482216, "lbf": 4.4482216},
 }
 MOMENT_UNITS = {
-    **{name: 1.0 for name in ("nm", "n.m", "n-m", "n*m", "n m", "newton.metre", "newton-meters")},
-    **{name: 1e-3 for name in ("nmm", "n.mm", "n-mm", "n*mm", "n mm", "newton-millimeters")},
-    **{name: 1e-2 for name in ("ncm", "n.cm", "n-cm")},
-    **{name: 1e3 for name in ("knm", "kn.m")},
+    **dict.fromkeys(("nm", "n.m", "n-m", "n*m", "n m", "newton.metre", "newton-meters"), 1.0),
+    **dict.fromkeys(("nmm", "n.mm", "n-mm", "n*mm", "n mm", "newton-millimeters"), 1e-3),
+    **dict.fromkeys(("ncm", "n.cm", "n-cm"), 1e-2),
+    **dict.fromkeys(("knm", "kn.m"), 1e3),
 }
 _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6, 5: 8}
 
@@ -137,20 +133,27 @@ def plate_axes(corners: Float[Array, "4 3"]) -> Float[Array, "3 3"]:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
+def plate_corners(file: C3dFile) -> Float[Array, "n_plates 4 3"]:
+    """Return the corners of the plates by quadrant, in the file's unit and axes."""
+    corners = _by_plate(file, "CORNERS", 2)
+    return corners.swapaxes(1, 2) if corners.shape[1:] == (3, 4) else np.empty((0, 4, 3))
+
+
+def _by_plate(file: C3dFile, name: str, ndim: int) -> np.ndarray:
+    """Return a parameter of each plate, an array of ``ndim`` axes; none if it has another shape."""
+    values = file.values("FORCE_PLATFORM", name).astype(float)
+    values = values[..., None] if values.ndim == ndim else values
+    return np.moveaxis(values, -1, 0) if values.ndim == ndim + 1 else np.empty((0,) * (ndim + 1))
+
+
 def _geometry(file: C3dFile, i: int, unit: float) -> _Geometry | None:
-    corners = file.values("FORCE_PLATFORM", "CORNERS")
-    if corners.ndim == 2:
-        corners = corners[..., None]
-    if corners.ndim != 3 or corners.shape[:2] != (3, 4) or corners.shape[2] <= i:
+    corners = plate_corners(file)
+    if len(corners) <= i:
         return None
-    four = corners[:, :, i].T.astype(float) * unit
+    four = corners[i] * unit
     rotation = plate_axes(four)
-    size = np.array(
-        [
-            np.linalg.norm(four[0] + four[3] - four[1] - four[2]),
-            np.linalg.norm(four[0] + four[1] - four[2] - four[3]),
-        ]
-    )
+    across = [four[0] + four[3] - four[1] - four[2], four[0] + four[1] - four[2] - four[3]]
+    size = np.linalg.norm(across, axis=1)
     if not np.isfinite(rotation).all() or not (1e-2 < size).all() or not (size < 1e2).all():
         return None
     return _Geometry(four, four.mean(axis=0), rotation, size / 4)
@@ -158,26 +161,22 @@ def _geometry(file: C3dFile, i: int, unit: float) -> _Geometry | None:
 
 def _channels(file: C3dFile, i: int, count: int) -> np.ndarray | None:
     """Return the channels of a plate, 0-based."""
-    table = file.integers("FORCE_PLATFORM", "CHANNEL")
-    if table.ndim == 1:
-        table = table[:, None]
-    if table.ndim != 2 or table.shape[0] < count or table.shape[1] <= i:
+    table = _by_plate(file, "CHANNEL", 1)
+    if len(table) <= i or table.shape[1] < count:
         return None
-    channels = table[:count, i].astype(int) - 1
-    return channels if ((channels >= 0) & (channels < file.analog.shape[1])).all() else None
+    channels = table[i, :count] - 1
+    inside = ((channels >= 0) & (channels < file.analog.shape[1])).all()
+    return channels.astype(int) if inside else None
 
 
 def _wrench(file, i, kind, channels, geometry, up, length_unit, name, warnings) -> _Wrench | None:
     raw = _without_baseline(file, file.analog[:, channels], name, warnings)
     if not np.isfinite(raw).all():
-        warnings.append(
-            f"force plate {name} was left out: it contains samples that are not numbers"
-        )
+        warnings.append(f"force plate {name} was left out: some of its samples are not numbers")
         return None
-    origin = file.values("FORCE_PLATFORM", "ORIGIN")
-    origin = origin[:, None] if origin.ndim == 1 else origin
-    known = origin.ndim == 2 and origin.shape[0] == 3 and origin.shape[1] > i
-    o = origin[:, i].astype(float) * length_unit if known else np.zeros(3)
+    origin = _by_plate(file, "ORIGIN", 1)
+    known = len(origin) > i and origin.shape[1] == 3
+    o = origin[i] * length_unit if known else np.zeros(3)
     units = [unit.lower() for unit in file.strings("ANALOG", "UNITS")]
     unit_of = [units[c] if c < len(units) else "" for c in channels]
     newton = FORCE_UNITS.get(unit_of[2], 1.0)
@@ -206,32 +205,23 @@ def _wrench(file, i, kind, channels, geometry, up, length_unit, name, warnings) 
         force = newton * raw[:, :3]
         length = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}.get(unit_of[3], length_unit)
         p = np.stack([raw[:, 3] * length, raw[:, 4] * length, np.zeros(len(raw))], axis=1)
-        candidates = []
-        for scale in _moment_scales(unit_of[5], length_unit):
-            moment = np.cross(p, force)
-            moment[:, 2] += scale * raw[:, 5]
-            candidates.append(moment)
-        candidates = candidates[:1]  # the unit does not move this centre of pressure
+        moment = np.cross(p, force)  # the unit does not move this centre of pressure
+        moment[:, 2] += _moment_scales(unit_of[5], length_unit)[0] * raw[:, 5]
+        candidates = [moment]
         o = np.zeros(3)  # already at the surface
     else:
         force = newton * raw[:, :3]
         candidates = [scale * raw[:, 3:6] for scale in _moment_scales(unit_of[3], length_unit)]
     o = _origin(o, up)
     wrenches = [_Wrench(force, moment - np.cross(o, force)) for moment in candidates]
-    return (
-        min(wrenches, key=lambda wrench: _miss(wrench, geometry))
-        if len(wrenches) > 1
-        else (wrenches[0])
-    )
+    return min(wrenches, key=lambda wrench: _miss(wrench, geometry))
 
 
 def _origin(o: np.ndarray, up: float) -> np.ndarray:
-    """Return ORIGIN with the sign that points from the transducer out of the plate.
+    """Return ORIGIN [m] with the sign that points from the transducer out of the plate.
 
-    Args:
-        o: ORIGIN as the file has it, plate axes [m].
-        up: The plate's own z in the world: -1 where it points into the ground, as on nearly every
-            plate (its corners run clockwise seen from above).
+    The plate's own z in the world, ``up``, is -1 where it points into the ground, as on nearly
+    every plate (its corners run clockwise seen from above).
     """
     return -o if o[2] * up < 0 else o
 
@@ -243,11 +233,10 @@ def _moment_scales(unit: str, length_unit: float) -> list[float]:
 
 def _calibration(file: C3dFile, i: int, n_channels: int) -> np.ndarray | None:
     """Return the matrix (6, n_channels) from channels to force [N] and moment."""
-    matrix = file.values("FORCE_PLATFORM", "CAL_MATRIX").astype(float)
-    matrix = matrix[..., None] if matrix.ndim == 2 else matrix
-    if matrix.ndim != 3 or matrix.shape[2] <= i or not np.isfinite(matrix[..., i]).all():
+    matrix = _by_plate(file, "CAL_MATRIX", 2)
+    if len(matrix) <= i or not np.isfinite(matrix[i]).all():
         return None
-    one = matrix[..., i]
+    one = matrix[i]
     if one.shape == (6, n_channels):
         return one
     return one.T if one.shape == (n_channels, 6) else None

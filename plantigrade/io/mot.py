@@ -19,6 +19,7 @@ coordinates are returned with flexion positive.
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ from plantigrade.io.opensim_forces import force_groups, plate_of, plates_table
 from plantigrade.io.text import count_of, numbers, parse_numbers, read_text, write_text
 from plantigrade.motion.recording import ForcePlate, Recording, Table
 
+_ANSWERS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
 MAX_COLUMNS = 5000
 MAX_BYTES = 80e6  # of a file [bytes]: about 5 minutes of two plates at 2000 Hz
 
@@ -120,48 +122,38 @@ def read_table(path: str | Path) -> Table:
 
 def _read(path: Path) -> MotFile:
     text = read_text(path, MAX_BYTES)
-    remedy = "check that this is a complete MOT or STO file of OpenSim"
+    broken = partial(
+        FileError, path, remedy="check that this is a complete MOT or STO file of OpenSim"
+    )
     end = re.search(r"^[ \t]*endheader\b[^\n]*$", text, re.MULTILINE | re.IGNORECASE)
     if end is None:
-        raise FileError(path, "has no line 'endheader'", where="header", remedy=remedy)
+        raise broken("has no line 'endheader'", where="header")
     header = _header(text[: end.start()])
     if header.get("datatype", "double").lower() not in ("double", "float"):
-        raise FileError(
-            path,
-            f"DataType={header['datatype']}: only tables of plain numbers are read",
-            where="header",
-            remedy="export it as doubles",
-        )
+        problem = f"DataType={header['datatype']}: only tables of plain numbers are read"
+        raise FileError(path, problem, where="header", remedy="export it as doubles")
     warnings: list[str] = []
     labels = re.compile(r"\s*([^\n]*\S)[^\n]*(?:\n|$)").match(text, end.end())
     if labels is None:
-        raise FileError(path, "ends after its header", where="endheader", remedy=remedy)
+        raise broken("ends after its header", where="endheader")
     line = text.count("\n", 0, labels.start(1)) + 1
     row = labels[1]
     paths = [p.strip().strip('"') for p in (row.split("\t") if "\t" in row else row.split())]
     paths = [p for p in paths if p]
     if not paths or paths[0].lower() not in ("time", "t"):
-        raise FileError(
-            path,
-            f"the first column is {(paths or [''])[0][:40]!r}, it must be time",
-            where=f"line {line}",
-            remedy=remedy,
-        )
+        problem = f"the first column is {(paths or [''])[0][:40]!r}, it must be time"
+        raise broken(problem, where=f"line {line}")
     if len(paths) > MAX_COLUMNS:
-        raise FileError(path, f"has {len(paths)} columns", where=f"line {line}", remedy=remedy)
+        raise broken(f"has {len(paths)} columns", where=f"line {line}")
     values = _rows(path, text[labels.end() :], line, paths, warnings)
     values = _checked_time(path, values, warnings)
     stated = header.get("nrows", header.get("datarows", ""))
     if (count_of(stated) or 0) > len(values):
         warnings.append(f"the header announces {stated} rows, the file holds {len(values)}")
     names = _unique([_reduced(p) for p in paths[1:]], paths[1:])
-    yes = header.get("indegrees", "").lower()
-    return MotFile(
-        Table(names, values[:, 0], values[:, 1:]),
-        tuple(paths[1:]),
-        True if yes in ("yes", "true", "1") else False if yes in ("no", "false", "0") else None,
-        tuple(warnings),
-    )
+    in_degrees = _ANSWERS.get(header.get("indegrees", "").lower())
+    table = Table(names, values[:, 0], values[:, 1:])
+    return MotFile(table, tuple(paths[1:]), in_degrees, tuple(warnings))
 
 
 def _header(text: str) -> dict[str, str]:
@@ -201,22 +193,14 @@ def _unique(names: Sequence[str], paths: Sequence[str]) -> tuple[str, ...]:
 
 
 def _rows(
-    path: Path,
-    text: str,
-    line: int,
-    names: Sequence[str],
-    warnings: list[str],
+    path: Path, text: str, line: int, names: Sequence[str], warnings: list[str]
 ) -> Float[Array, "n k"]:
     """Return the rows of numbers; a truncated last row is left out with a warning."""
     lines = text.rstrip().split("\n")
     first = next((row for row in lines if row.strip()), "")
     if not first:
-        raise FileError(
-            path,
-            "has no rows of numbers",
-            where=f"line {line + 1}",
-            remedy="check that the file is complete",
-        )
+        remedy = "check that the file is complete"
+        raise FileError(path, "has no rows of numbers", where=f"line {line + 1}", remedy=remedy)
     delimiter = "\t" if "\t" in first.strip() else None
     if len(lines) > 1 and len(lines[-1].strip().split(delimiter)) < len(names):
         warnings.append(f"the last row (line {line + len(lines)}) is truncated and was left out")
@@ -235,20 +219,14 @@ def _checked_time(path: Path, values: np.ndarray, warnings: list[str]) -> np.nda
     """Return the rows in order of time; repeated rows are left out."""
     time = values[:, 0]
     if not np.isfinite(time).all():
-        raise FileError(
-            path,
-            "time is not a number",
-            where=f"row {np.flatnonzero(~np.isfinite(time))[0] + 1}, column time",
-            remedy="every row needs its time [s]",
-        )
+        where = f"row {np.flatnonzero(~np.isfinite(time))[0] + 1}, column time"
+        remedy = "every row needs its time [s]"
+        raise FileError(path, "time is not a number", where=where, remedy=remedy)
     step = np.diff(time)
     if (step < 0).any():
-        raise FileError(
-            path,
-            "time decreases",
-            where=f"row {np.flatnonzero(step < 0)[0] + 2}, column time",
-            remedy="sort the rows by time; one trial per file",
-        )
+        where = f"row {np.flatnonzero(step < 0)[0] + 2}, column time"
+        remedy = "sort the rows by time; one trial per file"
+        raise FileError(path, "time decreases", where=where, remedy=remedy)
     if (step == 0).any():
         warnings.append(
             f"{(step == 0).sum()} rows repeat the time of the row before and were left out"
@@ -273,10 +251,7 @@ def _cycle_time(time: np.ndarray, values: np.ndarray, warnings: list[str]) -> np
 
 
 def write_mot(
-    what: Recording | Table | Sequence[ForcePlate],
-    path: str | Path,
-    *,
-    in_degrees: bool = True,
+    what: Recording | Table | Sequence[ForcePlate], path: str | Path, *, in_degrees: bool = True
 ) -> Path:
     """Write joint coordinates or ground reactions in OpenSim's format.
 
@@ -285,9 +260,6 @@ def write_mot(
             none, its plates).
         path: The file, ``.mot`` or ``.sto``.
         in_degrees: Write angles in degrees; translations and ``…_beta`` are never scaled.
-
-    Returns:
-        The file.
 
     Raises:
         ParameterError: If there is nothing to write.

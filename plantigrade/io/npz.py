@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.errors import FileError
+from plantigrade.io.text import reading
 from plantigrade.motion.recording import GaitEvent, Markers, Recording, Table
 
 MAX_BYTES = 400 * 2**20  # [bytes] all arrays of a file together
@@ -44,11 +45,7 @@ class Arrays:
         return self._arrays[key].shape
 
     def any(self, key: str) -> np.ndarray:
-        """Return an array of numbers or words.
-
-        Raises:
-            FileError: If it is missing or holds anything else.
-        """
+        """Return an array of numbers or words; a FileError if it is missing or anything else."""
         if key not in self._arrays:
             self.refuse("is missing", key)
         value = self._arrays[key]
@@ -59,9 +56,7 @@ class Arrays:
     def numbers(self, key: str, *shape: int | None) -> Any:
         """Return the array ``key`` as floats, None if missing.
 
-        Args:
-            key: Name of the array.
-            shape: Its shape; None for any length.
+        A length in ``shape`` is None where any will do.
 
         Raises:
             FileError: If the array is of another kind or shape.
@@ -71,19 +66,14 @@ class Arrays:
         value = self._arrays[key]
         if value.dtype.kind not in "fiub":
             self.refuse(f"holds {value.dtype}, not numbers", key)
-        if len(shape) != value.ndim or any(
-            want is not None and want != have for want, have in zip(shape, value.shape, strict=True)
-        ):
+        given = zip(shape, value.shape, strict=False)
+        if len(shape) != value.ndim or any(want not in (None, have) for want, have in given):
             want = ", ".join("any" if s is None else str(s) for s in shape)
             self.refuse(f"has shape {value.shape}, not ({want})", key)
         return np.asarray(value, dtype=float)
 
     def words(self, key: str, count: int | None = None) -> tuple[str, ...]:
-        """Return the words of the array ``key``, none if missing.
-
-        Raises:
-            FileError: If it does not hold words, or not ``count`` of them.
-        """
+        """Return the words of the array ``key``, none if missing; a FileError if not ``count``."""
         if key not in self._arrays:
             return ()
         value = self._arrays[key]
@@ -96,32 +86,20 @@ class Arrays:
         return tuple(str(word) for word in value)
 
     def time(self) -> Any:
-        """Return ``time``.
-
-        Raises:
-            FileError: If it is missing or does not increase from frame to frame.
-        """
+        """Return ``time``; a FileError if it is missing or does not increase."""
         time = self.numbers("time", None)
         if time is None:
             self.refuse("is missing", "time")
         return self.increasing("time", time)
 
     def increasing(self, key: str, time: Any) -> Any:
-        """Return ``time``, the array ``key``.
-
-        Raises:
-            FileError: If it does not increase from frame to frame.
-        """
+        """Return ``time``, the array ``key``; a FileError if it does not increase."""
         if len(time) and (not np.isfinite(time).all() or (np.diff(time) <= 0).any()):
             self.refuse("does not increase from frame to frame", key)
         return time
 
     def events(self) -> tuple[GaitEvent, ...]:
-        """Return the gait events.
-
-        Raises:
-            FileError: If an array of them is missing.
-        """
+        """Return the gait events; a FileError if an array of them is missing."""
         time = self.numbers("event_time", None)
         if time is None or not len(time):
             return ()
@@ -134,11 +112,7 @@ class Arrays:
         )
 
     def markers(self, time: Any) -> Markers | None:
-        """Return the recorded markers, on ``time`` unless they have a clock of their own.
-
-        Raises:
-            FileError: If an array of them is missing.
-        """
+        """Return the recorded markers, on ``time`` unless they have a clock of their own."""
         names = self.words("marker_names")
         positions = self.numbers("recorded_markers", None, len(names), 3)
         if positions is None:
@@ -187,15 +161,13 @@ def read_npz(path: str | Path) -> Recording:
 def _load(path: Path) -> dict[str, np.ndarray]:
     """Return the arrays of a whole npz file of allowed size."""
     try:
-        size = path.stat().st_size
-        with zipfile.ZipFile(path) as archive:
-            infos = archive.infolist()
+        with reading(path):
+            size = path.stat().st_size
+            with zipfile.ZipFile(path) as archive:
+                infos = archive.infolist()
             total = sum(info.file_size for info in infos)
-            if (
-                len(infos) > _MAX_ARRAYS
-                or total > MAX_BYTES
-                or (total > _FREE_RATIO and total > MAX_RATIO * size)
-            ):
+            bomb = total > _FREE_RATIO and total > MAX_RATIO * size
+            if len(infos) > _MAX_ARRAYS or total > MAX_BYTES or bomb:
                 raise FileError(
                     path,
                     f"would unpack to {total / 2**20:.0f} MiB in {len(infos)} arrays; allowed are "
@@ -203,23 +175,15 @@ def _load(path: Path) -> dict[str, np.ndarray]:
                     "size of the file",
                     remedy="cut the motion into shorter ones",
                 )
-        arrays: dict[str, np.ndarray] = {}
-        with np.load(path, allow_pickle=False) as archive:
-            for key in archive.files:
-                value = archive[key]
-                if not isinstance(value, np.ndarray):
-                    raise FileError(path, "is not an array", where=key, remedy=_REMEDY)
-                arrays[key] = value
+            with np.load(path, allow_pickle=False) as archive:
+                arrays = {key: archive[key] for key in archive.files}
     except FileError:
         raise
-    except FileNotFoundError as error:
-        raise FileError(path, "there is no such file", remedy="check the name") from error
-    except OSError as error:
-        reason = error.strerror or error
-        raise FileError(path, f"cannot be read ({reason})", remedy=_REMEDY) from error
     except Exception as error:  # damaged bytes make zipfile and NumPy raise almost anything
         reason = str(error)[:100] or type(error).__name__
-        raise FileError(
-            path, f"is not a whole npz file of plain arrays ({reason})", remedy=_REMEDY
-        ) from error
+        problem = f"is not a whole npz file of plain arrays ({reason})"
+        raise FileError(path, problem, remedy=_REMEDY) from error
+    for key, value in arrays.items():
+        if not isinstance(value, np.ndarray):
+            raise FileError(path, "is not an array", where=key, remedy=_REMEDY)
     return arrays

@@ -56,14 +56,9 @@ def force_groups(names: Sequence[str]) -> list[ForceGroup]:
             continue
         point = triple(stem, "p") or triple(stem, "P")
         torque: tuple[str, ...] = triple(stem, "m") or triple(stem, "M") or triple(stem, "t")
-        for old, new in (
-            ("force", "torque"),
-            ("force", "moment"),
-            ("Force", "Torque"),
-            ("Force", "Moment"),
-        ):
-            if old in stem and not torque:
-                other = stem.replace(old, new)
+        for word in ("torque", "moment"):
+            other = stem.replace("force", word).replace("Force", word.title())
+            if other != stem and not torque:
                 torque = triple(other, "") or triple(other, "m") or triple(other, "t")
         groups.append(ForceGroup(stem.rstrip("_. ") or "force", (force, point, torque)))
     return groups
@@ -142,21 +137,13 @@ def plates_table(plates: Sequence[ForcePlate]) -> Table:
     for n, plate in enumerate(plates, start=1):
         known = plate.side if plate.side and sides.count(plate.side) == 1 else str(n)
         loaded = np.all(np.isfinite(plate.cop), axis=1)
-        signals = np.concatenate(
-            [
-                np.nan_to_num(plate.force) @ OPENSIM_TO_WORLD,
-                np.where(loaded[:, None], plate.cop, 0.0) @ OPENSIM_TO_WORLD,
-            ],
-            axis=1,
-        )
-        moment = np.nan_to_num(plate.free_moment)
+        force = np.nan_to_num(plate.force) @ OPENSIM_TO_WORLD
+        cop = np.where(loaded[:, None], plate.cop, 0.0) @ OPENSIM_TO_WORLD
+        zero = np.zeros(len(plate.time))
+        signals = [*force.T, *cop.T, zero, np.nan_to_num(plate.free_moment), zero]
         if len(plate.time) != len(time) or not np.allclose(plate.time, time):
-            signals = np.stack(
-                [np.interp(time, plate.time, s, left=0, right=0) for s in signals.T], axis=1
-            )
-            moment = np.interp(time, plate.time, moment, left=0, right=0)
-        zero = np.zeros(len(time))
+            signals = [np.interp(time, plate.time, s, left=0, right=0) for s in signals]
         names += [f"ground_force_{known}_{q}{x}" for q in "vp" for x in "xyz"]
         names += [f"ground_torque_{known}_{x}" for x in "xyz"]
-        columns += [*signals.T, zero, moment, zero]
+        columns += signals
     return Table(tuple(names), time, np.stack(columns, axis=1))

@@ -39,19 +39,6 @@ def euler_rotation(axes: str, angles: Float[Array, "n k"]) -> Float[Array, "n 3 
     return rotation
 
 
-def quat_rotation(quat: Float[Array, "n 4"]) -> Float[Array, "n 3 3"]:
-    """Return the rotations of unit quaternions ``wxyz``."""
-    w, x, y, z = quat.T
-    return np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], -1),
-            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], -1),
-            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], -1),
-        ],
-        axis=1,
-    )
-
-
 def mirrored_name(name: str) -> str | None:
     """Return the name of the right counterpart of a left joint, None for other joints.
 
@@ -92,11 +79,8 @@ def nearest_axis(vector: Float[Array, "3"]) -> Float[Array, "3"] | None:
     """Return the signed coordinate axis nearest to ``vector``; None if ambiguous."""
     size = np.abs(vector)
     best = int(np.argmax(size))
-    if (
-        not np.all(np.isfinite(vector))
-        or size[best] <= 1e-9
-        or size[best] < 0.7 * np.hypot(*size[[i for i in range(3) if i != best]])
-    ):
+    aside = np.hypot(*np.delete(size, best))
+    if not np.isfinite(vector).all() or size[best] <= 1e-9 or size[best] < 0.7 * aside:
         return None
     axis = np.zeros(3)
     axis[best] = np.sign(vector[best])
@@ -150,9 +134,8 @@ def bone_height(
     """Return the person's height in file units, measured along the bones.
 
     It is the longest path from the root down to an ankle or foot plus the longest path up to head,
-    neck or chest, by joint names, and does not depend on the pose. Foot and top of the head are
-    missing, so it identifies the unit but does not measure the person. NaN if the names are
-    unknown.
+    neck or chest, by joint names. Foot and top of the head are missing, so it identifies the unit
+    but does not measure the person. NaN if the names are unknown.
     """
     length = np.zeros(len(names))
     for i, parent in enumerate(parents):

@@ -6,7 +6,8 @@ through :func:`numbers`, so that a broken file gives the same error in every for
 
 import codecs
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -33,20 +34,35 @@ _BYTE_ORDER_MARKS = (
 )
 
 
-def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
-    """Return the bytes of a file.
+@contextmanager
+def reading(path: str | Path) -> Iterator[None]:
+    """Say in a FileError why a file cannot be read.
 
-    Args:
-        path: The file.
-        limit_bytes: Largest size accepted [bytes].
+    Raises:
+        FileError: If the file does not exist, is a folder, or may not be read.
+    """
+    try:
+        if "\0" in str(path):
+            raise OSError("a zero byte in its name")
+        if Path(path).is_dir():
+            raise FileError(path, "is a folder, not a file", remedy="name the file inside it")
+        yield
+    except FileNotFoundError:
+        remedy = "check the name and the folder"
+        raise FileError(path, "there is no such file", remedy=remedy) from None
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror or error})"
+        raise FileError(path, problem, remedy="check its permissions") from error
+
+
+def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
+    """Return the bytes of a file of limited size.
 
     Raises:
         FileError: If the file does not exist, is not a readable file, is empty or too large.
     """
     path = Path(path)
-    try:
-        if path.is_dir():
-            raise FileError(path, "is a folder, not a file", remedy="name the file inside it")
+    with reading(path):
         size = path.stat().st_size
         if size > limit_bytes:
             raise FileError(
@@ -56,17 +72,6 @@ def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
             )
         with open(path, "rb") as file:
             raw = file.read(int(limit_bytes) + 1)
-    except FileNotFoundError:
-        raise FileError(
-            path, "there is no such file", remedy="check the name and the folder"
-        ) from None
-    except (OSError, ValueError) as error:  # ValueError: a null byte in the name; and our own
-        if isinstance(error, FileError):
-            raise
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(
-            path, f"cannot be read ({reason})", remedy="check its permissions"
-        ) from error
     if len(raw) > limit_bytes:
         raise FileError(path, "never ends", remedy="give an ordinary file")
     if not raw.strip(b" \t\r\n\0"):
@@ -79,10 +84,6 @@ def read_text(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> str:
 
     UTF-8, UTF-16 and UTF-32 (by their byte order mark, UTF-16 also without one) and, where bytes
     are not UTF-8, Latin-1, in which every byte is a letter.
-
-    Args:
-        path: The file.
-        limit_bytes: Largest size accepted [bytes].
 
     Raises:
         FileError: If the file cannot be read (see :func:`read_bytes`) or is not text.
@@ -176,11 +177,14 @@ def numbers(
         count = len(_fields(rows[0], delimiter))
     plain = _token_counts(rows, delimiter) == count
     values = np.full((len(rows), count), np.nan)
-    fast = _parse_plain(rows, plain, delimiter, count)
-    if fast is None:
+    text = "\n".join(row for row, good in zip(rows, plain, strict=True) if good)
+    if delimiter is not None and not delimiter.isspace():
+        text = text.replace(delimiter, " ")
+    flat = parse_numbers(text)
+    if flat is None or flat.size != count * int(plain.sum()):
         plain[:] = False
     else:
-        values[plain] = fast
+        values[plain] = flat.reshape(-1, count)
     for i in np.flatnonzero(~plain):
         values[i] = _parse_row(rows[i], path, kept[i][0], count, delimiter, short, names)
     values[~np.isfinite(values)] = np.nan
@@ -190,16 +194,13 @@ def numbers(
 def check_time(
     time: Float[Array, " n_rows"], rows: Sequence[str], path: str | Path, *, first_line: int
 ) -> None:
-    """Raise unless every row of a table has a time and it increases from row to row.
+    """Raise a FileError unless every row of a table has a time [s] and it increases.
 
     Args:
         time: Time of each row that is not blank [s].
         rows: The rows as text, blank ones among them.
         path: The file.
         first_line: Line number of ``rows[0]`` in the file, from 1.
-
-    Raises:
-        FileError: With the line.
     """
     bad = ~np.isfinite(time)
     bad[1:] |= ~(np.diff(time) > 0)
@@ -259,8 +260,7 @@ def _encoding_of(raw: bytes) -> str:
     for mark, encoding in _BYTE_ORDER_MARKS:
         if raw.startswith(mark):
             return encoding
-    head = np.frombuffer(raw[: 4096 - 4096 % 2], dtype=np.uint8)
-    head = head[: len(head) - len(head) % 2]
+    head = np.frombuffer(raw[: min(4096, len(raw) - len(raw) % 2)], dtype=np.uint8)
     if len(head) == 0:
         return "utf-8"
     zero_even, zero_odd = (head[0::2] == 0).mean(), (head[1::2] == 0).mean()
@@ -278,8 +278,7 @@ def _blank(line: str) -> bool:
 def _fields(row: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         return row.split()
-    fields = [field.strip() for field in row.rstrip("\n\r ").split(delimiter)]
-    return fields
+    return [field.strip() for field in row.rstrip("\n\r ").split(delimiter)]
 
 
 def _token_counts(rows: list[str], delimiter: str | None) -> np.ndarray:
@@ -295,17 +294,6 @@ def _token_counts(rows: list[str], delimiter: str | None) -> np.ndarray:
     starts[1:] &= gap[:-1]
     ends = np.concatenate([[0], np.cumsum(lengths + 1)[:-1]])
     return np.add.reduceat(starts.astype(np.int64), ends)
-
-
-def _parse_plain(rows, plain, delimiter, count) -> np.ndarray | None:
-    """Parse the complete rows; return None if a field is not a number."""
-    text = "\n".join(row for row, good in zip(rows, plain, strict=True) if good)
-    if delimiter is not None and not delimiter.isspace():
-        text = text.replace(delimiter, " ")
-    flat = parse_numbers(text)
-    if flat is None or flat.size != count * int(plain.sum()):
-        return None
-    return flat.reshape(-1, count)
 
 
 def _parse_row(row, path, line, count, delimiter, short, names) -> np.ndarray:

@@ -5,13 +5,14 @@ detected from the height of the body. The header states the unit. An empty field
 "missing" and the exact point 0, 0, 0 all mean a missing marker.
 """
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 
 from plantigrade.errors import FileError
 from plantigrade.io.axes import from_world, to_world, up_axis_of_points
-from plantigrade.io.c3d import LENGTH_UNITS, unit_of_points
+from plantigrade.io.c3d import LENGTH_UNITS, NAMES_OF_UNITS, unit_of_points
 from plantigrade.io.text import check_time, count_of, number, numbers, read_text, write_text
 from plantigrade.motion.recording import Markers, Recording
 
@@ -25,10 +26,9 @@ def read_trc(path: str | Path) -> Recording:
     Raises:
         FileError: With the line, if the file does not follow the format.
     """
-    text = read_text(path)
-    cut = not text.endswith("\n")
-    lines = text.split("\n")
-    if cut is False:
+    lines = read_text(path).split("\n")
+    cut = bool(lines[-1])
+    if not cut:
         lines.pop()
     warnings: list[str] = []
     labels_at = _find_labels(lines, path)
@@ -37,8 +37,11 @@ def read_trc(path: str | Path) -> Recording:
     first = _first_row(lines, labels_at + 1)
     columns = ["Frame#", "Time"] + [f"{name} {axis}" for name in names for axis in "xyz"]
     rows = lines[first:]
-    decimal = _decimal(rows, delimiter)
-    _drop_cut_row(rows, cut, len(columns), delimiter, warnings)
+    sample = rows[0] if rows else ""
+    decimal = "," if delimiter != "," and "," in sample and "." not in sample else "."
+    if cut and len(rows) > 1 and rows[-1].strip() and len(rows[-1].split(delimiter)) < len(columns):
+        rows.pop()
+        warnings.append("the last row is truncated and was left out")
     table = numbers(
         rows,
         path,
@@ -50,12 +53,8 @@ def read_trc(path: str | Path) -> Recording:
         names=columns,
     )
     if len(table) == 0:
-        raise FileError(
-            path,
-            "has a header but no frames",
-            where=f"line {first + 1}",
-            remedy="export the trajectories again",
-        )
+        where, remedy = f"line {first + 1}", "export the trajectories again"
+        raise FileError(path, "has a header but no frames", where=where, remedy=remedy)
     time = _time(table, fields, rows, first, path, warnings)
     _check_counts(fields, len(names), len(table), warnings)
     raw = table[:, 2:].reshape(len(table), len(names), 3)
@@ -95,8 +94,7 @@ def write_trc(recording: Recording, path: str | Path) -> None:
             raise FileError(
                 path, f"marker name {name!r} is not allowed in a TRC header", remedy="rename it"
             )
-    n, rate = markers.n_frames, markers.rate
-    rate = 100.0 if not np.isfinite(rate) else rate
+    n, rate = markers.n_frames, np.nan_to_num(markers.rate, nan=100.0)
     file = from_world(markers.positions, "+y").reshape(n, -1) * 1e3
     row = "%d\t%.9g" + "\t%.5f" * file.shape[1]
     body = "\n".join(
@@ -144,17 +142,13 @@ def _names(line: str, path, where: int) -> tuple[tuple[str, ...], str | None]:
     words = [word.strip() for word in line.split(delimiter)][2:]
     names = [word for word in words if word]
     if not names:
-        raise FileError(
-            path, "names no marker", where=f"line {where}", remedy="name one marker per 3 columns"
-        )
-    twice = sorted({name for name in names if names.count(name) > 1}) if len(names) < 5000 else []
-    if twice or len(set(names)) < len(names):
-        raise FileError(
-            path,
-            f"markers {', '.join(twice[:5])} occur more than once",
-            where=f"line {where}",
-            remedy="give every marker a unique name",
-        )
+        remedy = "name one marker per 3 columns"
+        raise FileError(path, "names no marker", where=f"line {where}", remedy=remedy)
+    twice = ", ".join(sorted(name for name, n in Counter(names).items() if n > 1)[:5])
+    if twice:
+        remedy = "give every marker a unique name"
+        problem = f"markers {twice} occur more than once"
+        raise FileError(path, problem, where=f"line {where}", remedy=remedy)
     return tuple(names), delimiter
 
 
@@ -165,20 +159,6 @@ def _first_row(lines: list[str], start: int) -> int:
         if words and not words[0].lower().startswith("x"):
             return i
     return min(start + 1, len(lines))
-
-
-def _decimal(rows: list[str], delimiter: str | None) -> str:
-    sample = rows[0] if rows else ""
-    return "," if delimiter != "," and "," in sample and "." not in sample else "."
-
-
-def _drop_cut_row(rows, cut: bool, count: int, delimiter, warnings: list[str]) -> None:
-    """Drop a last row truncated by the end of the file."""
-    if cut and len(rows) > 1 and rows[-1].strip():
-        fields = rows[-1].split(delimiter)
-        if len(fields) < count:
-            rows.pop()
-            warnings.append("the last row is truncated and was left out")
 
 
 def _time(table, fields, rows, first: int, path, warnings) -> np.ndarray:
@@ -195,11 +175,8 @@ def _time(table, fields, rows, first: int, path, warnings) -> np.ndarray:
 
 
 def _check_counts(fields, n_markers: int, n_frames: int, warnings: list[str]) -> None:
-    for key, what, found in (
-        ("numframes", "frames", n_frames),
-        ("nummarkers", "markers", n_markers),
-    ):
-        said = fields.get(key, "")
+    for what, found in (("frames", n_frames), ("markers", n_markers)):
+        said = fields.get(f"num{what}", "")
         if count_of(said) not in (None, found):
             warnings.append(f"the header announces {said} {what}, the file holds {found}")
 
@@ -211,6 +188,6 @@ def _unit(fields, raw: np.ndarray, warnings: list[str]) -> float:
     unit = unit_of_points(raw)
     warnings.append(
         f"the header states the unit {word[:20]!r}; from the size of the body it was taken as "
-        f"{'mm' if unit == 1e-3 else 'cm' if unit == 1e-2 else 'm'}"
+        f"{NAMES_OF_UNITS[unit]}"
     )
     return unit

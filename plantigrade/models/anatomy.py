@@ -5,6 +5,8 @@ welded to their parents. In the zero pose all frames are parallel to the world a
 the joint that carries the part, and palms face forward, as in Rajagopal's model.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from plantigrade.models.anthropometry import (
@@ -61,6 +63,12 @@ def neck(d: Dimensions) -> np.ndarray:
     return np.array([0.02 * d.trunk, 0.0, d.trunk])
 
 
+def _part(name, parent, position, inertia, kind, a, b, radius=0.0) -> Part:
+    """Return a part that is drawn as one solid."""
+    solid = Solid(kind, np.array(a, dtype=float), np.array(b, dtype=float), radius)
+    return Part(name, parent, position, inertia, (solid,))
+
+
 def _principal(mass, com, gyration, length, axes="xyz") -> Inertia:
     """Return an Inertia from radii of gyration about (sagittal, transverse, longitudinal).
 
@@ -93,16 +101,7 @@ def body_parts(d: Dimensions, sex: str, mass: float) -> list[Part]:
         parent = part.parent if part.parent in ("pelvis", "thorax") else part.parent + "_l"
         parts.append(mirrored(part, part.name + "_l", parent))
         right = parent.removesuffix("_l") + ("_r" if parent.endswith("_l") else "")
-        parts.append(
-            Part(
-                part.name + "_r",
-                right,
-                part.position,
-                part.inertia,
-                part.solids,
-                part.contacts,
-            )
-        )
+        parts.append(replace(part, name=part.name + "_r", parent=right))
     return parts
 
 
@@ -133,60 +132,30 @@ def _trunk(d: Dimensions, sex: str, mass: float) -> list[Part]:
     high = np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
     wide, deep = 0.5 * d.shoulder_width, 0.5 * d.pelvis_depth
     return [
-        Part(
-            "pelvis",
-            "",
-            np.zeros(3),
-            pelvis,
-            (
-                Solid(
-                    "ellipsoid",
-                    np.array([1.15 * h[0], 0, h[2] + 0.45 * d.pelvis_height]),
-                    np.array([0.95 * deep, 0.62 * d.pelvis_width, 0.75 * d.pelvis_height]),
-                ),
-            ),
+        _part(
+            "pelvis", "", np.zeros(3), pelvis, "ellipsoid",
+            [1.15 * h[0], 0, h[2] + 0.45 * d.pelvis_height],
+            [0.95 * deep, 0.62 * d.pelvis_width, 0.75 * d.pelvis_height],
         ),
-        Part(
-            "abdomen",
-            "pelvis",
-            low,
-            middle,
-            (
-                Solid(
-                    "ellipsoid",
-                    np.array([0.13 * d.trunk, 0, 0.22 * d.trunk]),
-                    np.array([0.85 * deep, 0.78 * wide, 0.36 * d.trunk]),
-                ),
-            ),
+        _part(
+            "abdomen", "pelvis", low, middle, "ellipsoid",
+            [0.13 * d.trunk, 0, 0.22 * d.trunk],
+            [0.85 * deep, 0.78 * wide, 0.36 * d.trunk],
         ),
-        Part(
-            "lower_thorax",
-            "abdomen",
-            at,
-            upper_low.shifted(-at),
-            (
-                Solid(
-                    "ellipsoid",
-                    np.array([0.09 * d.trunk, 0, 0.66 * d.trunk]) - at,
-                    np.array([1.05 * deep, 0.92 * wide, 0.34 * d.trunk]),
-                ),
-            ),
+        _part(
+            "lower_thorax", "abdomen", at, upper_low.shifted(-at), "ellipsoid",
+            np.array([0.09 * d.trunk, 0, 0.66 * d.trunk]) - at,
+            [1.05 * deep, 0.92 * wide, 0.34 * d.trunk],
         ),
-        Part(
-            "thorax",
-            "lower_thorax",
-            high - at,
+        _part(
+            "thorax", "lower_thorax", high - at,
             upper_high.scaled(1 - 4 * GIRDLE_SHARE).shifted(-high),  # half the mass, two girdles
-            (
-                Solid(
-                    "capsule",
-                    shoulder(d) * np.array([1, 0.85, 1]) - high,
-                    shoulder(d) * np.array([1, -0.85, 1]) - high,
-                    0.24 * wide,
-                ),
-            ),
+            "capsule",
+            shoulder(d) * np.array([1, 0.85, 1]) - high,
+            shoulder(d) * np.array([1, -0.85, 1]) - high,
+            0.24 * wide,
         ),
-    ]
+    ]  # fmt: skip
 
 
 def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
@@ -212,34 +181,15 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     skull_zero = combine([*pieces, Inertia(m, com, np.zeros((3, 3)))])
     skull = Inertia(m, com, np.diag(np.diag(whole.tensor - skull_zero.tensor)))
     face = np.array([0.19 * d.head, 0, 0.70 * d.head]) - upper
+    origin = np.zeros(3)
+    neck_low, neck_high = pieces[0], pieces[1].shifted(-lower)
+    size = [0.34 * d.head, 0.27 * d.head, 0.30 * d.head]
     return [
-        Part(
-            "lower_neck",
-            "thorax",
-            root,
-            pieces[0],
-            (Solid("capsule", np.zeros(3), lower, radius),),
+        _part("lower_neck", "thorax", root, neck_low, "capsule", origin, lower, radius),
+        _part(
+            "upper_neck", "lower_neck", lower, neck_high, "capsule", origin, upper - lower, radius
         ),
-        Part(
-            "upper_neck",
-            "lower_neck",
-            lower,
-            pieces[1].shifted(-lower),
-            (Solid("capsule", np.zeros(3), upper - lower, radius),),
-        ),
-        Part(
-            "head",
-            "upper_neck",
-            upper - lower,
-            skull.shifted(-upper),
-            (
-                Solid(
-                    "ellipsoid",
-                    face,
-                    np.array([0.34 * d.head, 0.27 * d.head, 0.30 * d.head]),
-                ),
-            ),
-        ),
+        _part("head", "upper_neck", upper - lower, skull.shifted(-upper), "ellipsoid", face, size),
     ]
 
 
@@ -268,61 +218,27 @@ def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
     share = (-hand.com * palm_length - knuckles[2] / 2) / (middle - knuckles[2] / 2)
     palm = block((1 - share) * mass * hand.mass, knuckles / 2, palm_half)
     fingers = block(share * mass * hand.mass, np.array([0, 0, middle]), finger_half)
-    half = np.array([0, 0, -0.5 * d.forearm])
+    origin, half, wrist = np.zeros(3), [0, 0, -0.5 * d.forearm], [0, 0, -0.97 * d.forearm]
+    thick = 0.06 * d.shoulder_width
+    collar = rod(girdle, origin, s - sternum, thick)
     return [
-        Part(
-            "clavicle",
-            "thorax",
-            sternum - at_thorax,
-            rod(girdle, np.zeros(3), s - sternum, 0.06 * d.shoulder_width),
-            (Solid("capsule", np.zeros(3), s - sternum, 0.06 * d.shoulder_width),),
+        _part(
+            "clavicle", "thorax", sternum - at_thorax, collar, "capsule", origin, s - sternum, thick
         ),
-        Part(
-            "humerus",
-            "clavicle",
-            s - sternum,
-            upper,
-            (Solid("capsule", np.zeros(3), elbow, 0.15 * d.upper_arm),),
+        _part(
+            "humerus", "clavicle", s - sternum, upper, "capsule", origin, elbow, 0.15 * d.upper_arm
         ),
-        Part(
-            "ulna",
-            "humerus",
-            elbow,
-            lower.scaled(0.5),
-            (Solid("capsule", np.zeros(3), half, 0.14 * d.forearm),),
+        _part(
+            "ulna", "humerus", elbow, lower.scaled(0.5), "capsule", origin, half, 0.14 * d.forearm
         ),
-        Part(
-            "radius",
-            "ulna",
-            np.zeros(3),
-            lower.scaled(0.5),
-            (Solid("capsule", half, np.array([0, 0, -0.97 * d.forearm]), 0.11 * d.forearm),),
+        _part(
+            "radius", "ulna", origin, lower.scaled(0.5), "capsule", half, wrist, 0.11 * d.forearm
         ),
-        Part(
-            "hand",
-            "radius",
-            np.array([0, 0, -d.forearm]),
-            palm,
-            (
-                Solid(
-                    "box",
-                    knuckles * 0.5,
-                    palm_half,
-                ),
-            ),
+        _part(
+            "hand", "radius", np.array([0, 0, -d.forearm]), palm, "box", knuckles * 0.5, palm_half
         ),
-        Part(
-            "fingers",
-            "hand",
-            knuckles,
-            fingers.shifted(-knuckles),
-            (
-                Solid(
-                    "box",
-                    tip * 0.5,
-                    finger_half,
-                ),
-            ),
+        _part(
+            "fingers", "hand", knuckles, fingers.shifted(-knuckles), "box", tip * 0.5, finger_half
         ),
     ]
 
@@ -331,22 +247,14 @@ def _leg(d: Dimensions, sex: str, mass: float) -> list[Part]:
     """Return the right leg above the foot; names without side. Offsets from [Rajagopal2016]_."""
     table = DE_LEVA[sex]
     knee = np.array([-0.011 * d.thigh, -0.0043 * d.thigh * -1, -d.thigh])
-    ankle = np.array([-0.025 * d.shank, 0.0, -d.shank])
+    thigh, shank, origin = (
+        _limb(mass, table["thigh"], d.thigh),
+        _limb(mass, table["shank"], d.shank),
+        np.zeros(3),
+    )
     return [
-        Part(
-            "femur",
-            "pelvis",
-            hip(d),
-            _limb(mass, table["thigh"], d.thigh),
-            (Solid("capsule", np.zeros(3), knee, 0.155 * d.thigh),),
-        ),
-        Part(
-            "tibia",
-            "femur",
-            knee,
-            _limb(mass, table["shank"], d.shank),
-            (Solid("capsule", np.zeros(3), ankle, 0.105 * d.shank),),
-        ),
+        _part("femur", "pelvis", hip(d), thigh, "capsule", origin, knee, 0.155 * d.thigh),
+        _part("tibia", "femur", knee, shank, "capsule", origin, foot_position(d), 0.105 * d.shank),
     ]
 
 

@@ -14,16 +14,7 @@ import numpy as np
 
 from plantigrade.errors import ParameterError
 from plantigrade.models.anthropometry import DE_LEVA, Dimensions
-from plantigrade.models.parts import (
-    Inertia,
-    Part,
-    SoleSphere,
-    Solid,
-    block,
-    combine,
-    mirrored,
-    rod,
-)
+from plantigrade.models.parts import Inertia, Part, SoleSphere, Solid, block, combine, mirrored, rod
 
 FEET = ("rigid", "two-segment", "multi-segment")
 
@@ -216,7 +207,7 @@ def _two_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
     toe_half[2] = sphere_radius(d)
     toe_centre = (toe_low + toe_high) / 2 - hinge
     hind_solids = _sole_solids(d, low, high)
-    sole, instep = hind_solids
+    sole = hind_solids[0]
     # The hindfoot is a sole with a wedge above it: its volume is that of a box 0.55 ankles tall.
     hind_half = sole.b * np.array([1, 1, 0.55 / 0.4])
     hind_centre = np.array([sole.a[0], sole.a[1], hind_half[2] - d.ankle_height])

@@ -203,15 +203,11 @@ class Human:
         qpos = np.tile(self.standing(), (len(values), 1))
         angles = np.stack([column.get(n, np.zeros(len(values))) for n in PELVIS[:3]], axis=1)
         qpos[:, 3:7] = pelvis_angles_to_quaternion(angles)
-        rest = OPENSIM_TO_WORLD.T @ qpos[0, :3]
-        translation = np.stack(
-            [column.get(n, np.full(len(values), rest[i])) for i, n in enumerate(PELVIS[3:])],
-            axis=1,
-        )
+        translation = qpos[:, :3] @ OPENSIM_TO_WORLD
+        for places, names in ((translation, PELVIS[3:]), (qpos[:, 7:], self.coordinates)):
+            for i, name in enumerate(names):
+                places[:, i] = column.get(name, places[:, i])
         qpos[:, :3] = translation @ OPENSIM_TO_WORLD.T
-        for i, name in enumerate(self.coordinates):
-            if name in column:
-                qpos[:, 7 + i] = column[name]
         return qpos
 
     def with_soles(self, offsets: Mapping[str, float]) -> "Human":

@@ -139,9 +139,8 @@ def identify(
         raise FitError(
             f"the joints {', '.join(missing)} cannot be identified by name or shape; "
             f"the skeleton has {', '.join(names[:60])}{' …' if len(names) > 60 else ''}. "
-            "Name them like "
-            "LeftUpLeg, LeftLeg, LeftFoot, RightUpLeg, … (or hip_l, knee_l, ankle_l), or "
-            'assign them: {"hip_l": "name in the file", …}'
+            "Name them like LeftUpLeg, LeftLeg, LeftFoot, RightUpLeg, … (or hip_l, knee_l, "
+            'ankle_l), or assign them: {"hip_l": "name in the file", …}'
         )
     found.setdefault("pelvis", tree.common(found["hip_r"], found["hip_l"]))
     if "shoulder_r" in found and "shoulder_l" in found:
@@ -166,16 +165,11 @@ class _Tree:
 
     def __init__(self, names: Sequence[str], parents: Sequence[int], rest: np.ndarray):
         self.names, self.parents, self.rest = names, parents, rest
-        self.length = np.array(
-            [
-                0.0 if p < 0 else float(np.linalg.norm(rest[i] - rest[p]))
-                for i, p in enumerate(parents)
-            ]
-        )
-        self.children: list[list[int]] = [[] for _ in names]
+        self.length = np.zeros(len(names))
+        self.leaves = [i for i in range(len(names)) if i not in parents]
         for i, p in enumerate(parents):
             if p >= 0:
-                self.children[p].append(i)
+                self.length[i] = np.linalg.norm(rest[i] - rest[p])
 
     def path(self, i: int) -> list[int]:
         """Return the joints from the root to ``i``."""
@@ -202,48 +196,33 @@ def _by_name(tree: _Tree, named: dict[str, int]) -> dict[str, int]:
     for side in SIDES:
         taken: set[int] = set(named.values())
 
-        def pick(
-            joint: str, above: str | None, side: str = side, taken: set[int] = taken, same=False
-        ) -> int | None:
-            """Assign the best candidate for this joint below another joint, or at its position."""
+        def pick(joint: str, above: str | None, side: str = side, taken: set[int] = taken) -> None:
+            """Assign the best candidate for this joint below another joint."""
             key = f"{joint}_{side}"
             if key in found:
-                return found[key]
+                return
             parent = found.get(f"{above}_{side}") if above else None
             for word in SPELLINGS[joint]:
-                for i, (w, s) in enumerate(words):
-                    if (w, s) != (word, side) or i in taken:
-                        continue
-                    if parent is not None and (i == parent or not tree.under(i, parent)):
-                        continue
-                    if not same:
+                for i, name in enumerate(words):
+                    free = name == (word, side) and i not in taken
+                    if free and (parent is None or (i != parent and tree.under(i, parent))):
                         taken.add(i)
-                    found[key] = i
-                    return i
-            return None
+                        found[key] = i
+                        return
 
         # The knee first where "leg" is said: it is the shank beside an upper leg, else the thigh.
-        pick("hip", None)
-        pick("knee", "hip")
-        pick("ankle", "knee")
-        pick("ball", "ankle")
-        pick("toe_end", "ball")
-        pick("shoulder", None)
-        pick("elbow", "shoulder")
+        for chain in (("hip", "knee", "ankle", "ball", "toe_end"), ("shoulder", "elbow")):
+            for above, joint in zip((None, *chain), chain, strict=False):
+                pick(joint, above)
         _wrist(tree, words, found, side)
         taken.add(found.get(f"wrist_{side}", -1))
         pick("thumb", "elbow")
         for joint in ("index", "pinky", "knuckle"):
             pick(joint, "wrist")
         above = found.get(f"shoulder_{side}")
-        if above is not None:
-            inner = [
-                i
-                for i in tree.path(above)[:-1]
-                if words[i][1] == side and words[i][0] in SPELLINGS["clavicle"]
-            ]
-            if inner:
-                found.setdefault(f"clavicle_{side}", inner[0])
+        for i in [] if above is None else tree.path(above)[:-1]:
+            if words[i][1] == side and words[i][0] in SPELLINGS["clavicle"]:
+                found.setdefault(f"clavicle_{side}", i)
     for joint, spellings in MIDLINE.items():
         for word in spellings:
             at = [i for i, (w, s) in enumerate(words) if w == word and not s]
@@ -279,8 +258,7 @@ def _wrist(tree: _Tree, words, found: dict[str, int], side: str) -> None:
 
 def _by_shape(tree: _Tree) -> tuple[dict[str, int], bool]:
     """Identify the limbs by the tree alone: legs end lowest, arms outermost, the head highest."""
-    leaves = [i for i, c in enumerate(tree.children) if not c]
-    rest = tree.rest
+    leaves, rest = tree.leaves, tree.rest
     found: dict[str, int] = {}
 
     def limb(leaf: int, joints: tuple[str, str, str], side: str) -> None:
@@ -319,6 +297,3 @@ def _by_shape(tree: _Tree) -> tuple[dict[str, int], bool]:
         forward = sum(rest[found[f"ball_{s}"], 0] - rest[found[f"ankle_{s}"], 0] for s in SIDES)
         swapped = bool(forward < -0.02)
     return found, swapped
-
-
-__all__ = ["JointMap", "identify", "split_name"]

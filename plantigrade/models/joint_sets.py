@@ -42,10 +42,13 @@ class MovingPart:
     coordinates: tuple[str, ...]
 
 
+def _spine(joint: str) -> tuple[str, ...]:
+    """Return the three coordinates of a joint of the trunk or neck."""
+    return tuple(f"{joint}_{c}" for c in ("extension", "bending", "rotation"))
+
+
 _HIP = ("hip_flexion", "hip_adduction", "hip_rotation")
-_LUMBAR = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
-_THORAX = ("thorax_extension", "thorax_bending", "thorax_rotation")
-_NECK = ("neck_extension", "neck_bending", "neck_rotation")
+_LUMBAR, _THORAX, _NECK = _spine("lumbar"), _spine("thorax"), _spine("neck")
 _ARM = ("arm_flex", "arm_add", "arm_rot")
 _WRIST = ("wrist_flex", "wrist_dev")
 
@@ -83,22 +86,10 @@ _PRESETS: dict[str, tuple[MovingPart, ...]] = {
     ),
     "58": (
         MovingPart("abdomen", "abdomen", _LUMBAR),
-        MovingPart(
-            "lower_thorax",
-            "lower_thorax",
-            ("lower_thorax_extension", "lower_thorax_bending", "lower_thorax_rotation"),
-        ),
+        MovingPart("lower_thorax", "lower_thorax", _spine("lower_thorax")),
         MovingPart("thorax", "thorax", _THORAX),
-        MovingPart(
-            "lower_neck",
-            "lower_neck",
-            ("lower_neck_extension", "lower_neck_bending", "lower_neck_rotation"),
-        ),
-        MovingPart(
-            "upper_neck",
-            "upper_neck",
-            ("upper_neck_extension", "upper_neck_bending", "upper_neck_rotation"),
-        ),
+        MovingPart("lower_neck", "lower_neck", _spine("lower_neck")),
+        MovingPart("upper_neck", "upper_neck", _spine("upper_neck")),
         MovingPart("head", "head", _NECK),
         MovingPart("clavicle", "clavicle", ("clavicle_elevation", "clavicle_protraction")),
         MovingPart("humerus", "humerus", _ARM),
@@ -116,12 +107,7 @@ _PRESETS: dict[str, tuple[MovingPart, ...]] = {
     ),
 }
 
-NATIVE_FEET = {
-    "42": "two-segment",
-    "43": "two-segment",
-    "58": "two-segment",
-    "66": "multi-segment",
-}
+NATIVE_FEET = {**dict.fromkeys(("42", "43", "58"), "two-segment"), "66": "multi-segment"}
 
 _FOOT_JOINTS: dict[str, tuple[MovingPart, ...]] = {
     "rigid": (),

@@ -7,7 +7,7 @@ Positions are of the marker's centre on the skin of an average adult: bony landm
 refines for every person within the stated trust.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from plantigrade.models.anthropometry import Dimensions
 from plantigrade.models.feet import point
 from plantigrade.models.human import Human
 from plantigrade.models.parts import MIRROR
+from plantigrade.models.skeleton import build
 
 # How far a marker may sit from its landmark, one standard deviation [m].
 BONE, SKIN, LOOSE = 0.012, 0.025, 0.06
@@ -109,20 +110,17 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         place = np.array([x * depth + off, -y * half, z * depth])
         return Landmark("pelvis", place, _PELVIS, spread)
 
-    def thigh(x, y, z, spread=LOOSE):
-        return Landmark("femur", np.array([x, -y, -z]) * d.thigh, _THIGH, spread)
+    def limb(reference, parts, length, usual):
+        """Return what places landmarks on a limb: forward, outwards, down, in its lengths."""
 
-    def shank(x, y, z, spread=LOOSE):
-        return Landmark("tibia", np.array([x, -y, -z]) * d.shank, _SHANK, spread)
+        def place(x, y, z, spread=usual, parts=parts):
+            return Landmark(reference, np.array([x, -y, -z]) * length, parts, spread)
 
-    def upper_arm(x, y, z, spread=LOOSE):
-        return Landmark("humerus", np.array([x, -y, -z]) * d.upper_arm, _UPPER_ARM, spread)
+        return place
 
-    def forearm(x, y, z, parts=_FOREARM, spread=SKIN):
-        return Landmark("ulna", np.array([x, -y, -z]) * d.forearm, parts, spread)
-
-    def hand(x, y, z, parts=_HAND, spread=SKIN):
-        return Landmark("hand", np.array([x, -y, -z]) * d.hand, parts, spread)
+    thigh, shank = limb("femur", _THIGH, d.thigh, LOOSE), limb("tibia", _SHANK, d.shank, LOOSE)
+    upper_arm = limb("humerus", _UPPER_ARM, d.upper_arm, LOOSE)
+    forearm, hand = limb("ulna", _FOREARM, d.forearm, SKIN), limb("hand", _HAND, d.hand, SKIN)
 
     def head(x, y, z):
         return Landmark("lower_neck", np.array([x, -y, z]) * d.head, _HEAD, SKIN)
@@ -201,15 +199,15 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "elbow_medial": upper_arm(0.0, -0.16, 0.98, BONE),
         "elbow_joint": upper_arm(0.0, -0.03, 1.0, BONE),
         "elbow_rear": upper_arm(-0.16, 0.0, 1.0, SKIN),
-        "forearm": forearm(0.0, 0.15, 0.50, _FOREARM, LOOSE),
-        "wrist_radial": forearm(0.0, 0.13, 0.98, _FOREARM, BONE),
-        "wrist_ulnar": forearm(0.0, -0.13, 0.98, _FOREARM, BONE),
-        "wrist": forearm(-0.11, 0.0, 0.98, _FOREARM, SKIN),
-        "wrist_joint": forearm(0.0, 0.0, 1.0, _FOREARM, BONE),
+        "forearm": forearm(0.0, 0.15, 0.50, LOOSE),
+        "wrist_radial": forearm(0.0, 0.13, 0.98, BONE),
+        "wrist_ulnar": forearm(0.0, -0.13, 0.98, BONE),
+        "wrist": forearm(-0.11, 0.0, 0.98),
+        "wrist_joint": forearm(0.0, 0.0, 1.0, BONE),
         "hand": hand(-0.10, 0.0, 0.44),
         "hand_radial": hand(-0.06, 0.18, 0.44),
         "hand_ulnar": hand(-0.06, -0.18, 0.42),
-        "finger_tip": hand(0.0, 0.0, 1.0, ("fingers", *_HAND)),
+        "finger_tip": hand(0.0, 0.0, 1.0, parts=("fingers", *_HAND)),
         "head_front": head(0.46, 0.24, 0.80),
         "head_back": head(-0.12, 0.22, 0.80),
         "temple": head(0.32, 0.29, 0.72),
@@ -225,9 +223,7 @@ def landmarks(d: Dimensions) -> dict[str, Landmark]:
     found = dict(_midline(d))
     for name, mark in _right(d).items():
         found[f"{name}_r"] = mark
-        found[f"{name}_l"] = Landmark(
-            mark.reference, MIRROR * mark.position, mark.parts, mark.spread
-        )
+        found[f"{name}_l"] = replace(mark, position=MIRROR * mark.position)
     return found
 
 
@@ -241,15 +237,11 @@ def attachments(human: Human, d: Dimensions | None = None) -> dict[str, Attachme
         human: The person; its joint set and feet decide which body carries a landmark.
         d: Other lengths to compute the positions from; by default the person's own.
     """
-    from plantigrade.models.skeleton import build
-
     skeleton = human.skeleton
-    if d is None:
-        d = human.dimensions
-    else:
+    if d is not None:
         skeleton = build(d, human.sex, human.mass, human.joints, human.feet)
     result = {}
-    for name, mark in landmarks(d).items():
+    for name, mark in landmarks(d or human.dimensions).items():
         side = name[-2:] if name[-2:] in ("_r", "_l") else ""
         parts = (_sided(p, side) for p in mark.parts)
         part = next(p for p in parts if p in skeleton.parts)
@@ -261,6 +253,3 @@ def attachments(human: Human, d: Dimensions | None = None) -> dict[str, Attachme
 
 def _sided(part: str, side: str) -> str:
     return part if part in _UNSIDED else part + side
-
-
-__all__ = ["BONE", "LOOSE", "SKIN", "Attachment", "Landmark", "attachments", "landmarks"]

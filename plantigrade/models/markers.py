@@ -38,148 +38,6 @@ class MarkerSet:
     fixed: dict[str, tuple[str, tuple[float, float, float]]]
 
 
-def _sides(table: dict[str, str], pattern: str = "{side}{name}") -> dict[str, str]:
-    return {
-        pattern.format(side=side, name=name): f"{mark}_{side.lower()}"
-        for name, mark in table.items()
-        for side in ("R", "L")
-    }
-
-
-_HEAD_AND_TRUNK = {
-    "C7": "c7",
-    "T2": "t2",
-    "T6": "t6",
-    "T10": "t10",
-    "T12": "t12",
-    "CLAV": "suprasternale",
-    "STRN": "sternum",
-    "RBAK": "scapula_r",
-    "SACR": "sacrum",
-}
-_PLUG_IN_GAIT = {
-    "FHD": "head_front",
-    "BHD": "head_back",
-    "SHO": "acromion",
-    "UPA": "upper_arm",
-    "ELB": "elbow_lateral",
-    "FRM": "forearm",
-    "WRA": "wrist_radial",
-    "WRB": "wrist_ulnar",
-    "FIN": "hand",
-    "ASI": "asis",
-    "PSI": "psis",
-    "THI": "thigh",
-    "KNE": "knee_lateral",
-    "KNM": "knee_medial",
-    "TIB": "shank",
-    "ANK": "ankle_lateral",
-    "MED": "ankle_medial",
-    "HEE": "heel",
-    "TOE": "metatarsal_2_head",
-}
-_OXFORD_FOOT = {
-    "HFB": "fibula_head",
-    "TUB": "tibial_tuberosity",
-    "SHN": "shank_front",
-    "MMA": "ankle_medial",
-    "CPG": "heel_wand",
-    "PCA": "heel_upper",
-    "LCA": "heel_lateral",
-    "STL": "sustentaculum",
-    "NAV": "navicular",
-    "P1M": "metatarsal_1_base",
-    "D1M": "metatarsal_1_head",
-    "P5M": "metatarsal_5_base",
-    "D5M": "metatarsal_5_head",
-    "HLX": "hallux",
-}
-_GAIT2392 = {
-    "ASIS": "asis",
-    "Thigh.Upper": "thigh_upper",
-    "Thigh.Front": "thigh_front",
-    "Thigh.Rear": "thigh_rear",
-    "Knee.Lat": "knee_lateral",
-    "Knee.Med": "knee_medial",
-    "Shank.Upper": "shank_upper",
-    "Shank.Front": "shank_front",
-    "Shank.Rear": "shank_rear",
-    "Ankle.Lat": "ankle_lateral",
-    "Ankle.Med": "ankle_medial",
-    "Heel": "heel",
-    "Midfoot.Sup": "midfoot",
-    "Midfoot.Lat": "midfoot_lateral",
-    "Toe.Tip": "toe_tip",
-    "Toe.Lat": "toe_lateral",
-    "Toe.Med": "toe_medial",
-    "Acromium": "acromion",
-    "Bicep": "upper_arm",
-    "Elbow": "elbow_lateral",
-    "Wrist.Med": "wrist_ulnar",
-    "Wrist.Lat": "wrist_radial",
-    "Temple": "temple",
-}
-_RAJAGOPAL = {
-    "ASIS": "asis",
-    "PSIS": "psis",
-    "Knee": "knee_lateral",
-    "MKnee": "knee_medial",
-    "Ankle": "ankle_lateral",
-    "MAnkle": "ankle_medial",
-    "Heel": "heel",
-    "MT5": "metatarsal_5_head",
-    "Toe": "hallux",
-    "Shoulder": "acromion",
-    "Clavicle": "clavicle",
-    "Biceps": "upper_arm",
-    "Elbow": "elbow_lateral",
-    "MElbow": "elbow_medial",
-    "Forearm": "forearm",
-    "Wrist": "wrist",
-}
-
-# Body keypoints of markerless systems (OpenPose, HALPE, OpenCap, Pose2Sim): joint centres.
-_KEYPOINTS = {
-    "Hip": "hip_joint",
-    "Knee": "knee_joint",
-    "Ankle": "ankle_joint",
-    "Heel": "heel",
-    "BigToe": "hallux",
-    "SmallToe": "toe_5",
-    "Shoulder": "shoulder_joint",
-    "Elbow": "elbow_joint",
-    "Wrist": "wrist_joint",
-    "Ear": "ear",
-}
-
-MARKER_SETS: dict[str, MarkerSet] = {
-    s.name: s
-    for s in (
-        MarkerSet("plug-in-gait", {**_HEAD_AND_TRUNK, **_sides(_PLUG_IN_GAIT)}, {}),
-        MarkerSet(
-            "oxford-foot-model",
-            {**_HEAD_AND_TRUNK, **_sides(_PLUG_IN_GAIT), **_sides(_OXFORD_FOOT)},
-            {},
-        ),
-        MarkerSet(
-            "gait2392",
-            {
-                "V.Sacral": "sacrum",
-                "Sternum": "sternum",
-                "Top.Head": "vertex",
-                **_sides(_GAIT2392, "{side}.{name}"),
-            },
-            {},
-        ),
-        MarkerSet(
-            "keypoints",
-            {"Nose": "forehead", "Head": "vertex", "Neck": "suprasternale", **_sides(_KEYPOINTS)},
-            {},
-        ),
-        MarkerSet("rajagopal", {"S2": "sacrum", **_sides(_RAJAGOPAL, "{side}.{name}")}, {}),
-    )
-}
-
 # Common spellings, without side and separators, upper case.
 _SPELLINGS: dict[str, str] = {
     "asis": "ASI ASIS IAS",
@@ -282,6 +140,68 @@ def landmark_of(name: str) -> str | None:
             if rest != plain and rest in _BY_SPELLING:
                 return f"{_BY_SPELLING[rest]}_{side}"
     return None
+
+
+def _landmarks(
+    sided: str, midline: str = "", own: dict[str, str] | None = None, dot: str = ""
+) -> dict[str, str]:
+    """Return the landmark of each marker of a set.
+
+    Args:
+        sided: Names that get R and L in front.
+        midline: Whole names of the others.
+        own: Landmarks of names that elsewhere are spelled otherwise or stand for another point.
+        dot: What stands between the side and a name.
+    """
+    own = own or {}
+    found = {name: own.get(name) or landmark_of(name) for name in midline.split()}
+    for name in sided.split():
+        for side in "RL":
+            mark = f"{own[name]}_{side.lower()}" if name in own else landmark_of(side + name)
+            found[f"{side}{dot}{name}"] = mark
+    return {name: mark for name, mark in found.items() if mark}
+
+
+_TRUNK = "C7 T2 T6 T10 T12 CLAV STRN RBAK SACR"
+_PLUG_IN_GAIT = "FHD BHD SHO UPA ELB FRM WRA WRB FIN ASI PSI THI KNE KNM TIB ANK MED HEE TOE"
+_OXFORD_FOOT = "HFB TUB SHN MMA CPG PCA LCA STL NAV P1M D1M P5M D5M HLX"
+_GAIT2392 = (
+    "ASIS Thigh.Upper Thigh.Front Thigh.Rear Knee.Lat Knee.Med Shank.Upper Shank.Front Shank.Rear "
+    "Ankle.Lat Ankle.Med Heel Midfoot.Sup Midfoot.Lat Toe.Tip Toe.Lat Toe.Med Acromium Bicep Elbow "
+    "Wrist.Med Wrist.Lat Temple"
+)
+_GAIT2392_OWN = {
+    "Thigh.Upper": "thigh_upper",
+    "Thigh.Rear": "thigh_rear",
+    "Shank.Upper": "shank_upper",
+    "Shank.Rear": "shank_rear",
+    "Midfoot.Sup": "midfoot",
+    "Midfoot.Lat": "midfoot_lateral",
+    "Toe.Lat": "toe_lateral",
+    "Toe.Med": "toe_medial",
+}
+_RAJAGOPAL = (
+    "ASIS PSIS Knee MKnee Ankle MAnkle Heel MT5 Toe Shoulder Clavicle Biceps Elbow MElbow Forearm "
+    "Wrist"
+)
+# Body keypoints of markerless systems (OpenPose, HALPE, OpenCap, Pose2Sim): joint centres.
+_KEYPOINTS = "Hip Knee Ankle Heel BigToe SmallToe Shoulder Elbow Wrist Ear"
+_KEYPOINTS_OWN = {
+    **{name: f"{name.lower()}_joint" for name in "Hip Knee Ankle Shoulder Elbow Wrist".split()},
+    **{"SmallToe": "toe_5", "Nose": "forehead", "Head": "vertex", "Neck": "suprasternale"},
+}
+_MED = {"MED": "ankle_medial"}
+
+MARKER_SETS: dict[str, MarkerSet] = {
+    name: MarkerSet(name, landmarks, {})
+    for name, landmarks in {
+        "plug-in-gait": _landmarks(_PLUG_IN_GAIT, _TRUNK, _MED),
+        "oxford-foot-model": _landmarks(f"{_PLUG_IN_GAIT} {_OXFORD_FOOT}", _TRUNK, _MED),
+        "gait2392": _landmarks(_GAIT2392, "V.Sacral Sternum Top.Head", _GAIT2392_OWN, "."),
+        "keypoints": _landmarks(_KEYPOINTS, "Nose Head Neck", _KEYPOINTS_OWN),
+        "rajagopal": _landmarks(_RAJAGOPAL, "S2", {"Toe": "hallux"}, "."),
+    }.items()
+}
 
 
 def _bare(name: str) -> str:

@@ -10,6 +10,7 @@ from plantigrade.models.parts import Solid
 from plantigrade.models.skeleton import Body, Skeleton, split_side
 
 _COLOURS = {"r": "0.80 0.36 0.30 1", "l": "0.27 0.47 0.72 1", "": "0.78 0.74 0.68 1"}
+_TOUCH = {"condim": "3", "friction": f"{FRICTION} 0.005 0.0001"}
 
 
 def to_mjcf(
@@ -35,18 +36,9 @@ def to_mjcf(
     ET.SubElement(visual, "headlight", ambient="0.4 0.4 0.4", diffuse="0.5 0.5 0.5")
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="2 2 4", dir="-0.4 -0.4 -0.8", diffuse="0.5 0.5 0.5")
-    ET.SubElement(
-        world,
-        "geom",
-        name="floor",
-        type="plane",
-        size="20 20 0.1",
-        contype="0",
-        conaffinity="1",
-        condim="3",
-        friction=f"{FRICTION} 0.005 0.0001",
-        rgba="0.92 0.92 0.90 1",
-    )
+    floor = {"name": "floor", "type": "plane", "size": "20 20 0.1"}
+    touched = {"contype": "0", "conaffinity": "1", **_TOUCH, "rgba": "0.92 0.92 0.90 1"}
+    ET.SubElement(world, "geom", {**floor, **touched})
     elements: dict[str, ET.Element] = {"": world}
     for body in skeleton.bodies:
         elements[body.name] = _body(elements[body.parent], body, pelvis_height)
@@ -69,16 +61,9 @@ def with_sites(xml: str, sites: Mapping[str, tuple[str, np.ndarray]]) -> str:
         return xml
     root = ET.fromstring(xml)
     bodies = {b.get("name"): b for b in root.iter("body")}
+    look = {"size": "0.007", "group": "4", "rgba": "0.95 0.80 0.20 1"}
     for name, (body, position) in sites.items():
-        ET.SubElement(
-            bodies[body],
-            "site",
-            name=name,
-            pos=numbers(position),
-            size="0.007",
-            group="4",
-            rgba="0.95 0.80 0.20 1",
-        )
+        ET.SubElement(bodies[body], "site", {"name": name, "pos": numbers(position), **look})
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
 
@@ -106,15 +91,9 @@ def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
     if not body.parent:
         ET.SubElement(element, "freejoint", name="root")
     for hinge in body.hinges:
-        ET.SubElement(
-            element,
-            "joint",
-            name=hinge.name,
-            type="hinge",
-            axis=numbers(hinge.axis),
-            range=numbers([hinge.low, hinge.high]),
-            actuatorfrcrange=numbers(hinge.torque),
-        )
+        axis, limits = numbers(hinge.axis), numbers([hinge.low, hinge.high])
+        joint = {"name": hinge.name, "type": "hinge", "axis": axis, "range": limits}
+        ET.SubElement(element, "joint", joint, actuatorfrcrange=numbers(hinge.torque))
     i = body.inertia.tensor
     ET.SubElement(
         element,
@@ -124,41 +103,22 @@ def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
         fullinertia=numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
     )
     _, side = split_side(body.name)
+    drawn = {"group": "1", "contype": "0", "conaffinity": "0", "rgba": _COLOURS[side]}
     for solid in body.solids:
-        ET.SubElement(
-            element,
-            "geom",
-            _shape(solid),
-            group="1",
-            contype="0",
-            conaffinity="0",
-            rgba=_COLOURS[side],
-        )
+        ET.SubElement(element, "geom", {**_shape(solid), **drawn})
+    touching = {"group": "3", "contype": "1", "conaffinity": "0", **_TOUCH, "rgba": "0.2 0.2 0.2 1"}
     for contact in body.contacts:
-        ET.SubElement(
-            element,
-            "geom",
-            name=f"contact_{contact.segment}_{contact.name}_{side}",
-            type="sphere",
-            size=numbers([contact.radius]),
-            pos=numbers(contact.position),
-            group="3",
-            contype="1",
-            conaffinity="0",
-            condim="3",
-            friction=f"{FRICTION} 0.005 0.0001",
-            rgba="0.2 0.2 0.2 1",
-        )
+        name = f"contact_{contact.segment}_{contact.name}_{side}"
+        size, pos = numbers([contact.radius]), numbers(contact.position)
+        sphere = {"name": name, "type": "sphere", "size": size, "pos": pos}
+        ET.SubElement(element, "geom", {**sphere, **touching})
     return element
 
 
 def _shape(solid: Solid) -> dict[str, str]:
     if solid.kind == "capsule":
-        return {
-            "type": "capsule",
-            "fromto": numbers([*solid.a, *solid.b]),
-            "size": numbers([solid.radius]),
-        }
+        ends = numbers([*solid.a, *solid.b])
+        return {"type": "capsule", "fromto": ends, "size": numbers([solid.radius])}
     return {"type": solid.kind, "pos": numbers(solid.a), "size": numbers(solid.b)}
 
 

@@ -1,7 +1,7 @@
 """Parts of a body: solids, inertias and their combination."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -130,16 +130,15 @@ MIRROR = np.array([1.0, -1.0, 1.0])
 def mirrored(part: Part, name: str, parent: str) -> Part:
     """Return the part of the other side, mirrored in y."""
     m = np.diag(MIRROR)
+    solids = [
+        replace(s, a=MIRROR * s.a, b=MIRROR * s.b if s.kind == "capsule" else s.b)
+        for s in part.solids
+    ]
     return Part(
-        name=name,
-        parent=parent,
-        position=MIRROR * part.position,
-        inertia=Inertia(part.inertia.mass, MIRROR * part.inertia.com, m @ part.inertia.tensor @ m),
-        solids=tuple(
-            Solid(s.kind, MIRROR * s.a, MIRROR * s.b if s.kind == "capsule" else s.b, s.radius)
-            for s in part.solids
-        ),
-        contacts=tuple(
-            SoleSphere(c.name, MIRROR * c.position, c.radius, c.segment) for c in part.contacts
-        ),
+        name,
+        parent,
+        MIRROR * part.position,
+        Inertia(part.inertia.mass, MIRROR * part.inertia.com, m @ part.inertia.tensor @ m),
+        tuple(solids),
+        tuple(replace(c, position=MIRROR * c.position) for c in part.contacts),
     )

@@ -1,6 +1,6 @@
 """Skeleton: bodies made from anatomical parts by a joint set."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -69,9 +69,7 @@ def split_side(name: str) -> tuple[str, str]:
 def all_parts(d: Dimensions, sex: str, mass: float, feet: str) -> list[Part]:
     """Return every part of the body, parents first."""
     feet_parts = [
-        Part(p.name, p.parent, foot_position(d), p.inertia, p.solids, p.contacts)
-        if p.parent.startswith("tibia")
-        else p
+        replace(p, position=foot_position(d)) if p.parent.startswith("tibia") else p
         for p in foot_parts(feet, d, sex, mass)
     ]
     return [*body_parts(d, sex, mass), *feet_parts]
@@ -117,9 +115,7 @@ def build(d: Dimensions, sex: str, mass: float, joints: str, feet: str) -> Skele
         inertia = combine(p.inertia.scaled(share).shifted(o) for p, o in members[name])
         solids = tuple(_moved(s, o) for p, o in members[name] for s in p.solids)
         contacts = tuple(
-            SoleSphere(c.name, c.position + o, c.radius, c.segment)
-            for p, o in members[name]
-            for c in p.contacts
+            replace(c, position=c.position + o) for p, o in members[name] for c in p.contacts
         )
         bodies.append(Body(name, parent, position, hinges, inertia, solids, contacts))
     return Skeleton(_depth_first(bodies), home, origins)
@@ -157,4 +153,4 @@ def _hinge(coordinate: str, side: str, mass_height: float) -> Hinge:
 
 def _moved(solid: Solid, offset: np.ndarray) -> Solid:
     b = solid.b + offset if solid.kind == "capsule" else solid.b
-    return Solid(solid.kind, solid.a + offset, b, solid.radius)
+    return replace(solid, a=solid.a + offset, b=b)

@@ -122,9 +122,8 @@ def textbook_gait(
     stride_length = float(2.0 * leg_length * relative**0.42)
     stride_time = stride_length / speed
     time = np.arange(int(np.floor(cycles * stride_time * rate + 1e-9)) + 1) / rate
-    foot_off = float(
-        np.interp(relative, list(CLASS_SPEEDS.values()), list(FOOT_OFF.values())) / 100.0
-    )
+    classes = list(CLASS_SPEEDS.values())
+    foot_off = float(np.interp(relative, classes, list(FOOT_OFF.values())) / 100.0)
     whole = time / stride_time
     degrees = _angles(relative, whole)
     coordinates = {name: np.deg2rad(values) for name, values in degrees.items()}
@@ -152,13 +151,9 @@ def textbook_gait(
 def _angles(relative, whole):
     """Return every joint coordinate [deg] at strides `whole` of the right foot."""
     right, left = _phase(whole, "r"), _phase(whole, "l")
-    angles = {
-        "pelvis_tilt": _series("pelvis_tilt", relative, right, "even") + PELVIC_PLANE,
-        "pelvis_list": _series("pelvis_list", relative, right, "odd"),
-        "pelvis_rotation": _series("pelvis_rotation", relative, right, "odd"),
-        "lumbar_bending": _series("lumbar_bending", relative, right, "odd"),
-        "lumbar_rotation": _series("lumbar_rotation", relative, right, "odd"),
-    }
+    angles = {"pelvis_tilt": _series("pelvis_tilt", relative, right, "even") + PELVIC_PLANE}
+    for name in ("pelvis_list", "pelvis_rotation", "lumbar_bending", "lumbar_rotation"):
+        angles[name] = _series(name, relative, right, "odd")
     # The trunk stays upright, leaning 2 degrees forward.
     angles["lumbar_extension"] = -angles["pelvis_tilt"] - 2.0
     swing = float(np.clip(relative / FREE, 0.2, 1.6))

@@ -50,19 +50,12 @@ class Cycle:
         return 100.0 * (instant - self.start) / self.duration
 
 
-def cut_cycles(
-    events: Iterable[GaitEvent], *, side: str | None = None, longest: float = LONGEST_CYCLE
-) -> tuple[Cycle, ...]:
-    """Return the cycles enclosed by the events, in order of start.
+def cut_cycles(events: Iterable[GaitEvent], *, side: str | None = None) -> tuple[Cycle, ...]:
+    """Return the cycles enclosed by gait events, of both feet or one, in order of start.
 
     A pair of heel strikes with no toe off of that foot between them is still a cycle (some files
     store heel strikes only), unless toe offs of that foot are known elsewhere: then a step was
     missed and the pair is left out, as are pairs with two toe offs.
-
-    Args:
-        events: Gait events in any order.
-        side: Only this foot.
-        longest: Longest stride [s].
     """
     events = sorted(events, key=lambda event: event.time)
     for event in events:
@@ -80,24 +73,14 @@ def cut_cycles(
         if side not in (None, own):
             continue
         strikes, offs = times(own, "heel_strike"), times(own, "toe_off")
-        for start, stop in zip(strikes[:-1], strikes[1:], strict=True):
-            inside = offs[(offs > start) & (offs < stop)]
-            seconds = stop - start
-            if not SHORTEST_CYCLE <= seconds <= longest:
+        for start, stop in zip(strikes[:-1].tolist(), strikes[1:].tolist(), strict=True):
+            inside = offs[(offs > start) & (offs < stop)].tolist()
+            if not SHORTEST_CYCLE <= stop - start <= LONGEST_CYCLE:
                 continue
-            if len(inside) > 1 or (len(offs) and not len(inside)):
+            if len(inside) > 1 or (len(offs) and not inside):
                 continue
-            toe_off = float(inside[0]) if len(inside) else None
-            cycles.append(
-                Cycle(
-                    own,
-                    float(start),
-                    float(stop),
-                    toe_off,
-                    _only(times(other, "toe_off"), start, stop),
-                    _only(times(other, "heel_strike"), start, stop),
-                )
-            )
+            opposite = (_only(times(other, k), start, stop) for k in ("toe_off", "heel_strike"))
+            cycles.append(Cycle(own, start, stop, inside[0] if inside else None, *opposite))
     return tuple(sorted(cycles, key=lambda cycle: cycle.start))
 
 
@@ -113,13 +96,10 @@ def normalise(
 
     Args:
         time: Time of each frame [s].
-        values: Signal, NaN in gaps.
+        values: Signal, NaN in gaps; so is the result.
         start: Instant of 0 % [s].
         stop: Instant of 100 % [s].
         percent: Where to sample the cycle [%].
-
-    Returns:
-        The signal; NaN in gaps.
     """
     if not stop > start:
         raise ParameterError(f"a cycle must end after it starts: {start=} s, {stop=} s")

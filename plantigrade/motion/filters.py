@@ -156,8 +156,6 @@ def resample(
     time: Float[Array, " n_frames"],
     values: Float[Array, " n_frames *channels"],
     new_time: Float[Array, " n_new"],
-    *,
-    longest_gap: float = 0.0,
 ) -> Float[Array, " n_new *channels"]:
     """Return the signal at other instants, by cubic splines over each contiguous stretch.
 
@@ -168,13 +166,10 @@ def resample(
         time: Time of each frame [s], increasing.
         values: Signal, NaN in gaps.
         new_time: New instants [s]; the result is NaN outside the signal.
-        longest_gap: Gaps up to this duration are filled first [s]; see :func:`fill_gaps`.
     """
     from scipy.interpolate import CubicSpline
 
     _check_time(time, values)
-    if longest_gap > 0:
-        values = fill_gaps(time, values, longest=longest_gap)
     flat, _ = _columns(values)
     result = np.full((len(new_time), flat.shape[1]), np.nan)
     for column in range(flat.shape[1]):

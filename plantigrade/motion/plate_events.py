@@ -12,6 +12,15 @@ from plantigrade.motion.events import check_frames
 from plantigrade.motion.filters import crossing, lowpass, runs
 from plantigrade.motion.recording import ForcePlate, GaitEvent, rate_of
 
+THRESHOLD = 20.0
+"""Force that counts as contact [N]."""
+
+SHORTEST = 0.08
+"""Shorter contacts are ignored, gaps shorter than a quarter of this are closed [s]."""
+
+MARGIN = 0.02
+"""How far outside the plate a marker may be, since markers stand off the foot [m]."""
+
 PULL_FACTOR = 5.0
 """The threshold is at least this multiple of how far the plate reads below zero load."""
 
@@ -47,9 +56,7 @@ class PlateContact:
 def contact_events(
     time: Float[Array, " n_samples"],
     vertical_force: Float[Array, " n_samples"],
-    threshold: float = 20.0,
-    *,
-    shortest: float = 0.08,
+    threshold: float = THRESHOLD,
 ) -> tuple[PlateContact, ...]:
     """Return the contacts with a plate.
 
@@ -60,7 +67,6 @@ def contact_events(
         time: Time of each sample [s].
         vertical_force: Force of the ground on the body, upward positive [N].
         threshold: Force that counts as contact [N].
-        shortest: Shorter contacts are ignored, gaps shorter than a quarter of this are closed [s].
 
     Raises:
         ParameterError: If the threshold is not positive.
@@ -79,12 +85,12 @@ def contact_events(
     loaded = force > threshold
     for gap in runs(~loaded):
         if 0 < gap.start and gap.stop < len(loaded):
-            if time[gap.stop] - time[gap.start] < shortest / 4:
+            if time[gap.stop] - time[gap.start] < SHORTEST / 4:
                 loaded[gap] = True
     contacts = []
     for on in runs(loaded):
         first, last = on.start, on.stop - 1
-        if time[last] - time[first] < shortest and first > 0 and last < len(time) - 1:
+        if time[last] - time[first] < SHORTEST and first > 0 and last < len(time) - 1:
             continue
         start = crossing(time, force, first - 1, threshold) if first > 0 else None
         stop = crossing(time, force, last, threshold) if last < len(time) - 1 else None
@@ -97,17 +103,14 @@ def plate_events(
     time: Float[Array, " n_frames"],
     heel: Float[Array, "n_frames 2 3"],
     toe: Float[Array, "n_frames 2 3"],
-    *,
-    threshold: float = 20.0,
-    margin: float = 0.02,
 ) -> tuple[GaitEvent, ...]:
     """Return the heel strikes and toe offs that were recorded by force plates.
 
-    A contact belongs to the foot nearest to its centre of pressure. It gives a heel strike only if
-    the heel landed inside the plate, a toe off only if the toe tip left inside it, and neither
-    while the other foot is on the same plate: a partial hit would be late or early. Nor is there an
-    event if the force passes the threshold slowly (:data:`SLOWEST_EDGE`): a foot that lands or
-    leaves changes it fast, so something else was on the plate.
+    A contact (above :data:`THRESHOLD`) belongs to the foot nearest to its centre of pressure. It
+    gives a heel strike only if the heel landed inside the plate, a toe off only if the toe tip left
+    inside it, and neither while the other foot is on the same plate: a partial hit would be late or
+    early. Nor is there an event if the force passes the threshold slowly (:data:`SLOWEST_EDGE`): a
+    foot that lands or leaves changes it fast, so something else was on the plate.
 
     Args:
         plates: Measured ground reactions. A plate without corners counts as unbounded; a foot named
@@ -115,17 +118,14 @@ def plate_events(
         time: Time of each marker frame [s].
         heel: Back of the heel, right then left, world [m].
         toe: Toe tip or metatarsal head, right then left, world [m].
-        threshold: Force that counts as contact [N]; raised for a plate that reads below zero load
-            by more than a fifth of it, as filtered records do.
-        margin: How far outside the plate a marker may be, since markers stand off the foot [m].
     """
     check_frames(time, heel, toe, None)
-    contacts = []
-    for plate in plates:
-        force = plate.force[:, 2]
-        contacts.append(contact_events(plate.time, force, _above_noise(force, threshold)))
+    contacts = [
+        contact_events(plate.time, plate.force[:, 2], _above_noise(plate.force[:, 2]))
+        for plate in plates
+    ]
     peaks = [contact.peak for found in contacts for contact in found]
-    upper = max(2 * threshold, EDGE_LEVEL * max(peaks, default=0.0))
+    upper = max(2 * THRESHOLD, EDGE_LEVEL * max(peaks, default=0.0))
     tip = toe + TOE_TIP * (toe - heel)
     events = []
     for plate, found in zip(plates, contacts, strict=True):
@@ -140,7 +140,7 @@ def plate_events(
                     continue
                 frame = int(np.argmin(np.abs(time - instant)))
                 if plate.side is None and (
-                    not _inside(plate.corners, point[frame, own], margin)
+                    not _inside(plate.corners, point[frame, own], MARGIN)
                     or _is_on(plate.corners, time, heel, toe, frame, other)
                 ):
                     continue
@@ -149,17 +149,17 @@ def plate_events(
     return tuple(sorted(events, key=lambda event: (event.time, event.side)))
 
 
-def _above_noise(force, threshold):
+def _above_noise(force):
     """Return the threshold, raised if the record of the plate is too noisy for it [N].
 
     The ground cannot pull: a force below zero load is the error of the record near the edges
     (noise, or ringing of a low-pass filter).
     """
-    low = force[np.isfinite(force) & (force < threshold)]
+    low = force[np.isfinite(force) & (force < THRESHOLD)]
     if len(low) == 0:
-        return threshold
+        return THRESHOLD
     below = np.median(low) - np.percentile(low, 1)
-    return float(np.clip(PULL_FACTOR * below, threshold, MOST_RAISED * threshold))
+    return float(np.clip(PULL_FACTOR * below, THRESHOLD, MOST_RAISED * THRESHOLD))
 
 
 def _is_on(corners, time, heel, toe, frame, side):
@@ -188,16 +188,12 @@ def _foot_on(plate, contact, time, heel, toe):
     stop = plate.time[-1] if contact.stop is None else contact.stop
     instants = np.linspace(start, stop, 11)[2:-2]
     best, side = np.inf, None
+    frames = [int(np.argmin(np.abs(time - t))) for t in instants]
+    cop = plate.cop[[int(np.argmin(np.abs(plate.time - t))) for t in instants], :2]
     for k, name in enumerate(SIDES):
-        apart = []
-        for instant in instants:
-            frame = int(np.argmin(np.abs(time - instant)))
-            cop = plate.cop[int(np.argmin(np.abs(plate.time - instant))), :2]
-            a, b = heel[frame, k, :2], toe[frame, k, :2]
-            along = b - a
-            part = np.clip((cop - a) @ along / max(along @ along, 1e-9), 0.0, 1.0)
-            apart.append(np.linalg.norm(cop - a - part * along))
-        apart = np.array(apart)
+        a, along = heel[frames, k, :2], (toe - heel)[frames, k, :2]
+        part = ((cop - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-9)
+        apart = np.linalg.norm(cop - a - np.clip(part, 0.0, 1.0)[:, None] * along, axis=1)
         if np.isfinite(apart).any() and np.nanmedian(apart) < best:
             best, side = float(np.nanmedian(apart)), name
     return side if best < 0.3 else None

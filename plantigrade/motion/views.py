@@ -21,9 +21,7 @@ TRANSLATIONS = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 def curves_of(motion: Any, names: Sequence[str] = ()) -> dict[str, Float[Array, " n_frames"]]:
     """Return coordinates in degrees (the pelvis's place: metres), by name and unit.
 
-    Args:
-        motion: The motion.
-        names: Coordinates, or stems that stand for both sides (``"knee_angle"``); all if empty.
+    A stem (``"knee_angle"``) stands for both sides; all coordinates if there are no names.
 
     Raises:
         CoordinateNotFound: If there is no such coordinate.
@@ -77,10 +75,6 @@ def summary(motion: Any) -> dict[str, object]:
 
 
 def dataframe(time: Float[Array, " n"], columns: Mapping[str, Array]) -> Any:
-    """Return columns as a pandas DataFrame indexed by time [s].
-
-    Raises:
-        MissingExtra: If pandas is not installed.
-    """
+    """Return columns as a pandas DataFrame indexed by time [s]."""
     pandas = require("pandas", "tables")
     return pandas.DataFrame(dict(columns), index=pandas.Index(time, name="time"))

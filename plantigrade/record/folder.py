@@ -13,11 +13,12 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from plantigrade.errors import FileError, RunExists
-from plantigrade.io.text import read_text
+from plantigrade.io.text import not_written, read_text
 
 METRICS = "metrics.json"
 FORMAT = 2
@@ -57,11 +58,8 @@ def write_folder(
     out = Path(out).expanduser()
     for name in files:
         if not _NAME.fullmatch(name) or name == METRICS:
-            raise FileError(
-                out / name,
-                "is not allowed as the name of an extra file",
-                remedy="use letters, digits and . _ + - only",
-            )
+            problem = "is not allowed as the name of an extra file"
+            raise FileError(out / name, problem, remedy="use letters, digits and . _ + - only")
     refuse_existing(out, overwrite)
     metrics_json(metrics)  # fails before anything is written
     temporary = None
@@ -71,24 +69,20 @@ def write_folder(
         if more is not None:
             more(temporary)
         for name, content in files.items():
-            if isinstance(content, str):
-                (temporary / name).write_text(content, encoding="utf-8")
-            else:
-                (temporary / name).write_bytes(content)
+            raw = content.encode() if isinstance(content, str) else content
+            (temporary / name).write_bytes(raw)
         marked = {"format": FORMAT, **metrics, "files": sorted(_contents(temporary))}
         (temporary / METRICS).write_text(metrics_json(marked) + "\n", encoding="utf-8")
         os.chmod(temporary, 0o777 & ~_umask())  # mkdtemp makes it private
         refuse_existing(out, overwrite)  # another run may have finished meanwhile
         _put_in_place(temporary, out)
         temporary = None
+    except RunExists:
+        raise
     except OSError as error:
-        if isinstance(error, RunExists):
-            raise
-        raise FileError(
-            out,
-            f"the run folder cannot be written ({error.strerror or error})",
-            remedy="choose another folder with --out, or free disk space",
-        ) from error
+        problem = f"the run folder cannot be written ({error.strerror or error})"
+        remedy = "choose another folder with --out, or free disk space"
+        raise FileError(out, problem, remedy=remedy) from error
     finally:
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
@@ -115,11 +109,7 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
             temporary.write_text(text, encoding="utf-8")
             temporary.replace(path)
         except OSError as error:
-            raise FileError(
-                path,
-                f"cannot be written ({error.strerror or error})",
-                remedy="check that the run folder may be written to",
-            ) from error
+            raise not_written(path, error) from error
         if name != METRICS:
             written.append(path)
     return written
@@ -150,24 +140,17 @@ def read_metrics(folder: str | Path) -> dict[str, Any]:
         raise FileError(folder, what, remedy="name a run folder, as --out made it")
     path = folder / METRICS
     if not path.is_file():
-        raise FileError(
-            folder,
-            f"is not a run folder: {METRICS} is missing",
-            remedy="name a folder that a plantigrade command wrote",
-        )
+        problem = f"is not a run folder: {METRICS} is missing"
+        raise FileError(folder, problem, remedy="name a folder that a plantigrade command wrote")
+    text = read_text(path, _METRICS_LIMIT)
+    broken = partial(FileError, path, remedy="run the command again")
     try:
-        metrics = json.loads(read_text(path, _METRICS_LIMIT))
+        metrics = json.loads(text)
     except (ValueError, RecursionError) as error:
-        if isinstance(error, FileError):
-            raise
         where = f"line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
-        raise FileError(
-            path, f"is not JSON ({error})", where=where, remedy="run the command again"
-        ) from error
+        raise broken(f"is not JSON ({error})", where=where) from error
     if not isinstance(metrics, dict):
-        raise FileError(
-            path, "holds no object of metrics", where="line 1", remedy="run the command again"
-        )
+        raise broken("holds no object of metrics", where="line 1")
     return metrics
 
 
@@ -188,23 +171,21 @@ def refuse_existing(out: str | Path, overwrite: bool) -> None:
     present = _contents(out)
     if not present:
         return
-    advice = "choose another --out, or delete the folder yourself"
+    kept, advice = (
+        f"{out} will not be replaced",
+        "choose another --out, or delete the folder yourself",
+    )
     try:
         metrics = read_metrics(out)
     except FileError as error:
-        raise RunExists(f"{out} will not be replaced: {error.problem}; {advice}") from error
+        raise RunExists(f"{kept}: {error.problem}; {advice}") from error
     listed = metrics.get("files")
     if "format" not in metrics or not isinstance(listed, list):
-        raise RunExists(
-            f"{out} will not be replaced: its {METRICS} does not mark a run of this version; "
-            f"{advice}"
-        )
+        raise RunExists(f"{kept}: its {METRICS} does not mark a run of this version; {advice}")
     foreign = sorted(present - {METRICS, *map(str, listed)})
     if foreign:
-        raise RunExists(
-            f"{out} will not be replaced: it also holds {', '.join(foreign[:5])}"
-            f"{' …' if len(foreign) > 5 else ''}; move these files elsewhere, or {advice}"
-        )
+        names = ", ".join(foreign[:5]) + (" …" if len(foreign) > 5 else "")
+        raise RunExists(f"{kept}: it also holds {names}; move these files elsewhere, or {advice}")
 
 
 def _contents(folder: Path) -> set[str]:

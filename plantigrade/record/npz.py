@@ -35,8 +35,10 @@ from plantigrade.record.record import Limits, Record
 _T = TypeVar("_T")
 _ARRAYS = ("qfrc_actuator", "contact_force", "contact_point", "contact_torque")
 _FLAGS = ("contact_known", "contact_planned")
-_SITES = ("contact_side", "contact_segment", "contact_part", "contact_position", "contact_radius",
-          "contact_measured")  # fmt: skip
+_SITES = {
+    "contact_segment" if name == "body" else f"contact_{name}": name
+    for name in ("name", "side", "body", "part", "position", "radius", "measured")
+}
 
 
 def npz_bytes(record: Record) -> bytes:
@@ -80,19 +82,12 @@ def _arrays(record: Record) -> dict[str, Any]:
         "limit_force": None if limits.force is None else np.array(limits.force),
     }
     if sites:
-        arrays |= {
-            "contact_name": _words([s.name for s in sites]),
-            "contact_side": _words([s.side for s in sites]),
-            "contact_segment": _words([s.body for s in sites]),
-            "contact_part": _words([s.part for s in sites]),
-            "contact_position": np.array([s.position for s in sites], dtype=float),
-            "contact_radius": np.array([s.radius for s in sites], dtype=float),
-            "contact_measured": np.array([s.measured for s in sites]),
-        }
+        arrays |= {key: np.array([getattr(s, name) for s in sites]) for key, name in _SITES.items()}
     if record.conditions:
         arrays["conditions"] = _text([c.to_dict() for c in record.conditions])
     if motion.events:
-        arrays |= _events(motion)
+        for name in ("time", "side", "kind"):
+            arrays[f"event_{name}"] = np.array([getattr(event, name) for event in motion.events])
     if markers is not None:
         arrays["marker_names"] = _words(markers.names)
         arrays["marker_time"] = markers.time
@@ -102,21 +97,12 @@ def _arrays(record: Record) -> dict[str, Any]:
     for name, value in record.signals.items():
         arrays[f"signal/{name}"] = np.asarray(value)
     for name, other in record.references.items():
-        arrays[f"reference/{name}/time"] = other.time
-        arrays[f"reference/{name}/qpos"] = other.qpos
-        arrays[f"reference/{name}/qvel"] = other.qvel
+        for what in ("time", "qpos", "qvel"):
+            arrays[f"reference/{name}/{what}"] = getattr(other, what)
         if "reference_qpos" not in arrays:
             same = np.array_equal(other.time, motion.time)
             arrays["reference_qpos"] = other.qpos if same else other.at(motion.time).qpos
     return arrays
-
-
-def _events(motion: Motion) -> dict[str, Any]:
-    return {
-        "event_time": np.array([event.time for event in motion.events], dtype=float),
-        "event_side": _words([event.side for event in motion.events]),
-        "event_kind": _words([event.kind for event in motion.events]),
-    }
 
 
 def read_npz(path: str | Path) -> Record:
@@ -153,7 +139,9 @@ def read_npz(path: str | Path) -> Record:
             ground=ground,
             limits=_limits(arrays, nv - 6),
             conditions=_conditions(arrays),
-            signals=_signals(arrays),
+            signals={
+                key.removeprefix("signal/"): arrays.any(key) for key in arrays.keys("signal/")
+            },
             references=_references(arrays, names, nq, nv),
             recorded_markers=markers,
             fitted_markers=arrays.numbers("fitted_markers", n, m, 3),
@@ -167,30 +155,19 @@ def read_npz(path: str | Path) -> Record:
 
 
 def _sites(arrays: Arrays) -> tuple[ContactSite, ...]:
-    names = arrays.words("contact_name")
-    k = len(names)
+    k = len(arrays.words("contact_name"))
     if not k:
         return ()
-    sides, bodies = arrays.words("contact_side", k), arrays.words("contact_segment", k)
-    parts = arrays.words("contact_part", k)
-    position, radius = arrays.numbers("contact_position", k, 3), arrays.numbers("contact_radius", k)
-    measured = arrays.numbers("contact_measured", k)
-    for key in _SITES:
+    columns: dict[str, Any] = {}
+    for key, name in _SITES.items():
         if key not in arrays:
             arrays.refuse("is missing, but contact_name is there", key)
+        shape = {"position": (k, 3), "radius": (k,), "measured": (k,)}.get(name)
+        columns[name] = arrays.numbers(key, *shape).tolist() if shape else arrays.words(key, k)
+    columns["measured"] = [value > 0 for value in columns["measured"]]
     try:
-        return tuple(
-            ContactSite(
-                body=bodies[i],
-                position=tuple(position[i]),
-                radius=float(radius[i]),
-                name=names[i],
-                side=sides[i],
-                part=parts[i],
-                measured=bool(measured[i]),
-            )
-            for i in range(k)
-        )
+        rows = zip(*columns.values(), strict=True)
+        return tuple(ContactSite(**dict(zip(columns, row, strict=True))) for row in rows)
     except ParameterError as error:
         arrays.refuse(f"does not describe contact sites ({error})", "contact_name")
         raise
@@ -219,25 +196,21 @@ def _conditions(arrays: Arrays) -> tuple[Condition, ...]:
     )
 
 
-def _signals(arrays: Arrays) -> dict[str, np.ndarray]:
-    return {key.removeprefix("signal/"): arrays.any(key) for key in arrays.keys("signal/")}
-
-
 def _references(
     arrays: Arrays, joint_names: tuple[str, ...], nq: int, nv: int
 ) -> dict[str, Motion]:
     found = {}
     for key in arrays.keys("reference/"):
-        name, _, what = key.removeprefix("reference/").rpartition("/")
+        place, _, what = key.rpartition("/")
         if what != "time":
             continue
         time = arrays.increasing(key, arrays.numbers(key, None))
-        state = []
-        for part, width in (("qpos", nq), ("qvel", nv)):
-            state.append(arrays.numbers(f"reference/{name}/{part}", len(time), width))
-            if state[-1] is None:
-                arrays.refuse(f"is missing, but {key} is there", f"reference/{name}/{part}")
-        found[name] = Motion(time, state[0], state[1], joint_names)
+        for part in ("qpos", "qvel"):
+            if f"{place}/{part}" not in arrays:
+                arrays.refuse(f"is missing, but {key} is there", f"{place}/{part}")
+        qpos = arrays.numbers(f"{place}/qpos", len(time), nq)
+        qvel = arrays.numbers(f"{place}/qvel", len(time), nv)
+        found[place.removeprefix("reference/")] = Motion(time, qpos, qvel, joint_names)
     return found
 
 

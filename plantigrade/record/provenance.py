@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from plantigrade.errors import FileError
+from plantigrade.io.text import reading
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,8 @@ def source_files(paths: Iterable[str | Path]) -> dict[str, str]:
         while length < len(path.parts) and sum(_tail(p, length) == name for p in files) > 1:
             length += 1
             name = _tail(path, length)
-        try:
-            with path.open("rb") as stream:
-                sums[name] = hashlib.file_digest(stream, "sha256").hexdigest()
-        except OSError as error:
-            raise FileError(
-                path, f"cannot be read ({error.strerror or error})", remedy="check its permissions"
-            ) from error
+        with reading(path), path.open("rb") as stream:
+            sums[name] = hashlib.file_digest(stream, "sha256").hexdigest()
     return sums
 
 

@@ -107,11 +107,7 @@ class Record:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self):
-        """Refuse arrays that do not belong together.
-
-        Raises:
-            ParameterError: If a shape does not fit the motion, the sites or the Human.
-        """
+        """Refuse arrays whose shapes do not fit the motion, the sites or the Human."""
         n, k, nv = self.motion.n_frames, len(self.sites), self.human.model.nv
         if self.motion.joint_names != self.human.joint_names:
             raise ParameterError(
@@ -120,11 +116,8 @@ class Record:
             )
         shapes = {
             "qfrc_actuator": (n, nv),
-            "contact_force": (n, k, 3),
-            "contact_point": (n, k, 3),
-            "contact_torque": (n, k, 3),
-            "contact_known": (n, k),
-            "contact_planned": (n, k),
+            **dict.fromkeys(("contact_force", "contact_point", "contact_torque"), (n, k, 3)),
+            **dict.fromkeys(("contact_known", "contact_planned"), (n, k)),
         }
         for name, shape in shapes.items():
             value = getattr(self, name)

@@ -10,7 +10,7 @@ from plantigrade.errors import FileError
 from plantigrade.io.mot import write_mot
 from plantigrade.motion.recording import Table
 from plantigrade.motion.views import table_html
-from plantigrade.record.folder import FORMAT, METRICS, metrics_json, read_metrics, write_folder
+from plantigrade.record.folder import FORMAT, METRICS, read_metrics, write_folder
 from plantigrade.record.npz import read_npz, write_npz
 from plantigrade.record.provenance import Provenance
 from plantigrade.record.record import Record
@@ -97,11 +97,9 @@ class Run:
             FileError: If the place cannot be written, or a name is taken.
         """
         names = {MODEL, MOTION, COORDINATES, METRICS, *(f"{name}.npz" for name in self.others)}
-        for name in files or {}:
-            if name in names:
-                raise FileError(
-                    Path(out) / name, "is a file of every run", remedy="use a plain new name"
-                )
+        if taken := names & set(files or {}):
+            place, remedy = Path(out) / min(taken), "use a plain new name"
+            raise FileError(place, "is a file of every run", remedy=remedy)
 
         def contents(folder: Path) -> None:
             record = self.record
@@ -129,27 +127,17 @@ class Run:
         folder = Path(folder).expanduser()
         metrics = read_metrics(folder)
         if metrics.get("format") != FORMAT:
-            raise FileError(
-                folder / METRICS,
-                f"is of format {metrics.get('format', 1)}; this version reads format {FORMAT}",
-                remedy="run the command again",
-            )
+            problem = f"is of format {metrics.get('format', 1)}; this version reads format {FORMAT}"
+            raise FileError(folder / METRICS, problem, remedy="run the command again")
         if not isinstance(metrics.get("kind"), str):
-            raise FileError(
-                folder / METRICS, "names no kind of run", remedy="name the folder of a single run"
-            )
-        missing = [name for name in (MODEL, MOTION) if not (folder / name).is_file()]
+            remedy = "name the folder of a single run"
+            raise FileError(folder / METRICS, "names no kind of run", remedy=remedy)
+        missing = ", ".join(name for name in (MODEL, MOTION) if not (folder / name).is_file())
         if missing:
-            raise FileError(
-                folder,
-                f"is not a whole run: {', '.join(missing)} missing",
-                remedy="name a folder a plantigrade command wrote",
-            )
-        others = {
-            path.stem: read_npz(path)
-            for path in sorted(folder.glob("*.npz"))
-            if path.name != MOTION
-        }
+            remedy = "name a folder a plantigrade command wrote"
+            raise FileError(folder, f"is not a whole run: {missing} missing", remedy=remedy)
+        kept = sorted(folder.glob("*.npz"))
+        others = {path.stem: read_npz(path) for path in kept if path.name != MOTION}
         settings, sources = metrics.get("settings"), metrics.get("source_files")
         seed = metrics.get("seed")
         return cls(
@@ -168,10 +156,6 @@ class Run:
             others=others,
             folder=folder,
         )
-
-    def to_json(self) -> str:
-        """Return ``metrics.json``."""
-        return metrics_json(self.metrics)
 
     def _repr_html_(self) -> str:
         return table_html(self.title or "Run", run_summary(self))

@@ -20,18 +20,7 @@ _MOMENT, _FORCE = "_moment", "ground_force_"
 
 
 def plot(record: Any, names: Sequence[str]) -> Figure:
-    """Return a figure of coordinates, joint moments, ground forces or signals over time.
-
-    Args:
-        record: What happened.
-        names: Coordinates (``"knee_angle"``: both sides), moments (``"knee_angle_moment"``),
-            ground forces (``"ground_force_up"``), or signals of one number a frame; the
-            coordinates that change if empty.
-
-    Raises:
-        CoordinateNotFound: If there is no such coordinate, moment or signal.
-        ParameterError: If forces are asked for that the record does not have.
-    """
+    """Return a figure of coordinates, moments, ground forces or signals; see Record.plot."""
     curves = curves_of(record.motion) if not names else {}
     for name in names:
         curves |= _curves(record, name)
@@ -50,18 +39,13 @@ def _curves(record: Any, name: str) -> dict[str, Array]:
             raise CoordinateNotFound(f"no {name!r}; there are {_FORCE}{{{','.join(AXES)}}}_{{r,l}}")
         if not record.has_forces:
             raise ParameterError("this record has no ground forces")
-        sides = (side,) if side else SIDES
-        return {
-            f"{_FORCE}{axis}_{s} [BW]": record.foot(s).force[:, AXES[axis]] / record.weight
-            for s in sides
-        }
+        force = {s: record.foot(s).force[:, AXES[axis]] for s in ((side,) if side else SIDES)}
+        return {f"{_FORCE}{axis}_{s} [BW]": f / record.weight for s, f in force.items()}
     stem, dot, side = name.partition(_MOMENT)
     if dot:
-        names = [label.split(" [")[0] for label in curves_of(record.motion, [f"{stem}{side}"])]
-        return {
-            f"{hinge}{_MOMENT} [N m/kg]": record.torque(hinge) / record.human.mass
-            for hinge in names
-        }
+        hinges = [label.split(" [")[0] for label in curves_of(record.motion, [f"{stem}{side}"])]
+        mass = record.human.mass
+        return {f"{hinge}{_MOMENT} [N m/kg]": record.torque(hinge) / mass for hinge in hinges}
     return curves_of(record.motion, [name])
 
 
@@ -113,11 +97,7 @@ def to_dataframe(record: Any) -> Any:
 
 
 def to_xarray(record: Any) -> Any:
-    """Return the record as an xarray Dataset with named dimensions.
-
-    Raises:
-        MissingExtra: If xarray is not installed.
-    """
+    """Return the record as an xarray Dataset with named dimensions."""
     xarray = require("xarray", "tables")
     motion, n = record.motion, record.motion.n_frames
     names = list(motion.coordinates)
@@ -126,26 +106,25 @@ def to_xarray(record: Any) -> Any:
     }
     if record.qfrc_actuator is not None:
         arrays["torque"] = (("time", "hinge"), record.qfrc_actuator[:, 6:])
-    for name in ("contact_force", "contact_point", "contact_torque"):
-        value = getattr(record, name)
-        if value is not None:
-            arrays[name] = (("time", "site", "axis"), value)
-    if record.fitted_markers is not None and record.recorded_markers is not None:
-        arrays["recorded_marker"] = (("time", "marker", "axis"), record.recorded_markers.positions)
-        arrays["fitted_marker"] = (("time", "marker", "axis"), record.fitted_markers)
-    for name, value in record.signals.items():
-        if value.ndim and len(value) == n:
-            more = [f"{name}.{k}" for k in range(1, value.ndim)]
-            arrays[name] = (("time", *more), value)
     coordinates: dict[str, Any] = {
         "time": motion.time,
         "coordinate": names,
         "hinge": list(motion.joint_names[1:]),
         "axis": list(AXES),
+        "site": [site.name for site in record.sites],
     }
-    if record.sites:
-        coordinates["site"] = [site.name for site in record.sites]
-    if record.recorded_markers is not None and record.fitted_markers is not None:
-        coordinates["marker"] = list(record.recorded_markers.names)
+    for name in ("contact_force", "contact_point", "contact_torque"):
+        value = getattr(record, name)
+        if value is not None:
+            arrays[name] = (("time", "site", "axis"), value)
+    markers = record.recorded_markers
+    if record.fitted_markers is not None and markers is not None:
+        arrays["recorded_marker"] = (("time", "marker", "axis"), markers.positions)
+        arrays["fitted_marker"] = (("time", "marker", "axis"), record.fitted_markers)
+        coordinates["marker"] = list(markers.names)
+    for name, value in record.signals.items():
+        if value.ndim and len(value) == n:
+            more = [f"{name}.{k}" for k in range(1, value.ndim)]
+            arrays[name] = (("time", *more), value)
     used = {d for dims, _ in arrays.values() for d in dims}
     return xarray.Dataset(arrays, {k: v for k, v in coordinates.items() if k in used})

@@ -1,9 +1,8 @@
 """Conventions for axes, quaternions and velocities; converted here and nowhere else.
 
 * World and bodies: x forward, y left, z up. OpenSim: x forward, y up, z right.
-* Quaternions: MuJoCo ``wxyz``; SciPy and Pinocchio ``xyzw``.
-* Free joint: MuJoCo's velocity is linear in world axes and angular in body axes; Pinocchio's is
-  both in body axes.
+* Quaternions: MuJoCo ``wxyz``; SciPy ``xyzw``.
+* Free joint: MuJoCo's velocity is linear in world axes and angular in body axes.
 """
 
 import numpy as np
@@ -19,26 +18,13 @@ PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_
 
 
 def wxyz_to_xyzw(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
-    """Return MuJoCo's quaternion in SciPy's and Pinocchio's order."""
+    """Return MuJoCo's quaternion in SciPy's order."""
     return np.roll(quat, -1, axis=-1)
 
 
 def xyzw_to_wxyz(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
-    """Return SciPy's or Pinocchio's quaternion in MuJoCo's order."""
+    """Return SciPy's quaternion in MuJoCo's order."""
     return np.roll(quat, 1, axis=-1)
-
-
-def free_joint_velocity_to_pinocchio(
-    qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]
-) -> Float[Array, " nv"]:
-    """Return a MuJoCo velocity with the linear velocity of the root in body axes."""
-    rotation = rotation_matrix(qpos[3:7])
-    return np.concatenate([rotation.T @ qvel[:3], qvel[3:]])
-
-
-def configuration_to_pinocchio(qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:
-    """Return a MuJoCo configuration with the root quaternion as ``xyzw``."""
-    return np.concatenate([qpos[:3], wxyz_to_xyzw(qpos[3:7]), qpos[7:]])
 
 
 def rotation_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:

@@ -16,12 +16,12 @@ from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import (
+from plantigrade.spatial.conventions import rotation_matrix
+from tests.dynamics.movement import feet_forces, movement
+from tests.spatial.pinocchio_state import (
     configuration_to_pinocchio,
     free_joint_velocity_to_pinocchio,
-    rotation_matrix,
 )
-from tests.dynamics.movement import feet_forces, movement
 
 G = 9.81
 BODIES = [("42", "rigid"), ("42", "two-segment"), ("66", "multi-segment")]

@@ -4,12 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.spatial.conventions import (
+from plantigrade.spatial.conventions import rotation_matrix
+from tests.models.presets import PRESETS, person, random_state
+from tests.spatial.pinocchio_state import (
     configuration_to_pinocchio,
     free_joint_velocity_to_pinocchio,
-    rotation_matrix,
 )
-from tests.models.presets import PRESETS, person, random_state
 
 pin = pytest.importorskip("pinocchio")
 

@@ -24,5 +24,5 @@ def test_sums_and_names(tmp_path):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(FileError, match="gone.c3d: cannot be read"):
+    with pytest.raises(FileError, match="gone.c3d: there is no such file"):
         source_files([tmp_path / "gone.c3d"])

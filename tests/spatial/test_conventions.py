@@ -8,6 +8,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from plantigrade.spatial import conventions as c
+from tests.spatial.pinocchio_state import (
+    configuration_to_pinocchio,
+    free_joint_velocity_to_pinocchio,
+)
 
 angle = st.floats(-3.0, 3.0)
 tilt = st.floats(-1.5, 1.5)
@@ -73,13 +77,13 @@ def test_root_velocity_moves_both_engines_alike():
         v = rng.normal(size=6)
         moved = q.copy()
         mujoco.mj_integratePos(model, moved, v, 1e-6)
-        vp = c.free_joint_velocity_to_pinocchio(q, v)
+        vp = free_joint_velocity_to_pinocchio(q, v)
         theirs = pin.integrate(
             _free_flyer(pin),
-            c.configuration_to_pinocchio(q),
+            configuration_to_pinocchio(q),
             1e-6 * vp,
         )
-        np.testing.assert_allclose(c.configuration_to_pinocchio(moved), theirs, atol=1e-11)
+        np.testing.assert_allclose(configuration_to_pinocchio(moved), theirs, atol=1e-11)
 
 
 def _free_flyer(pin):
