@@ -139,6 +139,18 @@ def at_least(subject: str, quantity: str, value: float, limit: float, unit: str 
     return Row(subject, quantity, value, unit, f">= {limit:g}", bool(value >= limit))
 
 
+def equal(subject: str, quantity: str, value: float, goal: float, unit: str = "") -> Row:
+    """Return a row whose figure should be ``goal``."""
+    return Row(subject, quantity, value, unit, f"= {goal:g}", bool(value == goal))
+
+
+def between(
+    subject: str, quantity: str, value: float, low: float, high: float, unit: str = ""
+) -> Row:
+    """Return a row whose figure should lie in a range."""
+    return Row(subject, quantity, value, unit, f"{low:g} to {high:g}", bool(low <= value <= high))
+
+
 def over_trials(
     title: str,
     data: Path,

@@ -174,7 +174,7 @@ def test_the_short_form_is_a_part_of_the_whole(monkeypatch):
     assert set(bench.QUICK_PARTS) < set(bench.PARTS)
     assert set(fidelity.QUICK_PARTS) < set(fidelity.PARTS)
     asked = []
-    part = replace(bench.PARTS["walk"], measure=lambda kept, extent: asked.append(extent))
+    part = replace(bench.PARTS["walk"], cases=lambda extent: asked.append(extent) or ())
     monkeypatch.setattr(bench, "PARTS", {"walk": part, "ipopt": part})
     monkeypatch.setattr(bench, "QUICK_PARTS", ("walk",))
     bench.run(quick=True)
