@@ -80,13 +80,7 @@ PLUG_IN_GAIT = {
 def run(
     data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
 ) -> ResultTable:
-    """Return the table over every walking trial in a data folder.
-
-    Args:
-        data: The folder (layout as in its README).
-        quick: A few trials of different kinds instead.
-        say: Called with one line per trial as it is done.
-    """
+    """Return the table over every walking trial in a data folder."""
     title = "Accuracy of fits, each called with its file name alone"
     others = [p.relative_to(data).as_posix() for s in SKELETONS for p in sorted(data.glob(s))]
     names = QUICK if quick else (*WALKS, *others)

@@ -30,17 +30,10 @@ class Grid:
 
 def goals_section(table: ResultTable) -> Section:
     """Return every figure that has a goal."""
-    rows = [
-        [
-            r.subject,
-            r.quantity,
-            "–" if r.value is None else f"{r.value:.4g} {r.unit}".strip(),
-            r.goal,
-            "met" if r.met else "short",
-        ]
-        for r in sorted(table.rows, key=lambda r: r.met is not False)
-        if r.met is not None
-    ]
+    rows = []
+    for r in sorted((r for r in table.rows if r.met is not None), key=lambda r: bool(r.met)):
+        figure = "–" if r.value is None else f"{r.value:.4g} {r.unit}".strip()
+        rows.append([r.subject, r.quantity, figure, r.goal, "met" if r.met else "short"])
     return Section("Goals", headers=("", "figure", "ours", "goal", ""), rows=rows)
 
 
