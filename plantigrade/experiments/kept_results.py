@@ -62,15 +62,12 @@ class KeptResults:
         """Return the results whose keys begin so, in the order they were made."""
         return {k: v for k, v in self.results.items() if k.startswith(prefix)}
 
-    def note(self) -> str:
-        """Return a sentence about results of earlier code; empty if there are none."""
+    def notes(self) -> list[str]:
+        """Return a sentence about results of earlier code, if there are any."""
         old = sum(r.get("code") != code_version() for r in self.results.values())
-        if not old:
-            return ""
-        return (
-            f"{old} of {len(self.results)} results in {self.path} were made by other code than "
-            "today's; --overwrite measures all anew."
-        )
+        which = f"{old} of {len(self.results)} results in {self.path}"
+        words = f"{which} were made by other code than today's; --overwrite measures all anew."
+        return [words] if old else []
 
     def provenance(self) -> dict[str, Any]:
         """Return where the results come from, for a page."""

@@ -36,10 +36,8 @@ from plantigrade.synthesize.tasks.walking_plan import walk_plan
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
 FILE, PAGE = "synthesis-bench.json", "synthesis-bench.html"
-SPEED, STEPS, DURATION = 1.3, 4, 3.0  # of the walk [m/s], [1], [s]
+SPEED, DURATION = 1.3, 3.0  # of the walk [m/s], [s]
 NODES, FINE_NODES = 61, 301
-GUESSES, SIZES = 20, (0.05, 0.1, 0.2)  # noise of guesses, root mean square [rad]
-RANDOM = 50
 STEP_LENGTHS, SPEEDS = (0.3, 0.75), (0.4, 1.6)  # of random tasks [m], [m/s]
 # Goals.
 COLD, IPOPT, WARM, FINE = 4.0, 20.0, 0.5, 12.0  # [s]
@@ -63,16 +61,16 @@ NOTES = (
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is measured: guesses of each size of noise [rad], random tasks, steps of the walk.
+    """How much is measured: guesses of each size of noise (RMS, [rad]), random tasks, steps.
 
     Nodes a second are the tasks' own if absent.
     """
 
-    guesses: int = GUESSES
-    sizes: tuple[float, ...] = SIZES
-    random: int = RANDOM
+    guesses: int = 20
+    sizes: tuple[float, ...] = (0.05, 0.1, 0.2)
+    random: int = 50
     nodes_per_second: float | None = None
-    steps: int = STEPS
+    steps: int = 4
 
 
 QUICK = Extent(guesses=1, sizes=(0.05,), random=1)
@@ -105,7 +103,7 @@ def run(
     if failed := failures(kept.results):
         lines = [f"{key}: {words}" for key, words in failed.items()]
         sheets.append("\n".join(["What failed, and why", *lines]))
-    notes = [*NOTES, *filter(None, [kept.note()])]
+    notes = [*NOTES, *kept.notes()]
     found = ResultTable("Motions from tasks: time and success", rows, notes, sheets)
     if out is not None:
         grids = (summary(shown), loading_grid(loading), every_motion(shown))

@@ -24,12 +24,12 @@ from plantigrade.experiments.page import Grid, write_page
 from plantigrade.experiments.synthesis_trial import (
     brief,
     chosen_parts,
+    failures,
     judge,
     outcome,
     solve,
     task_of,
     tried,
-    why,
 )
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, between
 from plantigrade.models import Person
@@ -38,19 +38,11 @@ from plantigrade.report.section import Section
 from plantigrade.synthesize.tasks.gait_parameters import leg_length
 
 FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
-SPEEDS = (0.8, 1.0, 1.3, 1.6, 1.9)  # [m/s]
-FREE = 1.3  # the speed that goals are set for [m/s]
-STATURES = (1.50, 1.60, 1.75, 1.85, 1.95)  # [m]
-MASSES = (45.0, 77.5, 110.0)  # [kg]
-FEET = ("rigid", "two-segment", "multi-segment")
 OTHERS = ("sit-to-stand", "stand-to-sit", "squat", "reach", "side-step", "jump")
+FREE = 1.3  # the speed that goals are set for [m/s]
 CURVES = ("hip_flexion", "knee_angle", "ankle_angle")
 FORCES = ("vertical_grf", "anterior_grf")
 
-PREDSIM = (
-    "PredSim's three shipped solutions on the same norms: 6.7 to 7.1 deg raw and 4.2 to 5.9 deg "
-    "offset-removed (mean of hip, knee and ankle), ankle r 0.22 to 0.77, solved in 94 to 156 min."
-)
 NOTES = (
     "",
     "How to read it: root force is what acts on the body and no contact explains, in percent of "
@@ -63,7 +55,8 @@ NOTES = (
     "speed and leg length), and so is the line each foot steps on; angles and forces are not. The "
     "few weights of a walk's cost, the same for every speed and person, were settled with norms "
     "at free speed in view.",
-    PREDSIM,
+    "PredSim's three shipped solutions on the same norms: 6.7 to 7.1 deg raw and 4.2 to 5.9 deg "
+    "offset-removed (mean of hip, knee and ankle), ankle r 0.22 to 0.77, solved in 94 to 156 min.",
 )
 
 
@@ -77,11 +70,18 @@ class Extent:
     Nodes a second are the tasks' own if absent.
     """
 
-    speeds: tuple[float, ...] = SPEEDS
-    statures: tuple[float, ...] = STATURES
-    masses: tuple[float, ...] = MASSES
-    feet: tuple[str, ...] = FEET
-    others: tuple[str, ...] = OTHERS
+    speeds: tuple[float, ...] = (0.8, 1.0, FREE, 1.6, 1.9)
+    statures: tuple[float, ...] = (1.50, 1.60, 1.75, 1.85, 1.95)
+    masses: tuple[float, ...] = (45.0, 77.5, 110.0)
+    feet: tuple[str, ...] = ("rigid", "two-segment", "multi-segment")
+    others: tuple[str, ...] = (
+        "sit-to-stand",
+        "stand-to-sit",
+        "squat",
+        "reach",
+        "side-step",
+        "jump",
+    )
     nodes_per_second: float | None = None
 
 
@@ -119,11 +119,10 @@ def run(
 
 def table(kept: KeptResults) -> ResultTable:
     """Return the table of results that are there."""
-    results = kept.results
-    rows = list(rows_of(results))
+    results, notes = kept.results, [*NOTES, *kept.notes()]
     sheets = [check_grid(results).text(), gait_grid(results).text(), *fault_sheets(results)]
-    notes = [*NOTES, *filter(None, [kept.note()])]
-    return ResultTable("Motions from tasks: physics and likeness", rows, notes, sheets)
+    title = "Motions from tasks: physics and likeness"
+    return ResultTable(title, list(rows_of(results)), notes, sheets)
 
 
 # Parts --------------------------------------------------------------------------------------------
@@ -309,11 +308,9 @@ def curve_sections(results: Mapping[str, Result]) -> list[Section]:
 def fault_sheets(results: Mapping[str, Result]) -> list[str]:
     """Return what failed and how the solver ended."""
     lines = ["What failed, and why"]
-    for key, r in results.items():
-        if r["good"]:
-            continue
-        lines.append(f"{key}: {why(r)}")
-        for stage in r.get("stages", ()):
+    for key, words in failures(results).items():
+        lines.append(f"{key}: {words}")
+        for stage in results[key].get("stages", ()):
             if stage["end"]:
                 lines.append(f"    {stage['name']}, {stage['nodes']} nodes: {stage['status']}")
                 lines += [f"        {words}" for words in stage["end"]]

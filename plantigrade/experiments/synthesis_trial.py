@@ -25,13 +25,7 @@ SLOW, SAMPLED = 40, 8  # iterations from which some are kept in any case; how ma
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """A motion, and what it took.
-
-    Attributes:
-        solution: What the solver found.
-        wall: From the task to the motion, on the clock [s].
-        cpu: The same in time of the processor [s].
-    """
+    """A motion, and what it took from its task on: on the clock, and of the processor [s]."""
 
     solution: Solution
     wall: float
