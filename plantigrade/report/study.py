@@ -11,8 +11,7 @@ from plantigrade.analyze.reproduction import ROTATIONS, Comparison
 from plantigrade.charts import Figure
 from plantigrade.charts.labels import SIDE_NAMES, axis_label, side_of, title_of, without_side
 from plantigrade.charts.theme import STROKES
-from plantigrade.report.page import page_html
-from plantigrade.report.section import Section
+from plantigrade.report.section import Section, page_html
 from plantigrade.report.sections.recorded import pair_plot
 from plantigrade.report.text import signed_text
 

@@ -17,8 +17,8 @@ from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.constants import SIDES
 from plantigrade.motion.views import curves_of
 from plantigrade.record import Record
-from plantigrade.report.page import template_text
 from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces
+from plantigrade.report.section import template_text
 
 BODY, LEFT_BODY, RIGHT_BODY, STATIC = "#c9c3ba", "#dd9c74", "#7fa9c9", "#b8bec7"
 COM = "#e0b020"

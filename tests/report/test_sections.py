@@ -9,12 +9,11 @@ import pytest
 from plantigrade.analyze.quantities import QUANTITY
 from plantigrade.analyze.reproduction import ROTATIONS, compare
 from plantigrade.motion.resample import resampled
-from plantigrade.report.facts import facts_of
-from plantigrade.report.section import draw_all
+from plantigrade.report.pages import facts_of
+from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.contacts import centre_of_pressure, inside_support, site_points
 from plantigrade.report.sections.verdict import QUANTITIES
-from plantigrade.report.subject import Subject
 from tests.report.runs import CHECKED, fitted, from_tasks, solved
 
 

@@ -3,7 +3,6 @@
 from plantigrade.report.sections import (
     contacts,
     cycles,
-    foot_segments,
     ground,
     markers,
     measured,
@@ -42,7 +41,7 @@ SECTIONS = (
     contacts.contact_section,
     solver.strength_section,
     solver.convergence_section,
-    foot_segments.foot_segment_section,
+    cycles.foot_segment_section,
 )
 
 __all__ = ["SECTIONS"]

@@ -10,10 +10,9 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import sweep
 from plantigrade.record import Record
-from plantigrade.report.section import Section, needs
+from plantigrade.report.section import Section, Subject, needs
 from plantigrade.report.sections.tasks import runs
 from plantigrade.report.shapes import convex_hull
-from plantigrade.report.subject import Subject
 from plantigrade.report.text import place_text
 
 MOST_HULLS = 60

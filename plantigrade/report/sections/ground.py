@@ -10,9 +10,8 @@ from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDES
 from plantigrade.record import Record
 from plantigrade.report.scene import poses
-from plantigrade.report.section import Section
+from plantigrade.report.section import Section, Subject
 from plantigrade.report.shapes import Shape, convex_hull, foot_bodies, shapes_of, surface_points
-from plantigrade.report.subject import Subject
 
 MAX_PRINTS = 16
 TITLE = "Ground reaction and centre of pressure"

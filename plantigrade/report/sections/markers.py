@@ -4,8 +4,7 @@ import numpy as np
 
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_RIGHT
-from plantigrade.report.section import Section
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject
 
 TITLE = "Marker errors"
 

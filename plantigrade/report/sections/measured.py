@@ -9,8 +9,7 @@ from plantigrade.charts.labels import SIDE_NAMES, axis_label, side_of, without_s
 from plantigrade.charts.theme import STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.record import Record
-from plantigrade.report.section import Section
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject
 from plantigrade.report.text import sided_title
 
 AXES = ("forward", "sideways (left positive)", "vertical")

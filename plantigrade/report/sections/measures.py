@@ -1,8 +1,7 @@
 """Spatio-temporal measures of a walk beside published ones."""
 
 from plantigrade.analyze import norms
-from plantigrade.report.section import Section
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject
 from plantigrade.report.text import figure_text
 
 TITLE = "Spatio-temporal measures"

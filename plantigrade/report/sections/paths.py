@@ -8,9 +8,8 @@ from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.report.scene import poses
-from plantigrade.report.section import Section
+from plantigrade.report.section import Section, Subject
 from plantigrade.report.shapes import foot_bodies
-from plantigrade.report.subject import Subject
 
 
 def path_section(subject: Subject) -> list[Section]:

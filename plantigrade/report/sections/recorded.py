@@ -9,9 +9,8 @@ from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, axis_label, side_of, without_side
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDES
-from plantigrade.report.section import Section, needs
+from plantigrade.report.section import Section, Subject, needs
 from plantigrade.report.sections.cycles import mean_sd
-from plantigrade.report.subject import Subject
 from plantigrade.report.text import correlation_text, sided_title, signed_text
 
 SHOWN = (

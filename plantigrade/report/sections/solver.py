@@ -5,8 +5,7 @@ import numpy as np
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.labels import side_of
 from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
-from plantigrade.report.section import Section, needs
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject, needs
 from plantigrade.report.text import figure_text, number_text, place_text, power_text
 
 TINY = 1e-9  # smaller violations are drawn here

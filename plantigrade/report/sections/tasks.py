@@ -6,8 +6,7 @@ from plantigrade.charts import Bar, Figure, Series, line_plot, timeline_plot
 from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.charts.theme import PALETTE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
-from plantigrade.report.section import Section, needs
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject, needs
 from plantigrade.report.text import task_text
 
 TINY = 1e-8  # residuals below this are drawn here: they are zero but for rounding

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from plantigrade.report.section import Section, needs
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject, needs
 from plantigrade.report.text import figure_text, place_text
 
 QUANTITIES = {
