@@ -2,16 +2,17 @@
 
 import numpy as np
 
+from plantigrade.analyze.pressure import outside_hull
 from plantigrade.arrays import Array
-from plantigrade.charts import Bar, Figure, Outline, Series, line_plot, path_plot, timeline_plot
-from plantigrade.charts.labels import SIDE_NAMES, SPAN
+from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot, timeline_plot
+from plantigrade.charts.labels import SIDE_NAMES, SPAN, without_side
 from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import sweep
 from plantigrade.record import Record
 from plantigrade.report.section import Section, Subject, needs
-from plantigrade.report.sections.tasks import runs
+from plantigrade.report.sections.tasks import active_bars
 from plantigrade.report.shapes import convex_hull
 from plantigrade.report.text import place_text
 
@@ -24,13 +25,13 @@ def segment_section(subject: Subject) -> Section:
     """Return the vertical force under every segment of each foot, and under other supports."""
     title, record = "Contact forces by segment", subject.record
     time, figures = record.motion.time, []
-    vertical = np.nan_to_num(_force(record)[..., 2]) / record.weight
+    assert record.contact_force is not None  # the section asks for forces
+    vertical = np.nan_to_num(record.contact_force[..., 2]) / record.weight
     for side in (*SIDES, ""):
         groups: dict[str, list[int]] = {}
         for i, site in enumerate(record.sites):
             if site.side == side:
-                segment = site.body.removesuffix("_r").removesuffix("_l").replace("_", " ")
-                groups.setdefault(segment, []).append(i)
+                groups.setdefault(without_side(site.body).replace("_", " "), []).append(i)
         total = vertical[:, sum(groups.values(), [])].sum(axis=1)
         if not np.any(total):
             continue
@@ -67,15 +68,18 @@ def pressure_section(subject: Subject) -> Section:
         return Section(title, missing="the feet carry no load.")
     point = site_points(record)
     com = np.array([state.com for state in sweep(record.human, record.motion)])
-    outlines = [Outline(hull, colour) for hull, colour in _supports(record, point)]
     series = [
         Series(com[:, 0], com[:, 1], "centre of mass", STROKE_MIDDLE, 1.4, 1.0, "5 3"),
         Series(centre[:, 0], centre[:, 1], "centre of pressure", STROKE_FORCE, 2.2),
     ]
     above = path_plot(
-        series, outlines=outlines, title="From above", x_label="forward [m]", y_label="left [m]"
+        series,
+        outlines=_supports(record, point),
+        title="From above",
+        x_label="forward [m]",
+        y_label="left [m]",
     )
-    inside = np.array([inside_support(record, point[k], centre[k], k) for k in range(len(centre))])
+    inside = inside_support(record, point, centre)
     margin = line_plot(
         [Series(record.motion.time, 1000.0 * inside, "", STROKE_MIDDLE, 1.8)],
         title="Distance to the edge of the support",
@@ -115,10 +119,7 @@ def contact_section(subject: Subject) -> Section:
     for side in (*SIDES, ""):
         for i, site in enumerate(record.sites):
             if site.side == side:
-                bars = [
-                    Bar(float(time[a]), float(time[b]), STROKES[side], opacity=0.6)
-                    for a, b in runs(planned[:, i])
-                ]
+                bars = active_bars(planned[:, i], time, STROKES[side], 0.6)
                 rows.append((place_text(site.name, side), bars))
     if not any(bars for _, bars in rows):
         return Section(title, missing="nothing stands.")
@@ -144,30 +145,13 @@ def site_points(record: Record) -> Array:
     return centres - radius[:, None] * record.ground.normal
 
 
-def inside_support(record: Record, point: Array, centre: Array, frame: int) -> float:
-    """Return how far inside the hull of what stands the centre of pressure is [m]."""
-    planned = _planned(record)[frame]
-    feet = [k for k, site in enumerate(record.sites) if site.side and planned[k]]
-    if not feet or not np.isfinite(centre).all():
-        return float("nan")
-    hull, p = convex_hull(point[feet, :2]), centre[:2]
-    if len(hull) < 3:
-        return -_to_edges(p, hull)
-    edge, away = np.roll(hull, -1, axis=0) - hull, p - hull
-    length = np.maximum(np.linalg.norm(edge, axis=1), 1e-12)
-    depth = float(((edge[:, 0] * away[:, 1] - edge[:, 1] * away[:, 0]) / length).min())
-    return depth if depth >= 0 else -_to_edges(p, hull)
+def inside_support(record: Record, point: Array, centre: Array) -> Array:
+    """Return how far inside the hull of what stands centres of pressure are [m]."""
+    feet = np.array([site.side != "" for site in record.sites])
+    return -outside_hull(centre[:, :2], point[..., :2], _planned(record) & feet)
 
 
-def _to_edges(p: Array, hull: Array) -> float:
-    """Return the distance of a point to the edges of a hull [m]."""
-    along = np.roll(hull, -1, axis=0) - hull
-    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-12)
-    share = np.clip(np.einsum("ij,ij->i", p - hull, along) / square, 0, 1)
-    return float(np.linalg.norm(p - hull - share[:, None] * along, axis=1).min())
-
-
-def _supports(record: Record, point: Array) -> list[tuple[Array, str]]:
+def _supports(record: Record, point: Array) -> list[Outline]:
     """Return hulls of each foot's standing sites, one for each change of what stands."""
     found = []
     for side in SIDES:
@@ -178,13 +162,8 @@ def _supports(record: Record, point: Array) -> list[tuple[Array, str]]:
             if standing[middle].sum() > 2:
                 hull = convex_hull(point[middle, standing[middle], :2])
                 if len(hull) > 2:
-                    found.append((hull, STROKES[side]))
+                    found.append(Outline(hull, STROKES[side]))
     return found[:MOST_HULLS]
-
-
-def _force(record: Record) -> Array:
-    assert record.contact_force is not None  # the section asks for forces
-    return record.contact_force
 
 
 def _planned(record: Record) -> Array:

@@ -8,6 +8,7 @@ from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
 from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDES
+from plantigrade.motion.filters import runs
 from plantigrade.record import Record
 from plantigrade.report.scene import poses
 from plantigrade.report.section import Section, Subject
@@ -38,9 +39,7 @@ def ground_section(subject: Subject) -> list[Section]:
 
 def stances_of(vertical: Float[Array, " n"], weight: float) -> list[tuple[int, int]]:
     """Return first and last-plus-one frame of each time a foot bears a tenth of body weight."""
-    loaded = np.concatenate([[False], vertical > 0.1 * weight, [False]])
-    change = np.flatnonzero(np.diff(loaded.astype(int)))
-    return [(int(a), int(b)) for a, b in zip(change[::2], change[1::2], strict=True) if b - a > 3]
+    return [(s.start, s.stop) for s in runs(vertical > 0.1 * weight) if s.stop - s.start > 3]
 
 
 def foot_prints(record: Record, total: Float[Array, "n 3 3"]) -> list[Outline]:
