@@ -203,6 +203,13 @@ def side_forces(
     return total, cop
 
 
+def travel(com: Float[Array, "n 3"]) -> Float[Array, " 3"]:
+    """Return the horizontal unit vector of travel; forward where the body goes less than 0.3 m."""
+    way = (com[-1] - com[0]) * [1, 1, 0]
+    length = np.linalg.norm(way)
+    return way / length if length > 0.3 else np.array([1.0, 0.0, 0.0])
+
+
 def nearest(clock: Float[Array, " m"], time: Float[Array, " n"]) -> Int[Array, " n"]:
     """Return the frame of a clock that is nearest to each instant."""
     return np.abs(np.searchsorted((clock[1:] + clock[:-1]) / 2, time))

@@ -17,7 +17,7 @@ from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.constants import SIDES
 from plantigrade.motion.views import curves_of
 from plantigrade.record import Record
-from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces
+from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces, travel
 from plantigrade.report.section import template_text
 
 COM = "#e0b020"
@@ -136,9 +136,9 @@ def shape_colour(shape) -> tuple[float, ...]:
 
 
 def heading_of(scene: Scene) -> float:
-    """Return the direction of travel about the vertical [rad]; 0 (forward) for less than 0.3 m."""
-    way = scene.com[-1, :2] - scene.com[0, :2]
-    return float(np.arctan2(way[1], way[0])) if np.linalg.norm(way) > 0.3 else 0.0
+    """Return the direction of travel about the vertical [rad]."""
+    way = travel(scene.com)
+    return float(np.arctan2(way[1], way[0]))
 
 
 def standing_height(scene: Scene) -> float:

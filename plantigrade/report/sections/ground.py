@@ -12,7 +12,7 @@ from plantigrade.motion.filters import runs
 from plantigrade.record import Record
 from plantigrade.report.scene import poses
 from plantigrade.report.section import Section, Subject
-from plantigrade.report.shapes import Shape, convex_hull, foot_bodies, shapes_of, surface_points
+from plantigrade.report.shapes import Shape, foot_bodies, shapes_of, silhouette
 
 MAX_PRINTS = 16
 TITLE = "Ground reaction and centre of pressure"
@@ -145,13 +145,5 @@ def _foot_shapes(model: mujoco.MjModel, side: str) -> list[Shape]:
 
 def _print(shape: Shape, positions: Array, quats: Array, colour: str) -> Outline:
     """Return a bone seen from above."""
-    body, own = np.empty(9), np.empty(9)
-    mujoco.mju_quat2Mat(body, quats[shape.body])
-    mujoco.mju_quat2Mat(own, shape.quat)
-    origin = positions[shape.body] + body.reshape(3, 3) @ shape.position
-    frame = body.reshape(3, 3) @ own.reshape(3, 3)
-    if shape.kind in ("capsule", "sphere"):
-        half = shape.size[1] if shape.kind == "capsule" else 1e-4
-        ends = np.array([origin - frame[:, 2] * half, origin + frame[:, 2] * half])
-        return Outline(ends[:, :2], colour, 2 * float(shape.size[0]))
-    return Outline(convex_hull((origin + surface_points(shape) @ frame.T)[:, :2]), colour)
+    points, width = silhouette(shape, positions[shape.body], quats[shape.body], np.eye(3)[:2])
+    return Outline(points, colour, width)
