@@ -51,9 +51,11 @@ def signed_text(value: float, digits: int = 1) -> str:
     return (text if float(text) else text[1:]).replace("-", "−")
 
 
-def correlation_text(value: float) -> str:
-    """Return a correlation, a dash where nothing moves."""
-    return f"{value:.2f}".replace("-", "−") if math.isfinite(value) else "–"
+def rounded_text(value: float | None, digits: int = 2) -> str:
+    """Return a figure with so many decimals; a dash where it is not known."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    return f"{value:.{digits}f}".replace("-", "−")
 
 
 def power_text(value: float) -> str:

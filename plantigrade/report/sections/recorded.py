@@ -11,7 +11,7 @@ from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.report.section import Section, Subject, needs
 from plantigrade.report.sections.cycles import mean_sd
-from plantigrade.report.text import correlation_text, sided_title, signed_text
+from plantigrade.report.text import rounded_text, sided_title, signed_text
 
 SHOWN = (
     *(name for _, name in ROTATIONS),
@@ -37,7 +37,7 @@ def curve_section(subject: Subject) -> Section:
                 title=sided_title(name),
                 colour=STROKES[side_of(name)],
                 y_label=axis_label(without_side(name), "°"),
-                note=f"RMSE {found.rmse[name]:.1f}°, r {correlation_text(found.correlation[name])}",
+                note=f"RMSE {found.rmse[name]:.1f}°, r {rounded_text(found.correlation[name])}",
             )
         )
         for name in SHOWN
@@ -116,7 +116,7 @@ def rom_section(subject: Subject) -> Section:
             f"{theirs:.1f}",
             signed_text(ours - theirs),
             f"{found.rmse[name]:.1f}",
-            correlation_text(found.correlation[name]),
+            rounded_text(found.correlation[name]),
         ]
         if published:
             row += [str(paper.simulated), str(paper.reference), signed_text(-paper.difference, 0)]
