@@ -27,7 +27,6 @@ class Scene:
 
     Attributes:
         time: Time of each drawn frame [s].
-        frames: Index of each drawn frame in the record.
         shapes: Visual geoms.
         positions: World position of each body [m].
         quats: World rotation of each body, ``wxyz``.
@@ -47,7 +46,6 @@ class Scene:
     """
 
     time: Float[Array, " n"]
-    frames: Int[Array, " n"]
     shapes: tuple[Shape, ...]
     positions: Float[Array, "n nbody 3"]
     quats: Float[Array, "n nbody 4"]
@@ -91,7 +89,6 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
     markers = record.recorded_markers
     return Scene(
         time=np.asarray(motion.time[frames], dtype=float),
-        frames=frames,
         shapes=shapes_of(model),
         positions=positions,
         quats=quats,

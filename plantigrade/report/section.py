@@ -93,9 +93,9 @@ class Subject:
             return None
         return float(value) if np.isfinite(float(value)) else None
 
-    def words(self, name: str) -> tuple[str, ...]:
-        """Return a signal of words; none where the record has no such signal."""
-        return tuple(str(word) for word in self.record.signals.get(name, ()))
+    def words(self, name: str, count: int = 0) -> tuple[str, ...]:
+        """Return a signal of words; ``count`` empty ones where the record has no such signal."""
+        return tuple(str(word) for word in self.record.signals.get(name, ("",) * count))
 
 
 Draw = Callable[[Subject], "Section | list[Section]"]

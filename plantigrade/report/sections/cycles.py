@@ -42,13 +42,9 @@ MOST = 24  # panels of joint angles over time
 
 @dataclass(frozen=True)
 class CycleCurves:
-    """One quantity over the gait cycle, one row per cycle.
+    """A coordinate with its side over the gait cycle (0 % at heel strike), one row per cycle.
 
-    Attributes:
-        name: Coordinate with its side (``"knee_angle_r"``), as in OpenSim.
-        percent: Percent of the gait cycle, 0 at heel strike.
-        values: In ``unit``; NaN where unknown.
-        unit: Unit as written in the plot (``"°"``, ``"N m/kg"``).
+    NaN is unknown; the unit is that of the plot (``"°"``, ``"N m/kg"``).
     """
 
     name: str
@@ -61,14 +57,9 @@ def angle_section(subject: Subject) -> list[Section]:
     """Return joint angles over the gait cycle; over time where there is no whole cycle."""
     if subject.walks:
         curves = chosen(subject.angle_curves.percent, subject.angle_curves.angles, SHOWN, "°")
-        return [
-            cycle_section(
-                "Joint angles over the gait cycle",
-                curves,
-                subject,
-                caption="From one heel strike of a foot (0 %) to its next (100 %).",
-            )
-        ]
+        caption = "From one heel strike of a foot (0 %) to its next (100 %)."
+        title = "Joint angles over the gait cycle"
+        return [cycle_section(title, curves, subject, caption=caption)]
     motion = subject.record.motion
     panels = panels_of(curves_of(motion, motion.joint_names[1:]))
     text = "Joint angles over time; no whole gait cycle was found or asked for."
@@ -95,18 +86,16 @@ def moment_section(subject: Subject) -> list[Section]:
     curves = chosen(source.percent, source.moments, LOADED, "N m/kg", "_moment")
     what = "Internal moments{}, made by the body's own muscles and ligaments"
     if curves:
-        caption = (
-            what.format("") + "; positive in the direction in which the joint angle is positive."
-        )
+        sign = "; positive in the direction in which the joint angle is positive."
+        caption = what.format("") + sign
         return [cycle_section(title, curves, subject, caption=caption)]
     if record.qfrc_actuator is None:
         return [Section(title, missing="no forces were measured, so no joint moments.")]
-    panels = panels_of(
-        {
-            f"{name}_moment [N m]": known_above(record, name) * record.torque(name)
-            for name in record.human.coordinates
-        }
-    )
+    moments = {
+        f"{name}_moment [N m]": known_above(record, name) * record.torque(name)
+        for name in record.human.coordinates
+    }
+    panels = panels_of(moments)
     if not panels:
         missing = "no foot had a force of its own measured, so no joint moments."
         return [Section(title, missing=missing)]

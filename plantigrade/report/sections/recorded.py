@@ -67,16 +67,7 @@ def pair_plot(
 ) -> str:
     """Return a plot of reproduced and recorded curves: mean and standard deviation of rows.
 
-    Args:
-        percent: Percent of the gait cycle.
-        ours: Reproduced; NaN where not known.
-        theirs: Likewise, recorded.
-        title: Above the plot.
-        colour: Of the reproduced curve.
-        y_label: With its unit.
-        note: Below the plot, beside the label of its axis.
-        width: Of the drawing [px].
-        height: Of the drawing [px].
+    NaN is unknown; the colour is that of ours, and ``note`` stands beside the label of the axis.
     """
     ribbons, series = [], []
     for rows, shade, dash in ((theirs, STROKE_REFERENCE, "5 3"), (ours, colour, "")):
@@ -110,14 +101,8 @@ def rom_section(subject: Subject) -> Section:
     rows = []
     for label, name in shown:
         (ours, theirs), paper = found.rom[name], PAPER_TABLE[name]
-        row = [
-            label,
-            f"{ours:.1f}",
-            f"{theirs:.1f}",
-            signed_text(ours - theirs),
-            f"{found.rmse[name]:.1f}",
-            rounded_text(found.correlation[name]),
-        ]
+        row = [label, f"{ours:.1f}", f"{theirs:.1f}", signed_text(ours - theirs)]
+        row += [f"{found.rmse[name]:.1f}", rounded_text(found.correlation[name])]
         if published:
             row += [str(paper.simulated), str(paper.reference), signed_text(-paper.difference, 0)]
         rows.append(row)

@@ -95,14 +95,12 @@ def convergence_section(subject: Subject) -> Section:
 
 def _stages(subject: Subject) -> list[list[str]]:
     solver, words = subject.record.group("solver"), subject.words
-    history = solver["history"]
-    names = words("solver.stage_names")
-    empty = ("",) * len(names)
-    solvers = words("solver.stage_solvers") or empty
-    ended = words("solver.stage_status") or empty
+    history, names = solver["history"], words("solver.stage_names")
+    solvers = words("solver.stage_solvers", len(names))
+    ended = words("solver.stage_status", len(names))
     unknown = np.full(len(names), np.nan)
     nodes, seconds = solver.get("stage_nodes", unknown), solver.get("stage_seconds", unknown)
-    worst = words("solver.history_worst") or ("",) * len(history)
+    worst = words("solver.history_worst", len(history))
     rows = []
     for k, name in enumerate(names):
         own = np.flatnonzero(history[:, STAGE] == k)

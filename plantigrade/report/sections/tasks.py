@@ -43,7 +43,7 @@ def task_section(subject: Subject) -> Section:
     if end < last:
         caption += f" The first {end:.1f} s of {last:.1f} s are drawn."
     drawing = timeline_plot(cut, title="What is active when", x_label="time [s]", marks=ends)
-    meanings = subject.words("tasks.meanings") or ("",) * len(names)
+    meanings = subject.words("tasks.meanings", len(names))
     table = [["0", "limits of the joints", "Range, speed and acceleration of every joint."]]
     table += [[str(levels[k]), task_text(name), meanings[k]] for k, name in enumerate(names)]
     chosen = subject.figures.get("tasks") or subject.run.provenance.settings.get("tasks")

@@ -37,17 +37,15 @@ def check_section(subject: Subject) -> Section:
     record, words = subject.record, subject.words
     check = record.group("check")
     n = len(check["quantity"])
-    unknown = np.full(n, np.nan)
-    empty = ("",) * n
     rows = []
     for quantity, value, limit, unit, where, side, time, bad in zip(
         words("check.quantity"),
         check["value"],
         check["limit"],
-        words("check.unit") or empty,
-        words("check.where") or empty,
-        words("check.side") or empty,
-        check.get("time", unknown),
+        words("check.unit", n),
+        words("check.where", n),
+        words("check.side", n),
+        check.get("time", np.full(n, np.nan)),
         check["bad"],
         strict=True,
     ):
