@@ -5,11 +5,8 @@ from plantigrade.report.sections import (
     cycles,
     ground,
     markers,
-    measured,
-    measures,
     paths,
     recorded,
-    solver,
     tasks,
     verdict,
 )
@@ -24,8 +21,8 @@ SECTIONS = (
     tasks.task_section,
     tasks.residual_section,
     recorded.com_section,
-    measured.force_section,
-    measured.moment_section,
+    recorded.force_section,
+    recorded.moment_section,
     # what every motion has, and what its forces add
     cycles.angle_section,
     cycles.force_section,
@@ -34,13 +31,13 @@ SECTIONS = (
     cycles.power_section,
     markers.marker_section,
     paths.path_section,
-    measures.measure_section,
+    cycles.measure_section,
     # what planned contact, a solver or many markers add
     contacts.segment_section,
     contacts.pressure_section,
     contacts.contact_section,
-    solver.strength_section,
-    solver.convergence_section,
+    verdict.strength_section,
+    verdict.convergence_section,
     cycles.foot_segment_section,
 )
 

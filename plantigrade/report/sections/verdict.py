@@ -1,10 +1,18 @@
-"""The verdict of the checker, and what is wrong if anything is."""
+"""What the checker says of a motion, what the solver says, and the strength the motion takes."""
 
 import numpy as np
 
+from plantigrade.charts import Figure, Series, bar_plot, line_plot
+from plantigrade.charts.labels import side_of
+from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
 from plantigrade.report.section import Section, Subject, needs
-from plantigrade.report.text import figure_text, place_text
+from plantigrade.report.text import figure_text, number_text, place_text, power_text
 
+TINY = 1e-9  # smaller violations are drawn here
+MOST = 16  # joints in the table of strength
+SOLVERS = {"interior-point": "banded interior point", "ipopt": "IPOPT"}
+STAGE, NUMBER, OBJECTIVE, VIOLATION, OPTIMALITY = range(5)
+"""Columns of ``solver.history``."""
 QUANTITIES = {
     "root_force": "unexplained force on the body, largest",
     "root_force_rms": "unexplained force on the body, RMS",
@@ -98,3 +106,109 @@ def _numbered(title: str, what: str, sentences: tuple[str, ...], text: str) -> l
         return []
     rows = [[str(i), sentence] for i, sentence in enumerate(sentences, 1)]
     return [Section(title, text=text, headers=("", what), rows=rows)]
+
+
+@needs("solver.history", "solver.stage_names")
+def strength_section(subject: Subject) -> Section:
+    """Return how much of each joint's strength the motion takes."""
+    title, record = "Joint strength used", subject.record
+    model, limits = record.human.model, record.limits.torque
+    rows = []
+    for i, name in enumerate(record.human.coordinates):
+        own = model.jnt_actfrcrange[i + 1] if model.jnt_actfrclimited[i + 1] else (0.0, 0.0)
+        low, high = own if limits is None else limits[:, i]
+        if record.qfrc_actuator is None or not np.any([low, high]):
+            continue
+        torque = record.torque(name)
+        used = torque / np.where(torque > 0, max(high, 1e-9), min(low, -1e-9))
+        most = int(np.argmax(used))
+        rows.append((100 * float(used[most]), name, float(torque[most])))
+    if not rows:
+        return Section(title, missing="the joints have no torque limits.")
+    rows = sorted(rows, reverse=True)[:MOST]
+    drawing = bar_plot(
+        [place_text(name, side_of(name) or "") for _, name, _ in rows],
+        [used for used, _, _ in rows],
+        title="",
+        x_label="largest torque [% of the joint's limit in that direction]",
+        colours=[STROKES[side_of(name)] for _, name, _ in rows],
+        notes=[f"{torque:+.0f} N m".replace("-", "−") for _, _, torque in rows],
+        width=720,
+    )
+    return Section(title, [Figure(drawing, wide=True)], text="The most heavily loaded joints.")
+
+
+@needs("solver.history", "solver.stage_names")
+def convergence_section(subject: Subject) -> Section:
+    """Return objective, violation and optimality over the iterations of all stages."""
+    title, history = "Convergence", subject.record.signals["solver.history"]
+    if not len(history):
+        return Section(title, missing="the solver reported no iterations.")
+    count = np.arange(float(len(history)))
+    starts = [float(np.argmax(history[:, STAGE] == k)) for k in np.unique(history[:, STAGE])[1:]]
+    options = {
+        "x_label": "iteration",
+        "y_label": "[1]",
+        "marks": [(start - 0.5, STROKE_MIDDLE) for start in starts],
+        "width": 520,
+        "height": 260,
+    }
+    errors = line_plot(
+        [
+            Series(count, history[:, VIOLATION], "violation", STROKE_RIGHT, 1.8),
+            Series(count, history[:, OPTIMALITY], "optimality", STROKE_LEFT, 1.8),
+        ],
+        title="Errors",
+        log=TINY,
+        **options,
+    )
+    objective = line_plot(
+        [Series(count, history[:, OBJECTIVE], "", STROKE_MIDDLE, 1.8)],
+        title="Objective",
+        **options,
+    )
+    figures = [
+        Figure(
+            errors,
+            "Violation: the most violated constraint, in its own unit (body weights, metres, "
+            "radians, 100 N m). Optimality: scaled residual of the first-order conditions.",
+        ),
+        Figure(
+            objective,
+            "Squared torques, accelerations and forces, weighted and integrated over time."
+            + (" Upright lines: a new stage." if starts else ""),
+        ),
+    ]
+    headers = (
+        "stage", "solver", "nodes", "iterations", "time [s]", "ended", "objective", "violation",
+        "of",
+    )  # fmt: skip
+    return Section(title, figures, headers=headers, rows=_stages(subject))
+
+
+def _stages(subject: Subject) -> list[list[str]]:
+    solver, words = subject.record.group("solver"), subject.words
+    history, names = solver["history"], words("solver.stage_names")
+    solvers = words("solver.stage_solvers", len(names))
+    ended = words("solver.stage_status", len(names))
+    unknown = np.full(len(names), np.nan)
+    nodes, seconds = solver.get("stage_nodes", unknown), solver.get("stage_seconds", unknown)
+    worst = words("solver.history_worst", len(history))
+    rows = []
+    for k, name in enumerate(names):
+        own = np.flatnonzero(history[:, STAGE] == k)
+        last = history[own[-1]] if len(own) else None
+        rows.append(
+            [
+                name,
+                SOLVERS.get(solvers[k], solvers[k]),
+                figure_text(nodes[k]),
+                str(max(len(own) - 1, 0)),
+                f"{seconds[k]:.2f}" if np.isfinite(seconds[k]) else "–",
+                ended[k],
+                "" if last is None else number_text(last[OBJECTIVE]),
+                "" if last is None else power_text(last[VIOLATION]),
+                worst[own[-1]].replace("_", " ") if len(own) else "",
+            ]
+        )
+    return rows
