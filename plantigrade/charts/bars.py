@@ -27,7 +27,7 @@ def bar_plot(
     labels: Sequence[str],
     values: Sequence[float],
     *,
-    title: str,
+    title: str = "",
     x_label: str,
     tips: Sequence[float] = (),
     colours: Sequence[str] = (),
@@ -74,8 +74,8 @@ def bar_plot(
 def timeline_plot(
     rows: Sequence[tuple[str, Sequence[Bar]]],
     *,
-    title: str,
-    x_label: str,
+    title: str = "",
+    x_label: str = "time [s]",
     marks: Sequence[float] = (),
     width: int = 1060,
 ) -> str:

@@ -23,8 +23,8 @@ from plantigrade.charts.svg import (
 def line_plot(
     series: Sequence[Series],
     *,
-    title: str,
-    x_label: str,
+    title: str = "",
+    x_label: str = "time [s]",
     y_label: str,
     bands: Sequence[Ribbon] = (),
     marks: Sequence[tuple[float, str]] = (),

@@ -248,7 +248,6 @@ def figures(found: Solutions, knees: Mapping[str, np.ndarray]) -> dict[str, str]
             drawings[f"figure{number}{letter}.svg"] = line_plot(
                 series,
                 title=f"{task}: pelvis {direction}",
-                x_label="time [s]",
                 y_label="displacement [cm]",
             )
         knee, bands = [], []
@@ -279,7 +278,7 @@ def figures(found: Solutions, knees: Mapping[str, np.ndarray]) -> dict[str, str]
                 for basis, s in pair.items()
             ]
             drawings["figure8e.svg"] = line_plot(
-                series, title="jump: pelvis, speed up", x_label="time [s]", y_label="speed [m/s]"
+                series, title="jump: pelvis, speed up", y_label="speed [m/s]"
             )
     return drawings
 

@@ -25,14 +25,10 @@ LEG_LENGTHS = ("thigh", "shank", "ankle_height")
 
 
 class Subject:
-    """A run and what is computed from it once.
+    """A run, its record and figures, and what is computed from them once.
 
-    Attributes:
-        run: The run.
-        record: Its record.
-        forces: The record whose forces are shown: the run's own, or the motion moved by forces
-            that lies beside it; equal to ``record`` where there is none.
-        figures: The figures of the run.
+    ``forces`` is the record whose forces are shown: the run's own, or the motion moved by forces
+    that lies beside it; equal to ``record`` where there is none.
     """
 
     def __init__(self, run: Run):
@@ -141,21 +137,17 @@ def needs(
             beside = reference in record.references and record.motion.n_frames > 1
             there &= not reference or beside
             there &= not planned or (record.has_forces and record.contact_planned is not None)
-            if not there:
-                return []
-            found = draw(subject)
-            return [found] if isinstance(found, Section) else list(found)
+            return draw_all([draw], subject) if there else []
 
         return drawn
 
     return decorate
 
 
-def draw_all(
-    sections: Iterable[Callable[[Subject], list[Section]]], subject: Subject
-) -> list[Section]:
+def draw_all(sections: Iterable[Draw], subject: Subject) -> list[Section]:
     """Return every section that a run has something for."""
-    return [section for draw in sections for section in draw(subject)]
+    found = [draw(subject) for draw in sections]
+    return [s for part in found for s in ([part] if isinstance(part, Section) else part)]
 
 
 def page_html(
@@ -166,14 +158,9 @@ def page_html(
     provenance: Mapping[str, Any],
     **words: Any,
 ) -> str:
-    """Return a page as one text.
+    """Return a page as one text; ``words`` is what else its template asks for.
 
-    Args:
-        template: File name of the template.
-        sections: What the page shows; those without anything to show are named in a line each.
-        figures: All figures of the run.
-        provenance: Where it comes from.
-        words: What else the template asks for.
+    Sections without anything to show are named in a line each.
     """
     from jinja2 import Environment
     from markupsafe import Markup

@@ -44,7 +44,6 @@ def segment_section(subject: Subject) -> Section:
         drawing = line_plot(
             series,
             title=f"{SIDE_NAMES[side].capitalize()} foot" if side else "Other supports",
-            x_label="time [s]",
             y_label="vertical [BW]",
             width=520,
             height=250,
@@ -83,7 +82,6 @@ def pressure_section(subject: Subject) -> Section:
     margin = line_plot(
         [Series(record.motion.time, 1000.0 * inside, "", STROKE_MIDDLE, 1.8)],
         title="Distance to the edge of the support",
-        x_label="time [s]",
         y_label="inside [mm]",
         width=1060,
         height=230,
@@ -123,7 +121,7 @@ def contact_section(subject: Subject) -> Section:
                 rows.append((place_text(site.name, side), bars))
     if not any(bars for _, bars in rows):
         return Section(title, missing="nothing stands.")
-    figure = Figure(timeline_plot(rows, title="", x_label="time [s]"), wide=True)
+    figure = Figure(timeline_plot(rows), wide=True)
     return Section(title, [figure], text="Which site is planned to stand when.")
 
 

@@ -67,7 +67,6 @@ def _over_time(record: Record, total: Array, axis: int) -> str:
     return line_plot(
         series,
         title=AXES[axis],
-        x_label="time [s]",
         y_label="[BW]",
         zero=True,
         least=SPAN["BW"],

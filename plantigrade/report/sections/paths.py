@@ -65,4 +65,4 @@ def _paths(feet: list, com: Array, axis: int) -> list[Series]:
 
 def _over_time(time: Array, values: Array, title: str, label: str) -> Figure:
     series = [Series(time, values, "", STROKE_MIDDLE, 2.0)]
-    return Figure(line_plot(series, title=title, x_label="time [s]", y_label=label, width=520))
+    return Figure(line_plot(series, title=title, y_label=label, width=520))

@@ -140,7 +140,6 @@ def com_section(subject: Subject) -> Section:
     com = line_plot(
         [Series(time, error, "", STROKE_MIDDLE, 1.8)],
         title="Centre of mass off its path",
-        x_label="time [s]",
         y_label="[mm]",
         width=520,
         zero=True,
@@ -154,7 +153,6 @@ def com_section(subject: Subject) -> Section:
                 Series(time, soles[:, k], "reproduced", STROKES[side]),
             ],
             title=f"{SIDE_NAMES[side].capitalize()} sole",
-            x_label="time [s]",
             y_label="lowest point above ground [mm]",
             width=520,
             zero=True,
@@ -268,4 +266,4 @@ def _plot(time: Array, ours: Array, theirs: Array | None, side: str, **options) 
     if theirs is not None and np.isfinite(theirs).any():
         series.append(Series(time, theirs, "measured", STROKE_REFERENCE, 1.6, 1.0, "5 3"))
     series.append(Series(time, ours, "computed", STROKES[side], 1.8))
-    return line_plot(series, x_label="time [s]", width=520, zero=True, **options)
+    return line_plot(series, width=520, zero=True, **options)

@@ -42,7 +42,7 @@ def task_section(subject: Subject) -> Section:
     )
     if end < last:
         caption += f" The first {end:.1f} s of {last:.1f} s are drawn."
-    drawing = timeline_plot(cut, title="What is active when", x_label="time [s]", marks=ends)
+    drawing = timeline_plot(cut, title="What is active when", marks=ends)
     meanings = subject.words("tasks.meanings", len(names))
     table = [["0", "limits of the joints", "Range, speed and acceleration of every joint."]]
     table += [[str(levels[k]), task_text(name), meanings[k]] for k, name in enumerate(names)]
@@ -77,8 +77,6 @@ def residual_section(subject: Subject) -> Section:
         series.append(Series(time, missed, f"{k} {', '.join(words)}", _tint(k), 1.3, 0.9))
     drawing = line_plot(
         series,
-        title="",
-        x_label="time [s]",
         y_label="acceleration missed [1/s²]",
         width=1060,
         height=320,

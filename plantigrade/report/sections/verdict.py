@@ -129,7 +129,6 @@ def strength_section(subject: Subject) -> Section:
     drawing = bar_plot(
         [place_text(name, side_of(name) or "") for _, name, _ in rows],
         [used for used, _, _ in rows],
-        title="",
         x_label="largest torque [% of the joint's limit in that direction]",
         colours=[STROKES[side_of(name)] for _, name, _ in rows],
         notes=[f"{torque:+.0f} N m".replace("-", "−") for _, _, torque in rows],
