@@ -105,7 +105,7 @@ def _operation(name: str, k: int, a: str, b: str, V: str, width: int) -> str:
     if name in ("and", "or"):
         m = f"%a{k} = fcmp une {V} {a}, {zero}\n%b{k} = fcmp une {V} {b}, {zero}\n"
         return m + f"%m{k} = {name} {M} %a{k}, %b{k}\n{v} = uitofp {M} %m{k} to {V}"
-    if name == "sign":  # of zero and of what is no number the argument itself
+    if name == "sign":  # of zero and NaN the argument itself
         m = f"%a{k} = fcmp olt {V} {a}, {zero}\n%b{k} = fcmp ogt {V} {a}, {zero}\n"
         m += f"%p{k} = select {M} %b{k}, {V} {one}, {V} {a}\n"
         return m + f"{v} = select {M} %a{k}, {V} {minus}, {V} %p{k}"

@@ -233,7 +233,8 @@ class Ground:
                 heights = tuple(_numbers(row) for row in field["heights"])
                 corner, spacing = (_numbers(field[name], 2) for name in ("corner", "spacing"))
                 d["field"] = HeightField(corner, spacing, heights)
-            return cls(**d | {k: float(d[k]) for k in ("height", "slope", "friction") if k in d})
+            d |= {k: float(d[k]) for k in ("height", "slope", "friction") if k in d}
+            return cls(**d)
         except (TypeError, ValueError, KeyError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise

@@ -4,7 +4,7 @@ Times are those of the Record's motion, so a condition of a periodic task is sta
 mirrored where the motion is. Angles are in radians.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal, get_args
 
@@ -60,7 +60,7 @@ class Condition:
     upper: tuple[float, ...]
     of: str = ""
     axis: str = ""
-    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    position: Sequence[float] | Float[Array, " 3"] = (0.0, 0.0, 0.0)
     radius: float = 0.0
 
     def __post_init__(self):

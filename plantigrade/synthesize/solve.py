@@ -176,10 +176,10 @@ class _Stages:
         """Run the interior point."""
         started = clock.perf_counter()
 
-        def told(iterate: Iterate) -> bool | None:
+        def report(iterate: Iterate) -> bool | None:
             return self._progress(name, iterate) if self._progress is not None else None
 
-        r = InteriorPoint(problem, self._options).solve(*start, told)
+        r = InteriorPoint(problem, self._options).solve(*start, report)
         self._note(name, "interior-point", problem, r.status, started, r.history)
         return _Ending(problem, r.c, r.u, r.status, r.success, r.multipliers)
 
@@ -195,14 +195,14 @@ class _Stages:
         started = clock.perf_counter()
         history: list[Iterate] = []
 
-        def told(p: ipopt.Progress) -> bool | None:
+        def report(p: ipopt.Progress) -> bool | None:
             seconds, unknown = clock.perf_counter() - started, np.nan
             history.append(
                 Iterate(p.number, p.objective, p.violation, "", unknown, unknown, 0.0, 1.0, seconds)
             )
             return self._progress(name, history[-1]) if self._progress is not None else None
 
-        r = ipopt.solve(problem, *start[:2], callback=told, max_seconds=IPOPT_SECONDS)
+        r = ipopt.solve(problem, *start[:2], callback=report, max_seconds=IPOPT_SECONDS)
         self._note(name, "ipopt", problem, r.status, started, tuple(history))
         return _Ending(problem, r.c, r.u, r.status, r.success)
 

@@ -17,7 +17,7 @@ class ConstraintFamily:
     """Constraints and costs of one kind: a function evaluated at every node, with its limits.
 
     Attributes:
-        name: What the rows are, one word for progress and post-mortem: ``"ground"``.
+        name: What the rows are, for progress and diagnosis: ``"contact"``.
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,), in units in which
             1 is large (body weights, radians, metres).
         names: A name for every row.
@@ -26,11 +26,10 @@ class ConstraintFamily:
         weight: Weight of the squared distance to ``target`` (n_nodes, n_rows).
         target: Where the squared cost is least (n_nodes, n_rows).
         gain: Linear cost (n_nodes, n_rows).
-        parameters: Numbers the function is told at each node (n_nodes, n_parameters).
+        parameters: Parameters of the function at each node (n_nodes, n_parameters).
         unit: Unit of a row as shown to people.
         scale: What a row of 1 is in that unit.
-        parts: Families whose rows these are, one after the other, where they share one function
-            because what it computes they share; see :meth:`stacked`.
+        parts: The families stacked in this one, if they share a function; see :meth:`stacked`.
     """
 
     name: str

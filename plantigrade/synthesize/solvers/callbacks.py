@@ -62,7 +62,7 @@ class ArrayFunction(ca.Callback):
         return True
 
     def eval_buffer(self, arg, res) -> int:
-        """Write the outputs that are asked for; absent inputs are zero."""
+        """Write the outputs that are requested; absent inputs are zero."""
         given = [
             np.zeros(pattern.nnz()) if memory is None else np.frombuffer(memory, dtype=float)
             for memory, (_, pattern) in zip(arg, self._inputs, strict=True)
@@ -117,12 +117,12 @@ def functions_of(program: SparseProgram, *, symmetric: bool) -> dict[str, ArrayF
 
 
 class Watch(ca.Callback):
-    """What CasADi calls after every iteration: it keeps the best point, and stops if asked to.
+    """What CasADi calls after every iteration: keeps the best point, and stops on request.
 
     Args:
         program: The program.
         feasibility: Violation below which the cheaper point is the better one.
-        told: Called with number, objective, violation and variables; True stops.
+        report: Called with number, objective, violation and variables; True stops.
 
     Attributes:
         best: Violation (at least ``feasibility``), objective and variables of the best point.
@@ -135,10 +135,10 @@ class Watch(ca.Callback):
         self,
         program: SparseProgram,
         feasibility: float,
-        told: Callable[[int, float, float, Array], bool],
+        report: Callable[[int, float, float, Array], bool],
     ):
         ca.Callback.__init__(self)
-        self._program, self._feasibility, self._told = program, feasibility, told
+        self._program, self._feasibility, self._report = program, feasibility, report
         self.best: tuple[float, float, Array] | None = None
         self.objective: list[float] = []
         self.violation: list[float] = []
@@ -178,7 +178,7 @@ class Watch(ca.Callback):
             self.best = (*rank, x)
         if not self.stop:
             try:
-                self.stop = self._told(len(self.objective) - 1, f, off, x)
+                self.stop = self._report(len(self.objective) - 1, f, off, x)
             except KeyboardInterrupt:
                 self.stop = True
         return [int(self.stop)]

@@ -73,7 +73,7 @@ class IpoptResult:
         status: How it ended.
         iterations: Iterations.
         objective: Cost at the result.
-        violation: Largest violation over all rows asked for, redundant ones included.
+        violation: Largest violation over all rows that count, redundant ones included.
         worst: Which row that is, when, and by how much.
         history: ``objective``, ``violation``, ``optimality`` and ``barrier`` of every iteration,
             where the solver reports them.
@@ -213,12 +213,12 @@ def run(
         raise ParameterError("the program is that of another problem")
     x0 = np.clip(program.pack(c0, u0), *program.bounds)
 
-    def told(number: int, f: float, off: float, x: Array) -> bool:
+    def report(number: int, f: float, off: float, x: Array) -> bool:
         seconds = clock.perf_counter() - built
         state = Progress(number, f, off, seconds, *program.unpack(x))
         return callback is not None and bool(callback(state))
 
-    watch = Watch(program, feasibility, told)
+    watch = Watch(program, feasibility, report)
     made = functions_of(program, symmetric=solver != "ipopt")  # which reads the upper triangle
     settings = {
         "print_time": False,
@@ -301,12 +301,12 @@ class _interrupt:
 
 def _history(stats: Mapping[str, Any], watch: "Watch") -> dict[str, Float[Array, " n_iterations"]]:
     """Return what the solver tells of its iterations, or at least what the watch saw."""
-    told = stats.get("iterations") or {}
+    reported = stats.get("iterations") or {}
     names = {"obj": "objective", "inf_pr": "violation", "inf_du": "optimality", "mu": "barrier"}
     history = {
-        ours: np.asarray(told[theirs], dtype=float)
+        ours: np.asarray(reported[theirs], dtype=float)
         for theirs, ours in names.items()
-        if theirs in told
+        if theirs in reported
     }
     if "objective" not in history:
         history["objective"] = np.asarray(watch.objective, dtype=float)

@@ -1,4 +1,4 @@
-"""What the interior point is told, what each of its iterations finds, and where it ends."""
+"""Settings, iterations and results of the interior point."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

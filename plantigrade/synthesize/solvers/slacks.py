@@ -123,7 +123,7 @@ class Slacks:
         )
 
     def move(self, s: Array, dy: Array, dzl: Array, dzu: Array, mu: float) -> None:
-        """Take slacks and steps of multipliers, and keep both away from where they must not go."""
+        """Take new slacks and steps of multipliers, both kept away from their limits."""
         s = np.where(
             self.has_low, np.maximum(s, self._low + CLEARANCE * (1 + np.abs(self._low))), s
         )

@@ -135,7 +135,7 @@ class Basis(ABC):
             The entries and their columns.
 
         Raises:
-            ParameterError: If a time lies outside the span or the derivative is no whole number.
+            ParameterError: If a time lies outside the span or the derivative is not a whole number.
         """
         key = (np.asarray(times, dtype=float).tobytes(), int(derivative), side)
         if key not in self._bands:
@@ -170,7 +170,7 @@ class Basis(ABC):
             ``(n_times, n_coefficients)`` [1/s^derivative], read-only.
 
         Raises:
-            ParameterError: If a time lies outside the span or the derivative is no whole number.
+            ParameterError: If a time lies outside the span or the derivative is not a whole number.
         """
         key = (np.asarray(times, dtype=float).tobytes(), int(derivative), side)
         if key not in self._matrices:

@@ -277,7 +277,7 @@ def settings_for(name: str, **told: Any) -> TaskSettings:
 
 def number(name: str, value: Any, low: float, high: float, unit: str, what: str) -> None:
     """Refuse what is no number from ``low`` to ``high``."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not low <= value <= high:
+    if isinstance(value, bool) or not isinstance(value, Real) or not low <= float(value) <= high:
         shown = f"{float(value):g}" if isinstance(value, Real) else repr(value)
         raise ParameterError(f"{name} must be {low:g}–{high:g} {unit} for {what}, not {shown}")
 
@@ -290,7 +290,7 @@ def optional_number(name: str, value: Any, low: float, high: float, unit: str, w
 
 def whole(name: str, value: Any, low: int, high: int, what: str) -> None:
     """Refuse what is no whole number from ``low`` to ``high``."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
+    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:
         raise ParameterError(f"{name} must be a whole number from {low} to {high} {what}".rstrip())
 
 

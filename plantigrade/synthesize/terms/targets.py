@@ -111,8 +111,9 @@ class CentreOfMass(Term):
         """Return position and velocity, axis by axis."""
         return tuple(
             Condition(
-                f"{name} of the centre of mass, {axis}", quantity, (self.time,), (float(x),),
-                (float(x),), "", axis,
+                f"{name} of the centre of mass, {axis}",
+                quantity,  # type: ignore[arg-type]
+                (self.time,), (float(x),), (float(x),), "", axis,
             )
             for name, quantity, given in (
                 ("place", "com", self.position), ("velocity", "com speed", self.velocity),

@@ -131,7 +131,7 @@ class Derivatives:
         self._hessian.scatter((lam, q, v, a, u, p), (H,), (self._hessian_places,), add=add)
         return H
 
-    # Functions, each made when it is first asked for -------------------------------------------
+    # Functions, each made when it is first needed ---------------------------------------------
 
     @cached_property
     def _values(self) -> BatchedFunction:
