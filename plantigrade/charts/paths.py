@@ -25,7 +25,7 @@ def path_plot(
     series: Sequence[Series],
     *,
     title: str,
-    x_label: str,
+    x_label: str = "forward [m]",
     y_label: str,
     outlines: Sequence[Outline] = (),
     width: int = 1060,

@@ -71,13 +71,8 @@ def pressure_section(subject: Subject) -> Section:
         Series(com[:, 0], com[:, 1], "centre of mass", STROKE_MIDDLE, 1.4, 1.0, "5 3"),
         Series(centre[:, 0], centre[:, 1], "centre of pressure", STROKE_FORCE, 2.2),
     ]
-    above = path_plot(
-        series,
-        outlines=_supports(record, point),
-        title="From above",
-        x_label="forward [m]",
-        y_label="left [m]",
-    )
+    outlines = _supports(record, point)
+    above = path_plot(series, outlines=outlines, title="From above", y_label="left [m]")
     inside = inside_support(record, point, centre)
     margin = line_plot(
         [Series(record.motion.time, 1000.0 * inside, "", STROKE_MIDDLE, 1.8)],
@@ -88,24 +83,16 @@ def pressure_section(subject: Subject) -> Section:
         zero=True,
         least=20.0,
     )
-    return Section(
-        title,
-        [
-            Figure(
-                above,
-                "Pale shapes: convex hulls of the standing sites of each foot, one for every "
-                "change. The centre of pressure of both feet lies in the hull of all that stands "
-                "at the time, in double support between the feet.",
-                wide=True,
-            ),
-            Figure(
-                margin,
-                "Positive inside the hull of everything that stands; where only an edge of the "
-                "foot stands, as at heel strike, the hull has no inside.",
-                wide=True,
-            ),
-        ],
+    hulls = (
+        "Pale shapes: convex hulls of the standing sites of each foot, one for every change. The "
+        "centre of pressure of both feet lies in the hull of all that stands at the time, in "
+        "double support between the feet."
     )
+    edge = (
+        "Positive inside the hull of everything that stands; where only an edge of the foot "
+        "stands, as at heel strike, the hull has no inside."
+    )
+    return Section(title, [Figure(above, hulls, wide=True), Figure(margin, edge, wide=True)])
 
 
 @needs(planned=True)

@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import known_above
 from plantigrade.arrays import Array, Float
-from plantigrade.charts import Figure, Ribbon, Series, line_plot, panel_plot, panels_of
+from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.motion.views import curves_of
@@ -83,8 +83,11 @@ def angle_section(subject: Subject) -> list[Section]:
     text = "Joint angles over time; no whole gait cycle was found or asked for."
     if len(panels) > MOST:
         text += f" The first {MOST} of {len(panels)} are drawn; all are in motion.mot."
-    figures = [Figure(panel_plot(panel, motion.time)) for panel in panels[:MOST]]
-    return [Section("Joint angles", figures, text=text)]
+    return [Section("Joint angles", _over_time(panels[:MOST], motion.time), text=text)]
+
+
+def _over_time(panels: Sequence[Panel], time: Array, **options: bool) -> list[Figure]:
+    return [Figure(panel_plot(panel, time, **options)) for panel in panels]
 
 
 def force_section(subject: Subject) -> list[Section]:
@@ -118,7 +121,7 @@ def moment_section(subject: Subject) -> list[Section]:
         missing = "no foot had a force of its own measured, so no joint moments."
         return [Section(title, missing=missing)]
     legs = [p for p in panels if p.name.removesuffix("_moment") in LEG] or panels[:12]
-    figures = [Figure(panel_plot(panel, record.motion.time, zero=True)) for panel in legs]
+    figures = _over_time(legs, record.motion.time, zero=True)
     return [Section(title, figures, text=what.format(" over time") + ".")]
 
 
@@ -135,18 +138,12 @@ def power_section(subject: Subject) -> list[Section]:
     if record.qfrc_actuator is None or source.cycles:
         missing = "joint powers need measured or computed forces and whole gait cycles."
         return [Section("Joint powers", missing=missing)]
-    powers = {
-        f"{full}_power [W/kg]": known_above(record, full)
-        * record.torque(full)
-        * record.motion.velocity(full)
-        / record.human.mass
-        for name in POWERED
-        for full in (name, f"{name}_r", f"{name}_l")
-        if full in record.human.coordinates
-    }
-    figures = [
-        Figure(panel_plot(panel, record.motion.time, zero=True)) for panel in panels_of(powers)
-    ]
+    powers = {}
+    for name in record.human.coordinates:
+        if without_side(name) in POWERED:
+            power = record.torque(name) * record.motion.velocity(name) / record.human.mass
+            powers[f"{name}_power [W/kg]"] = known_above(record, name) * power
+    figures = _over_time(panels_of(powers), record.motion.time, zero=True)
     text = "Joint moment times joint speed, per kilogram of body mass."
     return [Section("Joint powers over time", figures, text=text)]
 

@@ -84,7 +84,6 @@ def _above(cop: Array, outlines: list[Outline]) -> Figure:
         series,
         outlines=outlines,
         title="Centre of pressure over the foot prints",
-        x_label="forward [m]",
         y_label="left [m]",
     )
     caption = (

@@ -23,34 +23,16 @@ def path_section(subject: Subject) -> list[Section]:
         if len(bodies):
             feet.append((f"{SIDE_NAMES[side]} foot", STROKES[side], positions[:, bodies[0]]))
     sway = "In walking, the centre of mass sways towards the standing foot."
+    scale = "Drawn to one scale. The origin of each foot is its ankle."
+    above = path_plot(_paths(feet, com, 1), title="From above", y_label="left [m]")
+    right = path_plot(
+        _paths(feet, com, 2), title="From the right", y_label="height [m]", ground=True
+    )
+    height = 1000 * (com[:, 2] - com[:, 2].mean())
     figures = [
-        Figure(
-            path_plot(
-                _paths(feet, com, 1),
-                title="From above",
-                x_label="forward [m]",
-                y_label="left [m]",
-            ),
-            sway if record.motion.events else "",
-            wide=True,
-        ),
-        Figure(
-            path_plot(
-                _paths(feet, com, 2),
-                title="From the right",
-                x_label="forward [m]",
-                y_label="height [m]",
-                ground=True,
-            ),
-            "Drawn to one scale. The origin of each foot is its ankle.",
-            wide=True,
-        ),
-        _over_time(
-            time,
-            1000 * (com[:, 2] - com[:, 2].mean()),
-            "Centre of mass, height",
-            "above its mean [mm]",
-        ),
+        Figure(above, sway if record.motion.events else "", wide=True),
+        Figure(right, scale, wide=True),
+        _over_time(time, height, "Centre of mass, height", "above its mean [mm]"),
     ]
     if len(time) > 2:
         speed = np.linalg.norm(np.gradient(com[:, :2], time, axis=0), axis=1)
