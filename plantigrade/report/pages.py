@@ -11,6 +11,7 @@ from plantigrade.report.section import Section, Subject, draw_all, page_html
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import SHOWN
 from plantigrade.report.strip import instants, strip_svg
+from plantigrade.report.text import rounded_text
 from plantigrade.report.viewer import viewer_html
 
 PICTURES = 8  # in the strip
@@ -54,13 +55,7 @@ def pages(run: Run) -> dict[str, str]:
 
 
 def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
-    """Return the report as one page.
-
-    The sections are those that the run has something for: forces, markers, references, signals.
-
-    Args:
-        run: The run.
-        more: Further sections, drawn last.
+    """Return the report as one page: all that the run has something for, then ``more`` sections.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -124,13 +119,10 @@ def _strip(subject: Subject) -> str:
     record = subject.record
     motion, frames = record.motion, _strip_frames(subject)
     drawn: dict[str, Any] = {}
-    if _has_arrows(subject):
+    force, point = subject.side_forces
+    if force is not None and point is not None and _has_arrows(subject):
         here = nearest(subject.forces.motion.time, motion.time)
-        drawn = {
-            name: values[here]
-            for name, values in zip(("force", "point"), subject.side_forces, strict=True)
-            if values is not None
-        }
+        drawn = {"force": force[here], "point": point[here]}
     reference = next(iter(record.references.values()), None)
     return strip_svg(
         scene_model(record),
@@ -172,11 +164,10 @@ def facts_of(subject: Subject) -> dict[str, str]:
 
 
 def _told(subject: Subject, wanted: tuple[tuple[str, str, str, int], ...]) -> dict[str, str]:
-    values = {(name, unit, n): subject.number(key) for name, unit, key, n in wanted}
     return {
-        name: f"{value:.{digits}f}{unit}".replace("-", "−")
-        for (name, unit, digits), value in values.items()
-        if value is not None
+        name: f"{rounded_text(value, digits)}{unit}"
+        for name, unit, key, digits in wanted
+        if (value := subject.number(key)) is not None
     }
 
 

@@ -125,13 +125,10 @@ def provenance_rows(values: Mapping[str, Any]) -> list[tuple[str, list[tuple[str
     for name, value in values.items():
         if value in (None, "", {}, []):
             continue
-        label = str(name).replace("_", " ")
-        if isinstance(value, Mapping):
-            rows.append((label, [(str(k), _flat(v)) for k, v in value.items()]))
-        elif isinstance(value, (list, tuple)):
-            rows.append((label, [("", _flat(v)) for v in value]))
-        else:
-            rows.append((label, [("", _flat(value))]))
+        if not isinstance(value, Mapping | list | tuple):
+            value = [value]
+        pairs = value.items() if isinstance(value, Mapping) else [("", v) for v in value]
+        rows.append((str(name).replace("_", " "), [(str(k), _flat(v)) for k, v in pairs]))
     return rows
 
 

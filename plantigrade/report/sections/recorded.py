@@ -174,8 +174,7 @@ def force_section(subject: Subject) -> list[Section]:
     title = "Ground reactions: computed beside measured"
     if not _computed(subject):
         return _absent(subject, title)
-    record = _moved(subject)
-    upto = _standing(subject)
+    record, upto = _moved(subject), _standing(subject)
     time = record.motion.time[:upto]
     measured = record.signals.get("measured.force")
     if measured is None:

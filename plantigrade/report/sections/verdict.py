@@ -6,7 +6,7 @@ from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.labels import side_of
 from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
 from plantigrade.report.section import Section, Subject, needs
-from plantigrade.report.text import figure_text, number_text, place_text, power_text
+from plantigrade.report.text import figure_text, number_text, place_text, power_text, rounded_text
 
 TINY = 1e-9  # smaller violations are drawn here
 MOST = 16  # joints in the table of strength
@@ -58,17 +58,10 @@ def check_section(subject: Subject) -> Section:
         strict=True,
     ):
         judged = np.isfinite(value) and np.isfinite(limit)
-        rows.append(
-            [
-                QUANTITIES.get(quantity, quantity.replace("_", " ")),
-                figure_text(0.0 if abs(value) < 5e-4 else value),
-                figure_text(limit) if np.isfinite(limit) else "–",
-                unit,
-                place_text(where, side),
-                f"{time:.2f} s" if np.isfinite(time) else "",
-                ("no" if bad else "yes") if judged or bad else "–",
-            ]
-        )
+        row = [QUANTITIES.get(quantity, quantity.replace("_", " "))]
+        row += [figure_text(0.0 if abs(value) < 5e-4 else value), figure_text(limit), unit]
+        row += [place_text(where, side), f"{time:.2f} s" if np.isfinite(time) else ""]
+        rows.append([*row, ("no" if bad else "yes") if judged or bad else "–"])
     text = (
         "The checker shares nothing with the optimiser: it examines the finished motion in "
         f"{record.motion.n_frames} frames over {record.motion.duration:.2f} s with MuJoCo's "
@@ -152,32 +145,18 @@ def convergence_section(subject: Subject) -> Section:
         "width": 520,
         "height": 260,
     }
-    errors = line_plot(
-        [
-            Series(count, history[:, VIOLATION], "violation", STROKE_RIGHT, 1.8),
-            Series(count, history[:, OPTIMALITY], "optimality", STROKE_LEFT, 1.8),
-        ],
-        title="Errors",
-        log=TINY,
-        **options,
+    violation = Series(count, history[:, VIOLATION], "violation", STROKE_RIGHT)
+    optimality = Series(count, history[:, OPTIMALITY], "optimality", STROKE_LEFT)
+    errors = line_plot([violation, optimality], title="Errors", log=TINY, **options)
+    series = [Series(count, history[:, OBJECTIVE])]
+    objective = line_plot(series, title="Objective", **options)
+    missed = (
+        "Violation: the most violated constraint, in its own unit (body weights, metres, radians, "
+        "100 N m). Optimality: scaled residual of the first-order conditions."
     )
-    objective = line_plot(
-        [Series(count, history[:, OBJECTIVE], "", STROKE_MIDDLE, 1.8)],
-        title="Objective",
-        **options,
-    )
-    figures = [
-        Figure(
-            errors,
-            "Violation: the most violated constraint, in its own unit (body weights, metres, "
-            "radians, 100 N m). Optimality: scaled residual of the first-order conditions.",
-        ),
-        Figure(
-            objective,
-            "Squared torques, accelerations and forces, weighted and integrated over time."
-            + (" Upright lines: a new stage." if starts else ""),
-        ),
-    ]
+    cost = "Squared torques, accelerations and forces, weighted and integrated over time."
+    cost += " Upright lines: a new stage." if starts else ""
+    figures = [Figure(errors, missed), Figure(objective, cost)]
     headers = (
         "stage", "solver", "nodes", "iterations", "time [s]", "ended", "objective", "violation",
         "of",
@@ -196,18 +175,11 @@ def _stages(subject: Subject) -> list[list[str]]:
     rows = []
     for k, name in enumerate(names):
         own = np.flatnonzero(history[:, STAGE] == k)
-        last = history[own[-1]] if len(own) else None
-        rows.append(
-            [
-                name,
-                SOLVERS.get(solvers[k], solvers[k]),
-                figure_text(nodes[k]),
-                str(max(len(own) - 1, 0)),
-                f"{seconds[k]:.2f}" if np.isfinite(seconds[k]) else "–",
-                ended[k],
-                "" if last is None else number_text(last[OBJECTIVE]),
-                "" if last is None else power_text(last[VIOLATION]),
-                worst[own[-1]].replace("_", " ") if len(own) else "",
-            ]
-        )
+        row = [name, SOLVERS.get(solvers[k], solvers[k]), figure_text(nodes[k])]
+        row += [str(max(len(own) - 1, 0)), rounded_text(seconds[k]), ended[k]]
+        if len(own):
+            last = history[own[-1]]
+            row += [number_text(last[OBJECTIVE]), power_text(last[VIOLATION])]
+            row += [worst[own[-1]].replace("_", " ")]
+        rows.append([*row, *[""] * (9 - len(row))])
     return rows
