@@ -190,11 +190,12 @@ class LiveViewer:
             if shape.body not in handles:
                 handles[shape.body] = self.server.scene.add_frame(frame, show_axes=False)
             vertices, faces = mesh_of(shape)
+            red, green, blue = (round(255 * c) for c in shape_colour(shape))
             self.server.scene.add_mesh_simple(
                 f"{frame}/{i}",
                 vertices.astype(np.float32),
                 faces.astype(np.uint32),
-                color=colour or tuple(round(255 * c) for c in shape_colour(shape)),
+                color=colour or (red, green, blue),
                 opacity=None if opacity == 1 else opacity,
                 flat_shading=shape.kind in ("box", "mesh"),
                 side="double",
