@@ -60,14 +60,14 @@ def outside_support(
     up = (s.root[:, :3] - np.where(_feet(record)[:, None], 0.0, s.force).sum(axis=1)) @ (
         record.ground.normal
     )
-    out = _outside(centre @ plane.T, flat, s.standing & _feet(record))
+    out = outside_hull(centre @ plane.T, flat, s.standing & _feet(record))
     columns = [out * np.clip(up / s.weight, 0.0, 1.0)]
     for side in ("r", "l"):
         mine = np.array([site.side == side for site in record.sites], bool)
         own = np.where(mine, pushed, 0.0)
         up = own.sum(axis=1)
         safe = np.where(up > least, up, np.nan)[:, None]
-        out = _outside((own[..., None] * flat).sum(axis=1) / safe, flat, s.standing & mine)
+        out = outside_hull((own[..., None] * flat).sum(axis=1) / safe, flat, s.standing & mine)
         columns.append(out * np.clip(up / s.weight, 0.0, 1.0))
     return np.stack(columns, axis=1)
 
@@ -85,7 +85,7 @@ def _tangents(normal: Float[Array, " 3"]) -> Float[Array, "2 3"]:
     return np.stack([first, np.cross(normal, first)])
 
 
-def _outside(
+def outside_hull(
     point: Float[Array, "n 2"], corners: Float[Array, "n k 2"], there: np.ndarray
 ) -> Float[Array, " n"]:
     r"""Return how far points are outside of hulls; negative inside, NaN where nothing stands.

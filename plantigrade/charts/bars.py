@@ -10,6 +10,7 @@ from plantigrade.charts.svg import (
     INK,
     LETTER,
     SOFT,
+    box,
     data_range,
     linear_scale,
     number_text,
@@ -26,7 +27,7 @@ def bar_plot(
     labels: Sequence[str],
     values: Sequence[float],
     *,
-    title: str,
+    title: str = "",
     x_label: str,
     tips: Sequence[float] = (),
     colours: Sequence[str] = (),
@@ -62,10 +63,7 @@ def bar_plot(
         parts.append(text_at(label, left - 6, y + 11, anchor="end", colour=INK))
         if np.isfinite(value):
             colour = colours[i] if colours else MIDDLE
-            parts.append(
-                f'<rect x="{left:.1f}" y="{y + 2.5}" width="{px(value) - left:.1f}" '
-                f'height="{row - 5}" rx="1.5" style="fill:{colour}" opacity=".85"/>'
-            )
+            parts.append(box(left, y + 2.5, px(value) - left, row - 5, colour, ".85"))
         if len(tips) and np.isfinite(tips[i]):
             parts.append(rule(px(tips[i]), px(tips[i]), y + 2.5, y + row - 2.5, SOFT, 1.6))
         if len(notes):
@@ -76,8 +74,8 @@ def bar_plot(
 def timeline_plot(
     rows: Sequence[tuple[str, Sequence[Bar]]],
     *,
-    title: str,
-    x_label: str,
+    title: str = "",
+    x_label: str = "time [s]",
     marks: Sequence[float] = (),
     width: int = 1060,
 ) -> str:
@@ -104,11 +102,8 @@ def timeline_plot(
         parts.append(text_at(label, left - 6, y + 13, anchor="end", colour=INK))
         for bar in bars:
             a, b = float(px(bar.start)), float(px(bar.stop))
-            parts.append(
-                f'<rect x="{a:.1f}" y="{y + 3}" width="{max(b - a, 0.8):.1f}" '
-                f'height="{row - 6}" rx="1.5" style="fill:{bar.colour}" '
-                f'opacity="{bar.opacity:g}"/>'
-            )
+            wide = max(b - a, 0.8)
+            parts.append(box(a, y + 3, wide, row - 6, bar.colour, f"{bar.opacity:g}"))
             if bar.label and b - a > LETTER * len(bar.label) + 6:
                 parts.append(text_at(bar.label, (a + b) / 2, y + 13, anchor="middle", colour=INK))
     for mark in marks:

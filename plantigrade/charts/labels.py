@@ -1,65 +1,38 @@
 """Words a reader sees for coordinates: titles, sides, and what positive and negative mean."""
 
 SIDE_NAMES = {"r": "right", "l": "left"}
-TITLES = {
-    "pelvis_tilt": "Pelvis tilt",
-    "pelvis_list": "Pelvis obliquity",
-    "pelvis_rotation": "Pelvis rotation",
-    "pelvis_tx": "Pelvis forward",
-    "pelvis_ty": "Pelvis height",
-    "pelvis_tz": "Pelvis sideways",
-    "hip_flexion": "Hip flexion",
-    "hip_adduction": "Hip adduction",
-    "hip_rotation": "Hip internal rotation",
-    "knee_angle": "Knee flexion",
-    "ankle_angle": "Ankle dorsiflexion",
-    "subtalar_angle": "Subtalar inversion",
-    "mtp_angle": "Toe dorsiflexion",
-    "lumbar_extension": "Trunk extension",
-    "lumbar_bending": "Trunk side bending",
-    "lumbar_rotation": "Trunk rotation",
-    "arm_flex": "Shoulder flexion",
-    "arm_add": "Shoulder adduction",
-    "arm_rot": "Shoulder rotation",
-    "elbow_flex": "Elbow flexion",
-    "pro_sup": "Forearm pronation",
-    "wrist_flex": "Wrist flexion",
-    "wrist_dev": "Wrist deviation",
-    "fingers_flex": "Finger flexion",
-    "neck_bending": "Neck side bending",
-    "mtp4_angle": "Outer toes dorsiflexion",
-    "ground_force_up": "Ground force, vertical",
-    "ground_force_forward": "Ground force, forward",
-    "ground_force_sideways": "Ground force, sideways",
-}
-
-
-DIRECTIONS = {  # what positive and negative mean, short enough for an axis
-    "hip_flexion": ("flex.", "ext."),
-    "hip_adduction": ("add.", "abd."),
-    "hip_rotation": ("internal", "external"),
-    "knee_angle": ("flex.", "ext."),
-    "ankle_angle": ("dorsi", "plantar"),
-    "subtalar_angle": ("inv.", "ev."),
-    "mtp_angle": ("up", "down"),
-    "pelvis_tilt": ("back", "forward"),
-    "lumbar_extension": ("ext.", "flex."),
-    "arm_flex": ("flex.", "ext."),
-    "elbow_flex": ("flex.", "ext."),
-    "pelvis_list": ("left up", "right up"),
-    "pelvis_rotation": ("to left", "to right"),
-    "lumbar_bending": ("to right", "to left"),
-    "lumbar_rotation": ("to left", "to right"),
-    "neck_extension": ("ext.", "flex."),
-    "neck_bending": ("to right", "to left"),
-    "neck_rotation": ("to left", "to right"),
-    "arm_add": ("add.", "abd."),
-    "arm_rot": ("internal", "external"),
-    "pro_sup": ("pron.", "sup."),
-    "wrist_flex": ("flex.", "ext."),
-    "wrist_dev": ("ulnar", "radial"),
-    "ground_force_forward": ("pushes", "brakes"),
-    "ground_force_sideways": ("left", "right"),
+COORDINATES = {  # title, and what positive and negative mean, short enough for an axis
+    "pelvis_tilt": ("Pelvis tilt", "back", "forward"),
+    "pelvis_list": ("Pelvis obliquity", "left up", "right up"),
+    "pelvis_rotation": ("Pelvis rotation", "to left", "to right"),
+    "pelvis_tx": ("Pelvis forward", "", ""),
+    "pelvis_ty": ("Pelvis height", "", ""),
+    "pelvis_tz": ("Pelvis sideways", "", ""),
+    "hip_flexion": ("Hip flexion", "flex.", "ext."),
+    "hip_adduction": ("Hip adduction", "add.", "abd."),
+    "hip_rotation": ("Hip internal rotation", "internal", "external"),
+    "knee_angle": ("Knee flexion", "flex.", "ext."),
+    "ankle_angle": ("Ankle dorsiflexion", "dorsi", "plantar"),
+    "subtalar_angle": ("Subtalar inversion", "inv.", "ev."),
+    "mtp_angle": ("Toe dorsiflexion", "up", "down"),
+    "lumbar_extension": ("Trunk extension", "ext.", "flex."),
+    "lumbar_bending": ("Trunk side bending", "to right", "to left"),
+    "lumbar_rotation": ("Trunk rotation", "to left", "to right"),
+    "arm_flex": ("Shoulder flexion", "flex.", "ext."),
+    "arm_add": ("Shoulder adduction", "add.", "abd."),
+    "arm_rot": ("Shoulder rotation", "internal", "external"),
+    "elbow_flex": ("Elbow flexion", "flex.", "ext."),
+    "pro_sup": ("Forearm pronation", "pron.", "sup."),
+    "wrist_flex": ("Wrist flexion", "flex.", "ext."),
+    "wrist_dev": ("Wrist deviation", "ulnar", "radial"),
+    "fingers_flex": ("Finger flexion", "", ""),
+    "neck_bending": ("Neck side bending", "to right", "to left"),
+    "mtp4_angle": ("Outer toes dorsiflexion", "", ""),
+    "ground_force_up": ("Ground force, vertical", "", ""),
+    "ground_force_forward": ("Ground force, forward", "pushes", "brakes"),
+    "ground_force_sideways": ("Ground force, sideways", "left", "right"),
+    "neck_extension": ("Neck extension", "ext.", "flex."),
+    "neck_rotation": ("Neck rotation", "to left", "to right"),
 }
 SPAN = {"°": 10.0, "N m": 10.0, "N m/kg": 0.2, "W/kg": 0.2, "BW": 0.1}
 """Least span of the vertical axis, by unit: a smaller one would magnify noise."""
@@ -102,12 +75,12 @@ def title_of(name: str) -> str:
     for ending in ("_moment", "_power", "_force"):
         if base.endswith(ending):
             return f"{title_of(base.removesuffix(ending))} {ending[1:]}"
-    return TITLES.get(base, base.replace("_", " ").strip().capitalize())
+    return COORDINATES.get(base, (base.replace("_", " ").strip().capitalize(),))[0]
 
 
 def axis_label(base: str, unit: str) -> str:
     """Return the label of the vertical axis with what its ends mean, where that is known."""
-    up, down = DIRECTIONS.get(base.removesuffix("_moment"), ("", ""))
+    _, up, down = COORDINATES.get(base.removesuffix("_moment"), ("", "", ""))
     if base.endswith("_power"):
         up, down = "gives", "takes"
     return f"{down} ← [{unit}] → {up}" if up else f"[{unit}]"

@@ -9,6 +9,7 @@ from plantigrade.charts.marks import Ribbon, Series
 from plantigrade.charts.svg import (
     TITLE,
     axes,
+    curve,
     data_range,
     legend,
     legend_width,
@@ -22,8 +23,8 @@ from plantigrade.charts.svg import (
 def line_plot(
     series: Sequence[Series],
     *,
-    title: str,
-    x_label: str,
+    title: str = "",
+    x_label: str = "time [s]",
     y_label: str,
     bands: Sequence[Ribbon] = (),
     marks: Sequence[tuple[float, str]] = (),
@@ -80,23 +81,13 @@ def line_plot(
             f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
             f'style="stroke:{colour}" stroke-dasharray="3 3" stroke-width="1"/>'
         )
-    for s in series:
-        dash = f' stroke-dasharray="{s.dash}"' if s.dash else ""
-        parts.append(
-            f'<path d="{path_data(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
-            f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"{dash}/>'
-        )
+    parts += [curve(s, px, py) for s in series]
     parts += legend(series, right, 30 if second else 15)
     return "".join(parts) + "</svg>"
 
 
 def _told_apart(series: Sequence[Series], height: float) -> list[Series]:
-    """Return curves with those dashed that would hide another one under them.
-
-    Args:
-        series: The curves.
-        height: What the vertical axis spans.
-    """
+    """Return curves with those dashed that would hide another one; ``height``: of the axis."""
     out: list[Series] = []
     for s in series:
         hides = not s.dash and any(

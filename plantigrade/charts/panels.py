@@ -65,7 +65,6 @@ def panel_plot(panel: Panel, time: Float[Array, " n"], **options) -> str:
         ],
         **{
             "title": panel.title,
-            "x_label": "time [s]",
             "y_label": axis_label(panel.name, panel.unit),
             "least": SPAN.get(panel.unit, 0.0),
             **options,

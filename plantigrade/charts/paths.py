@@ -9,6 +9,7 @@ from plantigrade.charts.svg import (
     SOFT,
     TITLE,
     axes,
+    curve,
     data_range,
     legend,
     legend_width,
@@ -24,7 +25,7 @@ def path_plot(
     series: Sequence[Series],
     *,
     title: str,
-    x_label: str,
+    x_label: str = "forward [m]",
     y_label: str,
     outlines: Sequence[Outline] = (),
     width: int = 1060,
@@ -67,10 +68,6 @@ def path_plot(
             parts.append(f'<path d="{d}Z" style="fill:{o.colour}" opacity=".22"/>')
     if ground:
         parts.append(rule(left, right, py(0.0), py(0.0), SOFT, 1.4))
-    for s in series:
-        parts.append(
-            f'<path d="{path_data(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
-            f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"/>'
-        )
+    parts += [curve(s, px, py) for s in series]
     parts += legend(series, max(right, left + legend_width(series)), 32 if second else 15)
     return "".join(parts) + "</svg>"

@@ -112,6 +112,23 @@ def legend(series, right, y):
         at -= 10
 
 
+def box(x, y, width, height, colour, opacity) -> str:
+    """Return a bar with slightly rounded corners."""
+    return (
+        f'<rect x="{x:.1f}" y="{y}" width="{width:.1f}" height="{height}" rx="1.5" '
+        f'style="fill:{colour}" opacity="{opacity}"/>'
+    )
+
+
+def curve(s, px, py) -> str:
+    """Return a series as a path."""
+    dash = f' stroke-dasharray="{s.dash}"' if s.dash else ""
+    return (
+        f'<path d="{path_data(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
+        f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"{dash}/>'
+    )
+
+
 def open_svg(width: float, height: float, label: str) -> str:
     """Return the opening tag of a drawing; ``label`` is read to those who do not see it."""
     return (

@@ -36,7 +36,7 @@ class Command(PrintOptions):
         from plantigrade.record.folder import read_metrics
         from plantigrade.report.live import serve
         from plantigrade.report.pages import title_of_run
-        from plantigrade.report.subject import Subject
+        from plantigrade.report.section import Subject
 
         run = Run.load(self.run_folder)
         serve(

@@ -62,20 +62,11 @@ def measure(
 ) -> Figures:
     """Run one after the other and write what they return to a file, after each of them.
 
-    A run that fails is kept with its error as status; the others go on.
-
-    Args:
-        runs: What to run, by name; each returns a status, ``figures`` and ``goals``.
-        path: The file.
-        quick: Whether these are short forms; stands in the file.
-        say: Called with one line per run.
+    Each returns a status, ``figures`` and ``goals``. A run that fails is kept with its error as
+    status; the others go on. ``quick`` stands in the file.
     """
-    found: Figures = {
-        "version": plantigrade.__version__,
-        "quick": quick,
-        "time_s": 0.0,
-        "experiments": {},
-    }
+    found: Figures = {"version": plantigrade.__version__, "quick": quick, "time_s": 0.0}
+    found["experiments"] = {}
     path.parent.mkdir(parents=True, exist_ok=True)
     for name, run in runs.items():
         say(f"{name} …")
@@ -96,16 +87,10 @@ def measure(
 
 def measured_table(found: Figures) -> str:
     """Return one line for each experiment: status, figures, goals and time."""
-    lines = [
-        [
-            name,
-            f"{len(e['figures'])}",
-            f"{sum(map(bool, e['goals'].values()))} of {len(e['goals'])}",
-            f"{e['time_s']:.1f}",
-            e["status"],
-        ]
-        for name, e in found["experiments"].items()
-    ]
+    lines = []
+    for name, e in found["experiments"].items():
+        goals = f"{sum(map(bool, e['goals'].values()))} of {len(e['goals'])}"
+        lines.append([name, f"{len(e['figures'])}", goals, f"{e['time_s']:.1f}", e["status"]])
     lines.append(["together", "", "", f"{found['time_s']:.1f}", ""])
     return sheet("Experiments", ("", "figures", "goals met", "s", "status"), lines)
 
@@ -130,13 +115,7 @@ def read_figures(path: Path) -> Figures:
 
 @dataclass(frozen=True)
 class Change:
-    """A figure that differs.
-
-    Attributes:
-        name: Experiment and figure.
-        before: Its value; None where there is none.
-        after: Its value; None where there is none.
-    """
+    """A figure of an experiment that differs; None where there is none."""
 
     name: str
     before: Any
@@ -223,11 +202,11 @@ def compare(before: Figures, after: Figures) -> Comparison:
         first, second = first or {}, second or {}
         if first.get("status") != second.get("status"):
             found.statuses.append(Change(name, first.get("status"), second.get("status")))
+        there = first.get("figures", {}), second.get("figures", {})
         for key, x, y in _pairs(first.get("goals", {}), second.get("goals", {})):
             if not is_time(key) and bool(x) != bool(y) and None not in (x, y):
-                change = Change(f"{name} {key}", *_values(first, second, key))
+                change = Change(f"{name} {key}", there[0].get(key), there[1].get(key))
                 (found.won if y else found.lost).append(change)
-        there = first.get("figures", {}), second.get("figures", {})
         for key, x, y in _pairs(*there):
             change = Change(f"{name} {key}", x, y)
             if key not in there[1]:
@@ -246,10 +225,6 @@ def _pairs(first: Mapping, second: Mapping) -> Iterator[tuple[str, Any, Any]]:
     """Yield every key of both with its two values, None where one has none."""
     for key in {**first, **second}:
         yield key, first.get(key), second.get(key)
-
-
-def _values(first: Figures, second: Figures, key: str) -> tuple[Any, Any]:
-    return first["figures"].get(key), second["figures"].get(key)
 
 
 def _line(change: Change) -> list[str]:

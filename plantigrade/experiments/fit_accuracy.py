@@ -62,12 +62,8 @@ QUICK = (
 )
 # The gait2392 solution has its toes and subtalar joints locked: it is held against rigid feet.
 OPENSIM = {
-    "opensim/rajagopal_walk/markers_walk.trc": ("coordinates.sto", "id_walk.sto", None),
-    "opensim/gait2392_subject01/subject01_walk1.trc": (
-        "std_subject01_walk1_ik.mot",
-        None,
-        "rigid",
-    ),
+    WALKS[-2]: ("coordinates.sto", "id_walk.sto", None),
+    WALKS[-1]: ("std_subject01_walk1_ik.mot", None, "rigid"),
 }
 # Plug-in Gait's angle and moment → ours, and the sign between them.
 PLUG_IN_GAIT = {
@@ -80,13 +76,7 @@ PLUG_IN_GAIT = {
 def run(
     data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
 ) -> ResultTable:
-    """Return the table over every walking trial in a data folder.
-
-    Args:
-        data: The folder (layout as in its README).
-        quick: A few trials of different kinds instead.
-        say: Called with one line per trial as it is done.
-    """
+    """Return the table over every walking trial in a data folder."""
     title = "Accuracy of fits, each called with its file name alone"
     others = [p.relative_to(data).as_posix() for s in SKELETONS for p in sorted(data.glob(s))]
     names = QUICK if quick else (*WALKS, *others)
@@ -168,36 +158,33 @@ def opensim_rows(
 ) -> list[Row]:
     """Hold angles and moments against OpenSim's."""
     rows = []
-    coordinates = theirs.coordinates
-    assert coordinates is not None
+    assert theirs.coordinates is not None
     names, values = trial.fit.human.to_coordinates(trial.fit.qpos)
     ours = Table(names, trial.fit.time, values)
-    for joint in LEGS:
-        for side in SIDES:
-            a, b = shared(ours, coordinates, f"{joint}_{side}")
-            error = rmse_offset_removed(np.rad2deg(a), np.rad2deg(b))
-            rows.append(at_most(name, f"{joint}_{side} against OpenSim, RMSE", error, 3, "deg"))
+    columns = [f"{joint}_{side}" for joint in LEGS for side in SIDES]
+    for column in columns:
+        a, b = shared(ours, theirs.coordinates, column)
+        error = rmse_offset_removed(np.rad2deg(a), np.rad2deg(b))
+        rows.append(at_most(name, f"{column} against OpenSim, RMSE", error, 3, "deg"))
     if moments is None or trial.moments is None or trial.forces is None:
         return rows
     table = read_table(folder / moments)
-    for joint in LEGS:
-        for side in SIDES:
-            column = f"{joint}_{side}"
-            i = 6 + trial.fit.human.hinge(column)
-            known = np.asarray(trial.forces.valid_side)[:, trial.forces.sides.index(side)]
-            tau = np.where(known, trial.moments.tau[:, i], np.nan)
-            mine = Table((column,), trial.fit.time, tau[:, None])
-            their = Table((column,), table.time, table[f"{column}_moment"][:, None])
-            a, b = shared(mine, their, column)
-            ok = np.isfinite(a)
-            a, b = a[ok], b[ok]
-            peak = np.abs(b).argmax()
-            near = np.abs(np.arange(len(b)) - peak) < 0.1 / np.median(np.diff(table.time))
-            ours_peak = a[near][np.abs(a[near]).argmax()]
-            off = 100 * abs(abs(ours_peak) - abs(b[peak])) / abs(b[peak])
-            label = f"{column} moment against OpenSim"
-            rows.append(at_least(name, f"{label}, r", correlation(a, b), 0.97))
-            rows.append(at_most(name, f"{label}, peak", off, 10, "%"))
+    for column in columns:
+        i = 6 + trial.fit.human.hinge(column)
+        known = np.asarray(trial.forces.valid_side)[:, trial.forces.sides.index(column[-1])]
+        tau = np.where(known, trial.moments.tau[:, i], np.nan)
+        mine = Table((column,), trial.fit.time, tau[:, None])
+        their = Table((column,), table.time, table[f"{column}_moment"][:, None])
+        a, b = shared(mine, their, column)
+        ok = np.isfinite(a)
+        a, b = a[ok], b[ok]
+        peak = np.abs(b).argmax()
+        near = np.abs(np.arange(len(b)) - peak) < 0.1 / np.median(np.diff(table.time))
+        ours_peak = a[near][np.abs(a[near]).argmax()]
+        off = 100 * abs(abs(ours_peak) - abs(b[peak])) / abs(b[peak])
+        label = f"{column} moment against OpenSim"
+        rows.append(at_least(name, f"{label}, r", correlation(a, b), 0.97))
+        rows.append(at_most(name, f"{label}, peak", off, 10, "%"))
     return rows
 
 
@@ -208,13 +195,8 @@ def plug_in_gait_rows(name: str, trial: Trial, recording: Recording) -> list[Row
     assert recording.markers is not None
     clock = recording.markers.time
     names, values = fit.human.to_coordinates(fit.qpos)
-    stored_moments = [
-        recording.outputs[s.upper() + m]
-        for _, m, _ in PLUG_IN_GAIT.values()
-        for s in SIDES
-        if s.upper() + m in recording.outputs
-    ]
-    noisy = any(roughness(x[:, 0]) > ROUGH for x in stored_moments)
+    keys = {side.upper() + moment for _, moment, _ in PLUG_IN_GAIT.values() for side in SIDES}
+    noisy = any(roughness(recording.outputs[k][:, 0]) > ROUGH for k in keys & {*recording.outputs})
     for joint, (angle, moment, sign) in PLUG_IN_GAIT.items():
         for side in SIDES:
             column, prefix = f"{joint}_{side}", side.upper()
@@ -279,13 +261,9 @@ def match(ours: Iterable, theirs: Iterable, kind: str, *, complete: bool):
     ours = [e for e in ours if e.kind == kind]
     theirs = list(theirs)
     for e in theirs:
-        near = [
-            (abs(o.time - e.time), i)
-            for i, o in enumerate(ours)
-            if o.side == e.side and i not in used
-        ]
-        if near and min(near)[0] < LONGEST_MATCH:
-            i = min(near)[1]
+        free = [i for i, o in enumerate(ours) if o.side == e.side and i not in used]
+        i = min(free, key=lambda i: abs(ours[i].time - e.time), default=None)
+        if i is not None and abs(ours[i].time - e.time) < LONGEST_MATCH:
             used.add(i)
             errors.append(ours[i].time - e.time)
         else:

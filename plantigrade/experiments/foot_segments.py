@@ -5,8 +5,7 @@ the frames within the gait cycles of a side. The constant between the two (one m
 zero pose of the body, the other from axes through markers) is removed; it is stated on its own.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -37,35 +36,10 @@ STORED = {
 REPEATABILITY = 2.45
 
 
-@dataclass(frozen=True)
-class Compared:
-    """One angle against its stored counterpart, in degrees.
-
-    Attributes:
-        name: Angle with its side.
-        r: Pearson's correlation.
-        rmse: Root mean square difference, the mean difference removed.
-        offset: Mean of ours minus theirs.
-        range: What theirs spans.
-    """
-
-    name: str
-    r: float
-    rmse: float
-    offset: float
-    range: float
-
-
 def run(
     data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
 ) -> ResultTable:
-    """Return the table over the walking trials with Oxford Foot Model markers in a data folder.
-
-    Args:
-        data: The folder (layout as in its README).
-        quick: One trial instead.
-        say: Called with one line per trial as it is done.
-    """
+    """Return the table over the walking trials with Oxford Foot Model markers in a data folder."""
     note = (
         f"RMSE: offset removed, against {REPEATABILITY} deg, the largest standard error of the "
         "Oxford Foot Model itself between sessions, referenced to stance (Wright 2011)."
@@ -83,19 +57,14 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         at_most(name, "marker RMS, mean", fitted.metrics["marker_rms_mean_mm"], 10, "mm"),
         at_most(name, "marker RMS of the feet", 1e3 * foot_marker_rms(fitted), 5, "mm"),
     ]
-    for c in compare(fitted, recording, trial.motion.events):
-        spans = f"spans {c.range:.0f} deg, offset {c.offset:.0f}"
-        rows.append(Row(name, f"{c.name}, r", c.r, note=spans))
-        rows.append(at_most(name, f"{c.name}, RMSE", c.rmse, REPEATABILITY, "deg"))
-    return rows
+    return [*rows, *angle_rows(name, fitted, recording, trial.motion.events)]
 
 
-def compare(fitted: Fit, recording: Recording, events) -> list[Compared]:
+def angle_rows(name: str, fitted: Fit, recording: Recording, events) -> Iterator[Row]:
     """Hold every angle against the stored one over the gait cycles of its side."""
     assert recording.markers is not None
     clock = recording.markers.time
     ours = foot_angles(fitted.human, fitted.time, fitted.qpos)
-    result = []
     for pair, key in STORED.items():
         for side in SIDES:
             stored = recording.outputs.get(side.upper() + key)
@@ -108,13 +77,8 @@ def compare(fitted: Fit, recording: Recording, events) -> list[Compared]:
                 column = f"{pair}_{what}_{side}"
                 mine = np.where(walking, np.rad2deg(ours[column]), np.nan)
                 theirs = np.where(walking, on_clock(clock, stored[:, k], fitted.time), np.nan)
-                result.append(
-                    Compared(
-                        column,
-                        correlation(mine, theirs),
-                        rmse_offset_removed(mine, theirs),
-                        mean_difference(mine, theirs),
-                        float(np.nanmax(theirs) - np.nanmin(theirs)),
-                    )
-                )
-    return result
+                span = np.nanmax(theirs) - np.nanmin(theirs)
+                note = f"spans {span:.0f} deg, offset {mean_difference(mine, theirs):.0f}"
+                rmse = rmse_offset_removed(mine, theirs)
+                yield Row(name, f"{column}, r", correlation(mine, theirs), note=note)
+                yield at_most(name, f"{column}, RMSE", rmse, REPEATABILITY, "deg")

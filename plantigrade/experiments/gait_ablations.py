@@ -36,22 +36,15 @@ def run(
 ) -> ResultTable:
     """Return the table over one walk of each person in a data folder.
 
-    Args:
-        data: The folder (layout as in its README).
-        quick: The walks of a few people instead.
-        say: Called with one line per walk as it is done.
-
     Raises:
         ParameterError: If the folder holds none of the walks.
     """
     rows: list[Row] = []
-    lines, notes = [], [*NOTES]
-    absent: tuple[str, ...] = ()
-    made = reproduce_walks(
-        data, tuple(WHAT), people=QUICK if quick else None, one_each=True, say=say
-    )
+    lines, notes, left_out = [], [*NOTES], []
+    people = QUICK if quick else None
+    made = reproduce_walks(data, tuple(WHAT), people=people, one_each=True, say=say)
     for tasks, walks in made.items():
-        absent = walks.absent
+        left_out = walks.left_out
         notes += [
             f"{tasks}: {name} could not be made: {why}." for name, why in walks.failed.items()
         ]
@@ -64,26 +57,23 @@ def run(
     header += ("CoM max", "CoM median")
     units = ("", "", "deg", "deg", "deg", "deg", "deg", "deg", "mm", "mm")
     table = sheet("One walk of each person", header, [units, *lines])
-    notes += [f"{name} is not there and was left out." for name in absent]
-    return ResultTable("Ordered tasks with parts left out", rows, notes, [table])
+    return ResultTable("Ordered tasks with parts left out", rows, [*notes, *left_out], [table])
 
 
 def summary(walks: Walks) -> dict[str, tuple[float, str]]:
     """Return the figures of one set of tasks with their units; none without a whole cycle."""
-    if not any(walk.comparison.cycles for walk in walks.done):
+    if not walks.any_cycle:
         return {}
     result = walks.study(one_each=True)
     off = [1e3 * c.com_error_max_m for c in result.comparisons]
     knees = np.array([list(c.swing_knee.values()) for c in result.comparisons])
     simulated, recorded = np.nanmean(knees, axis=(0, 1))
     differences = [abs(row.difference) for row in result.rows]
+    absolute = [row.difference_abs for row in result.rows]
     return {
         "people": (result.n, ""),
         "ROM difference": (float(np.mean(differences)), "deg"),
-        "ROM difference, absolute": (
-            float(np.mean([row.difference_abs for row in result.rows])),
-            "deg",
-        ),
+        "ROM difference, absolute": (float(np.mean(absolute)), "deg"),
         "ROM difference, largest": (float(np.max(differences)), "deg"),
         "RMSE": (float(np.mean([row.rmse for row in result.rows])), "deg"),
         "swing knee peak": (float(simulated), "deg"),

@@ -51,25 +51,20 @@ def run(
 ) -> ResultTable:
     """Return the table over the walks in a data folder.
 
-    Args:
-        data: The folder (layout as in its README).
-        quick: The walks of a few people instead.
-        say: Called with one line per walk as it is done.
-
     Raises:
         ParameterError: If the folder holds none of the walks.
     """
     rows: list[Row] = []
     sheets, figures = [], {}
-    absent: tuple[str, ...] = ()
+    notes = [*NOTES]
     people = QUICK if quick else None
     for tasks, walks in reproduce_walks(data, TASKS, people=people, say=say).items():
-        absent, title = walks.absent, TITLES[tasks]
+        notes, title = [*NOTES, *walks.left_out], TITLES[tasks]
         rows += [
             Row(name, f"{tasks} tasks", None, note=why, met=False)
             for name, why in walks.failed.items()
         ]
-        if any(walk.comparison.cycles for walk in walks.done):
+        if walks.any_cycle:
             each, every = walks.study(one_each=True), walks.study(one_each=False)
             rows += study_rows(tasks, each)
             sheets.append(study_sheet(f"{title}, one walk of each of {each.n} people", each))
@@ -82,7 +77,6 @@ def run(
             }
         rows += [row for walk in walks.done for row in walk_rows(walk)]
         sheets.append(walks_sheet(f"{title}, walk by walk", walks))
-    notes = [*NOTES, *(f"{name} is not there and was left out." for name in absent)]
     return ResultTable("Gaits from three ordered tasks", rows, notes, sheets, figures)
 
 

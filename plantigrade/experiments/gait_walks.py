@@ -41,16 +41,7 @@ TURNS = ("c3d/HC038A27.c3d",)  # the person turns in it
 
 @dataclass(frozen=True)
 class Walk:
-    """One reproduced walk.
-
-    Attributes:
-        person: Who walks.
-        name: Path below the data folder.
-        tasks: Name of the set of tasks.
-        record: The reproduced gait.
-        comparison: With the recorded one.
-        seconds: Time it took to make the motion.
-    """
+    """A walk (its path below the data) reproduced with a set of tasks, in so many seconds."""
 
     person: str
     name: str
@@ -82,23 +73,24 @@ class Walk:
 
 @dataclass(frozen=True)
 class Walks:
-    """Walks reproduced with one set of tasks, and what could not be.
+    """Walks reproduced with one set of tasks, why others could not be, and which are not there."""
 
-    Attributes:
-        done: The walks.
-        failed: Path → why.
-        absent: Paths that are not in the data folder.
-    """
-
-    done: tuple[Walk, ...]
+    done: list[Walk]
     failed: dict[str, str]
     absent: tuple[str, ...]
 
-    def study(self, *, one_each: bool) -> Study:
-        """Return the statistics.
+    @property
+    def any_cycle(self) -> bool:
+        """Whether a walk holds a whole gait cycle."""
+        return any(walk.comparison.cycles for walk in self.done)
 
-        Args:
-            one_each: One walk per person, the first by name, whatever came out of it; else all.
+    @property
+    def left_out(self) -> list[str]:
+        """A sentence for each walk that is not there."""
+        return [f"{name} is not there and was left out." for name in self.absent]
+
+    def study(self, *, one_each: bool) -> Study:
+        """Return the statistics; of one walk per person, the first by name, or of all.
 
         Raises:
             ParameterError: If no walk has a whole cycle.
@@ -129,17 +121,7 @@ def reproduce_walks(
     one_each: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Walks]:
-    """Fit the walks of a data folder and reproduce each with several sets of tasks.
-
-    Args:
-        data: The folder.
-        tasks: Names of the sets.
-        people: Those whose walks are taken; all if absent.
-        one_each: Only the first walk of each person.
-        say: Called with one line per walk as it is done.
-
-    Returns:
-        The walks by name of the set.
+    """Fit the walks of some people in a data folder; return them by name of a set of tasks.
 
     Raises:
         ParameterError: If none of them is there.
@@ -150,26 +132,25 @@ def reproduce_walks(
     if len(absent) == len(everybody):
         raise ParameterError(f"{data} holds none of the walks ({', '.join(absent)})")
     first = first_walks(absent)
-    done: dict[str, list[Walk]] = {name: [] for name in tasks}
-    failed: dict[str, dict[str, str]] = {name: {} for name in tasks}
+    made = {name: Walks([], {}, absent) for name in tasks}
     for person, name in everybody:
         if name in absent or (one_each and first[person] != name):
             continue
         try:
             reference = walk_to_reproduce(fit_trial(data / name)[1]).reference()
         except PlantigradeError as error:
-            for one in tasks:
-                failed[one][name] = str(error)
+            for walks in made.values():
+                walks.failed[name] = str(error)
             continue
-        for one in tasks:
+        for one, walks in made.items():
             try:
                 began = clock.perf_counter()
                 record = rebuild(reference, gait_tasks(one)).record()
                 seconds = clock.perf_counter() - began
                 held = compare(record)
             except PlantigradeError as error:
-                failed[one][name] = str(error)
+                walks.failed[name] = str(error)
                 continue
-            done[one].append(Walk(person, name, one, record, held, seconds))
+            walks.done.append(Walk(person, name, one, record, held, seconds))
         say(f"{name} done")
-    return {one: Walks(tuple(done[one]), failed[one], absent) for one in tasks}
+    return made

@@ -19,12 +19,9 @@ Result = dict[str, Any]
 
 
 class KeptResults:
-    """Results by key: found in a file, or made and written there at once.
+    """Results by key: found in a file (JSON; none: not kept), or made and written there at once.
 
-    Args:
-        path: The file (JSON); nothing is kept if absent.
-        say: Called with one line per result that is made.
-        anew: Whether what is in the file is forgotten.
+    ``say`` is called with one line per result that is made; ``anew`` forgets what is in the file.
     """
 
     def __init__(
@@ -45,33 +42,32 @@ class KeptResults:
                     path, f"holds no results ({error})", remedy="delete it to start anew"
                 ) from error
 
-    def get(self, key: str, make: Callable[[], Mapping[str, Any]], words: str = "") -> Result:
-        """Return the result of a key, made if it is not there.
+    def get(
+        self,
+        key: str,
+        make: Callable[[], Mapping[str, Any]],
+        brief: Callable[[Result], str] = lambda _: "made",
+    ) -> Result:
+        """Return the result of a key, made if it is not there; ``brief`` says how that went.
 
-        Args:
-            key: Names it among all others of the experiment.
-            make: Makes it; what it returns must be plain (numbers, words, lists, dictionaries).
-            words: What is said when it is made; a format of the result's own fields.
+        What ``make`` returns must be plain: numbers, words, lists, dictionaries.
         """
         if key not in self.results:
             self.results[key] = {**_plain(make()), "code": code_version()}
             self._write()
-            self.say(f"{key}: {words.format(**self.results[key])}" if words else key)
+            self.say(f"{key}: {brief(self.results[key])}")
         return self.results[key]
 
     def beginning(self, prefix: str) -> dict[str, Result]:
         """Return the results whose keys begin so, in the order they were made."""
         return {k: v for k, v in self.results.items() if k.startswith(prefix)}
 
-    def note(self) -> str:
-        """Return a sentence about results of earlier code; empty if there are none."""
+    def notes(self) -> list[str]:
+        """Return a sentence about results of earlier code, if there are any."""
         old = sum(r.get("code") != code_version() for r in self.results.values())
-        if not old:
-            return ""
-        return (
-            f"{old} of {len(self.results)} results in {self.path} were made by other code than "
-            "today's; --overwrite measures all anew."
-        )
+        which = f"{old} of {len(self.results)} results in {self.path}"
+        words = f"{which} were made by other code than today's; --overwrite measures all anew."
+        return [words] if old else []
 
     def provenance(self) -> dict[str, Any]:
         """Return where the results come from, for a page."""
@@ -107,14 +103,8 @@ def _plain(value: Any) -> Any:
     """Return a value as JSON holds it; what is no number becomes None."""
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return [_plain(v) for v in value.tolist()]
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
     if isinstance(value, list | tuple):
         return [_plain(v) for v in value]
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value
+    return None if isinstance(value, float) and not math.isfinite(value) else value

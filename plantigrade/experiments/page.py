@@ -1,24 +1,18 @@
 """The page of an experiment: its tables and pictures as one HTML file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from plantigrade.experiments.kept_results import KeptResults
+from plantigrade.experiments.synthesis_trial import failures
 from plantigrade.experiments.table import ResultTable, sheet
-from plantigrade.report.page import page_html
-from plantigrade.report.section import Section
+from plantigrade.report.section import Section, page_html
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A wide table, for the terminal and for the page.
-
-    Attributes:
-        title: What it shows.
-        header: Of its columns.
-        lines: Its rows.
-    """
+    """A wide table, for the terminal and for the page."""
 
     title: str
     header: Sequence[str]
@@ -35,48 +29,29 @@ class Grid:
 
 def goals_section(table: ResultTable) -> Section:
     """Return every figure that has a goal."""
-    rows = [
-        [
-            r.subject,
-            r.quantity,
-            "–" if r.value is None else f"{r.value:.4g} {r.unit}".strip(),
-            r.goal,
-            "met" if r.met else "short",
-        ]
-        for r in sorted(table.rows, key=lambda r: r.met is not False)
-        if r.met is not None
-    ]
+    rows = []
+    for r in sorted((r for r in table.rows if r.met is not None), key=lambda r: bool(r.met)):
+        figure = "–" if r.value is None else f"{r.value:.4g} {r.unit}".strip()
+        rows.append([r.subject, r.quantity, figure, r.goal, "met" if r.met else "short"])
     return Section("Goals", headers=("", "figure", "ours", "goal", ""), rows=rows)
 
 
 def write_page(
-    path: Path,
-    table: ResultTable,
-    sections: Sequence[Section],
-    *,
-    left_out: Mapping[str, str] | None = None,
-    provenance: Mapping[str, Any] | None = None,
+    path: Path, table: ResultTable, sections: Sequence[Section], kept: KeptResults
 ) -> None:
-    """Write the page of an experiment: no outside address is in it.
-
-    Args:
-        path: The file.
-        table: The result; its notes stand on top.
-        sections: Tables and pictures.
-        left_out: What could not be made → why.
-        provenance: Where it came from.
-    """
+    """Write the page of an experiment: its notes, tables and pictures, what failed, all goals."""
     judged = [r for r in table.rows if r.met is not None]
     page = page_html(
         "study.html",
         [*sections, goals_section(table)],
         figures=table.metrics(),
-        provenance=provenance or {},
+        provenance=kept.provenance(),
         title=table.title,
         sentence=" ".join(filter(None, table.notes)),
         status="ok",
         facts={"goals met": f"{sum(bool(r.met) for r in judged)} of {len(judged)}"},
-        left_out=list((left_out or {}).items()),
+        left_out=list(failures(kept.results).items()),
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(page, encoding="utf-8")
+    kept.say(f"{path}")

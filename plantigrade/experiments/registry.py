@@ -11,9 +11,10 @@ if TYPE_CHECKING:
 class Experiment:
     """A module of this folder whose function ``run`` returns a table.
 
-    Every ``run`` takes ``quick``, for a short form of it, and ``say``; beside these it may take
-    ``data`` (the folder of recordings), ``out`` (a folder to write to), ``parts`` (names of those
-    to be done) and ``overwrite`` (do anew what is in ``out``).
+    Every ``run`` takes ``quick``, for a short form of it, and ``say``, called with a line for all
+    that is done; beside these it may take ``data`` (the folder of recordings), ``out`` (a folder
+    to keep results in and to write to), ``parts`` (names of those to be done, all if empty) and
+    ``overwrite`` (do anew what is in ``out``).
 
     Attributes:
         name: Of the module, with hyphens.

@@ -8,10 +8,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from plantigrade.analyze.norms import CITATION, norm
 from plantigrade.charts import LEFT, MIDDLE, RIGHT, Ribbon, Series, line_plot
-from plantigrade.experiments.table import ResultTable, Row, at_most, sheet
+from plantigrade.constants import GRAVITY
+from plantigrade.experiments.table import ResultTable, Row, at_most, equal, sheet
 from plantigrade.synthesize.zhakatayev2023 import (
     BASES,
     MOTIONS,
@@ -20,8 +22,12 @@ from plantigrade.synthesize.zhakatayev2023 import (
     paper_motion,
 )
 
+Solutions = Mapping[tuple[str, str], PaperSolution]
+"""Task and basis → what was found."""
+
 SECONDS = 2.0  # goal for a motion
 WALKS = ("cmu_asfamc/02_01.amc", "cmu_asfamc/07_01.amc", "cmu_asfamc/16_15.amc")
+QUICK = ("walk", "jump")
 FIGURES = {"walk": 5, "sit-to-stand": 6, "side-step": 7, "jump": 8}
 
 NOTES = (
@@ -50,18 +56,13 @@ def run(
     data: Path | None = None,
     *,
     out: Path | None = None,
+    quick: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
-    """Return the table.
-
-    Args:
-        data: Folder of recordings, for measured knees; none are drawn if it is not given.
-        out: Folder to write the figures to; none are written if it is not given.
-        say: Called with a line as each stage is done.
-    """
+    """Return the table; with measured knees where there are recordings."""
     human = paper_human()
     found: dict[tuple[str, str], PaperSolution] = {}
-    for task in MOTIONS:
+    for task in QUICK if quick else MOTIONS:
         for basis in BASES:
             prefix = f"{task}, {basis}: "
             found[task, basis] = paper_motion(
@@ -82,7 +83,7 @@ def run(
         out.mkdir(parents=True, exist_ok=True)
         for name, drawing in figures(found, knees).items():
             (out / name).write_text(drawing, encoding="utf-8")
-        notes.append(f"Figures 5 to 8 are in {out}.")
+        notes.append(f"The figures are in {out}.")
     return ResultTable("Motions of the spline paper", rows, notes, sheets)
 
 
@@ -91,16 +92,9 @@ def solution_rows(subject: str, solution: PaperSolution) -> list[Row]:
     r, b = solution.result, solution.between
     printed = solution.paper.motion.printed
     return [
-        Row(
-            subject,
-            "variables",
-            r.c.size,
-            "",
-            f"= {printed.variables}",
-            r.c.size == printed.variables,
-        ),
+        equal(subject, "variables", r.c.size, printed.variables),
         Row(subject, "constraints", solution.paper.n_constraints),
-        Row(subject, "solved", float(r.success), "", "= 1", r.success),
+        equal(subject, "solved", float(r.success), 1),
         Row(subject, "iterations", r.iterations),
         Row(subject, "time", r.seconds, "s"),
         at_most(subject, "processor time", r.cpu_seconds, SECONDS, "s"),
@@ -113,54 +107,34 @@ def solution_rows(subject: str, solution: PaperSolution) -> list[Row]:
     ]
 
 
-def solved_sheet(found: Mapping[tuple[str, str], PaperSolution]) -> str:
+def solved_sheet(found: Solutions) -> str:
     """Return size, time and end of every solution, the paper's beside."""
     header = ("", "basis", "variables", "paper", "constraints", "paper", "iterations", "s")
     header += ("processor", "paper s", "effort", "violation", "solved")
     lines = []
     for (_, basis), s in found.items():
         p, r = s.paper.motion.printed, s.result
-        lines.append(
-            [
-                s.paper.motion.title,
-                basis,
-                str(r.c.size),
-                str(p.variables),
-                str(s.paper.n_constraints),
-                str(p.constraints),
-                str(r.iterations),
-                f"{r.seconds:.2f}",
-                f"{r.cpu_seconds:.2f}",
-                f"{p.seconds:g}",
-                f"{s.effort:.3f}",
-                f"{r.violation:.0e}",
-                "yes" if r.success else "no",
-            ]
-        )
+        counts = (r.c.size, p.variables, s.paper.n_constraints, p.constraints, r.iterations)
+        cells = [s.paper.motion.title, basis, *map(str, counts)]
+        cells += [f"{r.seconds:.2f}", f"{r.cpu_seconds:.2f}", f"{p.seconds:g}"]
+        cells += [f"{s.effort:.3f}", f"{r.violation:.0e}", "yes" if r.success else "no"]
+        lines.append(cells)
     return sheet("Solutions", header, lines)
 
 
-def stage_sheet(found: Mapping[tuple[str, str], PaperSolution]) -> str:
+def stage_sheet(found: Solutions) -> str:
     """Return every try of every stage."""
     header = ("", "stage", "solver", "iterations", "s", "processor", "violation", "ended")
-    lines = [
-        [
-            f"{s.paper.motion.title}, {basis}",
-            stage.name,
-            stage.solver,
-            str(stage.iterations),
-            f"{stage.seconds:.2f}",
-            f"{stage.cpu_seconds:.2f}",
-            f"{stage.violation:.0e}",
-            stage.status,
-        ]
-        for (_, basis), s in found.items()
-        for stage in s.result.stages
-    ]
+    lines = []
+    for (_, basis), s in found.items():
+        for stage in s.result.stages:
+            cells = [f"{s.paper.motion.title}, {basis}", stage.name, stage.solver]
+            cells += [f"{stage.iterations}", f"{stage.seconds:.2f}", f"{stage.cpu_seconds:.2f}"]
+            lines.append([*cells, f"{stage.violation:.0e}", stage.status])
     return sheet("Stage by stage", header, lines)
 
 
-def between_sheet(found: Mapping[tuple[str, str], PaperSolution]) -> str:
+def between_sheet(found: Solutions) -> str:
     """Return what happens between the samples."""
     header = ("", "basis", "ZMP out", "moment", "pull", "load", "friction", "in ground", "drift")
     header += ("angle", "rate", "torque")
@@ -168,28 +142,14 @@ def between_sheet(found: Mapping[tuple[str, str], PaperSolution]) -> str:
     lines: list[tuple[str, ...]] = [units]
     for (_, basis), s in found.items():
         b = s.between
-        lines.append(
-            (
-                s.paper.motion.title,
-                basis,
-                f"{1e3 * b.zmp:.0f}",
-                f"{100 * b.moment:.0f}",
-                f"{100 * b.pull:.0f}",
-                f"{100 * b.load:.0f}",
-                f"{b.friction:.2f}",
-                f"{1e3 * b.penetration:.0f}",
-                f"{1e3 * b.drift:.0f}",
-                f"{np.degrees(b.angle):.0f}",
-                f"{b.rate:.1f}",
-                f"{b.torque:.0f}",
-            )
-        )
+        whole = (1e3 * b.zmp, 100 * b.moment, 100 * b.pull, 100 * b.load)
+        cells = [s.paper.motion.title, basis, *(f"{x:.0f}" for x in whole), f"{b.friction:.2f}"]
+        cells += [f"{x:.0f}" for x in (1e3 * b.penetration, 1e3 * b.drift, np.degrees(b.angle))]
+        lines.append((*cells, f"{b.rate:.1f}", f"{b.torque:.0f}"))
     return sheet("Between the samples, at worst", header, lines)
 
 
-def motion_sheet(
-    found: Mapping[tuple[str, str], PaperSolution], knees: Mapping[str, np.ndarray]
-) -> str:
+def motion_sheet(found: Solutions, knees: Mapping[str, np.ndarray]) -> str:
     """Return how the pelvis and the right knee move, the paper's figures beside."""
     header = ("", "basis", "forward", "to the right", "up", "down", "peak speed up", "knee from")
     header += ("to", "paper")
@@ -206,22 +166,11 @@ def motion_sheet(
         speed = float(s.rate("pelvis_ty").max())
         note = said[task]
         if task == "jump":
-            height = 100 * float(s.rate("pelvis_ty")[-1]) ** 2 / (2 * 9.81)
+            height = 100 * float(s.rate("pelvis_ty")[-1]) ** 2 / (2 * GRAVITY)
             note += f"; ours reaches {height:.0f} cm"
-        lines.append(
-            (
-                s.paper.motion.title,
-                basis,
-                f"{100 * (forward[-1] - forward[0]):.1f}",
-                f"{100 * (right[-1] - right[0]):.1f}",
-                f"{100 * (up.max() - up[0]):.1f}",
-                f"{100 * (up[0] - up.min()):.1f}",
-                f"{speed:.2f}",
-                f"{knee.min():.0f}",
-                f"{knee.max():.0f}",
-                note,
-            )
-        )
+        ways = (forward[-1] - forward[0], right[-1] - right[0], up.max() - up[0], up[0] - up.min())
+        cells = [s.paper.motion.title, basis, *(f"{100 * way:.1f}" for way in ways)]
+        lines.append((*cells, f"{speed:.2f}", f"{knee.min():.0f}", f"{knee.max():.0f}", note))
     band = norm("knee_angle", "free")
     text = [sheet("Pelvis and right knee", header, lines)]
     text.append(
@@ -250,25 +199,17 @@ def stride_knee(solution: PaperSolution) -> tuple[np.ndarray, np.ndarray]:
 
 
 def measured_knees(data: Path) -> dict[str, np.ndarray]:
-    """Return right knee angles [deg] of recorded strides at 101 points, by recording.
-
-    They are the knee's own channel in Acclaim files, which needs no fit; a stride is taken from one
-    deepest swing to the next and turned so that it starts 28 % before its greatest bend is reached
-    again, which is where heel strikes are in the norms.
-    """
-    found = {}
-    for name in WALKS:
-        if (data / name).exists():
-            stride = acclaim_knee(data / name)
-            if stride is not None:
-                found[name] = stride
-    return found
+    """Return right knee angles [deg] of recorded strides in percent, by recording."""
+    knees = {name: acclaim_knee(data / name) for name in WALKS if (data / name).exists()}
+    return {name: knee for name, knee in knees.items() if knee is not None}
 
 
 def acclaim_knee(path: Path) -> np.ndarray | None:
-    """Return the mean stride of the right knee in an Acclaim motion [deg]; None without strides."""
-    from scipy.signal import find_peaks
+    """Return the mean stride of the right knee in an Acclaim motion [deg]; None without strides.
 
+    It is the knee's own channel, which needs no fit; a stride is taken from one deepest swing to
+    the next and turned so that the swing comes where it does in the norms.
+    """
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     angle = np.array([float(x.split()[1]) for x in lines if x.startswith("rtibia ")])
     peaks = find_peaks(angle, height=45.0, distance=80)[0]  # 120 frames a second
@@ -284,14 +225,14 @@ def acclaim_knee(path: Path) -> np.ndarray | None:
     return np.roll(np.mean(strides, axis=0)[:100], round(swing))
 
 
-def figures(
-    found: Mapping[tuple[str, str], PaperSolution], knees: Mapping[str, np.ndarray]
-) -> dict[str, str]:
+def figures(found: Solutions, knees: Mapping[str, np.ndarray]) -> dict[str, str]:
     """Return Figs. 5 to 8 as drawings by file name: pelvis in three directions, right knee."""
     drawings = {}
     colours: dict[str, str] = dict(zip(BASES, (RIGHT, LEFT), strict=True))
     for task, number in FIGURES.items():
         pair = {basis: found[task, basis] for basis in BASES if (task, basis) in found}
+        if not pair:
+            continue
         panels = (("up", "pelvis_ty"), ("forward", "pelvis_tx"), ("to the right", "pelvis_tz"))
         for letter, (direction, name) in zip("abc", panels, strict=True):
             series = [
@@ -307,7 +248,6 @@ def figures(
             drawings[f"figure{number}{letter}.svg"] = line_plot(
                 series,
                 title=f"{task}: pelvis {direction}",
-                x_label="time [s]",
                 y_label="displacement [cm]",
             )
         knee, bands = [], []
@@ -338,7 +278,7 @@ def figures(
                 for basis, s in pair.items()
             ]
             drawings["figure8e.svg"] = line_plot(
-                series, title="jump: pelvis, speed up", x_label="time [s]", y_label="speed [m/s]"
+                series, title="jump: pelvis, speed up", y_label="speed [m/s]"
             )
     return drawings
 

@@ -8,34 +8,41 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from plantigrade.errors import ParameterError
+from plantigrade.analyze import norms
+from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.gait_shape import gait_shape
+from plantigrade.analyze.muscle_work import muscle_work
+from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
+from plantigrade.charts.labels import title_of
+from plantigrade.dynamics.centroid import centroid
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
-from plantigrade.experiments.synthesis_trial import judge, outcome, solve, tried, why
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
-
-if TYPE_CHECKING:
-    from plantigrade.record import Run
-    from plantigrade.report.section import Section
+from plantigrade.experiments.synthesis_trial import (
+    brief,
+    chosen_parts,
+    failures,
+    judge,
+    outcome,
+    solve,
+    task_of,
+    tried,
+)
+from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, between
+from plantigrade.models import Person
+from plantigrade.record import Run
+from plantigrade.report.section import Section
+from plantigrade.synthesize.tasks.gait_parameters import leg_length
 
 FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
-SPEEDS = (0.8, 1.0, 1.3, 1.6, 1.9)  # [m/s]
-FREE = 1.3  # the speed that goals are set for [m/s]
-STATURES = (1.50, 1.60, 1.75, 1.85, 1.95)  # [m]
-MASSES = (45.0, 77.5, 110.0)  # [kg]
-FEET = ("rigid", "two-segment", "multi-segment")
 OTHERS = ("sit-to-stand", "stand-to-sit", "squat", "reach", "side-step", "jump")
+FREE = 1.3  # the speed that goals are set for [m/s]
 CURVES = ("hip_flexion", "knee_angle", "ankle_angle")
 FORCES = ("vertical_grf", "anterior_grf")
 
-PREDSIM = (
-    "PredSim's three shipped solutions on the same norms: 6.7 to 7.1 deg raw and 4.2 to 5.9 deg "
-    "offset-removed (mean of hip, knee and ankle), ankle r 0.22 to 0.77, solved in 94 to 156 min."
-)
 NOTES = (
     "",
     "How to read it: root force is what acts on the body and no contact explains, in percent of "
@@ -48,52 +55,38 @@ NOTES = (
     "speed and leg length), and so is the line each foot steps on; angles and forces are not. The "
     "few weights of a walk's cost, the same for every speed and person, were settled with norms "
     "at free speed in view.",
-    PREDSIM,
+    "PredSim's three shipped solutions on the same norms: 6.7 to 7.1 deg raw and 4.2 to 5.9 deg "
+    "offset-removed (mean of hip, knee and ankle), ankle r 0.22 to 0.77, solved in 94 to 156 min.",
 )
 
 
-@dataclass(frozen=True)
-class Person:
-    """Who walks.
-
-    Attributes:
-        height: [m].
-        mass: [kg].
-        feet: Foot model; the joint set's own if absent.
-    """
-
-    height: float = 1.75
-    mass: float = 77.5
-    feet: str | None = None
-
-    def __str__(self) -> str:
-        """Return height, mass and feet in words."""
-        words = f"{self.height:.2f} m {self.mass:g} kg"
-        return f"{words} {self.feet}" if self.feet else words
+ADULT = Person(height=1.75, mass=77.5, joints="43")
 
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is measured.
+    """How much is measured: speeds [m/s], statures [m] and masses [kg] of people, other tasks.
 
-    Attributes:
-        speeds: Of walks [m/s].
-        statures: Of people [m].
-        masses: Of people [kg].
-        feet: Foot models.
-        others: Other tasks.
-        nodes_per_second: Nodes a second; the tasks' own if absent.
+    Nodes a second are the tasks' own if absent.
     """
 
-    speeds: tuple[float, ...] = SPEEDS
-    statures: tuple[float, ...] = STATURES
-    masses: tuple[float, ...] = MASSES
-    feet: tuple[str, ...] = FEET
-    others: tuple[str, ...] = OTHERS
+    speeds: tuple[float, ...] = (0.8, 1.0, FREE, 1.6, 1.9)
+    statures: tuple[float, ...] = (1.50, 1.60, 1.75, 1.85, 1.95)
+    masses: tuple[float, ...] = (45.0, 77.5, 110.0)
+    feet: tuple[str, ...] = ("rigid", "two-segment", "multi-segment")
+    others: tuple[str, ...] = (
+        "sit-to-stand",
+        "stand-to-sit",
+        "squat",
+        "reach",
+        "side-step",
+        "jump",
+    )
     nodes_per_second: float | None = None
 
 
-QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("sit-to-stand",))
+QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat",))
+QUICK_PARTS = ("speeds", "tasks")
 
 
 def run(
@@ -101,47 +94,35 @@ def run(
     parts: Sequence[str] = (),
     extent: Extent | None = None,
     quick: bool = False,
-    folder: Path | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
-    """Return the table of the parts, and of all that was measured before.
-
-    Args:
-        parts: Names of :data:`PARTS`; all if empty.
-        extent: How much is measured; everything if absent.
-        quick: One speed, one person and one other task instead.
-        folder: Where results are kept and the page is written; those that are there are not
-            measured again.
-        say: Called with one line per motion as it is made.
+    """Return the table of the parts (names of :data:`PARTS`), and of all that was measured before.
 
     Raises:
         ParameterError: If there is no such part.
     """
     extent = extent or (QUICK if quick else Extent())
-    for part in parts:
-        if part not in PARTS:
-            raise ParameterError(f"no part {part!r}; there are {', '.join(PARTS)}")
-    kept = KeptResults(folder / FILE if folder else None, say)
-    for name in parts or PARTS:
+    kept = KeptResults(out / FILE if out else None, say, anew=overwrite)
+    for name in chosen_parts(parts, PARTS, QUICK_PARTS if quick else PARTS):
         for key, who, task, told in PARTS[name](extent):
-            measure(kept, f"{name}/{key}", who, task, told, extent)
+            make = partial(measure, who, task, told, extent.nodes_per_second)
+            kept.get(f"{name}/{key}", partial(tried, make), brief)
     found = table(kept)
-    if folder is not None:
+    if out is not None:
         grids = (check_grid(kept.results), gait_grid(kept.results))
-        failed = {k: why(r) for k, r in kept.results.items() if not r["good"]}
         sections = [*curve_sections(kept.results), *(g.section() for g in grids)]
-        write_page(folder / PAGE, found, sections, left_out=failed, provenance=kept.provenance())
-        say(f"{folder / PAGE}")
+        write_page(out / PAGE, found, sections, kept)
     return found
 
 
 def table(kept: KeptResults) -> ResultTable:
     """Return the table of results that are there."""
-    results = kept.results
-    rows = list(rows_of(results))
+    results, notes = kept.results, [*NOTES, *kept.notes()]
     sheets = [check_grid(results).text(), gait_grid(results).text(), *fault_sheets(results)]
-    notes = [*NOTES, *filter(None, [kept.note()])]
-    return ResultTable("Motions from tasks: physics and likeness", rows, notes, sheets)
+    title = "Motions from tasks: physics and likeness"
+    return ResultTable(title, list(rows_of(results)), notes, sheets)
 
 
 # Parts --------------------------------------------------------------------------------------------
@@ -152,9 +133,9 @@ Case = tuple[str, Person, str, dict[str, Any]]
 def speeds(extent: Extent) -> Iterator[Case]:
     """Walks of the average person at all speeds, periodic and from standing to standing."""
     for speed in extent.speeds:
-        yield f"{speed:g} m/s periodic", Person(), "walk", {"speed": speed, "periodic": True}
+        yield f"{speed:g} m/s periodic", ADULT, "walk", {"speed": speed, "periodic": True}
     for speed in extent.speeds:
-        yield f"{speed:g} m/s from standing", Person(), "walk", {"speed": speed}
+        yield f"{speed:g} m/s from standing", ADULT, "walk", {"speed": speed}
 
 
 def people(extent: Extent) -> Iterator[Case]:
@@ -163,14 +144,15 @@ def people(extent: Extent) -> Iterator[Case]:
     for height in extent.statures:
         for mass in extent.masses:
             for speed in some:
-                who = Person(height, mass)
-                yield f"{who}, {speed:g} m/s", who, "walk", {"speed": speed, "periodic": True}
+                who = replace(ADULT, height=height, mass=mass)
+                words = f"{height:.2f} m {mass:g} kg, {speed:g} m/s"
+                yield words, who, "walk", {"speed": speed, "periodic": True}
 
 
 def feet(extent: Extent) -> Iterator[Case]:
     """Walks on all feet at all speeds, and from standing at free speed."""
     for kind in extent.feet:
-        who = Person(feet=kind)
+        who = replace(ADULT, feet=kind)
         for speed in extent.speeds:
             yield f"{kind}, {speed:g} m/s", who, "walk", {"speed": speed, "periodic": True}
         yield f"{kind}, {FREE:g} m/s from standing", who, "walk", {"speed": FREE}
@@ -179,7 +161,7 @@ def feet(extent: Extent) -> Iterator[Case]:
 def others(extent: Extent) -> Iterator[Case]:
     """Return the other tasks."""
     for name in extent.others:
-        yield name, Person(), name, {}
+        yield name, ADULT, name, {}
 
 
 PARTS: Mapping[str, Callable[[Extent], Iterator[Case]]] = {
@@ -191,48 +173,19 @@ PARTS: Mapping[str, Callable[[Extent], Iterator[Case]]] = {
 
 
 def measure(
-    kept: KeptResults, key: str, who: Person, task: str, told: dict[str, Any], extent: Extent
-) -> Result:
-    """Return the result of one motion, made if it is not there."""
-
-    def make() -> dict[str, Any]:
-        from plantigrade.models import Human
-        from plantigrade.synthesize.tasks.registry import make_task
-
-        human = Human.create(who.height, who.mass, joints="43", feet=who.feet)
-        asked = make_task(task, human, told)
-        if extent.nodes_per_second is not None:
-            asked = replace(asked, nodes_per_second=extent.nodes_per_second)
-        timed = solve(human, asked)
-        made = judge(timed, strides=2)
-        found = outcome(timed, made) | {"person": asdict(who), "task": task, "told": told}
-        found["check"] = {k: v for k, v in made.figures.items() if k.startswith("check_")}
-        return found | shape_of(made) if told.get("periodic") else found
-
-    there = key in kept.results
-    result = kept.get(key, lambda: tried(make))
-    if not there:
-        kept.say("    " + (brief(result) if result["good"] else why(result)))
-    return result
+    who: Person, task: str, told: dict[str, Any], nodes_per_second: float | None
+) -> dict[str, Any]:
+    """Return what is kept of one motion."""
+    human = who.human()
+    made = solve(human, task_of(task, human, told, nodes_per_second))
+    run = judge(made, strides=2)
+    found = outcome(made, run) | {"person": asdict(who), "task": task, "told": told}
+    found["check"] = {k: v for k, v in run.figures.items() if k.startswith("check_")}
+    return found | shape_of(run) if told.get("periodic") else found
 
 
-def brief(result: Result) -> str:
-    """Return a result that is good in one line."""
-    words = f"{result['cpu']:.1f} s, {result['iterations']} iterations"
-    if gait := result.get("gait"):
-        words += f", {gait['rmse']:.1f} deg raw, {gait['rmse_offset_removed']:.1f} offset-removed"
-    return words
-
-
-def shape_of(run: "Run") -> dict[str, Any]:
+def shape_of(run: Run) -> dict[str, Any]:
     """Return the figures and curves of a periodic walk."""
-    from plantigrade.analyze import norms
-    from plantigrade.analyze.curves import gait_curves
-    from plantigrade.analyze.gait_shape import gait_shape
-    from plantigrade.analyze.muscle_work import muscle_work
-    from plantigrade.dynamics.centroid import centroid
-    from plantigrade.synthesize.tasks.gait_parameters import leg_length
-
     record = run.record
     human, motion = record.human, record.motion
     com = centroid(human, motion.qpos, motion.qvel).com
@@ -315,13 +268,8 @@ def gait_grid(results: Mapping[str, Result]) -> Grid:
     return Grid("How walks look beside norms", header, lines)
 
 
-def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
+def curve_sections(results: Mapping[str, Result]) -> list[Section]:
     """Return angles and ground reactions over norms, a section for every speed."""
-    from plantigrade.analyze import norms
-    from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
-    from plantigrade.charts.labels import title_of
-    from plantigrade.report.section import Section
-
     titles = {"vertical_grf": "Vertical ground reaction", "anterior_grf": "Forward ground reaction"}
     sections = []
     for key, r in results.items():
@@ -360,11 +308,9 @@ def curve_sections(results: Mapping[str, Result]) -> "list[Section]":
 def fault_sheets(results: Mapping[str, Result]) -> list[str]:
     """Return what failed and how the solver ended."""
     lines = ["What failed, and why"]
-    for key, r in results.items():
-        if r["good"]:
-            continue
-        lines.append(f"{key}: {why(r)}")
-        for stage in r.get("stages", ()):
+    for key, words in failures(results).items():
+        lines.append(f"{key}: {words}")
+        for stage in results[key].get("stages", ()):
             if stage["end"]:
                 lines.append(f"    {stage['name']}, {stage['nodes']} nodes: {stage['status']}")
                 lines += [f"        {words}" for words in stage["end"]]
@@ -418,10 +364,3 @@ def gait_rows(key: str, gait: Mapping[str, Any]) -> Iterator[Row]:
     yield between(key, "step width", 100 * gait["step_width_m"], 5.0, 15.0, "cm")
     cost = gait["muscle_cost_of_transport"]
     yield Row(key, "cost of transport, positive work of muscles", cost)
-
-
-def between(
-    subject: str, quantity: str, value: float, low: float, high: float, unit: str = ""
-) -> Row:
-    """Return a row whose figure should lie in a range."""
-    return Row(subject, quantity, value, unit, f"{low:g} to {high:g}", bool(low <= value <= high))

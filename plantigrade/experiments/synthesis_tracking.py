@@ -12,8 +12,9 @@ import numpy as np
 
 from plantigrade.analyze.check import check
 from plantigrade.errors import ReproduceError
-from plantigrade.experiments.gait_forces import VERTICAL, WALKS
-from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
+from plantigrade.experiments.fit_accuracy import WALKS
+from plantigrade.experiments.gait_forces import force_rows
+from plantigrade.experiments.table import ResultTable, Row, over_trials
 from plantigrade.synthesize.tasks.tracking import Tracking
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.synthesize_settings import TrackSettings
@@ -42,13 +43,7 @@ NOTES = (
 def run(
     data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
 ) -> ResultTable:
-    """Return the table over the walks on force plates in a data folder.
-
-    Args:
-        data: The folder (layout as in its README).
-        quick: One of the walks instead.
-        say: Called with one line per walk as it is done.
-    """
+    """Return the table over the walks on force plates in a data folder."""
     title = "Recorded walks tracked on contact forces"
     names = QUICK if quick else WALKS
     return over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
@@ -77,14 +72,10 @@ def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGH
         angle, way = tracked.moved()
         solution, record = tracked.solution, tracked.record()
         verdict = check(record)
+        duration = record.motion.duration
         faults = "" if verdict.ok else "; ".join(verdict.words()[:3])
         rows += [
-            at_most(name, "vertical force, RMSE", c.vertical_rmse, VERTICAL, "BW"),
-            Row(name, "vertical force, r", c.vertical_r),
-            Row(name, "forward force, RMSE", c.forward_rmse, "BW"),
-            Row(name, "sideways force, RMSE", c.sideways_rmse, "BW"),
-            Row(name, "centre of pressure x, RMSE", 1e3 * c.pressure_rmse_m[0], "mm"),
-            Row(name, "centre of pressure y, RMSE", 1e3 * c.pressure_rmse_m[1], "mm"),
+            *force_rows(name, c),
             *(Row(name, f"{joint} moment, r", r) for joint, r in c.moment_r.items()),
             Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
             Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
@@ -92,12 +83,6 @@ def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGH
             Row(name, "passes the check", float(verdict.ok), note=faults),
             Row(name, "solved", float(solution.success), note=solution.status),
             Row(name, "iterations", float(solution.iterations)),
-            Row(
-                name,
-                "time",
-                tracked.seconds,
-                "s",
-                note=f"for {record.motion.duration:.2f} s of motion",
-            ),
+            Row(name, "time", tracked.seconds, "s", note=f"for {duration:.2f} s of motion"),
         ]
     return rows

@@ -1,18 +1,23 @@
 """One synthesised motion of an experiment: made, timed and judged."""
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from plantigrade.errors import PlantigradeError
+from plantigrade.errors import ParameterError, PlantigradeError
+from plantigrade.experiments.kept_results import Result
 from plantigrade.experiments.table import Row
-
-if TYPE_CHECKING:
-    from plantigrade.models import Human
-    from plantigrade.record import Run
-    from plantigrade.synthesize.solution import Solution, Stage
-    from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.models import Human
+from plantigrade.record import Run
+from plantigrade.synthesize.guess.walk import crude_guess, perturbed
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.solution import Solution, Stage
+from plantigrade.synthesize.solve import synthesize
+from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Options
+from plantigrade.synthesize.tasks.registry import make_task
+from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.workflows.synthesize import run_of
 
 LAST = 4  # iterations of each stage that are kept of a failure
 SLOW, SAMPLED = 40, 8  # iterations from which some are kept in any case; how many
@@ -20,44 +25,27 @@ SLOW, SAMPLED = 40, 8  # iterations from which some are kept in any case; how ma
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """A motion, and what it took.
+    """A motion, and what it took from its task on: on the clock, and of the processor [s]."""
 
-    Attributes:
-        solution: What the solver found.
-        wall: From the task to the motion, on the clock [s].
-        cpu: The same in time of the processor [s].
-    """
-
-    solution: "Solution"
+    solution: Solution
     wall: float
     cpu: float
 
 
 def solve(
-    human: "Human",
-    task: "MotionTask",
+    human: Human,
+    task: MotionTask,
     *,
     solver: str = "interior-point",
-    warm: "Solution | None" = None,
+    warm: Solution | None = None,
     noise: float = 0.0,
     seed: int = 0,
 ) -> Timed:
     """Make a motion from a task and a person, and time it.
 
     Equations of the person, mesh and guess are made within the time; a warm start has the person.
-
-    Args:
-        human: The person.
-        task: What is to be done.
-        solver: ``"interior-point"`` or ``"ipopt"``.
-        warm: A motion to start from.
-        noise: On the first guess, root mean square [rad]; it is made outside the time.
-        seed: Of the noise.
+    Noise on the first guess (root mean square [rad]) is made outside the time.
     """
-    from plantigrade.synthesize.guess.walk import perturbed
-    from plantigrade.synthesize.problem.contact_body import ContactBody
-    from plantigrade.synthesize.solve import synthesize
-
     c0 = None
     if noise:
         body = ContactBody.for_plan(human, task.plan)
@@ -70,11 +58,8 @@ def solve(
     return Timed(made, clock.perf_counter() - wall, clock.process_time() - cpu)
 
 
-def load(human: "Human", task: "MotionTask") -> dict[str, Any]:
+def load(human: Human, task: MotionTask) -> dict[str, Any]:
     """Return how long derivatives take to be there: one iteration, less another one."""
-    from plantigrade.synthesize.problem.contact_body import ContactBody
-    from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Options
-
     spent = []
     for _ in range(2):
         wall, cpu = clock.perf_counter(), clock.process_time()
@@ -85,14 +70,12 @@ def load(human: "Human", task: "MotionTask") -> dict[str, Any]:
     return {"wall": spent[0][0] - spent[1][0], "cpu": spent[0][1] - spent[1][1]}
 
 
-def judge(timed: Timed, *, strides: int = 1) -> "Run":
+def judge(timed: Timed, *, strides: int = 1) -> Run:
     """Return the run, with the verdict of the checker."""
-    from plantigrade.workflows.synthesize import run_of
-
     return run_of(timed.solution, {}, strides=strides)
 
 
-def outcome(timed: Timed, run: "Run") -> dict[str, Any]:
+def outcome(timed: Timed, run: Run) -> dict[str, Any]:
     """Return what is kept of a motion: success, verdict, time, and the way the solver took."""
     s, findings = timed.solution, run.record.signals["check.findings"]
     last = s.stages[-1].history[-1] if s.stages and s.stages[-1].history else None
@@ -125,18 +108,17 @@ def outcome(timed: Timed, run: "Run") -> dict[str, Any]:
     }
 
 
-def motion_rows(key: str, result: dict[str, Any]) -> list[Row]:
+def motion_rows(key: str, result: Result) -> list[Row]:
     """Return what the solver found of one motion, and by which way; why not, where it did not."""
     if "error" in result:
         return [Row(key, "cost", None, note=result["error"])]
     return [
-        Row(key, "cost", result["objective"]),
-        Row(key, "iterations", result["iterations"]),
-        Row(key, "nodes", result["nodes"]),
+        Row(key, {"objective": "cost"}.get(name, name), result[name])
+        for name in ("objective", "iterations", "nodes")
     ]
 
 
-def told(stage: "Stage") -> list[str]:
+def told(stage: Stage) -> list[str]:
     """Return the last iterations of a stage that failed, some of one that took long, in words."""
     kept = ()
     if stage.status not in ("solved", "acceptable"):
@@ -159,7 +141,7 @@ def tried(make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         return {"good": False, "success": False, "ok": False, "error": f"{error}"}
 
 
-def why(result: dict[str, Any]) -> str:
+def why(result: Result) -> str:
     """Return in one line why a result is not good."""
     if "error" in result:
         return str(result["error"])
@@ -170,8 +152,45 @@ def why(result: dict[str, Any]) -> str:
     return verdict if isinstance(verdict, str) else "; ".join(verdict)
 
 
-def crude(task: "MotionTask") -> "MotionTask":
-    """Return a walk that starts from a body gliding along a line, instead of a walk."""
-    from plantigrade.synthesize.guess.walk import crude_guess
+def brief(result: Result) -> str:
+    """Return in one line how a motion went."""
+    if not result.get("good", True):
+        return why(result)
+    words = f"{result['cpu']:.1f} s ({result['wall']:.1f} s on the clock)"
+    if "iterations" in result:
+        words += f", {result['status']} in {result['iterations']} iterations"
+    if gait := result.get("gait"):
+        words += f", {gait['rmse']:.1f} deg raw, {gait['rmse_offset_removed']:.1f} offset-removed"
+    return words
 
+
+def failures(results: Mapping[str, Result]) -> dict[str, str]:
+    """Return why motions are not good, by key."""
+    return {key: why(r) for key, r in results.items() if not r.get("good", True)}
+
+
+def chosen_parts(
+    parts: Sequence[str], known: Collection[str], otherwise: Collection[str]
+) -> Collection[str]:
+    """Return the parts that are asked for; ``otherwise`` where none are.
+
+    Raises:
+        ParameterError: If there is no such part.
+    """
+    for part in parts:
+        if part not in known:
+            raise ParameterError(f"no part {part!r}; there are {', '.join(known)}")
+    return parts or otherwise
+
+
+def task_of(
+    name: str, human: Human, told: Mapping[str, Any], nodes_per_second: float | None = None
+) -> MotionTask:
+    """Return a task by name, with a number of nodes a second if one is given."""
+    task = make_task(name, human, told)
+    return task if nodes_per_second is None else replace(task, nodes_per_second=nodes_per_second)
+
+
+def crude(task: MotionTask) -> MotionTask:
+    """Return a walk that starts from a body gliding along a line, instead of a walk."""
     return replace(task, guess=lambda body, plan, times: crude_guess(body.human, plan, times))

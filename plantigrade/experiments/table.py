@@ -8,11 +8,7 @@ from typing import Any
 
 from plantigrade.errors import ParameterError, PlantigradeError
 
-_UNIT_WORDS = {
-    "%": "pct",
-    "ms/frame": "ms_per_frame",
-    "% of body weight": "bw_percent",
-}  # as a suffix of a key
+_SUFFIXES = {"%": "pct", "ms/frame": "ms_per_frame", "% of body weight": "bw_percent"}
 
 
 @dataclass(frozen=True)
@@ -40,7 +36,7 @@ class Row:
     @property
     def key(self) -> str:
         """Its name among flat figures: snake_case, the unit as suffix."""
-        words = f"{self.subject} {self.quantity} {_UNIT_WORDS.get(self.unit, self.unit)}"
+        words = f"{self.subject} {self.quantity} {_SUFFIXES.get(self.unit, self.unit)}"
         words = re.sub(r"(?<!\S)\+(?=\d)", "plus ", re.sub(r"(?<!\S)-(?=\d)", "minus ", words))
         return re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")
 
@@ -83,16 +79,9 @@ class ResultTable:
                 continue
             value = "-" if r.value is None else f"{r.value:.4g}"
             mark = "" if r.met is None else ("ok" if r.met else "SHORT")
-            cells.append(
-                (
-                    r.subject if r.subject != last else "",
-                    r.quantity,
-                    f"{value} {r.unit}".strip(),
-                    r.goal,
-                    f"{mark} {r.note}".strip(),
-                )
-            )
-            last = r.subject
+            subject, last = "" if r.subject == last else r.subject, r.subject
+            figure, note = f"{value} {r.unit}".strip(), f"{mark} {r.note}".strip()
+            cells.append((subject, r.quantity, figure, r.goal, note))
         widths = [max(len(c[i]) for c in cells) for i in range(5)]
         lines = [self.title, ""]
         for wide in self.sheets:
@@ -139,6 +128,18 @@ def at_least(subject: str, quantity: str, value: float, limit: float, unit: str 
     return Row(subject, quantity, value, unit, f">= {limit:g}", bool(value >= limit))
 
 
+def equal(subject: str, quantity: str, value: float, goal: float, unit: str = "") -> Row:
+    """Return a row whose figure should be ``goal``."""
+    return Row(subject, quantity, value, unit, f"= {goal:g}", bool(value == goal))
+
+
+def between(
+    subject: str, quantity: str, value: float, low: float, high: float, unit: str = ""
+) -> Row:
+    """Return a row whose figure should lie in a range."""
+    return Row(subject, quantity, value, unit, f"{low:g} to {high:g}", bool(low <= value <= high))
+
+
 def over_trials(
     title: str,
     data: Path,
@@ -150,13 +151,7 @@ def over_trials(
 ) -> ResultTable:
     """Return the table over those trials of a data folder that are there.
 
-    Args:
-        title: What the table shows.
-        data: The folder.
-        names: Paths of the trials below it.
-        trial_rows: Called with the path and the name of a trial; returns its rows.
-        say: Called with one line per trial as it is done.
-        notes: Sentences under the table.
+    ``names`` are paths below the folder; ``trial_rows`` takes the path and the name of a trial.
 
     Raises:
         ParameterError: If none of them is there.

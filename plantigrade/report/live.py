@@ -6,9 +6,7 @@ Works over ssh and in a notebook: the server has no window and no OpenGL, the br
 import sys
 import time as clock
 import webbrowser
-from dataclasses import dataclass, field
 from threading import Event
-from typing import Any
 
 import numpy as np
 
@@ -57,18 +55,6 @@ def serve(
         live.close()
 
 
-@dataclass
-class _Nodes:
-    """Handles of what moves in the scene."""
-
-    bodies: list = field(default_factory=list)
-    reference: list = field(default_factory=list)
-    clouds: dict = field(default_factory=dict)
-    world: Any = None
-    arrows: Any = None
-    com: Any = None
-
-
 class LiveViewer:
     """A record on a viser server, with playback controls in its panel.
 
@@ -85,21 +71,13 @@ class LiveViewer:
         port: int = 8080,
         title: str = "plantigrade",
     ):
-        """Start the server and draw the first frame.
-
-        Args:
-            record: What to show.
-            forces: Whose forces to draw where the record has none.
-            port: Port to listen on; the next free one is taken where it is in use.
-            title: Shown over the controls.
-        """
+        """Start the server and draw the first frame; the arguments are those of :func:`serve`."""
         if not 0 < port < 65536:
             raise ParameterError(f"{port=} is no port; choose one from 1024 to 65535")
         import viser
 
         self.scene = build_scene(record, forces=forces)
         self.server = viser.ViserServer(host="localhost", port=port, verbose=False)
-        self._nodes = _Nodes()
         self._frame = -1
         self._now = float(self.scene.time[0])
         self._draw_static()
@@ -133,39 +111,38 @@ class LiveViewer:
 
     def show(self, frame: int) -> None:
         """Draw frame ``frame`` of the scene."""
-        scene, nodes = self.scene, self._nodes
+        scene = self.scene
         self._frame = frame
         with self.server.atomic():
             # To follow, the world moves and the camera stays: what the user turned stays turned,
             # and no answer of a slow browser can pull it back.
             here = scene.com[frame if self._follow.value else 0] * [1, 1, 0]
-            nodes.world.position = -here
-            for handle, body in nodes.bodies:
+            self._world.position = -here
+            for handle, body in self._bodies:
                 handle.position = scene.positions[frame, body]
                 handle.wxyz = scene.quats[frame, body]
-            shift = self._sideways() if nodes.reference else np.zeros(3)
             if scene.reference_positions is not None and scene.reference_quats is not None:
-                for handle, body in nodes.reference:
+                shift = self._sideways()
+                for handle, body in self._reference:
                     handle.position = scene.reference_positions[frame, body] + shift
                     handle.wxyz = scene.reference_quats[frame, body]
-            for name, handle in nodes.clouds.items():
+            for name, handle in self._clouds.items():
                 points = getattr(scene, name)[frame]
                 handle.points = points[np.isfinite(points).all(axis=1)].astype(np.float32)
-            nodes.com.position = scene.com[frame]
-            if nodes.arrows is not None:
-                nodes.arrows.points, nodes.arrows.colors = self._arrows(frame)
+            self._com.position = scene.com[frame]
+            for arrows in self._forces:
+                arrows.points, arrows.colors = self._arrows(frame)
 
     def _draw_static(self) -> None:
         server, scene = self.server, self.scene
         height = standing_height(scene)
-        heading = heading_of(scene)
         target = np.array([0.0, 0.0, 0.5 * height])
-        angle = heading - 0.95
+        angle = heading_of(scene) - 0.95
         away = np.array([np.cos(angle), np.sin(angle), 0.25]) * 1.6 * height
         server.scene.set_up_direction("+z")
         server.initial_camera.position = tuple(target + away)
         server.initial_camera.look_at = tuple(target)
-        self._nodes.world = server.scene.add_frame("/world", show_axes=False)
+        self._world = server.scene.add_frame("/world", show_axes=False)
         server.scene.add_grid(
             "/world/ground",
             width=100.0,
@@ -175,23 +152,27 @@ class LiveViewer:
             fade_distance=25.0,
             shadow_opacity=0.3,
         )
-        self._nodes.bodies = self._add_bodies("/world/body", None, 1.0)
+        self._bodies = self._add_bodies("/world/body", None, 1.0)
+        self._reference = []
         if scene.reference_positions is not None:
             violet = _rgb(theme.REFERENCE)
-            self._nodes.reference = self._add_bodies("/world/reference", violet, 0.4)
-        for name, colour in (("recorded", theme.RECORDED), ("fitted", theme.FITTED)):
-            if getattr(scene, name) is not None:
-                self._nodes.clouds[name] = server.scene.add_point_cloud(
-                    f"/world/markers/{name}",
-                    np.zeros((0, 3), np.float32),
-                    _rgb(colour),
-                    point_size=0.012,
-                    point_shape="circle",
-                    precision="float32",
-                )
-        self._nodes.com = server.scene.add_icosphere("/world/com", radius=0.035, color=_rgb(COM))
+            self._reference = self._add_bodies("/world/reference", violet, 0.4)
+        self._clouds = {
+            name: server.scene.add_point_cloud(
+                f"/world/markers/{name}",
+                np.zeros((0, 3), np.float32),
+                _rgb(colour),
+                point_size=0.012,
+                point_shape="circle",
+                precision="float32",
+            )
+            for name, colour in (("recorded", theme.RECORDED), ("fitted", theme.FITTED))
+            if getattr(scene, name) is not None
+        }
+        self._com = server.scene.add_icosphere("/world/com", radius=0.035, color=_rgb(COM))
+        self._forces = []
         if scene.total_force is not None:
-            self._nodes.arrows = server.scene.add_arrows(
+            arrows = server.scene.add_arrows(
                 "/world/ground_reaction",
                 np.zeros((0, 2, 3), np.float32),
                 np.zeros((0, 3), np.uint8),
@@ -199,24 +180,22 @@ class LiveViewer:
                 head_radius=0.03,
                 head_length=0.08,
             )
+            self._forces.append(arrows)
 
     def _add_bodies(self, root: str, colour, opacity: float) -> list:
         """Add one frame per body and its shapes below; return handles with body indices."""
         handles = {}
         for i, shape in enumerate(self.scene.shapes):
+            frame = f"{root}/{shape.body}_{shape.body_name or 'world'}"
             if shape.body not in handles:
-                name = shape.body_name or "world"
-                handles[shape.body] = self.server.scene.add_frame(
-                    f"{root}/{shape.body}_{name}", show_axes=False
-                )
+                handles[shape.body] = self.server.scene.add_frame(frame, show_axes=False)
             vertices, faces = mesh_of(shape)
-            red, green, blue = shape_colour(shape)
-            own = (round(255 * red), round(255 * green), round(255 * blue))
+            red, green, blue = (round(255 * c) for c in shape_colour(shape))
             self.server.scene.add_mesh_simple(
-                f"{root}/{shape.body}_{shape.body_name or 'world'}/{i}",
+                f"{frame}/{i}",
                 vertices.astype(np.float32),
                 faces.astype(np.uint32),
-                color=colour or own,
+                color=colour or (red, green, blue),
                 opacity=None if opacity == 1 else opacity,
                 flat_shading=shape.kind in ("box", "mesh"),
                 side="double",
@@ -249,30 +228,19 @@ class LiveViewer:
                 self._playing.value = False
                 self._go(int(np.searchsorted(scene.time, self._slider.value, side="right") - 1))
 
-        @back.on_click
-        def _(_event) -> None:
-            self._step(-1)
-
-        @on.on_click
-        def _(_event) -> None:
-            self._step(1)
-
-        @self._beside.on_update
-        def _(_event) -> None:
-            self.show(self._frame)
-
-        @self._follow.on_update
-        def _(_event) -> None:
-            self.show(self._frame)
+        back.on_click(lambda _event: self._step(-1))
+        on.on_click(lambda _event: self._step(1))
+        for box in (self._beside, self._follow):
+            box.on_update(lambda _event: self.show(self._frame))
 
         layers = {
-            "Body": "/world/body",
-            "Reference body": "/world/reference",
-            "Markers": "/world/markers",
+            "Body": [handle for handle, _ in self._bodies],
+            "Reference body": [handle for handle, _ in self._reference],
+            "Markers": [*self._clouds.values()],
+            "Ground reaction": self._forces,
         }
         with gui.add_folder("Show"):
-            for label, root in (*layers.items(), ("Ground reaction", "/world/ground_reaction")):
-                handles = self._handles_under(root)
+            for label, handles in layers.items():
                 if not handles:
                     continue
                 box = gui.add_checkbox(label, True)
@@ -281,16 +249,6 @@ class LiveViewer:
                 def _(_event, box=box, handles=handles) -> None:
                     for handle in handles:
                         handle.visible = box.value
-
-    def _handles_under(self, root: str) -> list:
-        nodes = self._nodes
-        if root == "/world/body":
-            return [handle for handle, _ in nodes.bodies]
-        if root == "/world/reference":
-            return [handle for handle, _ in nodes.reference]
-        if root == "/world/markers":
-            return list(nodes.clouds.values())
-        return [nodes.arrows] if nodes.arrows is not None else []
 
     def _step(self, by: int) -> None:
         self._playing.value = False
@@ -311,18 +269,14 @@ class LiveViewer:
         """Return start and end of each ground reaction [m] and its colour."""
         scene = self.scene
         points, colours = [], []
-        sides = () if scene.cop is None else (theme.RIGHT, theme.LEFT, theme.MIDDLE)
-        for side, colour in enumerate(sides):
-            assert scene.cop is not None and scene.total_force is not None  # both or neither
-            start = scene.cop[frame, side]
-            force = scene.total_force[frame, side]
+        assert scene.cop is not None and scene.total_force is not None  # both or neither
+        for side, colour in enumerate((theme.RIGHT, theme.LEFT, theme.MIDDLE)):
+            start, force = scene.cop[frame, side], scene.total_force[frame, side]
             if np.isfinite(start).all() and np.any(force):
                 points.append([start, start + ARROW * force / scene.weight])
                 colours.append(_rgb(colour))
-        return (
-            np.array(points, np.float32).reshape(-1, 2, 3),
-            np.array(colours, np.uint8).reshape(-1, 3),
-        )
+        arrows = np.array(points, np.float32).reshape(-1, 2, 3)
+        return arrows, np.array(colours, np.uint8).reshape(-1, 3)
 
 
 def _rgb(text: str) -> tuple[int, int, int]:

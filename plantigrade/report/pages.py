@@ -6,17 +6,43 @@ import numpy as np
 
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Run
-from plantigrade.report.facts import facts_of
-from plantigrade.report.page import page_html
 from plantigrade.report.scene import check, nearest, scene_model
-from plantigrade.report.section import Section, draw_all
+from plantigrade.report.section import Section, Subject, draw_all, page_html
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import SHOWN
 from plantigrade.report.strip import instants, strip_svg
-from plantigrade.report.subject import Subject
+from plantigrade.report.text import rounded_text
 from plantigrade.report.viewer import viewer_html
 
 PICTURES = 8  # in the strip
+MEASURED = (
+    ("walking speed", " m/s", "walking_speed_m_s", 2),
+    ("cadence", " steps/min", "cadence_steps_min", 0),
+    ("marker error, RMS", " mm", "marker_rms_mean_mm", 1),
+    ("joint centre error, RMS", " mm", "joint_rms_mm", 1),
+)
+FROM_TASKS = (
+    ("range of motion error, mean", "°", "rom_error_mean_deg", 1),
+    ("range of motion error, largest", "°", "rom_error_max_deg", 1),
+    ("centre of mass error, largest", " mm", "com_error_max_mm", 1),
+    ("contact drift, largest", " mm", "contact_drift_max_mm", 1),
+    ("lowest point of the soles", " mm", "sole_lowest_mm", 1),
+    ("time per gait cycle", " s", "time_per_cycle_s", 2),
+    ("vertical force error, RMS", " BW", "vertical_force_rmse_bw", 3),
+)
+SOLVED = (
+    ("walking speed", " m/s", "walking_speed_m_s", 2),
+    ("cadence", " steps/min", "cadence_steps_min", 0),
+    ("distance", " m", "displacement_m", 2),
+    ("duration", " s", "duration_s", 2),
+    ("rise in flight", " m", "flight_rise_m", 2),
+    ("take-off speed", " m/s", "take_off_speed_m_s", 2),
+    ("knee range", "°", "knee_angle_range_r_deg", 0),
+    ("vertical force, largest", " BW", "ground_force_max_bw", 2),
+    ("cost of transport", "", "cost_of_transport", 2),
+    ("unexplained force, RMS", " % BW", "check_root_force_rms_bw_percent", 2),
+    ("solved in", " s", "solve_time_s", 1),
+)
 
 
 def pages(run: Run) -> dict[str, str]:
@@ -29,13 +55,7 @@ def pages(run: Run) -> dict[str, str]:
 
 
 def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
-    """Return the report as one page.
-
-    The sections are those that the run has something for: forces, markers, references, signals.
-
-    Args:
-        run: The run.
-        more: Further sections, drawn last.
+    """Return the report as one page: all that the run has something for, then ``more`` sections.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -99,13 +119,10 @@ def _strip(subject: Subject) -> str:
     record = subject.record
     motion, frames = record.motion, _strip_frames(subject)
     drawn: dict[str, Any] = {}
-    if _has_arrows(subject):
+    force, point = subject.side_forces
+    if force is not None and point is not None and _has_arrows(subject):
         here = nearest(subject.forces.motion.time, motion.time)
-        drawn = {
-            name: values[here]
-            for name, values in zip(("force", "point"), subject.side_forces, strict=True)
-            if values is not None
-        }
+        drawn = {"force": force[here], "point": point[here]}
     reference = next(iter(record.references.values()), None)
     return strip_svg(
         scene_model(record),
@@ -130,3 +147,35 @@ def _strip_frames(subject: Subject) -> list[int]:
         if len(set(frames)) == PICTURES:
             return frames
     return instants(motion.n_frames, PICTURES)
+
+
+def facts_of(subject: Subject) -> dict[str, str]:
+    """Return name and value of what is shown large."""
+    signals = subject.record.signals
+    if "check.quantity" in signals:
+        verdict = {"verdict": "passed" if subject.run.ok else "did not pass"}
+        found = verdict | _told(subject, SOLVED)
+        if "walking speed" in found:
+            found.pop("distance", None)
+        return found
+    if "tasks.names" in signals:
+        return _told(subject, FROM_TASKS)
+    return _told(subject, MEASURED) | _knee_ranges(subject)
+
+
+def _told(subject: Subject, wanted: tuple[tuple[str, str, str, int], ...]) -> dict[str, str]:
+    return {
+        name: f"{rounded_text(value, digits)}{unit}"
+        for name, unit, key, digits in wanted
+        if (value := subject.number(key)) is not None
+    }
+
+
+def _knee_ranges(subject: Subject) -> dict[str, str]:
+    found = {}
+    for side, word in (("r", "right"), ("l", "left")):
+        rows = subject.angle_curves.angles.get(f"knee_angle_{side}", np.empty((0, 1)))
+        if len(rows):
+            rom = float(np.nanmean(np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1)))
+            found[f"{word} knee range"] = f"{rom:.0f}°"
+    return found

@@ -27,7 +27,6 @@ class Scene:
 
     Attributes:
         time: Time of each drawn frame [s].
-        frames: Index of each drawn frame in the record.
         shapes: Visual geoms.
         positions: World position of each body [m].
         quats: World rotation of each body, ``wxyz``.
@@ -47,7 +46,6 @@ class Scene:
     """
 
     time: Float[Array, " n"]
-    frames: Int[Array, " n"]
     shapes: tuple[Shape, ...]
     positions: Float[Array, "n nbody 3"]
     quats: Float[Array, "n nbody 4"]
@@ -69,10 +67,7 @@ class Scene:
 def build_scene(record: Record, *, forces: Record | None = None, rate: float = VIEW_RATE) -> Scene:
     """Return what to draw of a record, at most ``rate`` frames per second [Hz].
 
-    Args:
-        record: What to draw.
-        forces: Whose forces to draw: those of another record where this one has none.
-        rate: Frames per second drawn [Hz].
+    Where it has no forces, those of another record may be drawn.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -87,15 +82,13 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
     name = next(iter(record.references), "")
     reference = (None, None)
     if name:
-        other = resampled(record.references[name], motion.time[frames])
-        reference = poses(model, other.qpos)[:2]
+        reference = poses(model, resampled(record.references[name], motion.time[frames]).qpos)[:2]
     source = forces if forces is not None else record
     here = frames if source is record else nearest(source.motion.time, motion.time[frames])
     total, cop = side_forces(source)
     markers = record.recorded_markers
     return Scene(
         time=np.asarray(motion.time[frames], dtype=float),
-        frames=frames,
         shapes=shapes_of(model),
         positions=positions,
         quats=quats,
@@ -136,10 +129,8 @@ def check(record: Record) -> None:
     if not np.isfinite(record.motion.qpos).all():
         bad = int(np.flatnonzero(~np.isfinite(record.motion.qpos).all(axis=1))[0])
         raise ParameterError(f"configuration of frame {bad} is not finite; fill or cut the gap")
-    arrays = {
-        "fitted_markers": record.fitted_markers,
-        "recorded_markers": record.recorded_markers and record.recorded_markers.positions,
-    }
+    recorded = record.recorded_markers and record.recorded_markers.positions
+    arrays = {"fitted_markers": record.fitted_markers, "recorded_markers": recorded}
     for name, array in arrays.items():
         if array is not None and len(array) != n:
             raise ParameterError(
@@ -152,16 +143,14 @@ def poses(
 ) -> tuple[Float[Array, "n nbody 3"], Float[Array, "n nbody 4"], Float[Array, "n 3"]]:
     """Return world positions [m] and quaternions ``wxyz`` of all bodies, and centre of mass [m]."""
     data = mujoco.MjData(model)
-    positions = np.empty((len(qpos), model.nbody, 3))
-    quats = np.empty((len(qpos), model.nbody, 4))
-    com = np.empty((len(qpos), 3))
-    moving = 1 if model.nbody > 1 else 0
+    n, k = len(qpos), model.nbody
+    positions, quats, com = np.empty((n, k, 3)), np.empty((n, k, 4)), np.empty((n, 3))
+    moving = 1 if k > 1 else 0
     for i, q in enumerate(qpos):
         data.qpos[:] = q
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        positions[i], quats[i] = data.xpos, data.xquat
-        com[i] = data.subtree_com[moving]
+        positions[i], quats[i], com[i] = data.xpos, data.xquat, data.subtree_com[moving]
     return positions, quats, com
 
 
@@ -187,10 +176,7 @@ def side_forces(
     known = np.ones(force.shape[:2], bool) if record.contact_known is None else record.contact_known
     for row, side in enumerate((*SIDES, "")):
         own = np.array([site.side == side for site in record.sites], dtype=bool)
-        mine = own & known if side else own | ~known
-        if not mine.any():
-            continue
-        part = np.where(mine[..., None], force, 0.0)
+        part = np.where((own & known if side else own | ~known)[..., None], force, 0.0)
         total[:, row] = part.sum(axis=1)
         if record.contact_point is None:
             continue
@@ -201,6 +187,13 @@ def side_forces(
         mean = np.einsum("nk,nkd->nd", share, np.nan_to_num(point))
         cop[loaded, row] = mean[loaded] / load[loaded, None]
     return total, cop
+
+
+def travel(com: Float[Array, "n 3"]) -> Float[Array, " 3"]:
+    """Return the horizontal unit vector of travel; forward where the body goes less than 0.3 m."""
+    way = (com[-1] - com[0]) * [1, 1, 0]
+    length = np.linalg.norm(way)
+    return way / length if length > 0.3 else np.array([1.0, 0.0, 0.0])
 
 
 def nearest(clock: Float[Array, " m"], time: Float[Array, " n"]) -> Int[Array, " n"]:

@@ -1,11 +1,98 @@
-"""A part of a report, and what it needs of a run."""
+"""What a report is about, its parts and what they need of a run, and the page they make.
 
-from collections.abc import Callable, Iterable, Sequence
+No page holds an outside address.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import wraps
+from functools import cached_property, wraps
+from importlib import resources
+from typing import Any
 
+import numpy as np
+
+from plantigrade.analyze import norms
+from plantigrade.analyze.curves import GaitCurves, gait_curves
+from plantigrade.analyze.reproduction import Comparison, compare
+from plantigrade.arrays import Array
 from plantigrade.charts import Figure
-from plantigrade.report.subject import Subject
+from plantigrade.constants import SIDES
+from plantigrade.record import Record, Run
+from plantigrade.report.scene import side_forces
+from plantigrade.report.text import anchor, figure_rows, provenance_rows
+
+LEG_LENGTHS = ("thigh", "shank", "ankle_height")
+
+
+class Subject:
+    """A run, its record and figures, and what is computed from them once.
+
+    ``forces`` is the record whose forces are shown: the run's own, or the motion moved by forces
+    that lies beside it; equal to ``record`` where there is none.
+    """
+
+    def __init__(self, run: Run):
+        """Take what there is."""
+        self.run, self.record = run, run.record
+        self.figures: Mapping[str, Any] = run.figures
+        beside = run.others.get("forces")
+        lost = self.figures.get("dynamics_status", "ok") != "ok"
+        use = not lost and not run.record.has_forces
+        self.forces: Record = beside if beside is not None and use else run.record
+
+    @cached_property
+    def angle_curves(self) -> GaitCurves:
+        """Joint angles over the gait cycle."""
+        return gait_curves(self.record)
+
+    @cached_property
+    def force_curves(self) -> GaitCurves:
+        """Forces, moments and powers over the gait cycle."""
+        same = self.forces is self.record
+        return self.angle_curves if same else gait_curves(self.forces)
+
+    @cached_property
+    def comparison(self) -> Comparison:
+        """The motion beside the recorded one."""
+        return compare(self.record)
+
+    @cached_property
+    def side_forces(self) -> tuple[Array | None, Array | None]:
+        """Ground reaction and centre of pressure: right, left, side unknown [N, m]."""
+        return side_forces(self.forces)
+
+    @property
+    def walks(self) -> bool:
+        """Whether there is a whole gait cycle."""
+        return bool(self.angle_curves.cycles)
+
+    @property
+    def foot_off(self) -> dict[str, float]:
+        """Side → percent of the gait cycle at which its foot leaves the ground."""
+        stance = {side: self.number(f"stance_{side}_pct") for side in SIDES}
+        return {side: value for side, value in stance.items() if value is not None}
+
+    @cached_property
+    def speed_class(self) -> str:
+        """The class of walking speed whose published values are shown."""
+        speed = self.number("walking_speed_m_s")
+        lengths = [self.number(f"length_{name}_m") for name in LEG_LENGTHS]
+        known = [length for length in lengths if length is not None]
+        if speed is None or len(known) < len(lengths):
+            return "free"
+        return norms.speed_class(speed, sum(known))
+
+    def number(self, key: str) -> float | None:
+        """Return a figure of the run; None where it is not known."""
+        value = self.figures.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+            return None
+        return float(value) if np.isfinite(float(value)) else None
+
+    def words(self, name: str, count: int = 0) -> tuple[str, ...]:
+        """Return a signal of words; ``count`` empty ones where the record has no such signal."""
+        return tuple(str(word) for word in self.record.signals.get(name, ("",) * count))
+
 
 Draw = Callable[[Subject], "Section | list[Section]"]
 
@@ -50,18 +137,47 @@ def needs(
             beside = reference in record.references and record.motion.n_frames > 1
             there &= not reference or beside
             there &= not planned or (record.has_forces and record.contact_planned is not None)
-            if not there:
-                return []
-            found = draw(subject)
-            return [found] if isinstance(found, Section) else list(found)
+            return draw_all([draw], subject) if there else []
 
         return drawn
 
     return decorate
 
 
-def draw_all(
-    sections: Iterable[Callable[[Subject], list[Section]]], subject: Subject
-) -> list[Section]:
+def draw_all(sections: Iterable[Draw], subject: Subject) -> list[Section]:
     """Return every section that a run has something for."""
-    return [section for draw in sections for section in draw(subject)]
+    found = [draw(subject) for draw in sections]
+    return [s for part in found for s in ([part] if isinstance(part, Section) else part)]
+
+
+def page_html(
+    template: str,
+    sections: Sequence[Section],
+    *,
+    figures: Mapping[str, Any],
+    provenance: Mapping[str, Any],
+    **words: Any,
+) -> str:
+    """Return a page as one text; ``words`` is what else its template asks for.
+
+    Sections without anything to show are named in a line each.
+    """
+    from jinja2 import Environment
+    from markupsafe import Markup
+
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.from_string(template_text(template)).render(
+        css=Markup(template_text("report.css")),
+        sections=[section for section in sections if not section.missing],
+        missing=[section for section in sections if section.missing],
+        figures=figure_rows(figures),
+        provenance=provenance_rows(provenance),
+        markup=Markup,
+        anchor=anchor,
+        **words,
+    )
+
+
+def template_text(name: str) -> str:
+    """Return the text of the packaged template ``name``."""
+    return (resources.files("plantigrade.report") / "templates" / name).read_text("utf-8")

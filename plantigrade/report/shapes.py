@@ -7,15 +7,11 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.charts.labels import side_of
+from plantigrade.spatial.conventions import rotation_matrix
 
 _KINDS = {
-    int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
-    int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
-    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
-    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
-    int(mujoco.mjtGeom.mjGEOM_BOX): "box",
-    int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
-    int(mujoco.mjtGeom.mjGEOM_HFIELD): "mesh",
+    int(getattr(mujoco.mjtGeom, f"mjGEOM_{name.upper()}")): "mesh" if name == "hfield" else name
+    for name in ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "hfield")
 }
 
 
@@ -99,12 +95,7 @@ def foot_bodies(model: mujoco.MjModel, side: str) -> Bool[Array, " nbody"]:
 
 
 def mesh_of(shape: Shape, *, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices [m] and faces of a shape, in its own frame.
-
-    Args:
-        shape: The shape.
-        around: Corners of its circles.
-    """
+    """Return vertices [m] and faces of a shape, in its own frame; its circles have corners."""
     if shape.vertices is not None and shape.faces is not None:
         return shape.vertices, shape.faces
     x, y, z = shape.size
@@ -136,29 +127,30 @@ def mesh_of(shape: Shape, *, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
         ],
         axis=2,
     ).reshape(-1, 3)
-    faces = []
-    for i in range(around):
-        a, b = i * rows, (i + 1) % around * rows
-        for j in range(rows - 1):
-            faces += [[a + j, b + j, a + j + 1], [a + j + 1, b + j, b + j + 1]]
-    return vertices * scale, np.array(faces)
+    a = (rows * np.arange(around)[:, None] + np.arange(rows - 1)).ravel()
+    b = (a + rows) % len(vertices)
+    return vertices * scale, np.stack([a, b, a + 1, a + 1, b, b + 1], axis=1).reshape(-1, 3)
 
 
 def surface_points(shape: Shape) -> np.ndarray:
     """Return points on the geom, in its frame, whose hull is (nearly) the geom [m]."""
-    if shape.vertices is not None:
-        return shape.vertices
-    size = shape.size
-    if shape.kind == "box":
-        return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size
-    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    if shape.kind == "cylinder":
-        ends = [ring * [size[0], size[0], 0] + [0, 0, z] for z in (-size[1], size[1])]
-        return np.concatenate(ends)
-    tilt = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    ball = [ring * np.cos(a) + [0, 0, np.sin(a)] for a in tilt]
-    return np.concatenate(ball) * size
+    return mesh_of(shape, around=24)[0]
+
+
+def silhouette(
+    shape: Shape, position: Float[Array, " 3"], quat: Float[Array, " 4"], plane: Float[Array, "2 3"]
+) -> tuple[np.ndarray, float]:
+    """Return a geom on a plane, its body where it is: a hull and 0, or a thick stroke [m].
+
+    A capsule or sphere is the stroke between two ends (nearly one for a sphere), with its width.
+    """
+    frame = rotation_matrix(quat) @ rotation_matrix(shape.quat)
+    origin = position + rotation_matrix(quat) @ shape.position
+    if shape.kind in ("capsule", "sphere"):
+        half = shape.size[1] if shape.kind == "capsule" else 1e-4
+        ends = origin + np.outer([-half, half], frame[:, 2])
+        return ends @ plane.T, 2 * float(shape.size[0])
+    return convex_hull((origin + surface_points(shape) @ frame.T) @ plane.T), 0.0
 
 
 def convex_hull(points: np.ndarray) -> np.ndarray:

@@ -10,8 +10,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
-from plantigrade.report.scene import poses
-from plantigrade.report.shapes import Shape, convex_hull, shapes_of, surface_points
+from plantigrade.report.scene import poses, travel
+from plantigrade.report.shapes import shapes_of, silhouette
+from plantigrade.spatial.conventions import rotation_matrix
 
 TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
 
@@ -35,7 +36,6 @@ def strip_svg(
     time: Float[Array, " n"] | None = None,
     force: Float[Array, "n k 3"] | None = None,
     point: Float[Array, "n k 3"] | None = None,
-    spacing: float | None = None,
     height_px: int = 230,
     background: str | None = None,
     behind: Float[Array, "n nq"] | None = None,
@@ -53,8 +53,6 @@ def strip_svg(
         time: Time of each frame [s]; written under each picture.
         force: Ground reaction at each contact, world [N], drawn as an arrow.
         point: Where it acts, world [m].
-        spacing: Distance between neighbouring pictures [m]; where the body walks further than
-            that, pictures stand where it was. Chosen from the widths where None.
         height_px: Height of the picture [px]; the drawing scales freely.
         background: CSS colour behind it; none where None.
         behind: Another motion of the same body, drawn translucent behind the first.
@@ -68,34 +66,26 @@ def strip_svg(
     chosen = np.asarray(qpos)[indices]
     positions, quats, com = poses(model, chosen)
     shapes = [shape for shape in shapes_of(model) if shape.body]
-    forward = _heading(com)
-    across = np.array([forward[1], -forward[0], 0.0])  # to the right: towards the reader
+    forward = travel(com)
     weight = max(float(model.body_mass.sum()) * GRAVITY, 1e-9)
 
-    drawn = []  # per instant: elements in metres, the far ones first
-    extents = []
-    for i in range(len(indices)):
-        elements, extent = _figure(shapes, positions[i], quats[i], forward, across)
-        drawn.append(elements)
-        extents.append(extent)
+    bodies = [_figure(shapes, p, q, forward) for p, q in zip(positions, quats, strict=True)]
+    drawn = [elements for elements, _ in bodies]  # in metres, the far ones first
+    left, right, tops = np.array([extent for _, extent in bodies]).T
     if behind is not None:
         others = poses(model, np.asarray(behind)[indices])
         for i in range(len(indices)):
-            ghost, extent = _figure(
-                shapes, others[0][i], others[1][i], forward, across, (theme.REFERENCE,) * 2
-            )
+            violet = (theme.REFERENCE,) * 2
+            ghost, extent = _figure(shapes, others[0][i], others[1][i], forward, violet)
             drawn[i] = ['<g opacity=".4">', *ghost, "</g>", *drawn[i]]
-            low, high, top = zip(extents[i], extent, strict=True)
-            extents[i] = (min(low), max(high), max(top))
+            left[i], right[i] = min(left[i], extent[0]), max(right[i], extent[1])
+            tops[i] = max(tops[i], extent[2])
     centre = com @ forward
-    left = np.array([e[0] for e in extents]) - centre
-    right = np.array([e[1] for e in extents]) - centre
-    if spacing is None:
-        gaps = right[:-1] - left[1:] if len(indices) > 1 else np.zeros(0)
-        spacing = float(gaps.max() + 0.06) if gaps.size else 1.0
+    left, right = left - centre, right - centre
+    spacing = float((right[:-1] - left[1:]).max() + 0.06) if len(indices) > 1 else 1.0
     places = np.arange(len(indices)) * spacing
     low, high = float(left[0] + places[0] - 0.1), float(right[-1] + places[-1] + 0.1)
-    top = max(e[2] for e in extents) + 0.06
+    top = float(tops.max()) + 0.06
     bottom = 0.18 if time is not None else 0.06
 
     parts = []
@@ -129,66 +119,42 @@ def strip_svg(
     )
 
 
-def _heading(com) -> np.ndarray:
-    """Return the horizontal unit vector of travel; world forward where the body stays."""
-    way = (com[-1] - com[0]) * [1, 1, 0]
-    length = np.linalg.norm(way)
-    return way / length if length > 0.3 else np.array([1.0, 0.0, 0.0])
-
-
-def _figure(shapes, positions, quats, forward, across, tint=None):
+def _figure(shapes, positions, quats, forward, colours=None):
     """Return the elements of one picture, far ones first, and its extent (left, right, top)."""
-    marks = [
-        _outline(shape, positions[shape.body], quats[shape.body], forward, across, tint)
-        for shape in shapes
-    ]
-    spans = np.array([span for _, _, span in marks])
-    elements = [element for _, element, _ in sorted(marks, key=lambda mark: mark[0])]
-    return elements, (spans[:, 0].min(), spans[:, 1].max(), spans[:, 2].max())
+    marks, spans = [], []
+    plane = np.array([forward, [0.0, 0.0, 1.0]])
+    across = np.array([forward[1], -forward[0], 0.0])  # to the right: towards the reader
+    for shape in shapes:
+        position, quat = positions[shape.body], quats[shape.body]
+        points, width = silhouette(shape, position, quat, plane)
+        near = (position + rotation_matrix(quat) @ shape.position) @ across
+        edge, fill = colours or TINTS[shape.side]
+        if shape.colour is not None and colours is None:
+            fill = "#" + "".join(f"{round(255 * c):02x}" for c in shape.colour)
+        marks.append((near, _element(points, width, edge, fill)))
+        low, high = points.min(axis=0) - width / 2, points.max(axis=0) + width / 2
+        spans.append((low[0], high[0], high[1]))
+    left, right, top = np.transpose(spans)
+    elements = [element for _, element in sorted(marks, key=lambda mark: mark[0])]
+    return elements, (left.min(), right.max(), top.max())
 
 
-def _outline(shape: Shape, body_position, body_quat, forward, across, tint=None):
-    """Return depth, SVG element (metres, y down) and extent (left, right, top) of one geom."""
-    rotation = np.empty(9)
-    mujoco.mju_quat2Mat(rotation, np.asarray(body_quat, dtype=float))
-    body = rotation.reshape(3, 3).copy()
-    mujoco.mju_quat2Mat(rotation, shape.quat)
-    frame = body @ rotation.reshape(3, 3)
-    origin = body_position + body @ shape.position
-
-    def flat(points):
-        points = np.atleast_2d(points)
-        return np.stack([points @ forward, points[:, 2]], axis=1)
-
-    depth = float(origin @ across)
-    edge, fill = tint or TINTS[shape.side]
-    if shape.colour is not None and tint is None:
-        red, green, blue = (round(255 * c) for c in shape.colour)
-        fill = f"#{red:02x}{green:02x}{blue:02x}"
-    if shape.kind in ("capsule", "sphere"):
-        radius = float(shape.size[0])
-        half = float(shape.size[1]) if shape.kind == "capsule" else 0.0
-        ends = flat(np.array([origin - frame[:, 2] * half, origin + frame[:, 2] * half]))
-        (x1, z1), (x2, z2) = ends
-        if abs(x1 - x2) + abs(z1 - z2) < 1e-4:
-            x2 += 1e-4  # a stroke without length has no ends in some readers
-        place = f'x1="{x1:.3f}" y1="{-z1:.3f}" x2="{x2:.3f}" y2="{-z2:.3f}"'
-        line = f'<line {place} stroke-linecap="round" stroke='
-        rim = min(0.006, radius / 4)
-        element = (
-            f'{line}"{edge}" stroke-width="{2 * radius:.3f}"/>'
-            f'{line}"{fill}" stroke-width="{2 * (radius - rim):.3f}"/>'
-        )
-        x, z = ends[:, 0], ends[:, 1]
-        span = (x.min() - radius, x.max() + radius, z.max() + radius)
-        return depth, element, span
-    outline = convex_hull(flat(origin + surface_points(shape) @ frame.T))
-    path = "M" + "L".join(f"{x:.3f} {-z:.3f}" for x, z in outline) + "Z"
-    element = (
-        f'<path d="{path}" fill="{fill}" stroke="{edge}" stroke-width=".008" '
-        'stroke-linejoin="round"/>'
+def _element(points: np.ndarray, width: float, edge: str, fill: str) -> str:
+    """Return the SVG of a thick stroke with a rim, or of a closed shape (metres, y down)."""
+    if not width:
+        path = "M" + "L".join(f"{x:.3f} {-z:.3f}" for x, z in points) + "Z"
+        style = 'stroke-width=".008" stroke-linejoin="round"'
+        return f'<path d="{path}" fill="{fill}" stroke="{edge}" {style}/>'
+    (x1, z1), (x2, z2) = points
+    if abs(x1 - x2) + abs(z1 - z2) < 1e-4:
+        x2 += 1e-4  # a stroke without length has no ends in some readers
+    place = f'x1="{x1:.3f}" y1="{-z1:.3f}" x2="{x2:.3f}" y2="{-z2:.3f}"'
+    line = f'<line {place} stroke-linecap="round" stroke='
+    rim = min(0.012, width / 4)
+    return (
+        f'{line}"{edge}" stroke-width="{width:.3f}"/>'
+        f'{line}"{fill}" stroke-width="{width - rim:.3f}"/>'
     )
-    return depth, element, (outline[:, 0].min(), outline[:, 0].max(), outline[:, 1].max())
 
 
 def _arrows(force, point, forward, weight):

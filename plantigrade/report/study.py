@@ -9,26 +9,21 @@ import numpy as np
 from plantigrade.analyze.gait_study import FIGURES, Study
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
 from plantigrade.charts import Figure
-from plantigrade.charts.labels import SIDE_NAMES, axis_label, side_of, title_of, without_side
+from plantigrade.charts.labels import axis_label, side_of, without_side
 from plantigrade.charts.theme import STROKES
-from plantigrade.report.page import page_html
-from plantigrade.report.section import Section
+from plantigrade.report.section import Section, page_html
 from plantigrade.report.sections.recorded import pair_plot
-from plantigrade.report.text import signed_text
+from plantigrade.report.text import rounded_text, sided_title, signed_text
 
+_TESTS = {"t": "Student", "wilcoxon": "Wilcoxon", "": ""}
 FIRST_FIGURE = 4  # number of the paper's first figure of curves
 
 
 @dataclass(frozen=True)
 class Gait:
-    """One gait of a study.
+    """One gait of a study: its run's metrics and folder (as seen from the study's).
 
-    Attributes:
-        name: What it is called.
-        problem: Why it does not count in the statistics; empty where it does.
-        metrics: Those of its run.
-        comparison: Against the recorded gait.
-        folder: Its run folder, as seen from the study's.
+    ``problem`` says why it does not count in the statistics; it is empty where it does.
     """
 
     name: str
@@ -88,21 +83,14 @@ def table_section(study: Study) -> Section:
     rows = []
     for r in study.rows:
         low, high = r.interval
-        rows.append(
-            [
-                r.label,
-                _pm(r.simulated, r.simulated_sd),
-                _pm(r.reference, r.reference_sd),
-                signed_text(r.difference) + (" ‡" if r.identical else ""),
-                f"{signed_text(low)} to {signed_text(high)}" if np.isfinite(low) else "–",
-                "–" if r.p is None else f"{r.p:.3f} ({_TESTS[r.test]})",
-                f"{r.rmse:.1f}",
-                _number(r.correlation, 2),
-                str(r.paper.simulated),
-                str(r.paper.reference),
-                signed_text(-r.paper.difference, 0) + (" ‡" if r.paper.identical else ""),
-            ]
-        )
+        row = [r.label, _pm(r.simulated, r.simulated_sd), _pm(r.reference, r.reference_sd)]
+        row += [signed_text(r.difference) + (" ‡" if r.identical else "")]
+        row += [f"{signed_text(low)} to {signed_text(high)}" if np.isfinite(low) else "–"]
+        row += ["–" if r.p is None else f"{r.p:.3f} ({_TESTS[r.test]})"]
+        row += [f"{r.rmse:.1f}", rounded_text(r.correlation)]
+        row += [str(r.paper.simulated), str(r.paper.reference)]
+        row += [signed_text(-r.paper.difference, 0) + (" ‡" if r.paper.identical else "")]
+        rows.append(row)
     text = (
         f"Ranges of motion in degrees over {study.n} gaits, mean ± standard deviation; the mean "
         "difference (reproduced minus recorded) with its 95 % confidence interval; a paired "
@@ -125,11 +113,12 @@ def table_section(study: Study) -> Section:
 
 def curve_sections(study: Study) -> list[Section]:
     """Return the paper's Figs. 4 to 7, and the other rotations."""
-    figures = []
-    for k, (name, title) in enumerate(FIGURES.items(), start=FIRST_FIGURE):
-        figures.append(Figure(_curves(study, name, f"Fig. {k}: {title}", 520, 280)))
+    figures = [
+        Figure(_curves(study, name, f"Fig. {k}: {title}", 520, 280))
+        for k, (name, title) in enumerate(FIGURES.items(), start=FIRST_FIGURE)
+    ]
     others = [
-        Figure(_curves(study, name, f"{title_of(name)}, {SIDE_NAMES[side_of(name) or 'r']}"))
+        Figure(_curves(study, name, sided_title(name)))
         for _, name in ROTATIONS
         if name not in FIGURES
     ]
@@ -144,19 +133,17 @@ def curve_sections(study: Study) -> list[Section]:
 
 
 def _curves(study: Study, name: str, title: str, width: int = 330, height: int = 210) -> str:
-    rows = [
-        np.array([getattr(c, which)[name].mean(axis=0) for c in study.comparisons])
-        for which in ("curves_simulated", "curves_reference")
-    ]
+    ours = np.array([c.curves_simulated[name].mean(axis=0) for c in study.comparisons])
+    theirs = np.array([c.curves_reference[name].mean(axis=0) for c in study.comparisons])
     row = next(r for r in study.rows if r.coordinate == name)
     return pair_plot(
         study.percent,
-        rows[0],
-        rows[1],
+        ours,
+        theirs,
         title=title,
         colour=STROKES[side_of(name)],
         y_label=axis_label(without_side(name), "°"),
-        note=f"RMSE {row.rmse:.1f}°, r {_number(row.correlation, 2)}",
+        note=f"RMSE {row.rmse:.1f}°, r {rounded_text(row.correlation)}",
         width=width,
         height=height,
     )
@@ -180,9 +167,9 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
     rows = []
     for gait in gaits:
         link = Markup('<a href="{0}/report.html">{1}</a>').format(gait.folder, gait.name)
-        shown = [_number(gait.metrics.get(key), digits) for _, key, digits in columns]
+        shown = [rounded_text(gait.metrics.get(key), digits) for _, key, digits in columns]
         clearance = [
-            " / ".join(_number(1e3 * height, 0) for height in gait.comparison.clearance[side])
+            " / ".join(rounded_text(1e3 * height, 0) for height in gait.comparison.clearance[side])
             for side in ("r", "l")
         ]
         viewer = Markup('<a href="{0}/viewer.html">viewer</a>').format(gait.folder)
@@ -208,9 +195,8 @@ def rotation_section(gaits: Sequence[Gait]) -> Section:
     rows = []
     for gait in gaits:
         errors = gait.comparison.rom_error
-        rows.append(
-            [gait.name, *(signed_text(errors[n]) if n in errors else "–" for _, n in ROTATIONS)]
-        )
+        cells = (signed_text(errors[n]) if n in errors else "–" for _, n in ROTATIONS)
+        rows.append([gait.name, *cells])
     return Section(
         "Ranges of motion, gait by gait",
         text="Reproduced minus recorded range of motion in degrees, of the gaits that count.",
@@ -219,36 +205,22 @@ def rotation_section(gaits: Sequence[Gait]) -> Section:
     )
 
 
-_TESTS = {"t": "Student", "wilcoxon": "Wilcoxon", "": ""}
-
-
 def _facts(study: Study | None) -> dict[str, str]:
     if study is None:
         return {}
     errors = [abs(row.difference) for row in study.rows]
     worst = 1e3 * max(c.com_error_max_m for c in study.comparisons)
+    tested = [row.identical for row in study.rows if row.identical is not None]
+    words = f"{sum(tested)} of {len(tested)}"
     return {
         "gaits": str(study.n),
         "range of motion error, mean": f"{np.mean(errors):.1f}°",
         "range of motion error, largest": f"{np.max(errors):.1f}°",
         "RMSE, mean": f"{np.mean([row.rmse for row in study.rows]):.1f}°",
-        **_tested(study),
+        **({"without significant difference": words} if tested else {}),
         "centre of mass error, largest": f"{worst:.1f} mm",
     }
 
 
-def _tested(study: Study) -> dict[str, str]:
-    """Return how many rotations a test found no difference in; nothing where none was tested."""
-    tested = [row.identical for row in study.rows if row.identical is not None]
-    words = f"{sum(tested)} of {len(tested)}"
-    return {"without significant difference": words} if tested else {}
-
-
 def _pm(mean: float, sd: float) -> str:
     return f"{mean:.1f} ± {sd:.1f}" if np.isfinite(sd) else f"{mean:.1f}"
-
-
-def _number(value, digits: int) -> str:
-    if value is None or not np.isfinite(value):
-        return "–"
-    return f"{value:.{digits}f}".replace("-", "−")

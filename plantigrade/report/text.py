@@ -51,9 +51,11 @@ def signed_text(value: float, digits: int = 1) -> str:
     return (text if float(text) else text[1:]).replace("-", "−")
 
 
-def correlation_text(value: float) -> str:
-    """Return a correlation, a dash where nothing moves."""
-    return f"{value:.2f}".replace("-", "−") if math.isfinite(value) else "–"
+def rounded_text(value: float | None, digits: int = 2) -> str:
+    """Return a figure with so many decimals; a dash where it is not known."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    return f"{value:.{digits}f}".replace("-", "−")
 
 
 def power_text(value: float) -> str:
@@ -123,13 +125,10 @@ def provenance_rows(values: Mapping[str, Any]) -> list[tuple[str, list[tuple[str
     for name, value in values.items():
         if value in (None, "", {}, []):
             continue
-        label = str(name).replace("_", " ")
-        if isinstance(value, Mapping):
-            rows.append((label, [(str(k), _flat(v)) for k, v in value.items()]))
-        elif isinstance(value, (list, tuple)):
-            rows.append((label, [("", _flat(v)) for v in value]))
-        else:
-            rows.append((label, [("", _flat(value))]))
+        if not isinstance(value, Mapping | list | tuple):
+            value = [value]
+        pairs = value.items() if isinstance(value, Mapping) else [("", v) for v in value]
+        rows.append((str(name).replace("_", " "), [(str(k), _flat(v)) for k, v in pairs]))
     return rows
 
 

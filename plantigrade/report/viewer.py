@@ -17,11 +17,19 @@ from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.constants import SIDES
 from plantigrade.motion.views import curves_of
 from plantigrade.record import Record
-from plantigrade.report.page import template_text
-from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces
+from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces, travel
+from plantigrade.report.section import template_text
 
-BODY, LEFT_BODY, RIGHT_BODY, STATIC = "#c9c3ba", "#dd9c74", "#7fa9c9", "#b8bec7"
 COM = "#e0b020"
+COLOURS = {
+    "recorded": theme.RECORDED,
+    "fitted": theme.FITTED,
+    "reference": theme.REFERENCE,
+    "left": theme.LEFT,
+    "right": theme.RIGHT,
+    "com": COM,
+}
+BODY, LEFT_BODY, RIGHT_BODY, STATIC = "#c9c3ba", "#dd9c74", "#7fa9c9", "#b8bec7"
 
 
 def viewer_html(
@@ -33,7 +41,7 @@ def viewer_html(
     forces: Record | None = None,
     rate: float = VIEW_RATE,
 ) -> str:
-    """Return the page as one string without any outside address.
+    """Return the page of a record as one string without any outside address.
 
     Args:
         record: What to show.
@@ -71,7 +79,7 @@ def viewer_html(
         css=Markup(template_text("viewer.css")),
         js=Markup(template_text("viewer.js")),
         scene=Markup(text.replace("<", "\\u003c")),
-        colours=_colours(),
+        colours=COLOURS,
         has=has,
         weight=round(scene.weight),
         reference_label=scene.reference_name.capitalize(),
@@ -118,31 +126,19 @@ def encode(array: np.ndarray) -> dict:
     return {"data": data, "low": low, "step": step}
 
 
-def _colours() -> dict[str, str]:
-    return {
-        "recorded": theme.RECORDED,
-        "fitted": theme.FITTED,
-        "reference": theme.REFERENCE,
-        "left": theme.LEFT,
-        "right": theme.RIGHT,
-        "com": COM,
-    }
-
-
-def shape_colour(shape) -> tuple[float, float, float]:
+def shape_colour(shape) -> tuple[float, ...]:
     """Return the colour of a shape: the model's own, else by side."""
     if shape.colour is not None:
         return shape.colour
     sides = {"r": RIGHT_BODY, "l": LEFT_BODY}
     text = STATIC if shape.body == 0 else sides.get(shape.side or "", BODY)
-    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return red, green, blue
+    return tuple(int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
 
 
 def heading_of(scene: Scene) -> float:
-    """Return the direction of travel about the vertical [rad]; 0 (forward) for less than 0.3 m."""
-    way = scene.com[-1, :2] - scene.com[0, :2]
-    return float(np.arctan2(way[1], way[0])) if np.linalg.norm(way) > 0.3 else 0.0
+    """Return the direction of travel about the vertical [rad]."""
+    way = travel(scene.com)
+    return float(np.arctan2(way[1], way[0]))
 
 
 def standing_height(scene: Scene) -> float:
@@ -171,10 +167,8 @@ def _payload(record: Record, scene: Scene) -> dict[str, Any]:
         shapes.append(item)
     reference = None
     if scene.reference_positions is not None:
-        reference = {
-            "positions": encode(scene.reference_positions),
-            "quats": _encoded(scene.reference_quats),
-        }
+        positions = encode(scene.reference_positions)
+        reference = {"positions": positions, "quats": _encoded(scene.reference_quats)}
     counts = [scene.site_sides.count(side) for side in set(scene.site_sides)]
     terrain = any(s.body == 0 and s.kind == "mesh" for s in scene.shapes)
     kinds = {"heel_strike": "heel strike", "toe_off": "toe off"}
@@ -201,7 +195,7 @@ def _payload(record: Record, scene: Scene) -> dict[str, Any]:
         "height": standing_height(scene),
         "heading": heading_of(scene),
         "ground": not terrain,
-        "colours": _colours(),
+        "colours": COLOURS,
         "events": [
             {
                 "time": float(event.time),

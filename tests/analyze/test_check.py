@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.check import check as examine
-from plantigrade.analyze.pressure import _outside
+from plantigrade.analyze.pressure import outside_hull
 from plantigrade.analyze.quantities import QUANTITIES
 from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.constants import GRAVITY as G
@@ -470,7 +470,7 @@ def test_distance_from_a_hull_is_that_of_a_fine_drawing_of_it():
     n, k = 40, 6
     corners, point = rng.normal(size=(n, k, 2)), 2.0 * rng.normal(size=(n, 2))
     there = rng.random((n, k)) < 0.6
-    found = _outside(point, corners, there)
+    found = outside_hull(point, corners, there)
     line = np.linspace(0.0, 1.0, 201)[:, None]
     for f in range(n):
         x = corners[f, there[f]]

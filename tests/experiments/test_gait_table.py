@@ -118,7 +118,7 @@ def test_one_walk_of_each_or_all(two, monkeypatch):
     nothing = replace(walks.done[0], comparison=replace(walks.done[0].comparison, cycles=()))
     assert math.isnan(nothing.seconds_per_cycle)
     with pytest.raises(ParameterError, match="whole gait cycle"):
-        Walks((nothing,), {}, ()).study(one_each=False)
+        Walks([nothing], {}, ()).study(one_each=False)
 
 
 @pytest.fixture

@@ -42,7 +42,7 @@ def test_people_of_the_short_form(monkeypatch, tmp_path):
 
     def walks(data, tasks, *, people=None, **_):
         asked.append(people)
-        return {name: Walks((), {}, ()) for name in tasks}
+        return {name: Walks([], {}, ()) for name in tasks}
 
     for module in (gait_table, gait_ablations):
         monkeypatch.setattr(module, "reproduce_walks", walks)

@@ -47,7 +47,7 @@ def test_results_are_made_once_and_found_again(tmp_path):
     assert made == [1] and first == again
     assert again["x"] == 2.5 and again["bad"] is None and again["curve"] == [0.0, 1.0, 2.0]
     assert again["ok"] is True and again["code"] == code_version()
-    assert KeptResults(path).note() == ""
+    assert KeptResults(path).notes() == []
 
 
 def test_a_run_that_stops_keeps_what_is_done(tmp_path):
@@ -62,7 +62,7 @@ def test_a_run_that_stops_keeps_what_is_done(tmp_path):
 def test_results_of_other_code_are_named(tmp_path):
     path = tmp_path / "results.json"
     path.write_text(json.dumps({"a": {"x": 1, "code": "old"}, "b": {"code": code_version()}}))
-    assert "1 of 2 results" in KeptResults(path).note()
+    assert "1 of 2 results" in KeptResults(path).notes()[0]
 
 
 def test_a_broken_file_is_refused(tmp_path):
@@ -174,7 +174,7 @@ def test_the_short_form_is_a_part_of_the_whole(monkeypatch):
     assert set(bench.QUICK_PARTS) < set(bench.PARTS)
     assert set(fidelity.QUICK_PARTS) < set(fidelity.PARTS)
     asked = []
-    part = replace(bench.PARTS["walk"], measure=lambda kept, extent: asked.append(extent))
+    part = replace(bench.PARTS["walk"], cases=lambda extent: asked.append(extent) or ())
     monkeypatch.setattr(bench, "PARTS", {"walk": part, "ipopt": part})
     monkeypatch.setattr(bench, "QUICK_PARTS", ("walk",))
     bench.run(quick=True)

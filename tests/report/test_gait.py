@@ -8,12 +8,10 @@ import pytest
 from plantigrade.analyze import norms
 from plantigrade.analyze.trial import analyse
 from plantigrade.record import Run
-from plantigrade.report.facts import facts_of
-from plantigrade.report.pages import pages
-from plantigrade.report.section import draw_all
+from plantigrade.report.pages import facts_of, pages
+from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import LOADED, chosen
-from plantigrade.report.subject import Subject
 from tests.analyze.plated_walk import plated_walk, without_plates
 
 

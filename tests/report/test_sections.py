@@ -9,12 +9,11 @@ import pytest
 from plantigrade.analyze.quantities import QUANTITY
 from plantigrade.analyze.reproduction import ROTATIONS, compare
 from plantigrade.motion.resample import resampled
-from plantigrade.report.facts import facts_of
-from plantigrade.report.section import draw_all
+from plantigrade.report.pages import facts_of
+from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.contacts import centre_of_pressure, inside_support, site_points
 from plantigrade.report.sections.verdict import QUANTITIES
-from plantigrade.report.subject import Subject
 from tests.report.runs import CHECKED, fitted, from_tasks, solved
 
 
@@ -210,9 +209,9 @@ def test_the_centre_of_pressure_is_inside_what_stands(record):
     """Equal forces on all sites of a foot act at their mean, which is in their hull."""
     made = solved(record).record
     point, centre = site_points(made), centre_of_pressure(made)
-    inside = np.array([inside_support(made, point[k], centre[k], k) for k in range(0, 400, 7)])
+    inside = inside_support(made, point, centre)[0:400:7]
     assert np.isfinite(inside).mean() > 0.9 and np.nanmin(inside) > 0
-    apart = inside_support(made, point[30], centre[30] + [0.0, 1.0, 0.0], 30)
+    apart = inside_support(made, point, centre + [0.0, 1.0, 0.0])[30]
     assert apart == pytest.approx(-1.0, abs=0.2)
     mean = point[30, made.contact_planned[30]].mean(axis=0)
     np.testing.assert_allclose(centre[30], mean, atol=1e-9)

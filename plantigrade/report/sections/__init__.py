@@ -3,14 +3,10 @@
 from plantigrade.report.sections import (
     contacts,
     cycles,
-    foot_segments,
     ground,
     markers,
-    measured,
-    measures,
     paths,
     recorded,
-    solver,
     tasks,
     verdict,
 )
@@ -25,8 +21,8 @@ SECTIONS = (
     tasks.task_section,
     tasks.residual_section,
     recorded.com_section,
-    measured.force_section,
-    measured.moment_section,
+    recorded.force_section,
+    recorded.moment_section,
     # what every motion has, and what its forces add
     cycles.angle_section,
     cycles.force_section,
@@ -35,14 +31,14 @@ SECTIONS = (
     cycles.power_section,
     markers.marker_section,
     paths.path_section,
-    measures.measure_section,
+    cycles.measure_section,
     # what planned contact, a solver or many markers add
     contacts.segment_section,
     contacts.pressure_section,
     contacts.contact_section,
-    solver.strength_section,
-    solver.convergence_section,
-    foot_segments.foot_segment_section,
+    verdict.strength_section,
+    verdict.convergence_section,
+    cycles.foot_segment_section,
 )
 
 __all__ = ["SECTIONS"]

@@ -2,18 +2,18 @@
 
 import numpy as np
 
+from plantigrade.analyze.pressure import outside_hull
 from plantigrade.arrays import Array
-from plantigrade.charts import Bar, Figure, Outline, Series, line_plot, path_plot, timeline_plot
-from plantigrade.charts.labels import SIDE_NAMES, SPAN
+from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot, timeline_plot
+from plantigrade.charts.labels import SIDE_NAMES, SPAN, without_side
 from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import sweep
 from plantigrade.record import Record
-from plantigrade.report.section import Section, needs
-from plantigrade.report.sections.tasks import runs
+from plantigrade.report.section import Section, Subject, needs
+from plantigrade.report.sections.tasks import active_bars
 from plantigrade.report.shapes import convex_hull
-from plantigrade.report.subject import Subject
 from plantigrade.report.text import place_text
 
 MOST_HULLS = 60
@@ -25,13 +25,13 @@ def segment_section(subject: Subject) -> Section:
     """Return the vertical force under every segment of each foot, and under other supports."""
     title, record = "Contact forces by segment", subject.record
     time, figures = record.motion.time, []
-    vertical = np.nan_to_num(_force(record)[..., 2]) / record.weight
+    assert record.contact_force is not None  # the section asks for forces
+    vertical = np.nan_to_num(record.contact_force[..., 2]) / record.weight
     for side in (*SIDES, ""):
         groups: dict[str, list[int]] = {}
         for i, site in enumerate(record.sites):
             if site.side == side:
-                segment = site.body.removesuffix("_r").removesuffix("_l").replace("_", " ")
-                groups.setdefault(segment, []).append(i)
+                groups.setdefault(without_side(site.body).replace("_", " "), []).append(i)
         total = vertical[:, sum(groups.values(), [])].sum(axis=1)
         if not np.any(total):
             continue
@@ -44,7 +44,6 @@ def segment_section(subject: Subject) -> Section:
         drawing = line_plot(
             series,
             title=f"{SIDE_NAMES[side].capitalize()} foot" if side else "Other supports",
-            x_label="time [s]",
             y_label="vertical [BW]",
             width=520,
             height=250,
@@ -68,43 +67,32 @@ def pressure_section(subject: Subject) -> Section:
         return Section(title, missing="the feet carry no load.")
     point = site_points(record)
     com = np.array([state.com for state in sweep(record.human, record.motion)])
-    outlines = [Outline(hull, colour) for hull, colour in _supports(record, point)]
     series = [
         Series(com[:, 0], com[:, 1], "centre of mass", STROKE_MIDDLE, 1.4, 1.0, "5 3"),
         Series(centre[:, 0], centre[:, 1], "centre of pressure", STROKE_FORCE, 2.2),
     ]
-    above = path_plot(
-        series, outlines=outlines, title="From above", x_label="forward [m]", y_label="left [m]"
-    )
-    inside = np.array([inside_support(record, point[k], centre[k], k) for k in range(len(centre))])
+    outlines = _supports(record, point)
+    above = path_plot(series, outlines=outlines, title="From above", y_label="left [m]")
+    inside = inside_support(record, point, centre)
     margin = line_plot(
         [Series(record.motion.time, 1000.0 * inside, "", STROKE_MIDDLE, 1.8)],
         title="Distance to the edge of the support",
-        x_label="time [s]",
         y_label="inside [mm]",
         width=1060,
         height=230,
         zero=True,
         least=20.0,
     )
-    return Section(
-        title,
-        [
-            Figure(
-                above,
-                "Pale shapes: convex hulls of the standing sites of each foot, one for every "
-                "change. The centre of pressure of both feet lies in the hull of all that stands "
-                "at the time, in double support between the feet.",
-                wide=True,
-            ),
-            Figure(
-                margin,
-                "Positive inside the hull of everything that stands; where only an edge of the "
-                "foot stands, as at heel strike, the hull has no inside.",
-                wide=True,
-            ),
-        ],
+    hulls = (
+        "Pale shapes: convex hulls of the standing sites of each foot, one for every change. The "
+        "centre of pressure of both feet lies in the hull of all that stands at the time, in "
+        "double support between the feet."
     )
+    edge = (
+        "Positive inside the hull of everything that stands; where only an edge of the foot "
+        "stands, as at heel strike, the hull has no inside."
+    )
+    return Section(title, [Figure(above, hulls, wide=True), Figure(margin, edge, wide=True)])
 
 
 @needs(planned=True)
@@ -116,14 +104,11 @@ def contact_section(subject: Subject) -> Section:
     for side in (*SIDES, ""):
         for i, site in enumerate(record.sites):
             if site.side == side:
-                bars = [
-                    Bar(float(time[a]), float(time[b]), STROKES[side], opacity=0.6)
-                    for a, b in runs(planned[:, i])
-                ]
+                bars = active_bars(planned[:, i], time, STROKES[side], 0.6)
                 rows.append((place_text(site.name, side), bars))
     if not any(bars for _, bars in rows):
         return Section(title, missing="nothing stands.")
-    figure = Figure(timeline_plot(rows, title="", x_label="time [s]"), wide=True)
+    figure = Figure(timeline_plot(rows), wide=True)
     return Section(title, [figure], text="Which site is planned to stand when.")
 
 
@@ -145,30 +130,13 @@ def site_points(record: Record) -> Array:
     return centres - radius[:, None] * record.ground.normal
 
 
-def inside_support(record: Record, point: Array, centre: Array, frame: int) -> float:
-    """Return how far inside the hull of what stands the centre of pressure is [m]."""
-    planned = _planned(record)[frame]
-    feet = [k for k, site in enumerate(record.sites) if site.side and planned[k]]
-    if not feet or not np.isfinite(centre).all():
-        return float("nan")
-    hull, p = convex_hull(point[feet, :2]), centre[:2]
-    if len(hull) < 3:
-        return -_to_edges(p, hull)
-    edge, away = np.roll(hull, -1, axis=0) - hull, p - hull
-    length = np.maximum(np.linalg.norm(edge, axis=1), 1e-12)
-    depth = float(((edge[:, 0] * away[:, 1] - edge[:, 1] * away[:, 0]) / length).min())
-    return depth if depth >= 0 else -_to_edges(p, hull)
+def inside_support(record: Record, point: Array, centre: Array) -> Array:
+    """Return how far inside the hull of what stands centres of pressure are [m]."""
+    feet = np.array([site.side != "" for site in record.sites])
+    return -outside_hull(centre[:, :2], point[..., :2], _planned(record) & feet)
 
 
-def _to_edges(p: Array, hull: Array) -> float:
-    """Return the distance of a point to the edges of a hull [m]."""
-    along = np.roll(hull, -1, axis=0) - hull
-    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-12)
-    share = np.clip(np.einsum("ij,ij->i", p - hull, along) / square, 0, 1)
-    return float(np.linalg.norm(p - hull - share[:, None] * along, axis=1).min())
-
-
-def _supports(record: Record, point: Array) -> list[tuple[Array, str]]:
+def _supports(record: Record, point: Array) -> list[Outline]:
     """Return hulls of each foot's standing sites, one for each change of what stands."""
     found = []
     for side in SIDES:
@@ -179,13 +147,8 @@ def _supports(record: Record, point: Array) -> list[tuple[Array, str]]:
             if standing[middle].sum() > 2:
                 hull = convex_hull(point[middle, standing[middle], :2])
                 if len(hull) > 2:
-                    found.append((hull, STROKES[side]))
+                    found.append(Outline(hull, STROKES[side]))
     return found[:MOST_HULLS]
-
-
-def _force(record: Record) -> Array:
-    assert record.contact_force is not None  # the section asks for forces
-    return record.contact_force
 
 
 def _planned(record: Record) -> Array:

@@ -1,4 +1,4 @@
-"""Curves over the gait cycle: angles, ground reaction, moments and powers."""
+"""A walk: curves of angles, forces, moments and powers over the gait cycle, and its measures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ import numpy as np
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import known_above
 from plantigrade.arrays import Array, Float
-from plantigrade.charts import Figure, Ribbon, Series, line_plot, panel_plot, panels_of
+from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.motion.views import curves_of
-from plantigrade.report.section import Section
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject, needs
+from plantigrade.report.text import figure_text
 
 SHOWN = (
     *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
@@ -41,15 +41,28 @@ NORMS = {
 MOST = 24  # panels of joint angles over time
 
 
+MEASURES = "Spatio-temporal measures"
+WHOLE = (
+    ("walking speed", "m/s", "walking_speed_m_s"),
+    ("cadence", "steps/min", "cadence_steps_min"),
+    ("step width", "m", "step_width_m"),
+    ("double support", "% of stride", "double_support_pct"),
+)
+BY_SIDE = (
+    ("stride length", "m", "stride_length_{}_m"),
+    ("stride time", "s", "stride_time_{}_s"),
+    ("step length", "m", "step_length_{}_m"),
+    ("step time", "s", "step_time_{}_s"),
+    ("stance", "% of stride", "stance_{}_pct"),
+    ("swing", "% of stride", "swing_{}_pct"),
+)
+
+
 @dataclass(frozen=True)
 class CycleCurves:
-    """One quantity over the gait cycle, one row per cycle.
+    """A coordinate with its side over the gait cycle (0 % at heel strike), one row per cycle.
 
-    Attributes:
-        name: Coordinate with its side (``"knee_angle_r"``), as in OpenSim.
-        percent: Percent of the gait cycle, 0 at heel strike.
-        values: In ``unit``; NaN where unknown.
-        unit: Unit as written in the plot (``"°"``, ``"N m/kg"``).
+    NaN is unknown; the unit is that of the plot (``"°"``, ``"N m/kg"``).
     """
 
     name: str
@@ -62,21 +75,19 @@ def angle_section(subject: Subject) -> list[Section]:
     """Return joint angles over the gait cycle; over time where there is no whole cycle."""
     if subject.walks:
         curves = chosen(subject.angle_curves.percent, subject.angle_curves.angles, SHOWN, "°")
-        return [
-            cycle_section(
-                "Joint angles over the gait cycle",
-                curves,
-                subject,
-                caption="From one heel strike of a foot (0 %) to its next (100 %).",
-            )
-        ]
+        caption = "From one heel strike of a foot (0 %) to its next (100 %)."
+        title = "Joint angles over the gait cycle"
+        return [cycle_section(title, curves, subject, caption=caption)]
     motion = subject.record.motion
     panels = panels_of(curves_of(motion, motion.joint_names[1:]))
     text = "Joint angles over time; no whole gait cycle was found or asked for."
     if len(panels) > MOST:
         text += f" The first {MOST} of {len(panels)} are drawn; all are in motion.mot."
-    figures = [Figure(panel_plot(panel, motion.time)) for panel in panels[:MOST]]
-    return [Section("Joint angles", figures, text=text)]
+    return [Section("Joint angles", _over_time(panels[:MOST], motion.time), text=text)]
+
+
+def _over_time(panels: Sequence[Panel], time: Array, **options: bool) -> list[Figure]:
+    return [Figure(panel_plot(panel, time, **options)) for panel in panels]
 
 
 def force_section(subject: Subject) -> list[Section]:
@@ -96,23 +107,21 @@ def moment_section(subject: Subject) -> list[Section]:
     curves = chosen(source.percent, source.moments, LOADED, "N m/kg", "_moment")
     what = "Internal moments{}, made by the body's own muscles and ligaments"
     if curves:
-        caption = (
-            what.format("") + "; positive in the direction in which the joint angle is positive."
-        )
+        sign = "; positive in the direction in which the joint angle is positive."
+        caption = what.format("") + sign
         return [cycle_section(title, curves, subject, caption=caption)]
     if record.qfrc_actuator is None:
         return [Section(title, missing="no forces were measured, so no joint moments.")]
-    panels = panels_of(
-        {
-            f"{name}_moment [N m]": known_above(record, name) * record.torque(name)
-            for name in record.human.coordinates
-        }
-    )
+    moments = {
+        f"{name}_moment [N m]": known_above(record, name) * record.torque(name)
+        for name in record.human.coordinates
+    }
+    panels = panels_of(moments)
     if not panels:
         missing = "no foot had a force of its own measured, so no joint moments."
         return [Section(title, missing=missing)]
     legs = [p for p in panels if p.name.removesuffix("_moment") in LEG] or panels[:12]
-    figures = [Figure(panel_plot(panel, record.motion.time, zero=True)) for panel in legs]
+    figures = _over_time(legs, record.motion.time, zero=True)
     return [Section(title, figures, text=what.format(" over time") + ".")]
 
 
@@ -129,20 +138,37 @@ def power_section(subject: Subject) -> list[Section]:
     if record.qfrc_actuator is None or source.cycles:
         missing = "joint powers need measured or computed forces and whole gait cycles."
         return [Section("Joint powers", missing=missing)]
-    powers = {
-        f"{full}_power [W/kg]": known_above(record, full)
-        * record.torque(full)
-        * record.motion.velocity(full)
-        / record.human.mass
-        for name in POWERED
-        for full in (name, f"{name}_r", f"{name}_l")
-        if full in record.human.coordinates
-    }
-    figures = [
-        Figure(panel_plot(panel, record.motion.time, zero=True)) for panel in panels_of(powers)
-    ]
+    powers = {}
+    for name in record.human.coordinates:
+        if without_side(name) in POWERED:
+            power = record.torque(name) * record.motion.velocity(name) / record.human.mass
+            powers[f"{name}_power [W/kg]"] = known_above(record, name) * power
+    figures = _over_time(panels_of(powers), record.motion.time, zero=True)
     text = "Joint moment times joint speed, per kilogram of body mass."
     return [Section("Joint powers over time", figures, text=text)]
+
+
+@needs("foot.percent", "foot.names")
+def foot_segment_section(subject: Subject) -> list[Section]:
+    """Return the angles of hindfoot, forefoot and hallux."""
+    signals = subject.record.signals
+    curves = [
+        CycleCurves(name, signals["foot.percent"], signals[f"foot.{name}"])
+        for name in subject.words("foot.names")
+        if f"foot.{name}" in signals
+    ]
+    if not curves:
+        return []
+    caption = (
+        "Angles between the segments of the foot, from a fit with multi-segment feet: hindfoot to "
+        "tibia, forefoot to hindfoot and to tibia, hallux to forefoot, with the signs and the "
+        "order of rotations of the Oxford Foot Model (zero: standing pose of the body). The "
+        "forefoot includes the tarsal bones, so the arch bends less than in that model."
+    )
+    rms = subject.number("foot_segments_marker_rms_mm")
+    if rms is not None:
+        caption += f" Marker error of the feet {rms:.1f} mm RMS."
+    return [cycle_section("Foot segments", curves, subject, caption=caption, published=False)]
 
 
 def cycle_section(
@@ -233,3 +259,29 @@ def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Arra
 
 def _norms(speed_class: str) -> dict:
     return {NORMS.get(name, name): norms.norm(name, speed_class) for name in norms.names()}
+
+
+def measure_section(subject: Subject) -> list[Section]:
+    """Return the table of measures: right, left, both, and published."""
+    if not subject.walks:
+        missing = "no whole gait cycle was found, so no step or stride could be measured."
+        return [Section(MEASURES, missing=missing)]
+    foot_off = norms.FOOT_OFF[subject.speed_class]
+    both = norms.DOUBLE_SUPPORT[subject.speed_class]
+    published = {
+        "stance": f"{foot_off[0]} ± {foot_off[1]}",
+        "double support": f"{both[0]} ± {both[1]}",
+    }
+    rows = [
+        [name, "", "", figure_text(subject.number(key)), unit, published.get(name, "")]
+        for name, unit, key in WHOLE
+    ]
+    for name, unit, key in BY_SIDE:
+        right, left = (figure_text(subject.number(key.format(side))) for side in ("r", "l"))
+        rows.append([name, right, left, "", unit, published.get(name, "")])
+    text = (
+        "A step goes from one foot's heel strike to the other's, a stride to the same foot's next. "
+        f"Published values: {norms.CITATION}."
+    )
+    headers = ("measure", "right", "left", "both", "unit", "published")
+    return [Section(MEASURES, headers=headers, rows=rows, text=text)]

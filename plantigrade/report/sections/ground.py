@@ -8,11 +8,11 @@ from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
 from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDES
+from plantigrade.motion.filters import runs
 from plantigrade.record import Record
 from plantigrade.report.scene import poses
-from plantigrade.report.section import Section
-from plantigrade.report.shapes import Shape, convex_hull, foot_bodies, shapes_of, surface_points
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject
+from plantigrade.report.shapes import Shape, foot_bodies, shapes_of, silhouette
 
 MAX_PRINTS = 16
 TITLE = "Ground reaction and centre of pressure"
@@ -39,9 +39,7 @@ def ground_section(subject: Subject) -> list[Section]:
 
 def stances_of(vertical: Float[Array, " n"], weight: float) -> list[tuple[int, int]]:
     """Return first and last-plus-one frame of each time a foot bears a tenth of body weight."""
-    loaded = np.concatenate([[False], vertical > 0.1 * weight, [False]])
-    change = np.flatnonzero(np.diff(loaded.astype(int)))
-    return [(int(a), int(b)) for a, b in zip(change[::2], change[1::2], strict=True) if b - a > 3]
+    return [(s.start, s.stop) for s in runs(vertical > 0.1 * weight) if s.stop - s.start > 3]
 
 
 def foot_prints(record: Record, total: Float[Array, "n 3 3"]) -> list[Outline]:
@@ -69,7 +67,6 @@ def _over_time(record: Record, total: Array, axis: int) -> str:
     return line_plot(
         series,
         title=AXES[axis],
-        x_label="time [s]",
         y_label="[BW]",
         zero=True,
         least=SPAN["BW"],
@@ -87,7 +84,6 @@ def _above(cop: Array, outlines: list[Outline]) -> Figure:
         series,
         outlines=outlines,
         title="Centre of pressure over the foot prints",
-        x_label="forward [m]",
         y_label="left [m]",
     )
     caption = (
@@ -147,13 +143,5 @@ def _foot_shapes(model: mujoco.MjModel, side: str) -> list[Shape]:
 
 def _print(shape: Shape, positions: Array, quats: Array, colour: str) -> Outline:
     """Return a bone seen from above."""
-    body, own = np.empty(9), np.empty(9)
-    mujoco.mju_quat2Mat(body, quats[shape.body])
-    mujoco.mju_quat2Mat(own, shape.quat)
-    origin = positions[shape.body] + body.reshape(3, 3) @ shape.position
-    frame = body.reshape(3, 3) @ own.reshape(3, 3)
-    if shape.kind in ("capsule", "sphere"):
-        half = shape.size[1] if shape.kind == "capsule" else 1e-4
-        ends = np.array([origin - frame[:, 2] * half, origin + frame[:, 2] * half])
-        return Outline(ends[:, :2], colour, 2 * float(shape.size[0]))
-    return Outline(convex_hull((origin + surface_points(shape) @ frame.T)[:, :2]), colour)
+    points, width = silhouette(shape, positions[shape.body], quats[shape.body], np.eye(3)[:2])
+    return Outline(points, colour, width)

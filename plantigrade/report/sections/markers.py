@@ -4,8 +4,7 @@ import numpy as np
 
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_RIGHT
-from plantigrade.report.section import Section
-from plantigrade.report.subject import Subject
+from plantigrade.report.section import Section, Subject
 
 TITLE = "Marker errors"
 
@@ -38,9 +37,7 @@ def marker_section(subject: Subject) -> list[Section]:
 
 def _per_marker(names, gap, seen, square) -> str:
     count = seen.sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        rms = np.sqrt(square.sum(axis=0) / count)
-    worst = np.where(count > 0, np.where(seen, gap, -np.inf).max(axis=0), np.nan)
+    rms, worst = _over(0, gap, seen, square)
     order = np.argsort(-np.nan_to_num(rms, nan=-1.0), kind="stable")
     return bar_plot(
         [names[i] for i in order],
@@ -55,22 +52,25 @@ def _per_marker(names, gap, seen, square) -> str:
 
 
 def _per_frame(time, gap, seen, square) -> str:
-    high = np.where(seen, gap, -np.inf).max(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        rms = np.sqrt(square.sum(axis=1) / seen.sum(axis=1))
-    largest = np.where(np.isfinite(high), high, np.nan)
+    rms, largest = _over(1, gap, seen, square)
     return line_plot(
         [
             Series(time, largest, "largest", STROKE_MIDDLE, 1.2, 0.8),
             Series(time, rms, "root mean square", STROKE_RIGHT, 2.0),
         ],
         title="Per frame",
-        x_label="time [s]",
         y_label="distance [mm]",
         width=520,
         height=260,
         zero=True,
     )
+
+
+def _over(axis, gap, seen, square) -> tuple[np.ndarray, np.ndarray]:
+    """Return root mean square and largest along an axis; NaN where nothing was seen."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rms = np.sqrt(square.sum(axis=axis) / seen.sum(axis=axis))
+    return rms, np.where(seen.any(axis=axis), np.where(seen, gap, -np.inf).max(axis=axis), np.nan)
 
 
 def _share(count, total) -> str:

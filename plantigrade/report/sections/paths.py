@@ -8,9 +8,8 @@ from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.report.scene import poses
-from plantigrade.report.section import Section
+from plantigrade.report.section import Section, Subject
 from plantigrade.report.shapes import foot_bodies
-from plantigrade.report.subject import Subject
 
 
 def path_section(subject: Subject) -> list[Section]:
@@ -24,34 +23,16 @@ def path_section(subject: Subject) -> list[Section]:
         if len(bodies):
             feet.append((f"{SIDE_NAMES[side]} foot", STROKES[side], positions[:, bodies[0]]))
     sway = "In walking, the centre of mass sways towards the standing foot."
+    scale = "Drawn to one scale. The origin of each foot is its ankle."
+    above = path_plot(_paths(feet, com, 1), title="From above", y_label="left [m]")
+    right = path_plot(
+        _paths(feet, com, 2), title="From the right", y_label="height [m]", ground=True
+    )
+    height = 1000 * (com[:, 2] - com[:, 2].mean())
     figures = [
-        Figure(
-            path_plot(
-                _paths(feet, com, 1),
-                title="From above",
-                x_label="forward [m]",
-                y_label="left [m]",
-            ),
-            sway if record.motion.events else "",
-            wide=True,
-        ),
-        Figure(
-            path_plot(
-                _paths(feet, com, 2),
-                title="From the right",
-                x_label="forward [m]",
-                y_label="height [m]",
-                ground=True,
-            ),
-            "Drawn to one scale. The origin of each foot is its ankle.",
-            wide=True,
-        ),
-        _over_time(
-            time,
-            1000 * (com[:, 2] - com[:, 2].mean()),
-            "Centre of mass, height",
-            "above its mean [mm]",
-        ),
+        Figure(above, sway if record.motion.events else "", wide=True),
+        Figure(right, scale, wide=True),
+        _over_time(time, height, "Centre of mass, height", "above its mean [mm]"),
     ]
     if len(time) > 2:
         speed = np.linalg.norm(np.gradient(com[:, :2], time, axis=0), axis=1)
@@ -66,4 +47,4 @@ def _paths(feet: list, com: Array, axis: int) -> list[Series]:
 
 def _over_time(time: Array, values: Array, title: str, label: str) -> Figure:
     series = [Series(time, values, "", STROKE_MIDDLE, 2.0)]
-    return Figure(line_plot(series, title=title, x_label="time [s]", y_label=label, width=520))
+    return Figure(line_plot(series, title=title, y_label=label, width=520))

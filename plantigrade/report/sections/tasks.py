@@ -1,14 +1,17 @@
 """The ordered tasks of a gait: their order, when they act, and what each level missed."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from plantigrade.arrays import Array
 from plantigrade.charts import Bar, Figure, Series, line_plot, timeline_plot
 from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.charts.theme import PALETTE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
-from plantigrade.report.section import Section, needs
-from plantigrade.report.subject import Subject
-from plantigrade.report.text import task_text
+from plantigrade.motion.filters import runs
+from plantigrade.report.section import Section, Subject, needs
+from plantigrade.report.text import place_text, task_text
 
 TINY = 1e-8  # residuals below this are drawn here: they are zero but for rounding
 LONGEST = 60  # phases beyond which only the beginning of the timeline is drawn
@@ -26,9 +29,12 @@ def task_section(subject: Subject) -> Section:
     names, levels = subject.words("tasks.names"), [int(n) for n in signals["tasks.level"]]
     for k, name in enumerate(names):
         active = signals["tasks.active"][:, k].astype(bool)
-        bars = [Bar(float(time[a]), float(time[b]), _tint(levels[k])) for a, b in runs(active)]
+        bars = active_bars(active, time, _tint(levels[k]))
         rows.append((f"{levels[k]}  {task_text(name)}", bars))
-    cut = [(label, [b for bar in bars if (b := _cut(bar, end))]) for label, bars in rows]
+    cut = [
+        (label, [replace(bar, stop=min(bar.stop, end)) for bar in bars if bar.start < end])
+        for label, bars in rows
+    ]
     ends = [float(t) for t in signals.get("posture.end", ()) if t <= end]
     caption = (
         "Upright lines: ends of phases, where the posture is to be reached. A numbered row is a "
@@ -36,8 +42,8 @@ def task_section(subject: Subject) -> Section:
     )
     if end < last:
         caption += f" The first {end:.1f} s of {last:.1f} s are drawn."
-    drawing = timeline_plot(cut, title="What is active when", x_label="time [s]", marks=ends)
-    meanings = subject.words("tasks.meanings") or ("",) * len(names)
+    drawing = timeline_plot(cut, title="What is active when", marks=ends)
+    meanings = subject.words("tasks.meanings", len(names))
     table = [["0", "limits of the joints", "Range, speed and acceleration of every joint."]]
     table += [[str(levels[k]), task_text(name), meanings[k]] for k, name in enumerate(names)]
     chosen = subject.figures.get("tasks") or subject.run.provenance.settings.get("tasks")
@@ -71,8 +77,6 @@ def residual_section(subject: Subject) -> Section:
         series.append(Series(time, missed, f"{k} {', '.join(words)}", _tint(k), 1.3, 0.9))
     drawing = line_plot(
         series,
-        title="",
-        x_label="time [s]",
         y_label="acceleration missed [1/s²]",
         width=1060,
         height=320,
@@ -89,19 +93,18 @@ def residual_section(subject: Subject) -> Section:
     return Section("What each level missed", [Figure(drawing, caption, wide=True)], text=text)
 
 
-def runs(active: np.ndarray) -> list[tuple[int, int]]:
-    """Return first and last frame of every stretch in which something is active."""
-    edges = np.flatnonzero(np.diff(np.r_[0, active.astype(np.int8), 0]))
-    last = len(active) - 1
-    return [(int(a), min(int(b), last)) for a, b in edges.reshape(-1, 2)]
+def active_bars(active: Array, time: Array, colour: str, opacity: float = Bar.opacity) -> list[Bar]:
+    """Return a bar for every stretch of frames in which something is active."""
+    last = len(time) - 1
+    spans = [(time[s.start], time[min(s.stop, last)]) for s in runs(active)]
+    return [Bar(float(start), float(stop), colour, "", opacity) for start, stop in spans]
 
 
 def _phases(subject: Subject) -> list[Bar]:
     spans = subject.record.signals.get("phase.span", np.zeros((0, 2)))
+    swings = subject.words("phase.swing")
     bars = []
-    for (start, stop), kind, swing in zip(
-        spans, subject.words("phase.kind"), subject.words("phase.swing"), strict=True
-    ):
+    for (start, stop), kind, swing in zip(spans, subject.words("phase.kind"), swings, strict=True):
         double = kind == "double"
         words = "double support" if double else f"{SIDE_NAMES[swing]} swing"
         colour = STROKE_MIDDLE if double else STROKES[swing]
@@ -110,26 +113,13 @@ def _phases(subject: Subject) -> list[Bar]:
 
 
 def _contacts(subject: Subject) -> list[tuple[str, list[Bar]]]:
+    places = [f"{region}_{side}" for side in SIDES for region in REGIONS]
+    bars: dict[str, list[Bar]] = {place: [] for place in places}
     spans = subject.record.signals.get("contact.span", np.zeros((0, 2)))
-    places = subject.words("contact.place")
-    return [
-        (
-            f"{SIDE_NAMES[side]} {region} on the ground",
-            [
-                Bar(float(start), float(stop), STROKES[side], opacity=0.6)
-                for (start, stop), place in zip(spans, places, strict=True)
-                if place == f"{region}_{side}"
-            ],
-        )
-        for side in SIDES
-        for region in REGIONS
-    ]
-
-
-def _cut(bar: Bar, end: float) -> Bar | None:
-    if bar.start >= end:
-        return None
-    return Bar(bar.start, min(bar.stop, end), bar.colour, bar.label, bar.opacity)
+    for (start, stop), place in zip(spans, subject.words("contact.place"), strict=True):
+        bar = Bar(float(start), float(stop), STROKES[place[-1]], opacity=0.6)
+        bars.setdefault(place, []).append(bar)
+    return [(f"{place_text(p, p[-1])} on the ground", bars[p]) for p in places]
 
 
 def _tint(level: int) -> str:
