@@ -12,8 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
-
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.contact_body import ContactBody
@@ -195,12 +193,9 @@ class _Stages:
         started = clock.perf_counter()
         history: list[Iterate] = []
 
-        def report(p: ipopt.Progress) -> bool | None:
-            seconds, unknown = clock.perf_counter() - started, np.nan
-            history.append(
-                Iterate(p.number, p.objective, p.violation, "", unknown, unknown, 0.0, 1.0, seconds)
-            )
-            return self._progress(name, history[-1]) if self._progress is not None else None
+        def report(iterate: Iterate) -> bool | None:
+            history.append(iterate)
+            return self._progress(name, iterate) if self._progress is not None else None
 
         r = ipopt.solve(problem, *start[:2], callback=report, max_seconds=IPOPT_SECONDS)
         self._note(name, "ipopt", problem, r.status, started, tuple(history))
