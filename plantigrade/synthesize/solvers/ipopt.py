@@ -54,7 +54,7 @@ class IpoptResult:
         objective: Cost at the result.
         violation: Largest violation over all rows that count, redundant ones included.
         worst: Which row that is, when, and by how much.
-        history: ``objective`` and ``violation`` of every iteration.
+        history: Every iteration; only objective and violation are known.
         seconds: Time of the solver [s].
         program: What was solved.
     """
@@ -67,7 +67,7 @@ class IpoptResult:
     objective: float
     violation: float
     worst: str
-    history: Mapping[str, Float[Array, " n_iterations"]] = field(repr=False)
+    history: tuple[Iterate, ...] = field(repr=False)
     seconds: float
     program: SparseProgram
 
@@ -144,7 +144,7 @@ def run(
     """
     import casadi as ca
 
-    from plantigrade.synthesize.solvers.callbacks import Watch, functions_of
+    from plantigrade.synthesize.solvers.callbacks import Watch, functions_of, iterate
 
     x0 = np.clip(program.pack(c0, u0), *program.bounds)
     watch = Watch(program, feasibility, callback)
@@ -174,7 +174,9 @@ def run(
     worst = program.worst(x)
     c, u = program.unpack(x)
     told = stats.get("iterations") or {}
-    history = told.get("obj", watch.objective), told.get("inf_pr", watch.violation)
+    history = zip(
+        told.get("obj", watch.objective), told.get("inf_pr", watch.violation), strict=True
+    )
     return IpoptResult(
         c=c,
         u=u,
@@ -184,7 +186,7 @@ def run(
         objective=program.objective(x),
         violation=worst.amount,
         worst=worst.sentence,
-        history=dict(zip(("objective", "violation"), map(np.array, history), strict=True)),
+        history=tuple(iterate(i, float(f), float(off)) for i, (f, off) in enumerate(history)),
         seconds=seconds,
         program=program,
     )

@@ -9,13 +9,11 @@ from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots
-from plantigrade.synthesize.splines.polynomial import PolynomialBasis
-from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
+from plantigrade.synthesize.tasks.task import BASES
 from plantigrade.synthesize.zhakatayev2023 import conditions
 from plantigrade.synthesize.zhakatayev2023.body import PaperBody
 from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion
 
-BASES = ("trigonometric", "polynomial")
 DEGREE = 3
 
 
@@ -26,8 +24,6 @@ class PaperProblem:
     Attributes:
         body: Who moves.
         motion: Which motion.
-        basis: ``"trigonometric"`` or ``"polynomial"``.
-        polygon: ``"quadrilateral"``, as in the paper, or ``"hull"``.
         problem: Rows at the sample times.
         start: First pose [rad, m].
         end: Last pose; of a jump, all of it that is not free.
@@ -36,8 +32,6 @@ class PaperProblem:
 
     body: PaperBody
     motion: PaperMotion
-    basis: str
-    polygon: str
     problem: Problem
     start: Float[Array, " nv"]
     end: Float[Array, " nv"]
@@ -70,8 +64,7 @@ def spline(motion: PaperMotion, basis: str) -> Basis:
     if basis not in BASES:
         raise ParameterError(f"{basis=} must be one of {', '.join(BASES)}")
     breaks = np.linspace(0.0, motion.duration, motion.n_coefficients - DEGREE + 1)
-    kind = TrigonometricBasis if basis == "trigonometric" else PolynomialBasis
-    return kind(DEGREE, clamped_knots(breaks, DEGREE))
+    return BASES[basis](DEGREE, clamped_knots(breaks, DEGREE))
 
 
 def formulate(
@@ -95,7 +88,7 @@ def formulate(
         ParameterError: If the basis or the polygon is unknown.
     """
     start, end = poses(body, motion)
-    rows = [
+    rows = (
         conditions.boundary(body, motion, start, end),
         conditions.coordinates(body, motion, start, end, posture),
         conditions.rates(body, motion),
@@ -107,13 +100,13 @@ def formulate(
         conditions.arms(body, motion),
         conditions.knee(body, motion),
         conditions.apex(body, motion),
-    ]
+    )
     used = spline(motion, basis)
     none = np.zeros((motion.n_samples, 0))
-    problem = Problem(used, motion.times, body.names, tuple(rows), (), none, none, none[1:])
+    problem = Problem(used, motion.times, body.names, rows, (), none, none, none[1:])
     times = np.linspace(0.0, motion.duration, 10 * motion.n_coefficients)
     way = start + (times / motion.duration)[:, None] * (end - start)
-    return PaperProblem(body, motion, basis, polygon, problem, start, end, used.fit(times, way))
+    return PaperProblem(body, motion, problem, start, end, used.fit(times, way))
 
 
 def poses(body: PaperBody, motion: PaperMotion) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:

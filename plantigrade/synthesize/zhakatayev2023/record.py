@@ -18,6 +18,8 @@ from plantigrade.synthesize.contact_record import contact_record
 from plantigrade.synthesize.guess.postures import standing_feet
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.sampling import sample
+from plantigrade.synthesize.solution import Stage, solver_signals
+from plantigrade.synthesize.solvers.result import Iterate
 from plantigrade.synthesize.terms.contact import Contact
 from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem
@@ -37,7 +39,13 @@ def record_of(paper: PaperProblem, result: StagedResult) -> Record:
     fine = np.linspace(times[0], times[-1], n)
     shares = equal_shares(standing)
     sampled = sample(body, plan, paper.problem, result.c, shares, fine, FRICTION)
-    limits = Limits()
+    limits, stages = Limits(), []
+    for s in result.stages:  # of the last one every iteration, of the others the end
+        end = Iterate(
+            s.iterations, s.objective, s.violation, s.worst, np.nan, np.nan, 0.0, 1.0, s.seconds
+        )
+        history = (*(result.history if s is result.stages[-1] else ()), end)
+        stages.append(Stage(s.name, s.solver, len(times), s.status, s.seconds, history))
     return contact_record(
         body,
         sampled,
@@ -49,7 +57,7 @@ def record_of(paper: PaperProblem, result: StagedResult) -> Record:
             torque=limits.torques(human),
             force=Contact().force * body.weight,
         ),
-        signals=_solver_signals(paper, result),
+        signals=solver_signals(stages, []),
     )
 
 
@@ -79,27 +87,3 @@ def plan_of(motion: PaperMotion, human: Human) -> ContactPlan:
             if end > start:
                 stances.append(Stance(place, start, start, end, end, end))
     return ContactPlan(motion.duration, tuple(sorted(stances, key=lambda s: s.heel_strike)))
-
-
-def _solver_signals(paper: PaperProblem, result: StagedResult) -> dict[str, Array]:
-    """Return the stages and the iterations of the last one."""
-    last, nan, stages = len(result.stages) - 1, np.nan, result.stages
-    rows: list[tuple[float, ...]] = []
-    worst: list[str] = []
-    for k, s in enumerate(stages):
-        if k == last:
-            each = zip(result.history["objective"], result.history["violation"], strict=False)
-            rows += [(k, i, f, v, nan, nan) for i, (f, v) in enumerate(each)]
-            worst += [""] * (len(rows) - len(worst))
-        rows.append((k, s.iterations, s.objective, s.violation, nan, s.seconds))
-        worst.append(s.worst)
-    return {
-        "solver.stage_names": np.array([s.name for s in stages]),
-        "solver.stage_solvers": np.array([s.solver for s in stages]),
-        "solver.stage_status": np.array([s.status for s in stages]),
-        "solver.stage_nodes": np.full(len(stages), len(paper.problem.nodes)),
-        "solver.stage_seconds": np.array([s.seconds for s in stages], float),
-        "solver.history": np.array(rows, float).reshape(-1, 6),
-        "solver.history_worst": np.array(worst, dtype=np.str_),
-        "solver.broken": np.array([], dtype="U1"),
-    }
