@@ -44,40 +44,24 @@ STALLS = 12
 
 @dataclass
 class _State:
-    """Where a run stands.
-
-    Attributes:
-        x: Variables.
-        mu: Barrier parameter.
-        at_mu: Iterations with it.
-        alpha: Fraction of the last step that was taken.
-        stalls: Iterations in which no step was accepted.
-        best: Least violation seen, and its variables.
-    """
+    """Where a run stands."""
 
     x: Array
     mu: float
-    best: tuple[float, Array]
-    at_mu: int = 0
-    alpha: float = 0.0
-    stalls: int = 0
+    best: tuple[float, Array]  # least violation seen, and its variables
+    at_mu: int = 0  # iterations with this barrier parameter
+    alpha: float = 0.0  # fraction of the last step that was taken
+    stalls: int = 0  # iterations in which no step was accepted
 
 
 @dataclass(frozen=True, eq=False)
 class _Errors:
-    """How far a point is from being a solution.
+    """How far a point is from being a solution."""
 
-    Attributes:
-        gaps: Residuals of the constraints, by block.
-        dual: Scaled gradient of the Lagrangian.
-        complementarity: Scaled, without a barrier.
-        scale: By what both are scaled.
-    """
-
-    gaps: list[Array]
-    dual: float
-    complementarity: float
-    scale: float
+    gaps: list[Array]  # residuals of the constraints, by block
+    dual: float  # scaled gradient of the Lagrangian
+    complementarity: float  # scaled, without a barrier
+    scale: float  # by what both are scaled
 
 
 class InteriorPoint:
@@ -161,11 +145,8 @@ class InteriorPoint:
                 filter_.clear()
                 trial = self._forced(at, search)
             at.x, at.alpha = trial.x, trial.alpha
-            for s, new, dy, dzl, dzu in zip(
-                self._slacks, trial.s, step.y, step.zl, step.zu, strict=True
-            ):
-                dual = search.alpha_dual
-                s.move(new, trial.alpha * dy, dual * dzl, dual * dzu, at.mu)
+            for s, new, dy, dz in zip(self._slacks, trial.s, step.y, step.z, strict=True):
+                s.move(new, trial.alpha * dy, search.alpha_dual * dz, at.mu)
             e.linearise(at.x)
         return self._result(at, status, history)
 
@@ -245,9 +226,8 @@ def _scale(slacks: Sequence[Slacks]) -> float:
     """Return by how much large multipliers excuse a large gradient [Waechter2006]_."""
     total, count = 0.0, 1
     for s in slacks:
-        total += float(np.abs(s.y).sum() + s.zl.sum() + s.zu.sum())
-        b = s.block
-        count += int(b.bound.sum() + s.has_low.sum() + s.has_high.sum())
+        total += float(np.abs(s.y).sum() + s.z.sum())
+        count += int(s.block.bound.sum() + s.limited.sum())
     return max(1.0, total / count / 100.0)
 
 

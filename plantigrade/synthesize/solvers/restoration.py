@@ -3,7 +3,7 @@
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.solvers.banded_cholesky import factorised, solved
+from plantigrade.synthesize.solvers.kkt import factorised, solved
 from plantigrade.synthesize.transcription.evaluation import Evaluation
 
 STIFF = 1e6
