@@ -66,7 +66,7 @@ class SparseProgram:
         self.n_equations = int(np.sum(self.lower == self.upper))
         self.n_inequalities = len(self.lower) - self.n_equations
         self.bounds = np.full(self.n_variables, -np.inf), np.full(self.n_variables, np.inf)
-        free = variables.u_at >= 0
+        free = variables.free
         self.bounds[0][variables.u_at[free]] = problem.u_lower.reshape(free.shape)[free]
         self.bounds[1][variables.u_at[free]] = problem.u_upper.reshape(free.shape)[free]
         for i, value in fixed.items():

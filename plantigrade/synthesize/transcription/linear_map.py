@@ -18,8 +18,7 @@ from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.transcription.smoothness import Smoothness
-from plantigrade.synthesize.transcription.variables import Variables
+from plantigrade.synthesize.transcription.variables import Smoothness, Variables
 
 PART = 32
 """Nodes that are assembled at a time."""
@@ -47,15 +46,10 @@ class Transcription:
         self.nu = problem.n_unknowns
         self.window, self.basis = _windows(problem)
         self.variables = Variables(problem, self.window)
-        self.size, self.join, self.split = (
-            self.variables.size,
-            self.variables.join,
-            self.variables.split,
-        )
+        self.size = self.variables.size
+        self.join, self.split = self.variables.join, self.variables.split
         self.smoothness = Smoothness(self.variables)
         self._drift = np.stack([problem.drift(problem.nodes, d) for d in range(3)], axis=1)
-        turned, self._base = np.divmod(self.window, problem.basis.n_coefficients)
-        self._turned = turned.astype(bool)
         self._find_columns()
         self._find_band()
 
@@ -75,7 +69,7 @@ class Transcription:
     def local_step(self, dx: Float[Array, " size"]) -> Float[Array, "n_nodes n_local"]:
         """Return the change of z for a change of x."""
         states = np.matmul(self.basis, dx[self._columns] * self._signs)
-        du = np.where(self._free, dx[self.variables.u_at], 0.0)
+        du = np.where(self.variables.free, dx[self.variables.u_at], 0.0)
         return np.hstack([states.reshape(self.n_nodes, -1), du])
 
     def gradient(self, g: Float[Array, "n_nodes n_local"]) -> Float[Array, " size"]:
@@ -84,7 +78,8 @@ class Transcription:
         pulled = np.matmul(self.basis.transpose(0, 2, 1), states) * self._signs
         out = np.zeros(self.size)
         np.add.at(out, self._columns, pulled)
-        out[self.variables.u_at[self._free]] = g[:, 3 * self.nv :][self._free]
+        free = self.variables.free
+        out[self.variables.u_at[free]] = g[:, 3 * self.nv :][free]
         return out
 
     def matrix(self) -> Any:
@@ -95,7 +90,7 @@ class Transcription:
         rows = np.broadcast_to(k * self.n_local + d * nv + v, shape)
         columns = np.broadcast_to(self._columns[:, None], shape)
         values = self.basis[..., None] * self._signs[:, None]
-        k, i = np.nonzero(self._free)
+        k, i = np.nonzero(self.variables.free)
         entries = np.concatenate([values.ravel(), np.ones(len(k))])
         rows = np.concatenate([rows.ravel(), k * self.n_local + 3 * nv + i])
         columns = np.concatenate([columns.ravel(), self.variables.u_at[k, i]])
@@ -167,14 +162,14 @@ class Transcription:
 
     def _find_columns(self) -> None:
         """Find the variable, and its sign, of every coefficient that a node touches."""
-        at = self.variables.c_at[self._base]  # (n_nodes, w, nv)
+        lap, index = np.divmod(self.window, self.problem.basis.n_coefficients)
+        at = self.variables.c_at[index]  # (n_nodes, w, nv)
         sign = np.ones(at.shape)
         if self.problem.closure is not None:
-            k = self.problem.closure
-            at = np.where(self._turned[:, :, None], at[:, :, k.source], at)
-            sign = np.where(self._turned[:, :, None], k.sign, sign)
+            k, turned = self.problem.closure, lap[:, :, None] > 0
+            at = np.where(turned, at[:, :, k.source], at)
+            sign = np.where(turned, k.sign, sign)
         self._columns, self._signs = at, sign
-        self._free = self.variables.u_at >= 0
 
     def _find_band(self) -> None:
         """Find where in a band every entry of the blocks of all nodes goes."""
