@@ -46,24 +46,16 @@ _COMMUTE = {"add", "mul", "eq", "ne", "fmin", "fmax", "hypot", "and", "or"}
 
 @dataclass(frozen=True)
 class Program:
-    """Operations in order, each making one value that is never made again.
+    """Operations in order, each making one value that is never made again."""
 
-    Attributes:
-        operations: Names of the operations: CasADi's, without ``OP_`` and in lower case.
-        operands: Two numbers for each: the values it takes (-1: none); input and element of an
-            ``"input"``; the index of a ``"constant"``.
-        outputs: Values of the nonzeros of every output, one output after the other.
-        constants: What the constants are.
-        sizes: Lengths of the inputs.
-        nonzeros: Numbers of nonzeros of the outputs.
-    """
-
-    operations: list[str]
+    operations: list[str]  # CasADi's names, without ``OP_`` and in lower case
+    # two numbers for each: the values it takes (-1: none); input and element of an ``"input"``; the
+    # index of a ``"constant"``
     operands: list[tuple[int, int]]
-    outputs: list[int]
+    outputs: list[int]  # values of the nonzeros of every output, one output after the other
     constants: list[float]
-    sizes: tuple[int, ...]
-    nonzeros: tuple[int, ...]
+    sizes: tuple[int, ...]  # lengths of the inputs
+    nonzeros: tuple[int, ...]  # numbers of nonzeros of the outputs
 
     @classmethod
     def of(cls, function: "casadi.Function", shared: bool = False) -> "Program":
@@ -126,20 +118,14 @@ class Program:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A program as the machine reads it.
+    """A program as the machine reads it."""
 
-    Attributes:
-        lines: Number of lines; then for each the operation, the place of its result and three
-            places of operands (unused ones 0); int32.
-        n_places: Places of memory; those of inputs come first, those of constants follow.
-        sizes: Lengths of the inputs.
-        places: Places of the nonzeros of every output; int64.
-    """
-
+    # number of lines; then for each the operation, the place of its result and three places of
+    # operands (unused ones 0); int32
     lines: np.ndarray
-    n_places: int
-    sizes: tuple[int, ...]
-    places: tuple[np.ndarray, ...]
+    n_places: int  # places of memory; those of inputs come first, those of constants follow
+    sizes: tuple[int, ...]  # lengths of the inputs
+    places: tuple[np.ndarray, ...]  # places of the nonzeros of every output; int64
 
 
 @no_type_check  # of hundreds of thousands of values

@@ -18,11 +18,8 @@ from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 class ArrayFunction(ca.Callback):
     """A function of arrays that CasADi can call.
 
-    Args:
-        name: Its name.
-        inputs: Name and pattern of every input.
-        outputs: Name, pattern of every output, and what returns its nonzeros from the arrays of
-            nonzeros of all inputs.
+    An input has a name and a pattern, an output also what returns its nonzeros from those of all
+    inputs.
     """
 
     def __init__(
@@ -78,9 +75,7 @@ class ArrayFunction(ca.Callback):
 def functions_of(program: SparseProgram, *, symmetric: bool) -> dict[str, ArrayFunction]:
     """Return everything a solver may ask for, by the names it asks by.
 
-    Args:
-        program: The program.
-        symmetric: Whether Hessians have both triangles; otherwise the upper one alone.
+    Hessians have the upper triangle alone, or both if they are to be ``symmetric``.
     """
     n, m = program.n_variables, len(program.lower)
     x, p = ("x", ca.Sparsity.dense(n, 1)), ("p", ca.Sparsity.dense(0, 1))
@@ -121,13 +116,9 @@ def functions_of(program: SparseProgram, *, symmetric: bool) -> dict[str, ArrayF
 class Watch(ArrayFunction):
     """What CasADi calls after every iteration: keeps the best point, and stops on request.
 
-    Args:
-        program: The program.
-        feasibility: Violation below which the cheaper point is the better one.
-        callback: Called with every iteration; True stops.
-
     Attributes:
-        best: Violation (at least ``feasibility``), objective and variables of the best point.
+        best: Violation (at least ``feasibility``: below, the cheaper point is the better one),
+            objective and variables of the best point.
         objective: Objective of every iteration.
         violation: Violation of every iteration.
         started: When the solver was started [s].

@@ -22,12 +22,7 @@ _RANK = 1e-7  # parts of a row smaller than this are rounding
 
 
 def independent_equations(e: Evaluation, x: Float[Array, " size"]) -> list[Bool[Array, "_ _"]]:
-    """Return for every block which of its equations are independent of those before.
-
-    Args:
-        e: The problem.
-        x: A guess.
-    """
+    """Return for every block which of its equations are independent of those before, near x."""
     p, z = e.problem, e.t.local(x)
     z = z + _MOVED * np.random.default_rng(0).standard_normal(z.shape)
     held = np.ones(z.shape, dtype=bool)  # parts of z that move with x
@@ -61,12 +56,7 @@ def independent_equations(e: Evaluation, x: Float[Array, " size"]) -> list[Bool[
 
 
 def fixed_variables(e: Evaluation, kept: list[Bool[Array, "_ _"]]) -> dict[int, float]:
-    """Return variables that linear equations fix one after the other, and drop those equations.
-
-    Args:
-        e: The problem.
-        kept: Equations of every block; those that fix a variable are taken out.
-    """
+    """Return variables that linear equations fix one after the other; drop these from ``kept``."""
     waiting = []
     z, T, n = e.t.local(np.zeros(e.t.size)), e.t.matrix(), e.t.n_local
     for b, mine in zip(e.blocks, kept, strict=True):

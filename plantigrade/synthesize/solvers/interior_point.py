@@ -65,12 +65,7 @@ class _Errors:
 
 
 class InteriorPoint:
-    """The solver of one problem; arrays are made once and used again.
-
-    Args:
-        problem: The problem.
-        options: Settings.
-    """
+    """The solver of one problem; arrays are made once and used again."""
 
     def __init__(self, problem: Problem, options: Options | None = None):
         self.options = options or Options()
@@ -153,8 +148,7 @@ class InteriorPoint:
     def _start(self, x: Array, multipliers: Multipliers | None) -> _State:
         """Return the first point, with slacks and multipliers set."""
         e, warm = self._e, multipliers is not None
-        mu = self.options.initial_barrier
-        mu = min(mu, WARM) if warm else mu
+        mu = min(self.options.initial_barrier, WARM if warm else np.inf)
         self._kkt.forget()
         e.linearise(x)
         x = onto_linear_equations(e, x, self.options.feasibility)

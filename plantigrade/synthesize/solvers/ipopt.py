@@ -43,32 +43,19 @@ _WORDS = {
 
 @dataclass(frozen=True, eq=False)
 class IpoptResult:
-    """Result of a CasADi solver.
-
-    Attributes:
-        c: Coefficients (n_coefficients, n_coordinates).
-        u: Node unknowns (n_nodes, n_unknowns).
-        success: Whether optimality was reached, to full or acceptable tolerance.
-        status: How it ended.
-        iterations: Iterations.
-        objective: Cost at the result.
-        violation: Largest violation over all rows that count, redundant ones included.
-        worst: Which row that is, when, and by how much.
-        history: Every iteration; only objective and violation are known.
-        seconds: Time of the solver [s].
-        program: What was solved.
-    """
+    """Result of a CasADi solver."""
 
     c: Float[Array, "n_coefficients n_coordinates"]
     u: Float[Array, "n_nodes n_unknowns"]
-    success: bool
+    success: bool  # whether optimality was reached, to full or acceptable tolerance
     status: str
     iterations: int
-    objective: float
-    violation: float
-    worst: str
+    objective: float  # cost at the result
+    violation: float  # largest violation over all rows that count, redundant ones included
+    worst: str  # which row that is, when, and by how much
+    # every iteration; only objective and violation are known
     history: tuple[Iterate, ...] = field(repr=False)
-    seconds: float
+    seconds: float  # time of the solver [s]
     program: SparseProgram
 
 
@@ -138,7 +125,7 @@ def run(
         options: Its options, as CasADi takes them.
         program: The program.
         c0: Guess of the coefficients.
-        u0: Guess of the node unknowns.
+        u0: Guess of the node unknowns; zeros if not given.
         feasibility: Violation below which the cheaper point is the better one.
         callback: Called after every iteration; True stops.
     """

@@ -127,9 +127,7 @@ def lagrangian(slacks: Sequence[Slacks]) -> list[Array]:
 def factorised(band: Array, shift: float) -> Array | None:
     """Return the Cholesky factor of a matrix plus a multiple of the identity; None if indefinite.
 
-    Args:
-        band: The matrix in lower form: entry (i, j) at ``[i - j, j]``.
-        shift: What is added to the diagonal.
+    The matrix is in lower form: entry (i, j) at ``[i - j, j]``.
     """
     trial = band.copy(order="F")
     trial[0] += shift
@@ -140,12 +138,7 @@ def factorised(band: Array, shift: float) -> Array | None:
 
 
 def factorised_with_least_shift(band: Array, before: float) -> tuple[Array | None, float]:
-    """Return the Cholesky factor, and the shift that it took; None if no shift was enough.
-
-    Args:
-        band: The matrix in lower form.
-        before: The shift that a similar matrix took.
-    """
+    """Return the factor and the shift it took, near that of ``before``; None if none was enough."""
     shift = 0.0 if before < SMALL else before / 4.0
     for _ in range(40):
         factor = factorised(band, shift + 1e-12)

@@ -38,18 +38,13 @@ def restored(e: Evaluation, x: Array) -> Array | None:
 
 
 def onto_linear_equations(e: Evaluation, x: Array, feasibility: float) -> Array:
-    """Return the point nearest to the one that was linearised last that satisfies linear equations.
+    """Return the point nearest to ``x``, linearised last, that satisfies linear equations.
 
-    Args:
-        e: The problem.
-        x: The point.
-        feasibility: Violation up to which the point is left as it is.
+    Where they are violated by no more than ``feasibility``, that is ``x`` itself.
     """
     weights = [np.where(b.equations & b.linear, STIFF, 0.0) for b in e.blocks]
-    missing = [
-        w * (b.r - np.where(b.equations, b.lower, 0.0))
-        for b, w in zip(e.blocks, weights, strict=True)
-    ]
+    aims = [np.where(b.equations, b.lower, 0.0) for b in e.blocks]
+    missing = [w * (b.r - aim) for b, w, aim in zip(e.blocks, weights, aims, strict=True)]
     if not any(np.abs(m).max(initial=0.0) > STIFF * feasibility for m in missing):
         return x
     factor = factorised(e.t.assemble(e.hessians(x, weights, None), smooth=0.0), 1.0)

@@ -40,12 +40,9 @@ class Slacks:
         self.z = np.zeros(limits.shape)
 
     def start(self, mu: float, margin: float, given: Array | None) -> None:
-        """Set slacks near the rows, and multipliers to those given or to those of the barrier.
+        """Set slacks near the rows, a margin inside their limits, and multipliers.
 
-        Args:
-            mu: Barrier parameter.
-            margin: Distance from the limits at which slacks start.
-            given: Multipliers of all nodes (3, n_nodes, n_rows); None for none.
+        These are the ones given, of all nodes (3, n_nodes, n_rows), or those of the barrier.
         """
         b = self.block
         self.s = self.push_interior(b.r, margin)

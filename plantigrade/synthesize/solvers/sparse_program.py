@@ -77,8 +77,6 @@ class SparseProgram:
         self._find_jacobian_pattern(rng)
         self._find_hessian_pattern(rng)
 
-    # Values -----------------------------------------------------------------------------------
-
     def objective(self, x: Float[Array, " n_variables"]) -> float:
         """Return the cost."""
         return self._e.objective(x, self._rows(x))
@@ -94,8 +92,6 @@ class SparseProgram:
     def excess(self, g: Float[Array, " n_constraints"]) -> Float[Array, " n_constraints"]:
         """Return how far constraints lie above their upper limits, or below their lower ones."""
         return np.maximum(g - self.upper, 0.0) - np.maximum(self.lower - g, 0.0)
-
-    # Derivatives ------------------------------------------------------------------------------
 
     def gradient(self, x: Float[Array, " n_variables"]) -> Float[Array, " n_variables"]:
         """Return the gradient of the cost."""
@@ -124,13 +120,7 @@ class SparseProgram:
         cost: float,
         multipliers: Float[Array, " n_constraints"],
     ) -> Float[Array, " nnz"]:
-        """Return the entries of the Hessian of the Lagrangian, in the order of its pattern.
-
-        Args:
-            x: Variables.
-            cost: Factor of the cost.
-            multipliers: Of the constraints.
-        """
+        """Return the entries of the Hessian of cost f + multipliers' g, in its pattern's order."""
         self._linearise(x)
         e, start, pushes = self._e, 0, []
         for b, limited in zip(e.blocks, self._limited, strict=True):
@@ -142,8 +132,6 @@ class SparseProgram:
         weights = [cost * b.weight for b in e.blocks]
         band = e.t.assemble(e.hessians(x, weights, pushes), smooth=cost)
         return band[self._hessian_places]
-
-    # Evaluation and structure -----------------------------------------------------------------
 
     def _rows(self, x: Array) -> list[Array]:
         """Return the rows of every block, evaluated once at each point."""

@@ -58,8 +58,6 @@ class Transcription:
         """Length of z at a node."""
         return 3 * self.nv + self.nu
 
-    # Between x and z --------------------------------------------------------------------------
-
     def local(self, x: Float[Array, " size"]) -> Float[Array, "n_nodes n_local"]:
         """Return z at every node."""
         c, u = self.split(x)
@@ -111,8 +109,6 @@ class Transcription:
         columns = np.hstack([self._columns[nodes].reshape(m, -1), self.variables.u_at[nodes]])
         return np.concatenate([values, J[:, :, 3 * nv :]], axis=2), columns
 
-    # Matrices ---------------------------------------------------------------------------------
-
     def assemble(
         self,
         parts: Iterable[tuple[slice, Float[Array, "m n_local n_local"]]],
@@ -121,13 +117,12 @@ class Transcription:
     ) -> Float[Array, "half_band_1 size"]:
         """Return the Hessian by x of what has Hessian ``H`` by z, and of steps and jerk, as a band.
 
+        Entry (i, j) of its lower triangle is at ``[i - j, j]``.
+
         Args:
             parts: Nodes of one of :attr:`parts`, and ``H`` there: symmetric, both triangles given.
                 It is used at once, so that all may be in the same array.
             smooth: Factor of the Hessian of steps and jerk.
-
-        Returns:
-            Lower form: entry (i, j) is at ``[i - j, j]``.
         """
         flat = np.zeros(self._n_band)
         nv, w, nu = self.nv, self.window.shape[1], self.nu

@@ -30,56 +30,35 @@ FINER = 10
 
 @dataclass(frozen=True, eq=False)
 class Between:
-    """Faults on the finer grid, each at its worst; zero where there is none.
+    """Faults on the finer grid, each at its worst; zero where there is none."""
 
-    Attributes:
-        zmp: How far the zero-moment point is outside the hull of the standing feet [m].
-        moment: The root moment that is therefore unexplained, part of body weight times metre.
-        pull: The vertical force that pulls at the ground, part of body weight.
-        load: Vertical force beyond 1.4 body weights, part of body weight.
-        friction: Largest horizontal force over vertical force, where at least a tenth of the body
-            weight is carried.
-        penetration: How deep a contact point is in the ground [m].
-        drift: How far a point of a standing foot is from its place [m].
-        angle: How far a coordinate is beyond its limits [rad, m].
-        rate: How far a rate is beyond ±5 [rad/s].
-        torque: How far a joint torque is beyond ±200 [N m].
-    """
-
-    zmp: float
-    moment: float
-    pull: float
-    load: float
+    zmp: float  # how far the zero-moment point is outside the hull of the standing feet [m]
+    moment: float  # the root moment that is therefore unexplained, part of body weight times metre
+    pull: float  # the vertical force that pulls at the ground, part of body weight
+    load: float  # vertical force beyond 1.4 body weights, part of body weight
+    # largest horizontal force over vertical force, where at least a tenth of the body weight is
+    # carried
     friction: float
-    penetration: float
-    drift: float
-    angle: float
-    rate: float
-    torque: float
+    penetration: float  # how deep a contact point is in the ground [m]
+    drift: float  # how far a point of a standing foot is from its place [m]
+    angle: float  # how far a coordinate is beyond its limits [rad, m]
+    rate: float  # how far a rate is beyond ±5 [rad/s]
+    torque: float  # how far a joint torque is beyond ±200 [N m]
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """A motion on the finer grid.
+    """A motion on the finer grid."""
 
-    Attributes:
-        times: The grid [s].
-        q: Coordinates [rad, m].
-        qd: Rates [rad/s, m/s].
-        wrench: Force on the body and moment about the pelvis that the motion asks for, world
-            axes [N, N m].
-        torques: Torques of the joints [N m].
-        zmp: Zero-moment point (n_times, 2), NaN where nothing is carried [m].
-        points: Contact points (n_times, 12, 3) [m].
-    """
-
-    times: Float[Array, " n_times"]
-    q: Float[Array, "n_times nv"]
-    qd: Float[Array, "n_times nv"]
+    times: Float[Array, " n_times"]  # the grid [s]
+    q: Float[Array, "n_times nv"]  # coordinates [rad, m]
+    qd: Float[Array, "n_times nv"]  # rates [rad/s, m/s]
+    # force on the body and moment about the pelvis that the motion asks for, world axes [N, N m]
     wrench: Float[Array, "n_times 6"]
-    torques: Float[Array, "n_times n_hinges"]
+    torques: Float[Array, "n_times n_hinges"]  # torques of the joints [N m]
+    # zero-moment point, NaN where nothing is carried [m]
     zmp: Float[Array, "n_times 2"]
-    points: Float[Array, "n_times 12 3"]
+    points: Float[Array, "n_times 12 3"]  # contact points [m]
 
 
 def course(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Course:

@@ -53,16 +53,12 @@ def paper_human() -> Human:
 class PaperBody:
     """A person with the names the paper's conditions need.
 
-    Attributes:
-        human: The person; feet of two segments.
-        symbolic: Its equations of motion.
-
     Raises:
         ParameterError: If the feet do not have the six points.
     """
 
-    human: Human
-    symbolic: SymbolicHuman
+    human: Human  # the person; feet of two segments
+    symbolic: SymbolicHuman  # its equations of motion
 
     @classmethod
     def of(cls, human: Human) -> "PaperBody":

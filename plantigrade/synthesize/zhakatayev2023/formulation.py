@@ -19,22 +19,14 @@ DEGREE = 3
 
 @dataclass(frozen=True, eq=False)
 class PaperProblem:
-    """A motion of the paper, ready to solve.
-
-    Attributes:
-        body: Who moves.
-        motion: Which motion.
-        problem: Rows at the sample times.
-        start: First pose [rad, m].
-        end: Last pose; of a jump, all of it that is not free.
-        guess: Coefficients of the straight way from the first pose to the last.
-    """
+    """A motion of the paper, ready to solve."""
 
     body: PaperBody
     motion: PaperMotion
-    problem: Problem
-    start: Float[Array, " nv"]
-    end: Float[Array, " nv"]
+    problem: Problem  # rows at the sample times
+    start: Float[Array, " nv"]  # first pose [rad, m]
+    end: Float[Array, " nv"]  # last pose; of a jump, all of it that is not free
+    # coefficients of the straight way from the first pose to the last
     guess: Float[Array, "n_coefficients nv"]
 
     @property

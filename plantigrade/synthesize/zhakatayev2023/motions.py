@@ -52,66 +52,41 @@ from plantigrade.errors import ParameterError
 
 @dataclass(frozen=True)
 class Printed:
-    """What the paper reports of a motion.
-
-    Attributes:
-        variables: Optimisation variables.
-        constraints: Constraints.
-        seconds: Time of the solver [s].
-        solved_by: Algorithm, stage by stage.
-    """
+    """What the paper reports of a motion."""
 
     variables: int
     constraints: int
-    seconds: float
-    solved_by: str
+    seconds: float  # time of the solver [s]
+    solved_by: str  # algorithm, stage by stage
 
 
 @dataclass(frozen=True)
 class PaperMotion:
-    """One motion as the paper sets it.
-
-    Attributes:
-        name: Name of the task.
-        duration: How long it lasts [s].
-        step: Time between samples [s].
-        n_coefficients: Coefficients of a coordinate.
-        right: Row of Λ for the right foot, the same for its six points: one figure a sample.
-        left: The same for the left foot.
-        right_places: Where the right foot stands at those samples, from where it stands in the
-            neutral pose at the origin (forward, to the right) [m].
-        left_places: The same for the left foot.
-        start: ``"neutral"`` or ``"seated"``.
-        travel: How far the pelvis gets (forward, to the right) [m]; of a motion that starts
-            seated, None: by as much as the thighs are long.
-        sink: How far the pelvis may go below where it starts and ends [m].
-        leeway: How far it may leave the way from start to end otherwise [m].
-        speed: Lower and upper limit of the pelvis' speed (Eq. 20) [m/s]; None where switched off.
-        arms: Whether arms and legs are coupled (Eq. 26).
-        knee: Whether a swinging knee bends by 60° (Eq. 27).
-        jump: Weight η of the height of the jump (Eq. 28) [1/m]; zero for none.
-        take_off: Largest speed up at the end [m/s].
-        printed: What the paper reports.
-    """
+    """One motion as the paper sets it."""
 
     name: str
-    duration: float
-    step: float
-    n_coefficients: int
-    right: str
-    left: str
+    duration: float  # how long it lasts [s]
+    step: float  # time between samples [s]
+    n_coefficients: int  # coefficients of a coordinate
+    right: str  # row of Λ for the right foot, the same for its six points: one figure a sample
+    left: str  # the same for the left foot
+    # where the right foot stands at those samples, from where it stands in the neutral pose at the
+    # origin (forward, to the right) [m]
     right_places: tuple[tuple[float, float], ...]
-    left_places: tuple[tuple[float, float], ...]
-    printed: Printed
-    start: str = "neutral"
+    left_places: tuple[tuple[float, float], ...]  # the same for the left foot
+    printed: Printed  # what the paper reports
+    start: str = "neutral"  # ``"neutral"`` or ``"seated"``
+    # how far the pelvis gets (forward, to the right) [m]; of a motion that starts seated, None: by
+    # as much as the thighs are long
     travel: tuple[float, float] | None = (0.0, 0.0)
-    sink: float = 0.05
-    leeway: float = 0.05
+    sink: float = 0.05  # how far the pelvis may go below where it starts and ends [m]
+    leeway: float = 0.05  # how far it may leave the way from start to end otherwise [m]
+    # lower and upper limit of the pelvis' speed (Eq. 20) [m/s]; None where switched off
     speed: tuple[float, float] | None = None
-    arms: bool = False
-    knee: bool = False
-    jump: float = 0.0
-    take_off: float = 0.0
+    arms: bool = False  # whether arms and legs are coupled (Eq. 26)
+    knee: bool = False  # whether a swinging knee bends by 60° (Eq. 27)
+    jump: float = 0.0  # weight η of the height of the jump (Eq. 28) [1/m]; zero for none
+    take_off: float = 0.0  # largest speed up at the end [m/s]
     title: str = ""
     figures: Mapping[str, float] = field(default_factory=dict)
 

@@ -38,15 +38,10 @@ from plantigrade.synthesize.zhakatayev2023.staged import StagedResult, solve_sta
 
 @dataclass(frozen=True, eq=False)
 class PaperSolution:
-    """A motion of the paper.
-
-    Attributes:
-        paper: The problem.
-        result: What the stages found.
-    """
+    """A motion of the paper."""
 
     paper: PaperProblem
-    result: StagedResult
+    result: StagedResult  # what the stages found
 
     @property
     def human(self) -> Human:

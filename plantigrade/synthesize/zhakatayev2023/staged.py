@@ -45,31 +45,18 @@ _SETTINGS = {
 
 @dataclass(frozen=True)
 class Stage:
-    """One attempt at one stage.
-
-    Attributes:
-        name: Name of the stage.
-        solver: Solver.
-        status: How it ended, in words.
-        success: Whether its constraints are satisfied, and where it has an objective, optimal.
-        iterations: Iterations.
-        seconds: Time, setting up included [s].
-        cpu_seconds: Processor time of its thread [s].
-        objective: Objective of the whole problem at its end.
-        violation: Largest violation of the constraints active in it, in units where 1 is large.
-        worst: Which row, when and by how much.
-    """
+    """One attempt at one stage."""
 
     name: str
     solver: str
-    status: str
-    success: bool
+    status: str  # how it ended, in words
+    success: bool  # whether its constraints are satisfied, and where it has an objective, optimal
     iterations: int
-    seconds: float
-    cpu_seconds: float
-    objective: float
-    violation: float
-    worst: str
+    seconds: float  # time, setting up included [s]
+    cpu_seconds: float  # processor time of its thread [s]
+    objective: float  # objective of the whole problem at its end
+    violation: float  # largest violation of the constraints active in it, in units where 1 is large
+    worst: str  # which row, when and by how much
 
     def line(self) -> str:
         """Return it in one line."""
@@ -83,31 +70,18 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class StagedResult:
-    """Result of all stages.
+    """Result of all stages."""
 
-    Attributes:
-        c: Coefficients.
-        stages: Every attempt, in order.
-        success: Whether the last stage succeeded.
-        objective: Objective.
-        violation: Largest violation over all constraints.
-        worst: Which row, when and by how much.
-        iterations: Iterations of all attempts.
-        seconds: Time of all attempts, setting up included [s].
-        cpu_seconds: Processor time of the thread [s].
-        history: Objective and violation of every iteration of the last attempt.
-    """
-
-    c: Float[Array, "n_coefficients nv"]
-    stages: tuple[Stage, ...]
-    success: bool
+    c: Float[Array, "n_coefficients nv"]  # coefficients
+    stages: tuple[Stage, ...]  # every attempt, in order
+    success: bool  # whether the last stage succeeded
     objective: float
-    violation: float
-    worst: str
-    iterations: int
-    seconds: float
-    cpu_seconds: float
-    history: Any
+    violation: float  # largest violation over all constraints
+    worst: str  # which row, when and by how much
+    iterations: int  # iterations of all attempts
+    seconds: float  # time of all attempts, setting up included [s]
+    cpu_seconds: float  # processor time of the thread [s]
+    history: Any  # objective and violation of every iteration of the last attempt
 
 
 def solve_staged(
