@@ -46,8 +46,9 @@ class _Ending:
     multipliers: Multipliers | None = None
 
     @property
-    def stopped(self) -> bool:
-        return self.status == "stopped"
+    def over(self) -> bool:
+        """Whether nothing else is to be tried: it succeeded, or the user stopped it."""
+        return self.success or self.status == "stopped"
 
     def on(self, problem: Problem) -> Start:
         """Return it as the start of another problem."""
@@ -108,10 +109,10 @@ def synthesize(
     else:
         guessed = warm is None and c0 is None
         at = _first(run, problem, start, "first try" if warm is None else "warm start", guessed)
-        if warm is not None and not at.success and not at.stopped and rescue:
+        if warm is not None and not at.over and rescue:
             problem = task.problem(body)
             at = run.interior_point("first try", problem, (*task.start(body, problem), None))
-        if not at.success and not at.stopped and rescue:
+        if not at.over and rescue:
             at = _rescued(run, problem, at)
     solve = run.ipopt if solver == "ipopt" else run.interior_point
     for _ in range(refinements if at.success else 0):
@@ -146,13 +147,13 @@ def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
     smooth = (*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4))
     for name, easier in (("coarse mesh", coarse), ("smooth first", replace(task, terms=smooth))):
         middle = run.easier(name, easier)
-        if middle.stopped:
-            return at
         if middle.success:
             c, u, _ = middle.on(problem)
             after = run.interior_point("the task itself", problem, (c, u, None))
-            if after.success or after.stopped:
+            if after.over:
                 return after
+        elif middle.over:
+            return at
     after = run.ipopt("IPOPT", problem, (*task.start(run.body, problem), None))
     return after if after.success else at
 
@@ -173,11 +174,7 @@ class _Stages:
     def interior_point(self, name: str, problem: Problem, start: Start) -> _Ending:
         """Run the interior point."""
         started = clock.perf_counter()
-
-        def report(iterate: Iterate) -> bool | None:
-            return self._progress(name, iterate) if self._progress is not None else None
-
-        r = InteriorPoint(problem, self._options).solve(*start, report)
+        r = InteriorPoint(problem, self._options).solve(*start, lambda it: self._tell(name, it))
         self._note(name, "interior-point", problem, r.status, started, r.history)
         return _Ending(problem, r.c, r.u, r.status, r.success, r.multipliers)
 
@@ -190,12 +187,11 @@ class _Stages:
         """Run IPOPT, which takes no multipliers."""
         from plantigrade.synthesize.solvers import ipopt
 
-        started = clock.perf_counter()
-        history: list[Iterate] = []
+        started, history = clock.perf_counter(), []
 
         def report(iterate: Iterate) -> bool | None:
             history.append(iterate)
-            return self._progress(name, iterate) if self._progress is not None else None
+            return self._tell(name, iterate)
 
         r = ipopt.solve(problem, *start[:2], callback=report, max_seconds=IPOPT_SECONDS)
         self._note(name, "ipopt", problem, r.status, started, tuple(history))
@@ -205,6 +201,9 @@ class _Stages:
         """Return the motion where a stage ended."""
         found = at.problem, at.c, at.u, at.status, at.success
         return Solution(self.body, self.task, *found, tuple(self._stages), at.multipliers)
+
+    def _tell(self, name: str, iterate: Iterate) -> bool | None:
+        return self._progress(name, iterate) if self._progress is not None else None
 
     def _note(
         self,

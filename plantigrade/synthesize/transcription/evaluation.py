@@ -77,11 +77,8 @@ class Evaluation:
         """Return the sum of J' w over blocks, by x."""
         g = np.zeros((self.t.n_nodes, self.t.n_local))
         for b, w in zip(self.blocks, weights, strict=True):
-            part = np.matmul(w[:, None, :], b.J)[:, 0]
-            if b.everywhere:
-                g[:, b.columns] += part
-            else:
-                g[b.at, b.columns] += part
+            nodes = slice(None) if b.everywhere else b.at
+            g[nodes, b.columns] += np.matmul(w[:, None, :], b.J)[:, 0]
         return self.t.gradient(g)
 
     def push_forward(self, dx: Array) -> list[Array]:

@@ -134,14 +134,8 @@ class Transcription:
             states = np.ascontiguousarray(
                 half[:, :, :s].reshape(m, L, 3, nv).transpose(0, 2, 1, 3)
             ).reshape(m, 3, L * nv)
-            values = np.concatenate(
-                [
-                    np.matmul(Bt, states).reshape(m, -1),
-                    half[:, :, s:].reshape(m, -1),
-                    H[:, s:, s:].reshape(m, -1),
-                ],
-                axis=1,
-            )
+            every = np.matmul(Bt, states), half[:, :, s:], H[:, s:, s:]
+            values = np.concatenate([x.reshape(m, -1) for x in every], axis=1)
             start, stop, places, sign = self._places[nodes.start]
             if sign is not None:
                 values *= sign
@@ -181,10 +175,8 @@ class Transcription:
         if nu:
             u = self.variables.u_at
             i, j = at.reshape(n, -1, 1), u.reshape(n, 1, nu)
-            mixed = self._offsets(np.maximum(i, j), np.where(j < 0, -1, np.minimum(i, j)))
-            unknown = self._offsets(
-                np.where(u[:, :, None] < 0, -1, u[:, :, None]), u[:, None, :] + 0 * u[:, :, None]
-            )
+            mixed = self._offsets(np.maximum(i, j), np.minimum(i, j))
+            unknown = self._offsets(u[:, :, None], u[:, None, :])
         every = [x.reshape(n, -1) for x in (states, mixed, unknown)]
         places = np.concatenate(every, axis=1)
         signs = None
@@ -199,8 +191,8 @@ class Transcription:
             inside = here < self._n_band
             start, stop = int(here[inside].min()), int(here[inside].max()) + 1
             local = np.where(inside, here - start, stop - start).ravel()
-            of = None if signs is None else signs[nodes]
-            self._places[nodes.start] = start, stop, local, of
+            sign = None if signs is None else signs[nodes]
+            self._places[nodes.start] = start, stop, local, sign
 
     def _offsets(self, i: Int[Array, "..."], j: Int[Array, "..."]) -> Int[Array, "..."]:
         """Return the place of (i, j) in a band laid out column by column, the last for none."""

@@ -31,6 +31,7 @@ from plantigrade.contact.site import Point, contact_sites
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.synthesize.problem.constraint_family import node_symbols
 
 MASS, HEIGHT = 77.5, 1.80  # [kg], [m]
 CONTACTS = (
@@ -86,17 +87,10 @@ class PaperBody:
     @cached_property
     def contacts(self) -> tuple[Point, ...]:
         """The six contact points of the right foot, then of the left."""
-        spheres = dict(
-            zip(
-                (name for name, _, _ in self.human.contact_points),
-                contact_sites(self.human),
-                strict=True,
-            )
-        )
+        names = [name for name, _, _ in self.human.contact_points]
+        spheres = list(zip(names, contact_sites(self.human), strict=True))
         return tuple(
-            next(p for n, p in spheres.items() if n.endswith(f"_{name}_{side}"))
-            for side in SIDES
-            for name in CONTACTS
+            next(p for n, p in spheres if n.endswith(f"_{name}")) for name in self.contact_names
         )
 
     @cached_property
@@ -113,11 +107,7 @@ class PaperBody:
     @cached_property
     def inputs(self) -> tuple[Any, ...]:
         """Symbols q, qd, qdd, u, p of the functions of a node; there are no u and no p."""
-        import casadi as ca
-
-        nv = len(self.names)
-        sizes = zip(("q", "qd", "qdd", "u", "p"), (nv, nv, nv, 0, 0), strict=True)
-        return tuple(ca.SX.sym(name, n) for name, n in sizes)
+        return node_symbols(len(self.names))
 
     @property
     def weight(self) -> float:

@@ -57,7 +57,6 @@ class Printed:
     variables: int
     constraints: int
     seconds: float  # time of the solver [s]
-    solved_by: str  # algorithm, stage by stage
 
 
 @dataclass(frozen=True)
@@ -70,10 +69,10 @@ class PaperMotion:
     n_coefficients: int  # coefficients of a coordinate
     right: str  # row of Λ for the right foot, the same for its six points: one figure a sample
     left: str  # the same for the left foot
-    # where the right foot stands at those samples, from where it stands in the neutral pose at the
-    # origin (forward, to the right) [m]
-    right_places: tuple[tuple[float, float], ...]
-    left_places: tuple[tuple[float, float], ...]  # the same for the left foot
+    # how far from its place in the neutral pose the right foot stands at those samples: forward, or
+    # in a side-step to the right [m]
+    right_places: tuple[float, ...]
+    left_places: tuple[float, ...]  # the same for the left foot
     printed: Printed  # what the paper reports
     start: str = "neutral"  # ``"neutral"`` or ``"seated"``
     # how far the pelvis gets (forward, to the right) [m]; of a motion that starts seated, None: by
@@ -108,15 +107,9 @@ class PaperMotion:
     @property
     def places(self) -> dict[str, Float[Array, "n_samples 2"]]:
         """Where each foot stands at each sample (forward, to the right) [m]."""
-        return {"r": np.array(self.right_places), "l": np.array(self.left_places)}
-
-
-def _steps(*places: float) -> tuple[tuple[float, float], ...]:
-    return tuple((x, 0.0) for x in places)
-
-
-def _aside(*places: float) -> tuple[tuple[float, float], ...]:
-    return tuple((0.0, y) for y in places)
+        axis = np.array([0.0, 1.0] if self.name == "side-step" else [1.0, 0.0])
+        ways = {"r": self.right_places, "l": self.left_places}
+        return {side: np.outer(way, axis) for side, way in ways.items()}
 
 
 _L = 0.4  # forward step [m]
@@ -133,18 +126,13 @@ MOTIONS: dict[str, PaperMotion] = {
             n_coefficients=10,
             right="1111011",
             left="1101111",
-            right_places=_steps(0, _L, _L, _L, _L, 3 * _L, 3 * _L),
-            left_places=_steps(0, 0, 0, 2 * _L, 2 * _L, 2 * _L, 3 * _L),
+            right_places=(0, _L, _L, _L, _L, 3 * _L, 3 * _L),
+            left_places=(0, 0, 0, 2 * _L, 2 * _L, 2 * _L, 3 * _L),
             travel=(3 * _L, 0.0),
             speed=(0.5 * _L, 2.0 * _L),
             arms=True,
             knee=True,
-            printed=Printed(
-                430,
-                2812,
-                85 + (15 * 60 + 39) * 60 + (3 * 60 + 22) * 60,
-                "active-set, interior-point, sqp",
-            ),
+            printed=Printed(430, 2812, 85 + (15 * 60 + 39) * 60 + (3 * 60 + 22) * 60),
         ),
         PaperMotion(
             "sit-to-stand",
@@ -154,11 +142,11 @@ MOTIONS: dict[str, PaperMotion] = {
             n_coefficients=9,
             right="111111",
             left="111111",
-            right_places=_steps(*[0.0] * 6),
-            left_places=_steps(*[0.0] * 6),
+            right_places=(0.0,) * 6,
+            left_places=(0.0,) * 6,
             start="seated",
             travel=None,
-            printed=Printed(387, 2508, 9 * 60, "interior-point"),
+            printed=Printed(387, 2508, 9 * 60),
         ),
         PaperMotion(
             "side-step",
@@ -168,11 +156,11 @@ MOTIONS: dict[str, PaperMotion] = {
             n_coefficients=9,
             right="101111",
             left="111101",
-            right_places=_aside(0, 0, _S, _S, _S, _S),
-            left_places=_aside(0, 0, 0, 0, 0, _S),
+            right_places=(0, 0, _S, _S, _S, _S),
+            left_places=(0, 0, 0, 0, 0, _S),
             travel=(0.0, _S),
             speed=(0.25 * _S, 3.0 * _S),
-            printed=Printed(387, 2372, 9, "interior-point"),
+            printed=Printed(387, 2372, 9),
             figures={"rise": 0.016},
         ),
         PaperMotion(
@@ -183,12 +171,12 @@ MOTIONS: dict[str, PaperMotion] = {
             n_coefficients=7,
             right="1111",
             left="1111",
-            right_places=_steps(*[0.0] * 4),
-            left_places=_steps(*[0.0] * 4),
+            right_places=(0.0,) * 4,
+            left_places=(0.0,) * 4,
             sink=0.44,
             jump=1e4,
             take_off=2.0,
-            printed=Printed(301, 1816, 85 * 60, "interior-point"),
+            printed=Printed(301, 1816, 85 * 60),
             figures={"take_off": 1.8, "height": 0.16},
         ),
     )
