@@ -156,12 +156,7 @@ class Watch(ArrayFunction):
         if not self.stop and self._callback is not None:
             number, seconds = len(self.objective) - 1, clock.perf_counter() - self.started
             try:
-                self.stop = bool(self._callback(iterate(number, cost, off, seconds)))
+                self.stop = bool(self._callback(Iterate(number, cost, off, seconds=seconds)))
             except KeyboardInterrupt:
                 self.stop = True
         return float(self.stop)
-
-
-def iterate(number: int, objective: float, violation: float, seconds: float = np.nan) -> Iterate:
-    """Return an iteration of which no more is known."""
-    return Iterate(number, objective, violation, "", np.nan, np.nan, 0.0, 1.0, seconds)

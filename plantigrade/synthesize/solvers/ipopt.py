@@ -131,7 +131,7 @@ def run(
     """
     import casadi as ca
 
-    from plantigrade.synthesize.solvers.callbacks import Watch, functions_of, iterate
+    from plantigrade.synthesize.solvers.callbacks import Watch, functions_of
 
     x0 = np.clip(program.pack(c0, u0), *program.bounds)
     watch = Watch(program, feasibility, callback)
@@ -173,7 +173,7 @@ def run(
         objective=program.objective(x),
         violation=worst.amount,
         worst=worst.sentence,
-        history=tuple(iterate(i, float(f), float(off)) for i, (f, off) in enumerate(history)),
+        history=tuple(Iterate(i, float(f), float(off)) for i, (f, off) in enumerate(history)),
         seconds=seconds,
         program=program,
     )

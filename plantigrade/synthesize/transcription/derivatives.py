@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 _SMALL = 300  # operations of a function that is interpreted sooner than its code is found
 _VERSION = 1  # raise it whenever the derivatives below are built differently
 
+States = Float[Array, "n_nodes nv"]
+Given = Float[Array, "n_nodes _"]  # unknowns and parameters
+Rows = Float[Array, "n_nodes n_rows"]
+Jacobian = Float[Array, "n_nodes n_rows nz"]
+
 
 class Derivatives:
     """A function of a node with its derivatives, evaluated at all nodes at once.
@@ -71,27 +76,13 @@ class Derivatives:
         off = i != j
         return np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
 
-    def values(
-        self,
-        q: Float[Array, "n_nodes nv"],
-        v: Float[Array, "n_nodes nv"],
-        a: Float[Array, "n_nodes nv"],
-        u: Float[Array, "n_nodes n_unknowns"],
-        p: Float[Array, "n_nodes n_parameters"],
-    ) -> Float[Array, "n_nodes n_rows"]:
+    def values(self, q: States, v: States, a: States, u: Given, p: Given) -> Rows:
         """Return the rows."""
         return self._values(q, v, a, u, p)[0]
 
     def jacobian(
-        self,
-        q: Float[Array, "n_nodes nv"],
-        v: Float[Array, "n_nodes nv"],
-        a: Float[Array, "n_nodes nv"],
-        u: Float[Array, "n_nodes n_unknowns"],
-        p: Float[Array, "n_nodes n_parameters"],
-        *,
-        out: Float[Array, "n_nodes n_rows nz"] | None = None,
-    ) -> tuple[Float[Array, "n_nodes n_rows"], Float[Array, "n_nodes n_rows nz"]]:
+        self, q: States, v: States, a: States, u: Given, p: Given, *, out: Jacobian | None = None
+    ) -> tuple[Rows, Jacobian]:
         """Return the rows and dr/dz.
 
         The latter is written to the contiguous array ``out`` if that is given: entries of the
@@ -108,12 +99,12 @@ class Derivatives:
 
     def hessian(
         self,
-        lam: Float[Array, "n_nodes n_rows"],
-        q: Float[Array, "n_nodes nv"],
-        v: Float[Array, "n_nodes nv"],
-        a: Float[Array, "n_nodes nv"],
-        u: Float[Array, "n_nodes n_unknowns"],
-        p: Float[Array, "n_nodes n_parameters"],
+        lam: Rows,
+        q: States,
+        v: States,
+        a: States,
+        u: Given,
+        p: Given,
         *,
         onto: Float[Array, "n_nodes nz nz"] | None = None,
     ) -> Float[Array, "n_nodes nz nz"]:

@@ -33,6 +33,9 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.problem.constraint_family import node_symbols
 
+Pose = Float[Array, " nv"]
+"""Coordinates [rad, m]."""
+
 MASS, HEIGHT = 77.5, 1.80  # [kg], [m]
 CONTACTS = (
     "heel_back_medial",
@@ -80,7 +83,7 @@ class PaperBody:
         return self.names.index(name)
 
     @cached_property
-    def neutral(self) -> Float[Array, " nv"]:
+    def neutral(self) -> Pose:
         """The neutral pose: standing at the origin [rad, m]."""
         return self.human.to_coordinates(self.human.standing()[None])[1][0]
 
@@ -114,7 +117,7 @@ class PaperBody:
         """Body weight [N]."""
         return self.symbolic.mass * float(np.linalg.norm(self.symbolic.gravity))
 
-    def pose(self, **values: float) -> Float[Array, " nv"]:
+    def pose(self, **values: float) -> Pose:
         """Return the neutral pose with some coordinates set, both sides where none is named."""
         q = self.neutral.copy()
         for name, value in values.items():
@@ -123,7 +126,7 @@ class PaperBody:
                 q[self.index(each)] = value
         return q
 
-    def seated(self) -> Float[Array, " nv"]:
+    def seated(self) -> Pose:
         """Return the pose of sitting with hips, knees and elbows at 90°, the feet as in standing.
 
         The paper sets the pelvis back and down by a thigh. Axes of knees and ankles are oblique in

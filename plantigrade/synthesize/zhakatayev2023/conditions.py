@@ -52,7 +52,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import Point
 from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
-from plantigrade.synthesize.zhakatayev2023.body import PaperBody
+from plantigrade.synthesize.zhakatayev2023.body import PaperBody, Pose
 from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion
 from plantigrade.synthesize.zhakatayev2023.polygons import corners, edges
 
@@ -66,9 +66,7 @@ EDGE = "edge"
 TRANSLATIONS = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 
-def limits(
-    body: PaperBody, motion: PaperMotion, start: Float[Array, " nv"], end: Float[Array, " nv"]
-) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
+def limits(body: PaperBody, motion: PaperMotion, start: Pose, end: Pose) -> tuple[Pose, Pose]:
     """Return lower and upper limits of the coordinates (Eq. 18) [rad, m]."""
     lower, upper = body.neutral - ANGLE, body.neutral + ANGLE
     for name in ("knee_angle", "elbow_flex"):
@@ -89,9 +87,7 @@ def limits(
     return lower, upper
 
 
-def boundary(
-    body: PaperBody, motion: PaperMotion, start: Float[Array, " nv"], end: Float[Array, " nv"]
-) -> ConstraintFamily:
+def boundary(body: PaperBody, motion: PaperMotion, start: Pose, end: Pose) -> ConstraintFamily:
     """Return Eq. 17; of a jump's end, all but the speed up."""
     import casadi as ca
 
@@ -107,11 +103,7 @@ def boundary(
 
 
 def coordinates(
-    body: PaperBody,
-    motion: PaperMotion,
-    start: Float[Array, " nv"],
-    end: Float[Array, " nv"],
-    posture: float = 0.0,
+    body: PaperBody, motion: PaperMotion, start: Pose, end: Pose, posture: float = 0.0
 ) -> ConstraintFamily:
     """Return the limits of coordinates between start and end (Eq. 18), and the cost of posture."""
     rows = _rows(body, motion, "coordinates", body.inputs[0], body.names, "deg", 180 / np.pi)

@@ -11,7 +11,7 @@ from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots
 from plantigrade.synthesize.tasks.task import BASES
 from plantigrade.synthesize.zhakatayev2023 import conditions
-from plantigrade.synthesize.zhakatayev2023.body import PaperBody
+from plantigrade.synthesize.zhakatayev2023.body import PaperBody, Pose
 from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion
 
 DEGREE = 3
@@ -24,8 +24,8 @@ class PaperProblem:
     body: PaperBody
     motion: PaperMotion
     problem: Problem  # rows at the sample times
-    start: Float[Array, " nv"]  # first pose [rad, m]
-    end: Float[Array, " nv"]  # last pose; of a jump, all of it that is not free
+    start: Pose  # first pose [rad, m]
+    end: Pose  # last pose; of a jump, all of it that is not free
     # coefficients of the straight way from the first pose to the last
     guess: Float[Array, "n_coefficients nv"]
 
@@ -101,7 +101,7 @@ def formulate(
     return PaperProblem(body, motion, problem, start, end, used.fit(times, way))
 
 
-def poses(body: PaperBody, motion: PaperMotion) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
+def poses(body: PaperBody, motion: PaperMotion) -> tuple[Pose, Pose]:
     """Return the first and the last pose of a motion (section VI)."""
     start, end = body.neutral.copy(), body.neutral.copy()
     if motion.start == "seated":

@@ -69,11 +69,11 @@ class PaperMotion:
     n_coefficients: int  # coefficients of a coordinate
     right: str  # row of Λ for the right foot, the same for its six points: one figure a sample
     left: str  # the same for the left foot
-    # how far from its place in the neutral pose the right foot stands at those samples: forward, or
-    # in a side-step to the right [m]
+    # how far ahead of its place in the neutral pose the right foot stands at those samples [m]
     right_places: tuple[float, ...]
     left_places: tuple[float, ...]  # the same for the left foot
     printed: Printed  # what the paper reports
+    sideways: bool = False  # whether feet go to the right instead
     start: str = "neutral"  # ``"neutral"`` or ``"seated"``
     # how far the pelvis gets (forward, to the right) [m]; of a motion that starts seated, None: by
     # as much as the thighs are long
@@ -107,7 +107,7 @@ class PaperMotion:
     @property
     def places(self) -> dict[str, Float[Array, "n_samples 2"]]:
         """Where each foot stands at each sample (forward, to the right) [m]."""
-        axis = np.array([0.0, 1.0] if self.name == "side-step" else [1.0, 0.0])
+        axis = [0.0, 1.0] if self.sideways else [1.0, 0.0]
         ways = {"r": self.right_places, "l": self.left_places}
         return {side: np.outer(way, axis) for side, way in ways.items()}
 
@@ -158,6 +158,7 @@ MOTIONS: dict[str, PaperMotion] = {
             left="111101",
             right_places=(0, 0, _S, _S, _S, _S),
             left_places=(0, 0, 0, 0, 0, _S),
+            sideways=True,
             travel=(0.0, _S),
             speed=(0.25 * _S, 3.0 * _S),
             printed=Printed(387, 2372, 9),

@@ -79,9 +79,7 @@ class PaperSolution:
         sampled = sample(body, plan, paper.problem, result.c, shares, fine, FRICTION)
         limits, stages = Limits(), []
         for s in result.stages:  # of the last one every iteration, of the others the end
-            end = Iterate(
-                s.iterations, s.objective, s.violation, s.worst, np.nan, np.nan, 0.0, 1.0, s.seconds
-            )
+            end = Iterate(s.iterations, s.objective, s.violation, s.worst, seconds=s.seconds)
             history = (*(result.history if s is result.stages[-1] else ()), end)
             stages.append(Stage(s.name, s.solver, len(times), s.status, s.seconds, history))
         return contact_record(
