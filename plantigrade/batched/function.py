@@ -1,9 +1,8 @@
 """CasADi functions evaluated at many nodes at once, with vector instructions.
 
-A trajectory optimisation evaluates the same function at every node of a motion. CasADi's
-interpreter does one operation of one node after the other; :class:`BatchedFunction` does each
-operation for up to 64 nodes before the next one, with vector instructions made by LLVM, which comes
-as a wheel and needs no compiler.
+CasADi's interpreter does one operation of one node of a motion after the other;
+:class:`BatchedFunction` does each for up to 64 nodes before the next one, with vector instructions
+made by LLVM, which comes as a wheel and needs no compiler.
 """
 
 import threading

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.contact_body import ContactBody
@@ -19,13 +21,13 @@ from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solvers.interior_point import InteriorPoint
 from plantigrade.synthesize.solvers.result import Iterate, Multipliers, Options
-from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.tasks.task import MotionTask, coefficients, sample_times
 from plantigrade.synthesize.terms.effort import Acceleration, Work
 from plantigrade.synthesize.transcription.mesh import nodes_like, split
-from plantigrade.synthesize.transfer import Start, transferred
 from plantigrade.synthesize.warm_start import WarmStart
 
 Solver = Literal["interior-point", "ipopt"]
+Start = tuple[Array, Array, Multipliers | None]
 Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
@@ -216,3 +218,41 @@ class _Stages:
     ) -> None:
         seconds = clock.perf_counter() - started
         self._stages.append(Stage(name, solver, len(problem.nodes), status, seconds, history))
+
+
+def transferred(
+    old: Problem,
+    c: Array,
+    u: Array,
+    multipliers: Multipliers | None,
+    new: Problem,
+    switches: tuple[Array, Array] | None = None,
+) -> Start:
+    """Return the solution of an old problem as the start of a new one.
+
+    With changes of contact of both (``switches``), what lies between two of them stays between
+    them. Without, or where their numbers differ, times are scaled with the duration.
+    """
+    ends = np.array([0.0, new.basis.span]), np.array([0.0, old.basis.span])
+    if switches is not None and len(switches[0]) == len(switches[1]):
+        ends = switches[1], switches[0]
+
+    def before(times: Array) -> Array:
+        return np.interp(times, *ends)
+
+    times = sample_times(new)
+    then = np.clip(before(times), 0.0, old.basis.stop)
+    q = old.states(c, then)[0] - old.drift(then) + new.drift(times)
+    nodes, values = old.nodes, u
+    if old.closure is not None:
+        nodes = np.append(nodes, old.basis.span)
+        values = np.vstack([values, values[:1, old.closure.u_source] * old.closure.u_sign])
+    forces = np.zeros((len(new.nodes), new.n_unknowns))
+    by_name = dict(zip(old.u_names, values.T, strict=False))  # not every task has a seat
+    for i, name in enumerate(new.u_names):
+        if name in by_name:
+            forces[:, i] = np.interp(before(new.nodes), nodes, by_name[name])
+    moved = None
+    if multipliers is not None:
+        moved = multipliers.moved(old.nodes, before(new.nodes))
+    return coefficients(new, times, q), np.clip(forces, new.u_lower, new.u_upper), moved

@@ -9,10 +9,8 @@ these, evaluated at every node alike; arrays hold the limits and costs of every 
     + \tfrac12 \sum_k \sigma_k \lVert u_{k+1} - u_k \rVert^2
     \quad \text{with} \quad l_{kr} \le r_{kr} \le h_{kr}.
 
-So a task is nothing but arrays, which all solvers read, and the exact Hessian of everything is
-:math:`\nabla^2 (\lambda^\top r) + J^\top W J` with :math:`\lambda = y + g + w (r - \bar r)`: no
-function but the rows themselves is differentiated.
-
+The exact Hessian of everything is :math:`\nabla^2 (\lambda^\top r) + J^\top W J` with
+:math:`\lambda = y + g + w (r - \bar r)`: no function but the rows themselves is differentiated.
 Because a spline has local support, node :math:`k` touches few coefficients, and every matrix of
 the problem is banded (Eqs. 4 and 9 to 14 of [Zhakatayev2023]_).
 """

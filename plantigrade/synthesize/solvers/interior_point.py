@@ -8,8 +8,7 @@ With slacks :math:`s` for inequalities, the problem of :mod:`~plantigrade.synthe
 Every iteration lowers the barrier parameter :math:`\mu` if its problem is solved well enough, takes
 a Newton step (:mod:`~plantigrade.synthesize.solvers.kkt`) and searches along it
 (:mod:`~plantigrade.synthesize.solvers.line_search`); where no step is accepted, Gauss-Newton steps
-towards feasibility restore progress (:mod:`~plantigrade.synthesize.solvers.restoration`). The
-method is that of [Waechter2006]_.
+towards feasibility alone restore progress. The method is that of [Waechter2006]_.
 """
 
 import time as clock
@@ -20,9 +19,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.solvers.kkt import KKTSystem, lagrangian
+from plantigrade.synthesize.solvers.kkt import KKTSystem, factorised, lagrangian, solved
 from plantigrade.synthesize.solvers.line_search import Filter, LineSearch, Trial
-from plantigrade.synthesize.solvers.restoration import onto_linear_equations, restored
 from plantigrade.synthesize.solvers.result import Iterate, Multipliers, Options, Result, Status
 from plantigrade.synthesize.solvers.slacks import Slacks
 from plantigrade.synthesize.transcription.constraint_block import limits_of_unknowns
@@ -40,6 +38,9 @@ PATIENCE = 5
 
 STALLS = 12
 """Most iterations without an accepted step."""
+
+STIFF = 1e6
+"""Weight of linear equations beside the distance from a guess."""
 
 
 @dataclass
@@ -231,3 +232,44 @@ def _hopeless(history: Sequence[Iterate]) -> bool:
         return False
     recent = min(it.violation for it in history[-LONG:])
     return recent > 1e-3 and recent > 0.5 * min(it.violation for it in history[:-LONG])
+
+
+def restored(e: Evaluation, x: Array) -> Array | None:
+    """Return a point with less violation, by damped Gauss-Newton steps; None if none is found."""
+    damping, here = 1e-2, x
+    first = size = e.squared_violation(e.values(x))
+    for _ in range(15):
+        e.linearise(here)
+        off = [np.sign(b.r - b.lower) * b.violation(b.r) for b in e.blocks]
+        violated = [np.where(each != 0.0, 1.0, 0.0) for each in off]
+        band = e.t.assemble(e.hessians(here, violated, None))
+        gradient = e.pull_back(off)
+        for _ in range(8):
+            factor = factorised(band, damping)
+            if factor is None:
+                return None
+            trial = here - solved(factor, gradient)
+            after = e.squared_violation(e.values(trial))
+            if after < size:
+                here, size, damping = trial, after, max(damping / 4, 1e-8)
+                break
+            damping *= 6
+        else:
+            break
+        if size < 1e-4 * first:
+            break
+    return here if size < 0.5 * first else None
+
+
+def onto_linear_equations(e: Evaluation, x: Array, feasibility: float) -> Array:
+    """Return the point nearest to ``x``, linearised last, that satisfies linear equations.
+
+    Where they are violated by no more than ``feasibility``, that is ``x`` itself.
+    """
+    weights = [np.where(b.equations & b.linear, STIFF, 0.0) for b in e.blocks]
+    aims = [np.where(b.equations, b.lower, 0.0) for b in e.blocks]
+    missing = [w * (b.r - aim) for b, w, aim in zip(e.blocks, weights, aims, strict=True)]
+    if not any(np.abs(m).max(initial=0.0) > STIFF * feasibility for m in missing):
+        return x
+    factor = factorised(e.t.assemble(e.hessians(x, weights, None), smooth=0.0), 1.0)
+    return x if factor is None else x - solved(factor, e.pull_back(missing))

@@ -8,7 +8,8 @@ derivatives are exact and vectorised, the same that the banded interior point us
 import signal
 import threading
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -147,7 +148,7 @@ def run(
     plugin = ca.nlpsol("solver", solver, made["nlp"], settings)
     watch.started = began = clock.perf_counter()
     (lbx, ubx), lbg, ubg = program.bounds, program.lower, program.upper
-    with _interrupt(watch):
+    with _interruptible(watch):
         try:
             found = plugin(x0=x0, lbx=lbx, ubx=ubx, lbg=lbg, ubg=ubg)
             x, stats = np.array(found["x"]).ravel(), plugin.stats()
@@ -189,20 +190,18 @@ def _better(program: SparseProgram, watch: "Watch", x: Array, feasibility: float
     return x if last <= watch.best[:2] else watch.best[2]
 
 
-class _interrupt:
+@contextmanager
+def _interruptible(watch: "Watch") -> Iterator[None]:
     """Within it, Ctrl-C asks the solver to stop after the present iteration."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
 
-    def __init__(self, watch: "Watch"):
-        self.watch = watch
+    def stop(*_: Any) -> None:
+        watch.stop = True
 
-    def __enter__(self):
-        self.before = None
-        if threading.current_thread() is threading.main_thread():
-            self.before = signal.signal(signal.SIGINT, self._stop)
-
-    def _stop(self, *_: Any) -> None:
-        self.watch.stop = True
-
-    def __exit__(self, *_: Any) -> None:
-        if self.before is not None:
-            signal.signal(signal.SIGINT, self.before)
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

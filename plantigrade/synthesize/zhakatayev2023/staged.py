@@ -163,11 +163,8 @@ def without_edges(problem: Problem) -> Problem:
     """Return the problem without the zero-moment point's condition."""
 
     def relaxed(rows: ConstraintFamily) -> ConstraintFamily:
-        if rows.name != "forces":
-            return rows
-        upper = rows.upper.copy()
-        upper[:, [name.startswith(EDGE) for name in rows.names]] = np.inf
-        return replace(rows, upper=upper)
+        edge = [name.startswith(EDGE) for name in rows.names]
+        return replace(rows, upper=np.where(edge, np.inf, rows.upper))
 
     return replace(problem, rows=tuple(relaxed(rows) for rows in problem.rows))
 
@@ -179,16 +176,10 @@ def least_squares(
     iterations: int = 40,
     enough: float = 1e-7,
 ) -> tuple[Float[Array, "n_coefficients nv"], int, float]:
-    """Return coefficients nearby that satisfy the constraints, by damped least-squares steps.
+    """Return coefficients that satisfy constraints, steps taken, and the largest violation left.
 
-    Args:
-        program: The constraints; its objective is ignored.
-        c: Where to start.
-        iterations: Most steps.
-        enough: Largest violation to stop at.
-
-    Returns:
-        Coefficients, steps taken, and the largest violation left.
+    Damped least-squares steps lead there from ``c``, until violations are small ``enough``; the
+    program's objective is ignored.
     """
     x = np.clip(program.pack(c), *program.bounds)
     free = program.bounds[0] < program.bounds[1]
