@@ -27,10 +27,8 @@ _MAKERS: Mapping[str, Callable[["ProblemBuilder"], ConstraintFamily]] = {
     "contact speed": lambda b: site_places(b.body, b.headings, rates=True),
     **{name: lambda b, name=name: b.motion_family(name) for name in MOTION},
 }
-_PARTS = {
-    name: "dynamics"
-    for name in ("root force", "root moment", "muscle torque", "work rate", "joint torque")
-}
+_PARTS = ("root force", "root moment", "muscle torque", "work rate", "joint torque")
+"""Families that are parts of the dynamics."""
 
 
 class ProblemBuilder:
@@ -92,10 +90,10 @@ class ProblemBuilder:
             ParameterError: If there is no such family.
         """
         if name in _PARTS:
-            return next(part for part in self.family(_PARTS[name]).parts if part.name == name)
+            return next(part for part in self.family("dynamics").parts if part.name == name)
         if name not in self._families:
             if name not in _MAKERS:
-                known = {**_MAKERS, **_PARTS, **self._families}
+                known = dict.fromkeys((*_MAKERS, *_PARTS, *self._families))
                 raise ParameterError(f"no family {name!r}; there are {', '.join(known)}")
             self._families[name] = _MAKERS[name](self)
         return self._families[name]

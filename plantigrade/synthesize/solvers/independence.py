@@ -76,10 +76,11 @@ def fixed_variables(e: Evaluation, kept: list[Bool[Array, "_ _"]]) -> dict[int, 
     found = True
     while found:
         found, later = False, []
-        for mine, place, i, terms, right in waiting:
+        for equation in waiting:
+            mine, place, i, terms, right = equation
             open_ = [c for c in terms if c not in fixed]
             if len(open_) != 1:
-                later.append((mine, place, i, terms, right))
+                later.append(equation)
                 continue
             known = sum(terms[c] * fixed[c] for c in terms if c in fixed)
             fixed[open_[0]] = float((right - known) / terms[open_[0]])

@@ -30,10 +30,8 @@ class SparseProgram:
         n_variables: Number of variables.
         n_fixed: Variables that an equation fixes by itself, as those of a first pose are.
         n_equations: Equations kept, besides those.
-        n_inequalities: Rows with limits that are not equations.
         n_redundant: Equations left out because they follow from others.
-        lower: Lower limits of the constraints.
-        upper: Upper limits.
+        lower, upper: Limits of the constraints.
         bounds: Lower and upper bounds of the variables.
         jacobian_pattern: Rows and columns of the Jacobian of the constraints, column by column.
         hessian_pattern: Rows and columns of the upper triangle of the Hessian, column by column.
@@ -64,7 +62,6 @@ class SparseProgram:
         self.lower = self._chosen([b.lower for b in blocks])
         self.upper = self._chosen([b.upper for b in blocks])
         self.n_equations = int(np.sum(self.lower == self.upper))
-        self.n_inequalities = len(self.lower) - self.n_equations
         self.bounds = np.full(self.n_variables, -np.inf), np.full(self.n_variables, np.inf)
         free = variables.free
         self.bounds[0][variables.u_at[free]] = problem.u_lower.reshape(free.shape)[free]

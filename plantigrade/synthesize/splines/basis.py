@@ -15,6 +15,7 @@ row.
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -49,8 +50,9 @@ class BandedMatrix:
         order = np.arange(self.values.shape[1])
         return (self.first[:, None] + order) % self.n_coefficients
 
+    @cached_property
     def matrix(self) -> sparse.csr_array:
-        """Return the matrix, ``(n_times, n_coefficients)``, with sorted indices, read-only."""
+        """The matrix, ``(n_times, n_coefficients)``, with sorted indices, read-only."""
         n_times, order = self.values.shape
         starts = np.arange(0, (n_times + 1) * order, order)
         entries = (self.values.ravel(), self.columns.ravel(), starts)
@@ -79,7 +81,6 @@ class Basis(ABC):
         self.knots = np.array(knots, dtype=float)
         self.knots.flags.writeable = False
         self._bands: dict[tuple[bytes, int, Side], BandedMatrix] = {}
-        self._matrices: dict[tuple[bytes, int, Side], sparse.csr_array] = {}
 
     @abstractmethod
     def evaluate(
@@ -158,7 +159,9 @@ class Basis(ABC):
             if self.periodic:
                 first = first % self.n_coefficients
             values.flags.writeable = first.flags.writeable = False
-            remember(self._bands, key, BandedMatrix(values, first, self.n_coefficients))
+            if len(self._bands) >= KEPT:  # the oldest goes
+                del self._bands[next(iter(self._bands))]
+            self._bands[key] = BandedMatrix(values, first, self.n_coefficients)
         return self._bands[key]
 
     def matrix(
@@ -182,10 +185,7 @@ class Basis(ABC):
         Raises:
             ParameterError: If a time lies outside the span or the derivative is not a whole number.
         """
-        key = (np.asarray(times, dtype=float).tobytes(), int(derivative), side)
-        if key not in self._matrices:
-            remember(self._matrices, key, self.band(times, derivative, side=side).matrix())
-        return self._matrices[key]
+        return self.band(times, derivative, side=side).matrix
 
     def gram(self, derivative: int = 0) -> sparse.csr_array:
         r"""Return :math:`G_{ij} = \int N_i^{(d)} N_j^{(d)} \, dt` over the span.
@@ -286,10 +286,3 @@ class Basis(ABC):
         half = np.diff(self.breaks)[:, None] / 2
         middle = self.breaks[:-1, None] + half
         return (middle + half * points).ravel(), (half * weights).ravel()
-
-
-def remember(cache: dict, key: Hashable, value: object) -> None:
-    """Cache a value, and drop the oldest beyond ``KEPT``."""
-    if len(cache) >= KEPT:
-        del cache[next(iter(cache))]
-    cache[key] = value

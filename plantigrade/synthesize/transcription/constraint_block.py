@@ -15,20 +15,13 @@ if TYPE_CHECKING:
 
 
 class ConstraintBlock:
-    """A family at the nodes where it has a limit or a cost.
+    """A family at the nodes where it has a limit or a cost; its arrays are those of these nodes.
 
     Attributes:
         rows: The family.
-        derivatives: Its derivatives by z.
         at: Nodes where it matters, in order.
         everywhere: Whether that is all of them.
-        parameters: Its parameters there, as all that follow.
-        lower: Lower limits.
-        upper: Upper limits.
-        weight: Weights of squared distance.
-        equations: Which rows are equations.
-        inequalities: Which rows have a limit and are not equations.
-        bound: Which rows are either.
+        bound: Which rows are equations or inequalities.
         linear: Whether the family is linear in z.
         single: Whether, beyond that, each row depends on one element of z only.
         columns: The elements of z that it depends on.

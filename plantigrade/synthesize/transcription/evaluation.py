@@ -45,7 +45,6 @@ class Evaluation:
     """One problem at one point after the other; arrays are made once and used again.
 
     Attributes:
-        problem: The problem.
         t: Its linear maps.
         blocks: Its families, where they matter; those that matter nowhere are left out.
     """

@@ -29,9 +29,8 @@ class Transcription:
 
     Attributes:
         problem: The problem.
-        n_nodes: Number of nodes.
-        nv: Number of coordinates.
-        nu: Number of unknowns at each node, fixed ones included.
+        n_nodes, nv, nu: Numbers of nodes, coordinates, and unknowns at each node, fixed ones
+            included.
         variables: What a solver moves, and in what order.
         size: Number of variables.
         smoothness: Cost of steps and jerk, and its gradient, of variables.

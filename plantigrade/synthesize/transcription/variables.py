@@ -18,7 +18,6 @@ class Variables:
     """The variables of one problem, and where each of them lies in the vector.
 
     Attributes:
-        problem: The problem.
         size: Number of variables.
         reach: How far apart two variables that meet at a node lie at most.
         c_at: Place of every coefficient (n_coefficients, n_coordinates).
@@ -56,12 +55,12 @@ class Variables:
         """
         u = np.zeros(self.u_at.shape) if u is None else u
         for what, given, wanted in (
-            ("coefficients", c, self.c_at.shape),
-            ("node unknowns", u, self.u_at.shape),
+            ("coefficients", c, self.c_at),
+            ("node unknowns", u, self.u_at),
         ):
-            if given.shape != wanted:
+            if given.shape != wanted.shape:
                 raise ParameterError(
-                    f"the guess has {what} {given.shape}; this problem has {wanted}"
+                    f"the guess has {what} {given.shape}; this problem has {wanted.shape}"
                 )
             if not np.isfinite(given).all():
                 raise ParameterError(f"the guess has {what} that are not finite")

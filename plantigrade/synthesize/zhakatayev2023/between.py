@@ -14,14 +14,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.spatial.conventions import rotation_matrix
-from plantigrade.synthesize.zhakatayev2023.conditions import (
-    LOAD,
-    RATE,
-    TORQUE,
-    footholds,
-    limits,
-    standing,
-)
+from plantigrade.synthesize.zhakatayev2023 import conditions
+from plantigrade.synthesize.zhakatayev2023.conditions import LOAD, RATE, TORQUE
 from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem
 from plantigrade.synthesize.zhakatayev2023.polygons import convex, outside
 
@@ -84,7 +78,7 @@ def course(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Course:
 def between(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Between:
     """Return the faults of a motion on the finer grid."""
     body, motion, k = paper.body, paper.motion, course(paper, c)
-    places, stands = footholds(body, motion), standing(motion)
+    places, stands = conditions.footholds(body, motion), conditions.standing(motion)
     still = stands[1:] & stands[:-1] & (places[1:] == places[:-1]).all(axis=2)
     zmp = moment = drift = 0.0
     for i in range(len(k.times)):
@@ -99,7 +93,7 @@ def between(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Betwee
                 zmp, moment = far, lever
     force = k.wrench[:, :3] / body.weight
     carried = force[:, 2] > 0.1
-    low, high = limits(body, motion, paper.start, paper.end)
+    low, high = conditions.limits(body, motion, paper.start, paper.end)
     return Between(
         zmp=zmp,
         moment=moment,
