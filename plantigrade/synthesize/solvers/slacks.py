@@ -36,8 +36,8 @@ class Slacks:
         self.limited = block.inequalities & np.isfinite(limits)
         self._limits = np.where(self.limited, limits, -_INWARDS)
         self._aim = np.where(block.equations, block.lower, 0.0)
-        self.s, self.y = np.zeros((2, *block.lower.shape))
-        self.z = np.zeros(limits.shape)
+        shape = block.lower.shape
+        self.s, self.y, self.z = np.zeros(shape), np.zeros(shape), np.zeros((2, *shape))
 
     def start(self, mu: float, margin: float, given: Array | None) -> None:
         """Set slacks near the rows, a margin inside their limits, and multipliers.
