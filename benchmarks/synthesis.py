@@ -24,7 +24,7 @@ from plantigrade.synthesize import (
     Problem,
     make_task,
 )
-from plantigrade.synthesize.solvers import banded_cholesky
+from plantigrade.synthesize.solvers import kkt
 from plantigrade.synthesize.transcription.constraint_block import ConstraintBlock
 from plantigrade.synthesize.transcription.derivatives import Derivatives
 from plantigrade.synthesize.transcription.linear_map import Transcription
@@ -113,8 +113,8 @@ def timed(problem: Problem, c: np.ndarray, u: np.ndarray) -> dict[str, float]:
             patched.enter_context(mock.patch.object(Transcription, name, call))
         call = clocked("assembly", ConstraintBlock.add_squares)
         patched.enter_context(mock.patch.object(ConstraintBlock, "add_squares", call))
-        call = clocked("factorisation", banded_cholesky.cholesky_banded)
-        patched.enter_context(mock.patch.object(banded_cholesky, "cholesky_banded", call))
+        call = clocked("factorisation", kkt.cholesky_banded)
+        patched.enter_context(mock.patch.object(kkt, "cholesky_banded", call))
         engine.solve(c, u, progress=progress)
     spent["iteration"] = ends[2 * ITERATIONS] - ends[ITERATIONS]
     return {part: t if part == "ready" else t / ITERATIONS for part, t in spent.items()}

@@ -1,8 +1,4 @@
-"""CasADi functions evaluated at many nodes at once, with vector instructions.
-
-:class:`BatchedFunction` is all the rest of the package uses; the other modules of this room serve
-it alone.
-"""
+"""CasADi functions evaluated at many nodes at once, with vector instructions."""
 
 from plantigrade.batched.function import BatchedFunction
 

@@ -86,13 +86,10 @@ def path_of(name: str) -> Path | None:
 
 
 def _trusted_content(path: Path) -> bytes:
-    """Return the content of a file that only this user can have written.
+    """Return the content of a file that only this user can have written, or raise OSError.
 
     File and folder are examined through open descriptors, so that neither can be exchanged between
     the examination and the reading.
-
-    Raises:
-        OSError: If there is no such file.
     """
     with _opened(path.parent, os.O_DIRECTORY) as folder_of_it:
         _require_private(os.fstat(folder_of_it))

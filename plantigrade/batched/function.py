@@ -1,9 +1,8 @@
-"""A CasADi function evaluated at many nodes at once.
+"""CasADi functions evaluated at many nodes at once, with vector instructions.
 
-A trajectory optimisation evaluates the same function at every node of a motion. CasADi's
-interpreter does one operation of one node after the other; :class:`BatchedFunction` does each
-operation for up to 64 nodes before the next one, with vector instructions made by LLVM, which comes
-as a wheel and needs no compiler.
+CasADi's interpreter does one operation of one node of a motion after the other;
+:class:`BatchedFunction` does each for up to 64 nodes before the next one, with vector instructions
+made by LLVM, which comes as a wheel and needs no compiler.
 """
 
 import threading
@@ -17,7 +16,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.batched import code_cache, tables
 from plantigrade.batched.llvm import Untranslatable, unavailable
 from plantigrade.batched.parametrise import parametrised
-from plantigrade.batched.stored_table import Signature, StoredTable
+from plantigrade.batched.tables import Signature, StoredTable
 from plantigrade.batched.vector_machine import Machine
 from plantigrade.errors import ParameterError
 
@@ -110,9 +109,9 @@ class BatchedFunction:
 
     def __call__(self, *inputs: Float[Array, "n_nodes _"]) -> tuple[Float[Array, "n_nodes _"], ...]:
         """Return the nonzeros of every output at every node."""
-        nonzeros = [len(rows) for rows, _ in self._signature.patterns]
-        every = [np.arange(nnz) for nnz in nonzeros]
-        outputs = tuple(np.empty((len(inputs[0]) if inputs else 0, nnz)) for nnz in nonzeros)
+        every = [np.arange(len(rows)) for rows, _ in self._signature.patterns]
+        n = len(inputs[0]) if inputs else 0
+        outputs = tuple(np.empty((n, len(each))) for each in every)
         self.scatter(inputs, outputs, [(each, each) for each in every])
         return outputs
 
@@ -186,6 +185,7 @@ class BatchedFunction:
     def _translate(self, key: str) -> None:
         """Get the table from memory, from disk, or from the function, and load it."""
         shared = self._parameters is not None
+        given = np.zeros(0) if self._parameters is None else self._parameters
         stored: StoredTable | None = None
         if key:
             name = f"{key} as table {tables.VERSION}"
@@ -193,14 +193,12 @@ class BatchedFunction:
         if stored is None:
             signature = Signature.of(self.function, shared)
             program = tables.Program.of(self.function, shared)
-            n_given = len(self._parameters) if self._parameters is not None else 0
-            table = tables.tabulated(program, len(program.constants) + n_given)
+            table = tables.tabulated(program, len(program.constants) + len(given))
             stored = StoredTable(signature, np.array(program.constants, dtype=float), table)
             if key:
                 code_cache.write(name, stored.to_bytes())
         if key:
             _loaded[name] = stored
-        given = np.zeros(0) if self._parameters is None else self._parameters
         self._machine = Machine(stored.table, np.concatenate([stored.constants, given]))
         self._stored, self._signature = stored, stored.signature  # kept, so that _loaded finds it
 

@@ -17,11 +17,7 @@ class Untranslatable(Exception):
 
 
 def engine(content: bytes) -> Any:
-    """Return machine code from an object file, ready to run.
-
-    Raises:
-        Untranslatable: If LLVM refuses.
-    """
+    """Return machine code from an object file, ready to run, or raise :class:`Untranslatable`."""
     import llvmlite.binding as llvm
 
     _start()
@@ -33,11 +29,7 @@ def engine(content: bytes) -> Any:
 
 
 def emitted(text: str) -> bytes:
-    """Return an object file from LLVM's language.
-
-    Raises:
-        Untranslatable: If LLVM refuses.
-    """
+    """Return an object file from LLVM's language, or raise :class:`Untranslatable`."""
     import llvmlite.binding as llvm
 
     _start()
@@ -118,11 +110,7 @@ def _machine() -> Any:
 
 @cache
 def addresses(names: tuple[str, ...]) -> tuple[int, ...]:
-    """Return where functions of the C library are.
-
-    Raises:
-        Untranslatable: If one is not to be found.
-    """
+    """Return where functions of the C library are, or raise :class:`Untranslatable`."""
     for library in (None, "m", "System"):  # what is loaded already, Linux, macOS
         try:
             found = ctypes.CDLL(library and ctypes.util.find_library(library))

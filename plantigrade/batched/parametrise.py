@@ -38,6 +38,15 @@ def parametrised(
     numbers: list[float] = []
     unknowns: list[Any] = []
     structure: list[tuple] = []
+
+    def lifted(expression: Any, meaning: Any) -> tuple[Any, Any]:
+        """Return a symbol for a number that does not belong to the formula."""
+        if not isinstance(meaning, float) or _belongs_to_formula(meaning):
+            return expression, meaning
+        numbers.append(meaning)
+        unknowns.append(ca.SX.sym(f"c{len(unknowns)}"))
+        return unknowns[-1], "number"
+
     for k in range(f.n_instructions()):
         operation, taken = f.instruction_id(k), f.instruction_input(k)
         made = f.instruction_output(k)
@@ -49,20 +58,13 @@ def parametrised(
             register[made[0]] = elements[taken[0]][taken[1]], ("input", *taken)
             continue
         if operation == ca.OP_OUTPUT:
-            expression, meaning = register[taken[0]]
-            if isinstance(meaning, float) and not _belongs_to_formula(meaning):
-                expression, meaning = _parameter(ca, meaning, numbers, unknowns)
+            expression, meaning = lifted(*register[taken[0]])
             outputs[made[0]][made[1]] = expression
             structure.append((operation, *made, meaning))
             continue
-        expressions, meanings = [], []
-        for i in taken:
-            expression, meaning = register[i]
-            exponent = operation in (ca.OP_CONSTPOW, ca.OP_POW)
-            if isinstance(meaning, float) and not _belongs_to_formula(meaning) and not exponent:
-                expression, meaning = _parameter(ca, meaning, numbers, unknowns)
-            expressions.append(expression)
-            meanings.append(meaning)
+        exponent = operation in (ca.OP_CONSTPOW, ca.OP_POW)
+        given = [register[i] if exponent else lifted(*register[i]) for i in taken]
+        expressions, meanings = zip(*given, strict=True)
         make = ca.SX.binary if len(taken) == 2 else ca.SX.unary
         register[made[0]] = make(operation, *expressions), len(structure)
         structure.append((operation, *meanings))
@@ -71,32 +73,15 @@ def parametrised(
         for i, each in enumerate(outputs)
     ]
     shapes = [s.dim(True) for s in symbols]
-    made_of = (
-        structure,
-        shapes,
-        [s.sparsity().get_triplet() for s in results],
-        ca.CasadiMeta.version(),
-    )
+    patterns = [s.sparsity().get_triplet() for s in results]
+    made_of = (structure, shapes, patterns, ca.CasadiMeta.version())
+    fingerprint = hashlib.sha256(repr(made_of).encode()).hexdigest()
     symbols.append(ca.vertcat(*unknowns) if unknowns else ca.SX(0, 1))
     names = [*f.name_in(), "numbers"]
     made = ca.Function(f.name(), symbols, results, names, f.name_out())
-    return made, np.array(numbers, dtype=float), _hash(made_of)
-
-
-@no_type_check
-def _parameter(
-    ca: Any, number: float, numbers: list[float], unknowns: list[Any]
-) -> tuple[Any, str]:
-    """Return a symbol for a number, after recording both."""
-    numbers.append(number)
-    unknowns.append(ca.SX.sym(f"c{len(unknowns)}"))
-    return unknowns[-1], "number"
+    return made, np.array(numbers, dtype=float), fingerprint
 
 
 @no_type_check
 def _belongs_to_formula(number: float) -> bool:
     return abs(number) <= 4.0 and 2.0 * number == round(2.0 * number)
-
-
-def _hash(anything: Any) -> str:
-    return hashlib.sha256(repr(anything).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""CasADi functions as tables of operations on memory slots.
+"""CasADi functions as tables of operations on memory slots, and these as bytes.
 
 A table is what the machine of :mod:`plantigrade.batched.vector_machine` steps through. It depends
 neither on the parameters of a body nor on the processor.
@@ -7,12 +7,15 @@ A product that is used once, in a sum or difference, is fused with it into one o
 once where the processor supports that.
 """
 
+import io
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, no_type_check
+from typing import TYPE_CHECKING, Any, no_type_check
 
 import numpy as np
 
+from plantigrade.arrays import Array
 from plantigrade.batched.llvm import Untranslatable
+from plantigrade.errors import ParameterError
 
 if TYPE_CHECKING:
     import casadi
@@ -43,33 +46,22 @@ _COMMUTE = {"add", "mul", "eq", "ne", "fmin", "fmax", "hypot", "and", "or"}
 
 @dataclass(frozen=True)
 class Program:
-    """Operations in order, each making one value that is never made again.
+    """Operations in order, each making one value that is never made again."""
 
-    Attributes:
-        operations: Names of the operations: CasADi's, without ``OP_`` and in lower case.
-        operands: Two numbers for each: the values it takes (-1: none); input and element of an
-            ``"input"``; the index of a ``"constant"``.
-        outputs: Values of the nonzeros of every output, one output after the other.
-        constants: What the constants are.
-        sizes: Lengths of the inputs.
-        nonzeros: Numbers of nonzeros of the outputs.
-    """
-
-    operations: list[str]
+    operations: list[str]  # CasADi's names, without ``OP_`` and in lower case
+    # two numbers for each: the values it takes (-1: none); input and element of an ``"input"``; the
+    # index of a ``"constant"``
     operands: list[tuple[int, int]]
-    outputs: list[int]
+    outputs: list[int]  # values of the nonzeros of every output, one output after the other
     constants: list[float]
-    sizes: tuple[int, ...]
-    nonzeros: tuple[int, ...]
+    sizes: tuple[int, ...]  # lengths of the inputs
+    nonzeros: tuple[int, ...]  # numbers of nonzeros of the outputs
 
     @classmethod
     def of(cls, function: "casadi.Function", shared: bool = False) -> "Program":
         """Return the program of an SX function; equal operations on equal values are done once.
 
-        Args:
-            function: A function of SX symbols with dense inputs.
-            shared: Whether the last input is the same at every node: its elements are then
-                constants, after those of the function.
+        Elements of a ``shared`` last input are constants, after those of the function.
 
         Raises:
             Untranslatable: If the function is not made of SX symbols or has an unknown operation.
@@ -126,20 +118,14 @@ class Program:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A program as the machine reads it.
+    """A program as the machine reads it."""
 
-    Attributes:
-        lines: Number of lines; then for each the operation, the place of its result and three
-            places of operands (unused ones 0); int32.
-        n_places: Places of memory; those of inputs come first, those of constants follow.
-        sizes: Lengths of the inputs.
-        places: Places of the nonzeros of every output; int64.
-    """
-
+    # number of lines; then for each the operation, the place of its result and three places of
+    # operands (unused ones 0); int32
     lines: np.ndarray
-    n_places: int
-    sizes: tuple[int, ...]
-    places: tuple[np.ndarray, ...]
+    n_places: int  # places of memory; those of inputs come first, those of constants follow
+    sizes: tuple[int, ...]  # lengths of the inputs
+    places: tuple[np.ndarray, ...]  # places of the nonzeros of every output; int64
 
 
 @no_type_check  # of hundreds of thousands of values
@@ -206,3 +192,81 @@ def tabulated(program: Program, n_constants: int) -> Table:
     outputs = np.array([place[v] for v in program.outputs], dtype=np.int64)
     parts = np.split(outputs, np.cumsum(program.nonzeros)[:-1]) if program.nonzeros else []
     return Table(np.array(lines, dtype=np.int32), n_places, program.sizes, tuple(parts))
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """Inputs and outputs of a function, without its parameters."""
+
+    name: str
+    names: tuple[str, ...]  # of inputs
+    sizes: tuple[int, ...]  # of inputs
+    patterns: tuple[tuple[Array, Array], ...]  # rows and columns of the nonzeros of every output
+
+    @classmethod
+    def of(cls, function: "casadi.Function", shared: bool) -> "Signature":
+        """Return the signature of a function; a ``shared`` last input holds parameters.
+
+        Raises:
+            ParameterError: If an input is not a dense column.
+        """
+        for i in range(function.n_in()):
+            if not (function.sparsity_in(i).is_dense() and function.size2_in(i) <= 1):
+                raise ParameterError(
+                    f"input {function.name_in(i)!r} of {function.name()!r} is "
+                    f"{function.sparsity_in(i).dim(True)}; only dense columns are taken"
+                )
+        n = function.n_in() - shared
+        triplets = [function.sparsity_out(i).get_triplet() for i in range(function.n_out())]
+        return cls(
+            function.name(),
+            tuple(function.name_in(i) for i in range(n)),
+            tuple(function.size1_in(i) for i in range(n)),
+            tuple((np.array(r, dtype=np.int64), np.array(c, dtype=np.int64)) for r, c in triplets),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class StoredTable:
+    """A table with everything a call has to know about the function.
+
+    Attributes:
+        signature: Inputs and outputs.
+        constants: Constants of the table, parameters excluded.
+        table: The operations.
+    """
+
+    signature: Signature
+    constants: Array
+    table: Table
+
+    def to_bytes(self) -> bytes:
+        """Return it as an npz archive."""
+        s, file = self.signature, io.BytesIO()
+        arrays: dict[str, Any] = {}
+        for i, (rows, columns) in enumerate(s.patterns):
+            arrays |= {f"rows{i}": rows, f"columns{i}": columns, f"places{i}": self.table.places[i]}
+        np.savez(
+            file,
+            name=np.array(s.name),
+            names=np.array(s.names, dtype=str),
+            sizes=np.array(s.sizes, dtype=np.int64),
+            constants=self.constants,
+            lines=self.table.lines,
+            counts=np.array([len(s.patterns), self.table.n_places]),
+            **arrays,
+        )
+        return file.getvalue()
+
+    @classmethod
+    def from_bytes(cls, content: bytes | None) -> "StoredTable | None":
+        """Return it from an npz archive; None from None."""
+        if content is None:
+            return None
+        with np.load(io.BytesIO(content), allow_pickle=False) as x:
+            n_outputs, n_places = x["counts"].tolist()
+            patterns = tuple((x[f"rows{i}"], x[f"columns{i}"]) for i in range(n_outputs))
+            places = tuple(x[f"places{i}"] for i in range(n_outputs))
+            names, sizes = (tuple(x[each].tolist()) for each in ("names", "sizes"))
+            signature = Signature(str(x["name"]), names, sizes, patterns)
+            return cls(signature, x["constants"], Table(x["lines"], n_places, sizes, places))

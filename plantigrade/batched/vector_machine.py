@@ -23,16 +23,9 @@ VERSION = 2  # of the machine; raise it whenever the kernel changes
 
 
 class Machine:
-    """A machine with a table loaded.
+    """A machine with a table and its constants loaded, or :class:`llvm.Untranslatable` raised.
 
     Every thread that calls it works in memory of its own.
-
-    Args:
-        table: The operations.
-        constants: Values of the constants.
-
-    Raises:
-        Untranslatable: If LLVM refuses.
     """
 
     def __init__(self, table: Table, constants: np.ndarray):

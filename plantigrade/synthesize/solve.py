@@ -21,13 +21,13 @@ from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solvers.interior_point import InteriorPoint
 from plantigrade.synthesize.solvers.result import Iterate, Multipliers, Options
-from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.tasks.task import MotionTask, coefficients, sample_times
 from plantigrade.synthesize.terms.effort import Acceleration, Work
 from plantigrade.synthesize.transcription.mesh import nodes_like, split
-from plantigrade.synthesize.transfer import Start, transferred
 from plantigrade.synthesize.warm_start import WarmStart
 
 Solver = Literal["interior-point", "ipopt"]
+Start = tuple[Array, Array, Multipliers | None]
 Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
@@ -48,8 +48,9 @@ class _Ending:
     multipliers: Multipliers | None = None
 
     @property
-    def stopped(self) -> bool:
-        return self.status == "stopped"
+    def over(self) -> bool:
+        """Whether nothing else is to be tried: it succeeded, or the user stopped it."""
+        return self.success or self.status == "stopped"
 
     def on(self, problem: Problem) -> Start:
         """Return it as the start of another problem."""
@@ -110,10 +111,10 @@ def synthesize(
     else:
         guessed = warm is None and c0 is None
         at = _first(run, problem, start, "first try" if warm is None else "warm start", guessed)
-        if warm is not None and not at.success and not at.stopped and rescue:
+        if warm is not None and not at.over and rescue:
             problem = task.problem(body)
             at = run.interior_point("first try", problem, (*task.start(body, problem), None))
-        if not at.success and not at.stopped and rescue:
+        if not at.over and rescue:
             at = _rescued(run, problem, at)
     solve = run.ipopt if solver == "ipopt" else run.interior_point
     for _ in range(refinements if at.success else 0):
@@ -148,13 +149,13 @@ def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
     smooth = (*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4))
     for name, easier in (("coarse mesh", coarse), ("smooth first", replace(task, terms=smooth))):
         middle = run.easier(name, easier)
-        if middle.stopped:
-            return at
         if middle.success:
             c, u, _ = middle.on(problem)
             after = run.interior_point("the task itself", problem, (c, u, None))
-            if after.success or after.stopped:
+            if after.over:
                 return after
+        elif middle.over:
+            return at
     after = run.ipopt("IPOPT", problem, (*task.start(run.body, problem), None))
     return after if after.success else at
 
@@ -175,11 +176,7 @@ class _Stages:
     def interior_point(self, name: str, problem: Problem, start: Start) -> _Ending:
         """Run the interior point."""
         started = clock.perf_counter()
-
-        def report(iterate: Iterate) -> bool | None:
-            return self._progress(name, iterate) if self._progress is not None else None
-
-        r = InteriorPoint(problem, self._options).solve(*start, report)
+        r = InteriorPoint(problem, self._options).solve(*start, lambda it: self._tell(name, it))
         self._note(name, "interior-point", problem, r.status, started, r.history)
         return _Ending(problem, r.c, r.u, r.status, r.success, r.multipliers)
 
@@ -192,15 +189,11 @@ class _Stages:
         """Run IPOPT, which takes no multipliers."""
         from plantigrade.synthesize.solvers import ipopt
 
-        started = clock.perf_counter()
-        history: list[Iterate] = []
+        started, history = clock.perf_counter(), []
 
-        def report(p: ipopt.Progress) -> bool | None:
-            seconds, unknown = clock.perf_counter() - started, np.nan
-            history.append(
-                Iterate(p.number, p.objective, p.violation, "", unknown, unknown, 0.0, 1.0, seconds)
-            )
-            return self._progress(name, history[-1]) if self._progress is not None else None
+        def report(iterate: Iterate) -> bool | None:
+            history.append(iterate)
+            return self._tell(name, iterate)
 
         r = ipopt.solve(problem, *start[:2], callback=report, max_seconds=IPOPT_SECONDS)
         self._note(name, "ipopt", problem, r.status, started, tuple(history))
@@ -210,6 +203,9 @@ class _Stages:
         """Return the motion where a stage ended."""
         found = at.problem, at.c, at.u, at.status, at.success
         return Solution(self.body, self.task, *found, tuple(self._stages), at.multipliers)
+
+    def _tell(self, name: str, iterate: Iterate) -> bool | None:
+        return self._progress(name, iterate) if self._progress is not None else None
 
     def _note(
         self,
@@ -222,3 +218,41 @@ class _Stages:
     ) -> None:
         seconds = clock.perf_counter() - started
         self._stages.append(Stage(name, solver, len(problem.nodes), status, seconds, history))
+
+
+def transferred(
+    old: Problem,
+    c: Array,
+    u: Array,
+    multipliers: Multipliers | None,
+    new: Problem,
+    switches: tuple[Array, Array] | None = None,
+) -> Start:
+    """Return the solution of an old problem as the start of a new one.
+
+    With changes of contact of both (``switches``), what lies between two of them stays between
+    them. Without, or where their numbers differ, times are scaled with the duration.
+    """
+    ends = np.array([0.0, new.basis.span]), np.array([0.0, old.basis.span])
+    if switches is not None and len(switches[0]) == len(switches[1]):
+        ends = switches[1], switches[0]
+
+    def before(times: Array) -> Array:
+        return np.interp(times, *ends)
+
+    times = sample_times(new)
+    then = np.clip(before(times), 0.0, old.basis.stop)
+    q = old.states(c, then)[0] - old.drift(then) + new.drift(times)
+    nodes, values = old.nodes, u
+    if old.closure is not None:
+        nodes = np.append(nodes, old.basis.span)
+        values = np.vstack([values, values[:1, old.closure.u_source] * old.closure.u_sign])
+    forces = np.zeros((len(new.nodes), new.n_unknowns))
+    by_name = dict(zip(old.u_names, values.T, strict=False))  # not every task has a seat
+    for i, name in enumerate(new.u_names):
+        if name in by_name:
+            forces[:, i] = np.interp(before(new.nodes), nodes, by_name[name])
+    moved = None
+    if multipliers is not None:
+        moved = multipliers.moved(old.nodes, before(new.nodes))
+    return coefficients(new, times, q), np.clip(forces, new.u_lower, new.u_upper), moved

@@ -141,8 +141,8 @@ def test_the_least_force_from_rest_to_rest_falls_linearly():
 def test_redundant_equations_are_left_out_and_still_judged():
     plain, doubled = mass_on_a_line(), mass_on_a_line(twice=True)
     one, two = solve(plain, np.zeros((23, 1))), solve(doubled, np.zeros((23, 1)))
-    assert two.n_redundant == 21
-    assert two.n_equations == one.n_equations == 21
+    assert two.program.n_redundant == 21
+    assert two.program.n_equations == one.program.n_equations == 21
     np.testing.assert_allclose(two.c, one.c, atol=1e-6)
     contradictory = mass_on_a_line(twice=True)
     contradictory.rows[1].lower[7, 1] = contradictory.rows[1].upper[7, 1] = 0.5
@@ -183,22 +183,24 @@ def test_ctrl_c_stops_it():
 
 
 def test_without_objective_only_the_constraints_count():
-    result = solve(mass_on_a_line(), np.zeros((23, 1)), objective=False, rows=["state"])
+    result = solve(mass_on_a_line().part(["state"], costs=False), np.zeros((23, 1)))
     assert result.success and result.objective == 0.0
-    assert result.n_equations == 0 and result.violation < 1e-9
+    assert result.program.n_equations == 0 and result.violation < 1e-9
 
 
 def test_another_solver_finds_the_same():
     quiet = {name: False for name in ("print_header", "print_iteration", "print_status")}
     qp = {"qpsol": "qrqp", "qpsol_options": {"print_iter": False, "print_header": False}}
-    result = run("sqpmethod", {**quiet, **qp}, mass_on_a_line(), np.zeros((23, 1)))
-    assert result.success and result.solver == "sqpmethod"
+    guess = np.zeros((23, 1))
+    program = SparseProgram(mass_on_a_line(), guess)
+    result = run("sqpmethod", {**quiet, **qp}, program, guess)
+    assert result.success
     np.testing.assert_allclose(result.c, solve(mass_on_a_line(), np.zeros((23, 1))).c, atol=1e-5)
 
 
 def test_what_cannot_be_is_refused():
     with pytest.raises(ParameterError, match="no rows 'wings'; there are state, law, force"):
-        solve(mass_on_a_line(), np.zeros((23, 1)), rows=["wings"])
+        mass_on_a_line().part(["wings"])
     with pytest.raises(ParameterError, match=r"\(5, 1\); this problem has \(23, 1\)"):
         solve(mass_on_a_line(), np.zeros((5, 1)))
     with pytest.raises(ParameterError, match="finite"):

@@ -65,8 +65,8 @@ def test_sitting_is_hips_knees_and_elbows_at_right_angles_on_flat_feet(body):
 
 def test_the_walks_feet_take_half_a_step_two_full_ones_and_half_a_step(body):
     motion = MOTIONS["walk"]
-    for side, (first, *_, last) in (("r", motion.right_places), ("l", motion.left_places)):
-        assert first == (0.0, 0.0) and last == pytest.approx((1.2, 0.0))
+    for side, (first, *_, last) in motion.places.items():
+        assert tuple(first) == (0.0, 0.0) and last == pytest.approx((1.2, 0.0))
         ahead = motion.places[side][np.array(motion.contact[side]), 0]
         steps = np.diff(ahead)[np.diff(ahead) > 0]
         np.testing.assert_allclose(np.sort(steps), (0.4, 0.8))

@@ -16,7 +16,7 @@ from plantigrade.synthesize.diagnose.violations import Violation, pressing, viol
 from plantigrade.synthesize.tasks.settings import Walk
 from plantigrade.synthesize.warm_start import WarmStart
 from plantigrade.synthesize.zhakatayev2023 import MOTIONS, paper_human
-from plantigrade.synthesize.zhakatayev2023.record import equal_shares, plan_of
+from plantigrade.synthesize.zhakatayev2023.solve import equal_shares, plan_of
 from plantigrade.workflows.synthesize import (
     in_words,
     person,

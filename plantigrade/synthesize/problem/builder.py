@@ -12,7 +12,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import SAME, ContactPlan
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily, node_symbols
 from plantigrade.synthesize.problem.contact import headings, site_places
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.dynamics import dynamics
@@ -27,10 +27,8 @@ _MAKERS: Mapping[str, Callable[["ProblemBuilder"], ConstraintFamily]] = {
     "contact speed": lambda b: site_places(b.body, b.headings, rates=True),
     **{name: lambda b, name=name: b.motion_family(name) for name in MOTION},
 }
-_PARTS = {
-    name: "dynamics"
-    for name in ("root force", "root moment", "muscle torque", "work rate", "joint torque")
-}
+_PARTS = ("root force", "root moment", "muscle torque", "work rate", "joint torque")
+"""Families that are parts of the dynamics."""
 
 
 class ProblemBuilder:
@@ -80,25 +78,22 @@ class ProblemBuilder:
         """Names of the coordinates."""
         return self.body.symbolic.names
 
-    # Families of rows -------------------------------------------------------------------------
-
     def family(self, name: str) -> ConstraintFamily:
         """Return a family by name, made at the first call.
 
-        Args:
-            name: ``"dynamics"`` or one of its parts (``"root force"``, ``"root moment"``,
-                ``"muscle torque"``, ``"work rate"``, ``"joint torque"``), ``"contact"``,
-                ``"contact speed"``, ``"coordinates"``, ``"speeds"``, ``"accelerations"``, or the
-                name of a family that a term has added.
+        It is ``"dynamics"`` or one of its parts (``"root force"``, ``"root moment"``,
+        ``"muscle torque"``, ``"work rate"``, ``"joint torque"``), ``"contact"``,
+        ``"contact speed"``, ``"coordinates"``, ``"speeds"``, ``"accelerations"``, or a family that
+        a term has added.
 
         Raises:
             ParameterError: If there is no such family.
         """
         if name in _PARTS:
-            return next(part for part in self.family(_PARTS[name]).parts if part.name == name)
+            return next(part for part in self.family("dynamics").parts if part.name == name)
         if name not in self._families:
             if name not in _MAKERS:
-                known = {**_MAKERS, **_PARTS, **self._families}
+                known = dict.fromkeys((*_MAKERS, *_PARTS, *self._families))
                 raise ParameterError(f"no family {name!r}; there are {', '.join(known)}")
             self._families[name] = _MAKERS[name](self)
         return self._families[name]
@@ -116,14 +111,12 @@ class ProblemBuilder:
             name: Of the family.
             names: Of every row.
             expression: (q, qd, qdd, u) ↦ column of rows, in units in which 1 is large.
-            unit: Unit of a row.
+            unit: Of a row.
         """
         import casadi as ca
 
-        nv, nu = len(self.names), 3 * len(self.body.sites)
-        q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
-        u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
-        function = ca.Function("rows", [q, v, a, u, p], [expression(q, v, a, u)])
+        given = node_symbols(len(self.names), 3 * len(self.body.sites))
+        function = ca.Function("rows", list(given), [expression(*given[:4])])
         return self.add(ConstraintFamily.free(name, function, names, len(self.nodes), unit=unit))
 
     def motion_family(self, what: str) -> ConstraintFamily:
@@ -133,8 +126,6 @@ class ProblemBuilder:
         prefix = ("", "speed of ", "acceleration of ")[i]
         names = tuple(prefix + n for n in self.names)
         return ConstraintFamily.free(what, function, names, len(self.nodes))
-
-    # Where in them ----------------------------------------------------------------------------
 
     def column(self, coordinate: str) -> int:
         """Return the index of a coordinate.
@@ -165,21 +156,13 @@ class ProblemBuilder:
         inside = (self.nodes >= start - SAME) & (self.nodes <= stop + SAME)
         return np.flatnonzero(inside).tolist()
 
-    # What is asked of them --------------------------------------------------------------------
-
     def penalise(
         self,
         family: ConstraintFamily,
         weight: Float[Array, "n_nodes n_rows"],
         target: Float[Array, "n_nodes n_rows"] | float = 0.0,
     ) -> None:
-        r"""Add :math:`\tfrac12 w (r - \bar r)^2` to the cost.
-
-        Args:
-            family: The rows :math:`r`.
-            weight: Weight :math:`w`; it is multiplied by the time each node stands for.
-            target: Target :math:`\bar r`.
-        """
+        r"""Add :math:`\tfrac12 w (r - \bar r)^2` to the cost, times the time of each node."""
         w = np.broadcast_to(weight, family.weight.shape) * self.weights[:, None]
         both = family.weight + w
         safe = np.where(both > 0, both, 1.0)
@@ -206,14 +189,7 @@ class ProblemBuilder:
 
     def problem(self, basis: Basis, closure: PeriodicClosure | None = None) -> Problem:
         """Return the problem; families without limits and costs are left out."""
-        used = tuple(
-            f
-            for f in self._families.values()
-            if np.isfinite(f.lower).any()
-            or np.isfinite(f.upper).any()
-            or f.weight.any()
-            or f.gain.any()
-        )
+        used = tuple(f for f in self._families.values() if f.matters.any())
         return Problem(
             basis,
             self.nodes,

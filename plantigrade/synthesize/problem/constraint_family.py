@@ -12,6 +12,14 @@ if TYPE_CHECKING:
     import casadi
 
 
+def node_symbols(nv: int, n_unknowns: int = 0, n_parameters: int = 0) -> "tuple[casadi.SX, ...]":
+    """Return symbols (q, qd, qdd, u, p) of what a function of a node takes."""
+    import casadi as ca
+
+    sizes = {"q": nv, "qd": nv, "qdd": nv, "u": n_unknowns, "p": n_parameters}
+    return tuple(ca.SX.sym(name, n) for name, n in sizes.items())
+
+
 @dataclass(frozen=True, eq=False)
 class ConstraintFamily:
     """Constraints and costs of one kind: a function evaluated at every node, with its limits.
@@ -58,19 +66,10 @@ class ConstraintFamily:
     ) -> "ConstraintFamily":
         """Return rows without limits and without cost; fill the arrays to give them some."""
         shape = (n_nodes, len(names))
-        return cls(
-            name,
-            function,
-            names,
-            np.full(shape, -np.inf),
-            np.full(shape, np.inf),
-            np.zeros(shape),
-            np.zeros(shape),
-            np.zeros(shape),
-            np.zeros((n_nodes, 0)) if parameters is None else parameters,
-            unit,
-            scale,
-        )
+        limits = np.full(shape, -np.inf), np.full(shape, np.inf)
+        costs = (np.zeros(shape) for _ in range(3))
+        p = np.zeros((n_nodes, 0)) if parameters is None else parameters
+        return cls(name, function, names, *limits, *costs, p, unit, scale)
 
     @classmethod
     def stacked(
@@ -79,12 +78,7 @@ class ConstraintFamily:
         """Return families as one that is evaluated at once.
 
         Its ``parts`` are the families on the same memory: what limits or weighs one of them does
-        so in the whole.
-
-        Args:
-            name: Of the whole.
-            function: Gives the rows of all, in their order.
-            parts: The families; none has parameters.
+        so in the whole. None has parameters; ``function`` gives the rows of all, in their order.
         """
         whole = cls.free(name, function, sum((p.names for p in parts), ()), len(parts[0].lower))
         views, first = [], 0
@@ -107,3 +101,8 @@ class ConstraintFamily:
     def inequalities(self) -> Bool[Array, "n_nodes n_rows"]:
         """Which rows have a limit but are no equation."""
         return (np.isfinite(self.lower) | np.isfinite(self.upper)) & ~self.equations
+
+    @property
+    def matters(self) -> Bool[Array, "n_nodes n_rows"]:
+        """Which rows have a limit or a cost."""
+        return self.equations | self.inequalities | (self.weight != 0) | (self.gain != 0)

@@ -119,15 +119,9 @@ def hold_contacts(
     for stance in plan.stances:
         targets = site_targets(body, stance.footprint)
         spans = {index[n]: stance.interval(body.sites[index[n]].part) for n in targets}
-        _hold(
-            body,
-            nodes,
-            _lasting(plan, spans),
-            {index[n]: x for n, x in targets.items()},
-            place,
-            speed,
-            stance.footprint.heading,
-        )
+        at = {index[n]: x for n, x in targets.items()}
+        spans = _lasting(plan, spans)
+        _hold(body, nodes, spans, at, place, speed, stance.footprint.heading)
     if plan.supports:
         spans = {index[s.site.name]: (s.start, s.stop) for s in plan.supports}
         at = {index[s.site.name]: np.array(s.position) for s in plan.supports}
@@ -175,14 +169,10 @@ def _hold(
 
 
 def _rows_at_rest(body: ContactBody, heading: float = 0.0) -> Float[Array, "n_rows nv"]:
-    """Return the Jacobian of all place rows in quiet standing.
+    """Return the Jacobian of all place rows in quiet standing, turned to a heading.
 
     Rows are along world axes, so which of them are independent depends on where the feet point: two
     heels beside each other turn about the vertical with x of one, two behind each other with y.
-
-    Args:
-        body: The person.
-        heading: Where the person stands to, from x towards y [rad].
     """
     angle = round(heading, 3)
 
@@ -204,33 +194,29 @@ def _independent_rows(jacobian: Array, through: list[int], down: list[int]):
     return first, _independent(jacobian, down, first)
 
 
-def _independent(
-    jacobian: Float[Array, "n_rows nv"], sites: Sequence[int], first: Sequence[int]
-) -> list[int]:
+def _independent(jacobian: Array, sites: Sequence[int], first: Sequence[int]) -> list[int]:
     """Return rows of sites that are independent of each other, those of ``first`` before others."""
+
+    def off(row: Array) -> Array:
+        return row - base.T @ (base @ row)
+
+    def extended(row: Array) -> Array:
+        new = off(off(row))
+        return np.vstack([base, new / np.linalg.norm(new)])
+
     chosen = list(first)
     base = np.zeros((0, jacobian.shape[1]))
     for row in chosen:
-        base = _with(base, jacobian[row])
+        base = extended(jacobian[row])
     rest = [3 * k + i for k in sites for i in range(3) if 3 * k + i not in chosen]
     while rest:
-        left = np.array([np.linalg.norm(_off(base, jacobian[row])) for row in rest])
+        left = [float(np.linalg.norm(off(jacobian[row]))) for row in rest]
         best = int(np.argmax(left))
         if left[best] < 1e-3:
             break
-        row = rest.pop(best)
-        base = _with(base, jacobian[row])
-        chosen.append(row)
+        chosen.append(rest.pop(best))
+        base = extended(jacobian[chosen[-1]])
     return chosen
-
-
-def _off(base: Array, row: Array) -> Array:
-    return row - base.T @ (base @ row)
-
-
-def _with(base: Array, row: Array) -> Array:
-    new = _off(base, _off(base, row))
-    return np.vstack([base, new / np.linalg.norm(new)])
 
 
 def headings(
@@ -241,5 +227,5 @@ def headings(
     for k, site in enumerate(body.sites):
         for stance in plan.stances:
             if stance.footprint.side == site.side:
-                out[nodes >= stance.heel_strike - 1e-9, k] = stance.footprint.heading
+                out[nodes >= stance.heel_strike - SAME, k] = stance.footprint.heading
     return out

@@ -10,6 +10,7 @@ from plantigrade.contact.site import ContactSite, foot_sites
 from plantigrade.dynamics.passive import scale
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.models import Human
+from plantigrade.synthesize.problem.constraint_family import node_symbols
 
 if TYPE_CHECKING:
     import casadi
@@ -41,16 +42,13 @@ class ContactBody:
     """A person with the sites that can carry force.
 
     Args:
-        human: The person.
-        sites: Places that can carry force.
-        passive: Whether passive tissue bears part of the torques, so that muscles bear the rest.
         plan: Says how the ground slopes; level if absent. Motions are in the axes of the ground,
             in which gravity leans.
 
     Attributes:
         human: The person.
         sites: Places that can carry force.
-        passive: Whether passive tissue bears part of the torques.
+        passive: Whether passive tissue bears part of the torques, so that muscles bear the rest.
         symbolic: Equations of motion.
         cache: Functions and matrices made for this body.
     """
@@ -88,9 +86,8 @@ class ContactBody:
         def make() -> "casadi.Function":
             import casadi as ca
 
-            q, v, a = (ca.SX.sym(x, self.symbolic.nv) for x in ("q", "qd", "qdd"))
-            u, p = ca.SX.sym("u", 3 * len(self.sites)), ca.SX.sym("p", n_parameters)
-            return ca.Function("rows", [q, v, a, u, p], [expression(ca, q, v, a, u, p)])
+            given = node_symbols(self.symbolic.nv, 3 * len(self.sites), n_parameters)
+            return ca.Function("rows", list(given), [expression(ca, *given)])
 
         return self.cache.get(("function", key), make)
 

@@ -8,7 +8,7 @@ evaluated together; each is limited and weighed on its own.
 from typing import TYPE_CHECKING
 
 from plantigrade.dynamics.passive import passive_moments, scale
-from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily, node_symbols
 from plantigrade.synthesize.problem.contact_body import ContactBody
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     All but the root are free until a term limits or weighs them.
     """
     sym = body.symbolic
-
     whole, functions = body.cache.get("dynamics", lambda: _functions(body))
     described = (  # name, names of rows, unit, what a row of 1 is in it
         ("root force", "xyz", "% of body weight", 100.0),
@@ -57,8 +56,8 @@ def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Functio
     import casadi as ca
 
     sym, k = body.symbolic, len(body.sites)
-    q, v, a = (ca.SX.sym(x, sym.nv) for x in ("q", "qd", "qdd"))
-    u, p = ca.SX.sym("u", 3 * k), ca.SX.sym("p", 0)
+    given = list(node_symbols(sym.nv, 3 * k))
+    q, v, a, u, _ = given
     forces = ca.reshape(u, 3, k) * body.weight
     tau = sym.inverse_dynamics(list(body.sites))(q, v, a, forces)
     muscle = tau[6:]
@@ -76,6 +75,5 @@ def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Functio
         work,
         ca.vertcat(ca.SX(0, 1), *joint),
     )
-    given = [q, v, a, u, p]
     whole = ca.Function("rows", given, [ca.vertcat(*parts)])
     return whole, [ca.Function("rows", given, [part]) for part in parts]

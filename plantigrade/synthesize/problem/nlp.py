@@ -9,10 +9,8 @@ these, evaluated at every node alike; arrays hold the limits and costs of every 
     + \tfrac12 \sum_k \sigma_k \lVert u_{k+1} - u_k \rVert^2
     \quad \text{with} \quad l_{kr} \le r_{kr} \le h_{kr}.
 
-So a task is nothing but arrays, which all solvers read, and the exact Hessian of everything is
-:math:`\nabla^2 (\lambda^\top r) + J^\top W J` with :math:`\lambda = y + g + w (r - \bar r)`: no
-function but the rows themselves is differentiated.
-
+The exact Hessian of everything is :math:`\nabla^2 (\lambda^\top r) + J^\top W J` with
+:math:`\lambda = y + g + w (r - \bar r)`: no function but the rows themselves is differentiated.
 Because a spline has local support, node :math:`k` touches few coefficients, and every matrix of
 the problem is banded (Eqs. 4 and 9 to 14 of [Zhakatayev2023]_).
 """
@@ -91,19 +89,19 @@ class Problem:
         if len(names) != len(self.rows):
             raise ParameterError("two families of rows have the same name")
         for r in self.rows:
-            shape = (n, len(r.names))
+            wanted = (n, len(r.names))
             for what in ("lower", "upper", "weight", "target", "gain"):
-                if getattr(r, what).shape != shape:
+                given = getattr(r, what).shape
+                if given != wanted:
                     raise ParameterError(
-                        f"{what} of {r.name!r} is {getattr(r, what).shape}; {n} nodes and "
-                        f"{len(r.names)} rows need {shape}"
+                        f"{what} of {r.name!r} is {given}; {n} nodes and {len(r.names)} rows need "
+                        f"{wanted}"
                     )
             self._check_order(r.names, r.lower, r.upper)
         if self.u_names:
-            shape, n_steps = (n, self.n_unknowns), n - (self.closure is None)
-            for what in ("u_lower", "u_upper", "u_smooth"):
-                wanted = (n_steps, self.n_unknowns) if what == "u_smooth" else shape
-                given = getattr(self, what)
+            steps = n - (self.closure is None)
+            for what, many in (("u_lower", n), ("u_upper", n), ("u_smooth", steps)):
+                given, wanted = getattr(self, what), (many, self.n_unknowns)
                 if given.shape != wanted and (what != "u_smooth" or given.size):
                     raise ParameterError(
                         f"{what} is {given.shape}; {n} nodes and {self.n_unknowns} unknowns need "
@@ -133,11 +131,7 @@ class Problem:
         return self.u_lower < self.u_upper
 
     def part(self, rows: Collection[str] | None = None, *, costs: bool = True) -> "Problem":
-        """Return the problem with some of its families only, or without costs.
-
-        Args:
-            rows: Names of the families; all if None.
-            costs: Whether anything costs.
+        """Return the problem with the families of these names only, or without costs.
 
         Raises:
             ParameterError: If a name is not that of a family.
@@ -166,10 +160,8 @@ class Problem:
         index = band.first[:, None] + np.arange(band.values.shape[1])
         lap, index = np.divmod(index, n_c) if self.closure is not None else (0 * index, index)
         root = np.sqrt(np.diff(breaks)[:, None] * self.jerk)  # (n_pieces, nv)
-        every = np.arange(nv)
-        source, sign = every, np.ones(nv)
-        if self.closure is not None:
-            source, sign = self.closure.source, self.closure.sign
+        every, k = np.arange(nv), self.closure
+        source, sign = (every, np.ones(nv)) if k is None else (k.source, k.sign)
         turned = lap[:, :, None] > 0
         columns = index[:, :, None] * nv + np.where(turned, source, every)
         values = band.values[:, :, None] * root[:, None, :] * np.where(turned, sign, 1.0)

@@ -4,23 +4,22 @@ A CasADi solver takes the functions it needs by name (``nlp_f``, ``nlp_jac_g``, 
 ``cache``; what it finds there it does not derive itself.
 """
 
+import time as clock
 from collections.abc import Callable, Sequence
 
 import casadi as ca
 import numpy as np
 
 from plantigrade.arrays import Array
+from plantigrade.synthesize.solvers.result import Iterate
 from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 
 
 class ArrayFunction(ca.Callback):
     """A function of arrays that CasADi can call.
 
-    Args:
-        name: Its name.
-        inputs: Name and pattern of every input.
-        outputs: Name, pattern of every output, and what returns its nonzeros from the arrays of
-            nonzeros of all inputs.
+    An input has a name and a pattern, an output also what returns its nonzeros from those of all
+    inputs.
     """
 
     def __init__(
@@ -76,9 +75,7 @@ class ArrayFunction(ca.Callback):
 def functions_of(program: SparseProgram, *, symmetric: bool) -> dict[str, ArrayFunction]:
     """Return everything a solver may ask for, by the names it asks by.
 
-    Args:
-        program: The program.
-        symmetric: Whether Hessians have both triangles; otherwise the upper one alone.
+    Hessians have the upper triangle alone, or both if they are to be ``symmetric``.
     """
     n, m = program.n_variables, len(program.lower)
     x, p = ("x", ca.Sparsity.dense(n, 1)), ("p", ca.Sparsity.dense(0, 1))
@@ -116,18 +113,15 @@ def functions_of(program: SparseProgram, *, symmetric: bool) -> dict[str, ArrayF
     return made
 
 
-class Watch(ca.Callback):
+class Watch(ArrayFunction):
     """What CasADi calls after every iteration: keeps the best point, and stops on request.
 
-    Args:
-        program: The program.
-        feasibility: Violation below which the cheaper point is the better one.
-        report: Called with number, objective, violation and variables; True stops.
-
     Attributes:
-        best: Violation (at least ``feasibility``), objective and variables of the best point.
+        best: Violation (at least ``feasibility``: below, the cheaper point is the better one),
+            objective and variables of the best point.
         objective: Objective of every iteration.
         violation: Violation of every iteration.
+        started: When the solver was started [s].
         stop: Whether the solver is to stop.
     """
 
@@ -135,50 +129,34 @@ class Watch(ca.Callback):
         self,
         program: SparseProgram,
         feasibility: float,
-        report: Callable[[int, float, float, Array], bool],
+        callback: Callable[[Iterate], bool | None] | None,
     ):
-        ca.Callback.__init__(self)
-        self._program, self._feasibility, self._report = program, feasibility, report
+        self._program, self._feasibility, self._callback = program, feasibility, callback
         self.best: tuple[float, float, Array] | None = None
         self.objective: list[float] = []
         self.violation: list[float] = []
-        self.stop = False
-        self.construct("watch", {})
+        self.started, self.stop = clock.perf_counter(), False
+        n, m = program.n_variables, len(program.lower)
+        sizes = {"x": n, "f": 1, "g": m, "lam_x": n, "lam_g": m, "lam_p": 0}
+        outputs = [ca.nlpsol_out(i) for i in range(ca.nlpsol_n_out())]  # of the solver
+        super().__init__(
+            "watch",
+            [(name, ca.Sparsity.dense(sizes[name], 1)) for name in outputs],
+            [("ret", ca.Sparsity.dense(1, 1), self._note)],
+        )
 
-    def get_n_in(self) -> int:
-        """Return the number of outputs of a solver."""
-        return ca.nlpsol_n_out()
-
-    def get_n_out(self) -> int:
-        """Return 1: whether to stop."""
-        return 1
-
-    def get_name_in(self, i: int) -> str:
-        """Return the name of an output of a solver."""
-        return ca.nlpsol_out(i)
-
-    def get_name_out(self, i: int) -> str:
-        """Return the name that CasADi expects."""
-        return "ret"
-
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        """Return the pattern of an output of a solver."""
-        n = {"x": self._program.n_variables, "f": 1, "lam_p": 0}
-        n["lam_x"] = n["x"]
-        return ca.Sparsity.dense(n.get(ca.nlpsol_out(i), len(self._program.lower)), 1)
-
-    def eval(self, arg) -> list[int]:
-        """Note one iteration."""
-        x, f = np.array(arg[0]).ravel(), float(arg[1])
-        off = float(np.abs(self._program.excess(np.array(arg[2]).ravel())).max(initial=0.0))
-        self.objective.append(f)
+    def _note(self, x: Array, f: Array, g: Array, *_: Array) -> float:
+        """Note one iteration; return 1 to stop."""
+        cost, off = float(f[0]), float(np.abs(self._program.excess(g)).max(initial=0.0))
+        self.objective.append(cost)
         self.violation.append(off)
-        rank = (max(off, self._feasibility), f)
+        rank = (max(off, self._feasibility), cost)
         if np.isfinite(off) and (self.best is None or rank < self.best[:2]):
-            self.best = (*rank, x)
-        if not self.stop:
+            self.best = (*rank, x.copy())
+        if not self.stop and self._callback is not None:
+            number, seconds = len(self.objective) - 1, clock.perf_counter() - self.started
             try:
-                self.stop = self._report(len(self.objective) - 1, f, off, x)
+                self.stop = bool(self._callback(Iterate(number, cost, off, seconds=seconds)))
             except KeyboardInterrupt:
                 self.stop = True
-        return [int(self.stop)]
+        return float(self.stop)

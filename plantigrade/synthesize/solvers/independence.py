@@ -22,12 +22,7 @@ _RANK = 1e-7  # parts of a row smaller than this are rounding
 
 
 def independent_equations(e: Evaluation, x: Float[Array, " size"]) -> list[Bool[Array, "_ _"]]:
-    """Return for every block which of its equations are independent of those before.
-
-    Args:
-        e: The problem.
-        x: A guess.
-    """
+    """Return for every block which of its equations are independent of those before, near x."""
     p, z = e.problem, e.t.local(x)
     z = z + _MOVED * np.random.default_rng(0).standard_normal(z.shape)
     held = np.ones(z.shape, dtype=bool)  # parts of z that move with x
@@ -61,12 +56,7 @@ def independent_equations(e: Evaluation, x: Float[Array, " size"]) -> list[Bool[
 
 
 def fixed_variables(e: Evaluation, kept: list[Bool[Array, "_ _"]]) -> dict[int, float]:
-    """Return variables that linear equations fix one after the other, and drop those equations.
-
-    Args:
-        e: The problem.
-        kept: Equations of every block; those that fix a variable are taken out.
-    """
+    """Return variables that linear equations fix one after the other; drop these from ``kept``."""
     waiting = []
     z, T, n = e.t.local(np.zeros(e.t.size)), e.t.matrix(), e.t.n_local
     for b, mine in zip(e.blocks, kept, strict=True):
@@ -86,10 +76,11 @@ def fixed_variables(e: Evaluation, kept: list[Bool[Array, "_ _"]]) -> dict[int, 
     found = True
     while found:
         found, later = False, []
-        for mine, place, i, terms, right in waiting:
+        for equation in waiting:
+            mine, place, i, terms, right = equation
             open_ = [c for c in terms if c not in fixed]
             if len(open_) != 1:
-                later.append((mine, place, i, terms, right))
+                later.append(equation)
                 continue
             known = sum(terms[c] * fixed[c] for c in terms if c in fixed)
             fixed[open_[0]] = float((right - known) / terms[open_[0]])

@@ -8,8 +8,7 @@ With slacks :math:`s` for inequalities, the problem of :mod:`~plantigrade.synthe
 Every iteration lowers the barrier parameter :math:`\mu` if its problem is solved well enough, takes
 a Newton step (:mod:`~plantigrade.synthesize.solvers.kkt`) and searches along it
 (:mod:`~plantigrade.synthesize.solvers.line_search`); where no step is accepted, Gauss-Newton steps
-towards feasibility restore progress (:mod:`~plantigrade.synthesize.solvers.restoration`). The
-method is that of [Waechter2006]_.
+towards feasibility alone restore progress. The method is that of [Waechter2006]_.
 """
 
 import time as clock
@@ -20,9 +19,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.solvers.kkt import KKTSystem, lagrangian
+from plantigrade.synthesize.solvers.kkt import KKTSystem, factorised, lagrangian, solved
 from plantigrade.synthesize.solvers.line_search import Filter, LineSearch, Trial
-from plantigrade.synthesize.solvers.restoration import onto_linear_equations, restored
 from plantigrade.synthesize.solvers.result import Iterate, Multipliers, Options, Result, Status
 from plantigrade.synthesize.solvers.slacks import Slacks
 from plantigrade.synthesize.transcription.constraint_block import limits_of_unknowns
@@ -41,52 +39,34 @@ PATIENCE = 5
 STALLS = 12
 """Most iterations without an accepted step."""
 
+STIFF = 1e6
+"""Weight of linear equations beside the distance from a guess."""
+
 
 @dataclass
 class _State:
-    """Where a run stands.
-
-    Attributes:
-        x: Variables.
-        mu: Barrier parameter.
-        at_mu: Iterations with it.
-        alpha: Fraction of the last step that was taken.
-        stalls: Iterations in which no step was accepted.
-        best: Least violation seen, and its variables.
-    """
+    """Where a run stands."""
 
     x: Array
     mu: float
-    best: tuple[float, Array]
-    at_mu: int = 0
-    alpha: float = 0.0
-    stalls: int = 0
+    best: tuple[float, Array]  # least violation seen, and its variables
+    at_mu: int = 0  # iterations with this barrier parameter
+    alpha: float = 0.0  # fraction of the last step that was taken
+    stalls: int = 0  # iterations in which no step was accepted
 
 
 @dataclass(frozen=True, eq=False)
 class _Errors:
-    """How far a point is from being a solution.
+    """How far a point is from being a solution."""
 
-    Attributes:
-        gaps: Residuals of the constraints, by block.
-        dual: Scaled gradient of the Lagrangian.
-        complementarity: Scaled, without a barrier.
-        scale: By what both are scaled.
-    """
-
-    gaps: list[Array]
-    dual: float
-    complementarity: float
-    scale: float
+    gaps: list[Array]  # residuals of the constraints, by block
+    dual: float  # scaled gradient of the Lagrangian
+    complementarity: float  # scaled, without a barrier
+    scale: float  # by what both are scaled
 
 
 class InteriorPoint:
-    """The solver of one problem; arrays are made once and used again.
-
-    Args:
-        problem: The problem.
-        options: Settings.
-    """
+    """The solver of one problem; arrays are made once and used again."""
 
     def __init__(self, problem: Problem, options: Options | None = None):
         self.options = options or Options()
@@ -161,19 +141,15 @@ class InteriorPoint:
                 filter_.clear()
                 trial = self._forced(at, search)
             at.x, at.alpha = trial.x, trial.alpha
-            for s, new, dy, dzl, dzu in zip(
-                self._slacks, trial.s, step.y, step.zl, step.zu, strict=True
-            ):
-                dual = search.alpha_dual
-                s.move(new, trial.alpha * dy, dual * dzl, dual * dzu, at.mu)
+            for s, new, dy, dz in zip(self._slacks, trial.s, step.y, step.z, strict=True):
+                s.move(new, trial.alpha * dy, search.alpha_dual * dz, at.mu)
             e.linearise(at.x)
         return self._result(at, status, history)
 
     def _start(self, x: Array, multipliers: Multipliers | None) -> _State:
         """Return the first point, with slacks and multipliers set."""
         e, warm = self._e, multipliers is not None
-        mu = self.options.initial_barrier
-        mu = min(mu, WARM) if warm else mu
+        mu = min(self.options.initial_barrier, WARM if warm else np.inf)
         self._kkt.forget()
         e.linearise(x)
         x = onto_linear_equations(e, x, self.options.feasibility)
@@ -245,9 +221,8 @@ def _scale(slacks: Sequence[Slacks]) -> float:
     """Return by how much large multipliers excuse a large gradient [Waechter2006]_."""
     total, count = 0.0, 1
     for s in slacks:
-        total += float(np.abs(s.y).sum() + s.zl.sum() + s.zu.sum())
-        b = s.block
-        count += int(b.bound.sum() + s.has_low.sum() + s.has_high.sum())
+        total += float(np.abs(s.y).sum() + s.z.sum())
+        count += int(s.block.bound.sum() + s.limited.sum())
     return max(1.0, total / count / 100.0)
 
 
@@ -257,3 +232,44 @@ def _hopeless(history: Sequence[Iterate]) -> bool:
         return False
     recent = min(it.violation for it in history[-LONG:])
     return recent > 1e-3 and recent > 0.5 * min(it.violation for it in history[:-LONG])
+
+
+def restored(e: Evaluation, x: Array) -> Array | None:
+    """Return a point with less violation, by damped Gauss-Newton steps; None if none is found."""
+    damping, here = 1e-2, x
+    first = size = e.squared_violation(e.values(x))
+    for _ in range(15):
+        e.linearise(here)
+        off = [np.sign(b.r - b.lower) * b.violation(b.r) for b in e.blocks]
+        violated = [np.where(each != 0.0, 1.0, 0.0) for each in off]
+        band = e.t.assemble(e.hessians(here, violated, None))
+        gradient = e.pull_back(off)
+        for _ in range(8):
+            factor = factorised(band, damping)
+            if factor is None:
+                return None
+            trial = here - solved(factor, gradient)
+            after = e.squared_violation(e.values(trial))
+            if after < size:
+                here, size, damping = trial, after, max(damping / 4, 1e-8)
+                break
+            damping *= 6
+        else:
+            break
+        if size < 1e-4 * first:
+            break
+    return here if size < 0.5 * first else None
+
+
+def onto_linear_equations(e: Evaluation, x: Array, feasibility: float) -> Array:
+    """Return the point nearest to ``x``, linearised last, that satisfies linear equations.
+
+    Where they are violated by no more than ``feasibility``, that is ``x`` itself.
+    """
+    weights = [np.where(b.equations & b.linear, STIFF, 0.0) for b in e.blocks]
+    aims = [np.where(b.equations, b.lower, 0.0) for b in e.blocks]
+    missing = [w * (b.r - aim) for b, w, aim in zip(e.blocks, weights, aims, strict=True)]
+    if not any(np.abs(m).max(initial=0.0) > STIFF * feasibility for m in missing):
+        return x
+    factor = factorised(e.t.assemble(e.hessians(x, weights, None), smooth=0.0), 1.0)
+    return x if factor is None else x - solved(factor, e.pull_back(missing))

@@ -8,15 +8,16 @@ derivatives are exact and vectorised, the same that the banded interior point us
 import signal
 import threading
 import time as clock
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.nlp import Problem
+from plantigrade.synthesize.solvers.result import Iterate
 from plantigrade.synthesize.solvers.sparse_program import SparseProgram
 
 if TYPE_CHECKING:
@@ -41,85 +42,34 @@ _WORDS = {
 }
 
 
-@dataclass(frozen=True)
-class Progress:
-    """One iteration, as a callback sees it.
-
-    Attributes:
-        number: Counted from 0.
-        objective: Cost.
-        violation: Largest violation of a constraint kept, in its own unit.
-        seconds: Time since the start [s].
-        c: Coefficients (n_coefficients, n_coordinates).
-        u: Node unknowns (n_nodes, n_unknowns).
-    """
-
-    number: int
-    objective: float
-    violation: float
-    seconds: float
-    c: Float[Array, "n_coefficients n_coordinates"]
-    u: Float[Array, "n_nodes n_unknowns"]
-
-
 @dataclass(frozen=True, eq=False)
 class IpoptResult:
-    """Result of a CasADi solver.
-
-    Attributes:
-        c: Coefficients (n_coefficients, n_coordinates).
-        u: Node unknowns (n_nodes, n_unknowns).
-        success: Whether optimality was reached, to full or acceptable tolerance.
-        status: How it ended.
-        iterations: Iterations.
-        objective: Cost at the result.
-        violation: Largest violation over all rows that count, redundant ones included.
-        worst: Which row that is, when, and by how much.
-        history: ``objective``, ``violation``, ``optimality`` and ``barrier`` of every iteration,
-            where the solver reports them.
-        seconds: Time of the solver [s].
-        cpu_seconds: Processor time of its thread [s].
-        build_seconds: Time to set up functions and derivatives [s].
-        n_variables: Variables, including those that an equation fixes by itself.
-        n_equations: Equations that the solver saw.
-        n_inequalities: Inequalities that the solver saw.
-        n_redundant: Equations left out because they follow from others.
-        solver: Name of the solver.
-    """
+    """Result of a CasADi solver."""
 
     c: Float[Array, "n_coefficients n_coordinates"]
     u: Float[Array, "n_nodes n_unknowns"]
-    success: bool
+    success: bool  # whether optimality was reached, to full or acceptable tolerance
     status: str
     iterations: int
-    objective: float
-    violation: float
-    worst: str
-    history: Mapping[str, Float[Array, " n_iterations"]] = field(repr=False)
-    seconds: float
-    cpu_seconds: float
-    build_seconds: float
-    n_variables: int
-    n_equations: int
-    n_inequalities: int
-    n_redundant: int
-    solver: str = "ipopt"
+    objective: float  # cost at the result
+    violation: float  # largest violation over all rows that count, redundant ones included
+    worst: str  # which row that is, when, and by how much
+    # every iteration; only objective and violation are known
+    history: tuple[Iterate, ...] = field(repr=False)
+    seconds: float  # time of the solver [s]
+    program: SparseProgram
 
 
 def solve(
-    problem: Problem,
+    problem: Problem | SparseProgram,
     c0: Float[Array, "n_coefficients n_coordinates"],
     u0: Float[Array, "n_nodes n_unknowns"] | None = None,
     *,
     tolerance: float = 1e-4,
     feasibility: float = 1e-6,
-    max_iterations: int = 500,
     max_seconds: float = np.inf,
-    objective: bool = True,
-    rows: Collection[str] | None = None,
-    callback: Callable[[Progress], bool | None] | None = None,
+    callback: Callable[[Iterate], bool | None] | None = None,
     settings: Mapping[str, Any] | None = None,
-    program: SparseProgram | None = None,
 ) -> IpoptResult:
     """Return the solution near a guess, or the best point seen if the solver was stopped.
 
@@ -127,19 +77,14 @@ def solve(
     point returned is the one with the least violation, or the cheapest of those within tolerance.
 
     Args:
-        problem: The problem.
+        problem: The problem, or a program made of it before.
         c0: Guess of the coefficients.
         u0: Guess of the node unknowns; zeros if not given.
         tolerance: Largest error of the optimality conditions, scaled.
         feasibility: Largest violation of a row, in its own unit (where 1 is large).
-        max_iterations: Most iterations.
         max_seconds: Most time [s].
-        objective: False for any point that satisfies the constraints; the cost is zero then.
-        rows: Names of the families that count; all if not given.
         callback: Called after every iteration; True stops.
         settings: Further options of IPOPT by their own names (``{"mu_strategy": "monotone"}``).
-        program: A program of this problem made before; ``objective`` and ``rows`` then mean
-            nothing.
 
     Raises:
         ParameterError: If the guess does not fit the problem.
@@ -152,7 +97,7 @@ def solve(
         "acceptable_tol": 1e2 * tolerance,
         "acceptable_constr_viol_tol": feasibility,
         "acceptable_iter": 8,
-        "max_iter": max_iterations,
+        "max_iter": 500,
         "mu_strategy": "adaptive",
         "linear_solver": "mumps",
         "mumps_pivot_order": 2,  # approximate minimum fill: a fifth faster than the default
@@ -161,64 +106,36 @@ def solve(
     if np.isfinite(max_seconds):
         options["max_wall_time"] = max_seconds
     options |= dict(settings or {})
-    return run(
-        "ipopt",
-        {"ipopt": options},
-        problem,
-        c0,
-        u0,
-        feasibility=feasibility,
-        objective=objective,
-        rows=rows,
-        callback=callback,
-        program=program,
-    )
+    program = problem if isinstance(problem, SparseProgram) else SparseProgram(problem, c0, u0)
+    return run("ipopt", {"ipopt": options}, program, c0, u0, feasibility, callback)
 
 
 def run(
     solver: str,
     options: Mapping[str, Any],
-    problem: Problem,
+    program: SparseProgram,
     c0: Float[Array, "n_coefficients n_coordinates"],
     u0: Float[Array, "n_nodes n_unknowns"] | None = None,
-    *,
     feasibility: float = 1e-6,
-    objective: bool = True,
-    rows: Collection[str] | None = None,
-    callback: Callable[[Progress], bool | None] | None = None,
-    program: SparseProgram | None = None,
+    callback: Callable[[Iterate], bool | None] | None = None,
 ) -> IpoptResult:
-    """Return what any solver of CasADi makes of a problem; see :func:`solve`.
+    """Return what any solver of CasADi makes of a program; see :func:`solve`.
 
     Args:
         solver: Name of the plugin (``"ipopt"``, ``"sqpmethod"``, ``"sleqp"``).
         options: Its options, as CasADi takes them.
-        problem: The problem.
+        program: The program.
         c0: Guess of the coefficients.
-        u0: Guess of the node unknowns.
+        u0: Guess of the node unknowns; zeros if not given.
         feasibility: Violation below which the cheaper point is the better one.
-        objective: Whether there is a cost.
-        rows: Names of the families that count.
         callback: Called after every iteration; True stops.
-        program: A program of this problem made before.
     """
     import casadi as ca
 
     from plantigrade.synthesize.solvers.callbacks import Watch, functions_of
 
-    began = clock.perf_counter()
-    if program is None:
-        program = SparseProgram(problem.part(rows, costs=objective), c0, u0)
-    elif program.problem is not problem:
-        raise ParameterError("the program is that of another problem")
     x0 = np.clip(program.pack(c0, u0), *program.bounds)
-
-    def report(number: int, f: float, off: float, x: Array) -> bool:
-        seconds = clock.perf_counter() - built
-        state = Progress(number, f, off, seconds, *program.unpack(x))
-        return callback is not None and bool(callback(state))
-
-    watch = Watch(program, feasibility, report)
+    watch = Watch(program, feasibility, callback)
     made = functions_of(program, symmetric=solver != "ipopt")  # which reads the upper triangle
     settings = {
         "print_time": False,
@@ -229,26 +146,25 @@ def run(
         **options,
     }
     plugin = ca.nlpsol("solver", solver, made["nlp"], settings)
-    built, busy = clock.perf_counter(), clock.thread_time()
-    with _interrupt(watch):
+    watch.started = began = clock.perf_counter()
+    (lbx, ubx), lbg, ubg = program.bounds, program.lower, program.upper
+    with _interruptible(watch):
         try:
-            found = plugin(
-                x0=x0,
-                lbx=program.bounds[0],
-                ubx=program.bounds[1],
-                lbg=program.lower,
-                ubg=program.upper,
-            )
+            found = plugin(x0=x0, lbx=lbx, ubx=ubx, lbg=lbg, ubg=ubg)
             x, stats = np.array(found["x"]).ravel(), plugin.stats()
         except (RuntimeError, KeyboardInterrupt):  # a solver that gives up by raising
             x, stats = x0, {"success": False, "return_status": "failed"}
-    seconds, busy = clock.perf_counter() - built, clock.thread_time() - busy
+    seconds = clock.perf_counter() - began
     word = str(stats.get("return_status", ""))
     success = bool(stats.get("success", False))
     if not success and watch.best is not None:
         x = _better(program, watch, x, feasibility)
     worst = program.worst(x)
     c, u = program.unpack(x)
+    told = stats.get("iterations") or {}
+    history = zip(
+        told.get("obj", watch.objective), told.get("inf_pr", watch.violation), strict=True
+    )
     return IpoptResult(
         c=c,
         u=u,
@@ -258,15 +174,9 @@ def run(
         objective=program.objective(x),
         violation=worst.amount,
         worst=worst.sentence,
-        history=_history(stats, watch),
+        history=tuple(Iterate(i, float(f), float(off)) for i, (f, off) in enumerate(history)),
         seconds=seconds,
-        cpu_seconds=busy,
-        build_seconds=built - began,
-        n_variables=program.n_variables,
-        n_equations=program.n_equations,
-        n_inequalities=program.n_inequalities,
-        n_redundant=program.n_redundant,
-        solver=solver,
+        program=program,
     )
 
 
@@ -280,35 +190,18 @@ def _better(program: SparseProgram, watch: "Watch", x: Array, feasibility: float
     return x if last <= watch.best[:2] else watch.best[2]
 
 
-class _interrupt:
+@contextmanager
+def _interruptible(watch: "Watch") -> Iterator[None]:
     """Within it, Ctrl-C asks the solver to stop after the present iteration."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
 
-    def __init__(self, watch: "Watch"):
-        self.watch = watch
+    def stop(*_: Any) -> None:
+        watch.stop = True
 
-    def __enter__(self):
-        self.before = None
-        if threading.current_thread() is threading.main_thread():
-            self.before = signal.signal(signal.SIGINT, self._stop)
-
-    def _stop(self, *_: Any) -> None:
-        self.watch.stop = True
-
-    def __exit__(self, *_: Any) -> None:
-        if self.before is not None:
-            signal.signal(signal.SIGINT, self.before)
-
-
-def _history(stats: Mapping[str, Any], watch: "Watch") -> dict[str, Float[Array, " n_iterations"]]:
-    """Return what the solver tells of its iterations, or at least what the watch saw."""
-    reported = stats.get("iterations") or {}
-    names = {"obj": "objective", "inf_pr": "violation", "inf_du": "optimality", "mu": "barrier"}
-    history = {
-        ours: np.asarray(reported[theirs], dtype=float)
-        for theirs, ours in names.items()
-        if theirs in reported
-    }
-    if "objective" not in history:
-        history["objective"] = np.asarray(watch.objective, dtype=float)
-        history["violation"] = np.asarray(watch.violation, dtype=float)
-    return history
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -13,14 +13,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.solvers.banded_cholesky import factorised_with_least_shift, solved
 from plantigrade.synthesize.solvers.slacks import Slacks
 from plantigrade.synthesize.transcription.evaluation import Evaluation
 
 REFINEMENTS = 3
 """Most steps of refinement towards the equations."""
+
+GROWTH = 8.0
+"""Factor by which the shift grows where it was too small."""
+
+SMALL = 0.5
+"""A last shift below which none is tried first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +36,7 @@ class Step:
     x: Array
     y: list[Array]
     s: list[Array]
-    zl: list[Array]
-    zu: list[Array]
+    z: list[Array]
 
 
 class KKTSystem:
@@ -83,14 +88,14 @@ class KKTSystem:
         dx = -solved(self._factor, e.pull_back(pushes) + e.t.smoothness(x)[1])
         Jdx = e.push_forward(dx)
         equations = [b.equations for b in e.blocks]
-        dy_eq = [
-            np.where(eq, (g + j) / delta, 0.0)
-            for eq, g, j in zip(equations, gaps, Jdx, strict=True)
-        ]
+
+        def residuals() -> list[Array]:
+            every = zip(equations, gaps, Jdx, strict=True)
+            return [np.where(eq, gap + j, 0.0) for eq, gap, j in every]
+
+        dy_eq = [m / delta for m in residuals()]
         for _ in range(REFINEMENTS):
-            missing = [
-                np.where(eq, g + j, 0.0) for eq, g, j in zip(equations, gaps, Jdx, strict=True)
-            ]
+            missing = residuals()
             if max(float(np.abs(m).max()) for m in missing) < 1e-11:
                 break
             ddx = -solved(self._factor, e.pull_back([m / delta for m in missing]))
@@ -101,7 +106,7 @@ class KKTSystem:
                 y + np.where(eq, (m + d) / delta, 0.0)
                 for y, eq, m, d in zip(dy_eq, equations, missing, change, strict=True)
             ]
-        step = Step(dx, [], [], [], [])
+        step = Step(dx, [], [], [])
         for s, gap, j, sigma, force, y in zip(
             slacks, gaps, Jdx, self._sigma, forces, dy_eq, strict=True
         ):
@@ -110,11 +115,39 @@ class KKTSystem:
             dy = np.where(b.inequalities, sigma * ds + force - s.y, 0.0)
             step.s.append(ds)
             step.y.append(np.where(b.equations, y, dy))
-            for steps, each in zip((step.zl, step.zu), s.multiplier_steps(ds, mu), strict=True):
-                steps.append(each)
+            step.z.append(s.multiplier_steps(ds, mu))
         return step
 
 
 def lagrangian(slacks: Sequence[Slacks]) -> list[Array]:
     """Return the derivative of the Lagrangian by the rows of every block."""
     return [np.where(s.block.bound, s.y, 0.0) + s.block.cost_gradient(s.block.r) for s in slacks]
+
+
+def factorised(band: Array, shift: float) -> Array | None:
+    """Return the Cholesky factor of a matrix plus a multiple of the identity; None if indefinite.
+
+    The matrix is in lower form: entry (i, j) at ``[i - j, j]``.
+    """
+    trial = band.copy(order="F")
+    trial[0] += shift
+    try:
+        return cholesky_banded(trial, overwrite_ab=True, lower=True, check_finite=False)
+    except LinAlgError:
+        return None
+
+
+def factorised_with_least_shift(band: Array, before: float) -> tuple[Array | None, float]:
+    """Return the factor and the shift it took, near that of ``before``; None if none was enough."""
+    shift = 0.0 if before < SMALL else before / 4.0
+    for _ in range(40):
+        factor = factorised(band, shift + 1e-12)
+        if factor is not None:
+            return factor, shift
+        shift = shift * GROWTH if shift else max(before / 3.0, 1e-3)
+    return None, shift
+
+
+def solved(factor: Array, right: Array) -> Array:
+    """Return the solution of the equations with a factor and a right side."""
+    return np.asarray(cho_solve_banded((factor, True), right, check_finite=False))

@@ -24,12 +24,7 @@ MARGIN = 1e-5
 
 @dataclass(frozen=True)
 class Merit:
-    r"""What a point is judged by.
-
-    Attributes:
-        residual: :math:`\theta`.
-        barrier: :math:`\varphi`.
-    """
+    r"""What a point is judged by: :math:`\theta` and :math:`\varphi`."""
 
     residual: float
     barrier: float
@@ -67,7 +62,7 @@ class Filter:
             trial: The trial point.
             here: The present point.
             slope: Derivative of the barrier function along the step.
-            alpha: Fraction of the step.
+            alpha: Fraction of the step that leads to the trial point.
         """
         theta, phi = here.residual, here.barrier
         if not (np.isfinite(trial.residual) and np.isfinite(trial.barrier)):
@@ -87,16 +82,7 @@ class Filter:
 
 
 class LineSearch:
-    """The search from one point along one step.
-
-    Args:
-        evaluation: The problem, linearised at the point.
-        slacks: Slacks and multipliers there.
-        x: The point.
-        step: The Newton step.
-        mu: Barrier parameter.
-        objective: Cost of the point.
-    """
+    """The search along a step from a point at which the problem is linearised."""
 
     def __init__(
         self,
@@ -110,8 +96,8 @@ class LineSearch:
         self._e, self._slacks, self._x, self._step, self._mu = evaluation, slacks, x, step, mu
         self.tau = max(0.99, 1.0 - mu)
         self.alpha_max, self.alpha_dual = self._largest(step.s), 1.0
-        for s, dzl, dzu in zip(slacks, step.zl, step.zu, strict=True):
-            self.alpha_dual = min(self.alpha_dual, s.largest_dual_step(dzl, dzu, self.tau))
+        for s, dz in zip(slacks, step.z, strict=True):
+            self.alpha_dual = min(self.alpha_dual, s.largest_dual_step(dz, self.tau))
         self.gaps = [s.gap(s.block.r, s.s) for s in slacks]
         self.here = self._merit(objective, [s.s for s in slacks], self.gaps)
 
@@ -133,8 +119,12 @@ class LineSearch:
 
     def trial(self, alpha: float) -> Trial:
         """Return the point at a fraction of the step."""
-        x = self._x + alpha * self._step.x
-        s = [s.s + alpha * d for s, d in zip(self._slacks, self._step.s, strict=True)]
+        return self._along(self._step, alpha, alpha)
+
+    def _along(self, step: Step, part: float, alpha: float) -> Trial:
+        """Return the point at a part of a step, to be known as that of a fraction alpha."""
+        x = self._x + part * step.x
+        s = [s.s + part * d for s, d in zip(self._slacks, step.s, strict=True)]
         return Trial(x, s, self._e.values(x), alpha)
 
     def _corrected(self, trial: Trial, kkt: KKTSystem) -> Trial:
@@ -144,10 +134,7 @@ class LineSearch:
             for gap, s, r, new in zip(self.gaps, self._slacks, trial.r, trial.s, strict=True)
         ]
         step = kkt.step(self._x, gaps, self._mu)
-        part = self._largest(step.s)
-        x = self._x + part * step.x
-        s = [s.s + part * d for s, d in zip(self._slacks, step.s, strict=True)]
-        return Trial(x, s, self._e.values(x), trial.alpha)
+        return self._along(step, self._largest(step.s), trial.alpha)
 
     def _largest(self, ds: Sequence[Array]) -> float:
         """Return the largest fraction of a step of all slacks."""
@@ -169,7 +156,5 @@ class LineSearch:
         """Return the derivative of the barrier function along the step."""
         slope = float(self._e.objective_gradient(self._x) @ self._step.x)
         for s, d in zip(self._slacks, self._step.s, strict=True):
-            above, below = s.room(s.s)
-            slope -= self._mu * float(np.sum(np.where(s.has_low, d / above, 0.0)))
-            slope += self._mu * float(np.sum(np.where(s.has_high, d / below, 0.0)))
+            slope += float(np.sum(s.barrier_force(self._mu) * d))
         return slope

@@ -36,29 +36,17 @@ class Options:
 
 @dataclass(frozen=True)
 class Iterate:
-    r"""One iteration.
+    """One iteration; what a solver does not tell has a default."""
 
-    Attributes:
-        number: Counted from 0.
-        objective: Cost.
-        violation: Largest violation of a row, in its own unit.
-        worst: Which row that is, and when.
-        optimality: Scaled error of the optimality conditions.
-        barrier: Barrier parameter.
-        regularisation: :math:`\delta_w` of the last step.
-        step: Fraction of the last step that was taken.
-        seconds: Time since the start [s].
-    """
-
-    number: int
-    objective: float
-    violation: float
-    worst: str
-    optimality: float
-    barrier: float
-    regularisation: float
-    step: float
-    seconds: float
+    number: int  # counted from 0
+    objective: float  # cost
+    violation: float  # largest violation of a row, in its own unit
+    worst: str = ""  # which row that is, and when
+    optimality: float = np.nan  # scaled error of the optimality conditions
+    barrier: float = np.nan  # its parameter μ
+    regularisation: float = 0.0  # δ_w of the last step
+    step: float = 1.0  # fraction of the last step that was taken
+    seconds: float = np.nan  # time since the start [s]
 
 
 @dataclass(frozen=True)
@@ -97,21 +85,13 @@ class Multipliers:
 
 @dataclass(frozen=True)
 class Result:
-    """Where the solver ended.
-
-    Attributes:
-        c: Coefficients (n_coefficients, n_coordinates).
-        u: Node unknowns (n_nodes, n_unknowns).
-        status: How it ended; ``"solved"`` and ``"acceptable"`` satisfy every row.
-        history: Every iteration.
-        multipliers: For a warm start.
-    """
+    """Where the solver ended."""
 
     c: Float[Array, "n_coefficients n_coordinates"]
     u: Float[Array, "n_nodes n_unknowns"]
-    status: Status
-    history: tuple[Iterate, ...]
-    multipliers: Multipliers
+    status: Status  # how it ended; ``"solved"`` and ``"acceptable"`` satisfy every row
+    history: tuple[Iterate, ...]  # every iteration
+    multipliers: Multipliers  # for a warm start
 
     @property
     def success(self) -> bool:

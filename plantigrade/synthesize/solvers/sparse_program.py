@@ -30,10 +30,8 @@ class SparseProgram:
         n_variables: Number of variables.
         n_fixed: Variables that an equation fixes by itself, as those of a first pose are.
         n_equations: Equations kept, besides those.
-        n_inequalities: Rows with limits that are not equations.
         n_redundant: Equations left out because they follow from others.
-        lower: Lower limits of the constraints.
-        upper: Upper limits.
+        lower, upper: Limits of the constraints.
         bounds: Lower and upper bounds of the variables.
         jacobian_pattern: Rows and columns of the Jacobian of the constraints, column by column.
         hessian_pattern: Rows and columns of the upper triangle of the Hessian, column by column.
@@ -64,9 +62,8 @@ class SparseProgram:
         self.lower = self._chosen([b.lower for b in blocks])
         self.upper = self._chosen([b.upper for b in blocks])
         self.n_equations = int(np.sum(self.lower == self.upper))
-        self.n_inequalities = len(self.lower) - self.n_equations
         self.bounds = np.full(self.n_variables, -np.inf), np.full(self.n_variables, np.inf)
-        free = variables.u_at >= 0
+        free = variables.free
         self.bounds[0][variables.u_at[free]] = problem.u_lower.reshape(free.shape)[free]
         self.bounds[1][variables.u_at[free]] = problem.u_upper.reshape(free.shape)[free]
         for i, value in fixed.items():
@@ -76,8 +73,6 @@ class SparseProgram:
         rng = np.random.default_rng(0)  # entries that are zero for random matrices always are
         self._find_jacobian_pattern(rng)
         self._find_hessian_pattern(rng)
-
-    # Values -----------------------------------------------------------------------------------
 
     def objective(self, x: Float[Array, " n_variables"]) -> float:
         """Return the cost."""
@@ -94,8 +89,6 @@ class SparseProgram:
     def excess(self, g: Float[Array, " n_constraints"]) -> Float[Array, " n_constraints"]:
         """Return how far constraints lie above their upper limits, or below their lower ones."""
         return np.maximum(g - self.upper, 0.0) - np.maximum(self.lower - g, 0.0)
-
-    # Derivatives ------------------------------------------------------------------------------
 
     def gradient(self, x: Float[Array, " n_variables"]) -> Float[Array, " n_variables"]:
         """Return the gradient of the cost."""
@@ -124,13 +117,7 @@ class SparseProgram:
         cost: float,
         multipliers: Float[Array, " n_constraints"],
     ) -> Float[Array, " nnz"]:
-        """Return the entries of the Hessian of the Lagrangian, in the order of its pattern.
-
-        Args:
-            x: Variables.
-            cost: Factor of the cost.
-            multipliers: Of the constraints.
-        """
+        """Return the entries of the Hessian of cost f + multipliers' g, in its pattern's order."""
         self._linearise(x)
         e, start, pushes = self._e, 0, []
         for b, limited in zip(e.blocks, self._limited, strict=True):
@@ -142,8 +129,6 @@ class SparseProgram:
         weights = [cost * b.weight for b in e.blocks]
         band = e.t.assemble(e.hessians(x, weights, pushes), smooth=cost)
         return band[self._hessian_places]
-
-    # Evaluation and structure -----------------------------------------------------------------
 
     def _rows(self, x: Array) -> list[Array]:
         """Return the rows of every block, evaluated once at each point."""

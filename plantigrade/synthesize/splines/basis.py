@@ -14,6 +14,8 @@ row.
 
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -21,11 +23,44 @@ from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.splines.banded import BandedMatrix
 from plantigrade.synthesize.splines.knots import SAME, require_knots
 
 Side = Literal["left", "right"]
 KEPT = 64  # matrices cached by a basis
+
+
+@dataclass(frozen=True, eq=False)
+class BandedMatrix:
+    """The non-zero entries of a collocation matrix, row by row.
+
+    Attributes:
+        values: Entries, the leftmost function first [1/s^derivative].
+        first: Coefficient of the first entry of each row; the others follow it, wrapping round if
+            the basis is periodic.
+        n_coefficients: Number of columns.
+    """
+
+    values: Float[Array, "n_times order"]
+    first: Int[Array, " n_times"]
+    n_coefficients: int
+
+    @property
+    def columns(self) -> Int[Array, "n_times order"]:
+        """Coefficient of each entry."""
+        order = np.arange(self.values.shape[1])
+        return (self.first[:, None] + order) % self.n_coefficients
+
+    @cached_property
+    def matrix(self) -> sparse.csr_array:
+        """The matrix, ``(n_times, n_coefficients)``, with sorted indices, read-only."""
+        n_times, order = self.values.shape
+        starts = np.arange(0, (n_times + 1) * order, order)
+        entries = (self.values.ravel(), self.columns.ravel(), starts)
+        matrix = sparse.csr_array(entries, shape=(n_times, self.n_coefficients), copy=True)
+        matrix.sort_indices()
+        for part in (matrix.data, matrix.indices, matrix.indptr):
+            part.flags.writeable = False
+        return matrix
 
 
 class Basis(ABC):
@@ -46,7 +81,6 @@ class Basis(ABC):
         self.knots = np.array(knots, dtype=float)
         self.knots.flags.writeable = False
         self._bands: dict[tuple[bytes, int, Side], BandedMatrix] = {}
-        self._matrices: dict[tuple[bytes, int, Side], sparse.csr_array] = {}
 
     @abstractmethod
     def evaluate(
@@ -54,14 +88,8 @@ class Basis(ABC):
     ) -> tuple[Float[Array, "n_times order"], Int[Array, " n_times"]]:
         """Return the non-zero functions at times within the span, and the index of the first.
 
-        Args:
-            times: Times from ``start`` to ``stop`` [s].
-            derivative: Order of the time derivative.
-            side: Side from which a knot is approached; at ``start`` and ``stop`` the inner one.
-
-        Returns:
-            Values [1/s^derivative], and the index of the first function of each row among all
-            ``len(knots) - degree - 1``, before wrapping.
+        At a knot they are those of a side, at ``start`` and ``stop`` of the inner one. Values are
+        in 1/s^derivative; indices are among all ``len(knots) - degree - 1``, before wrapping.
         """
 
     @property
@@ -102,14 +130,9 @@ class Basis(ABC):
         return windows[min(self.degree, 1) :].mean(axis=1)[: self.n_coefficients]
 
     def support(self, i: int) -> tuple[float, float]:
-        r"""Return the support of basis function ``i``, :math:`[t_i, t_{i+\gamma+1}]`.
+        r"""Return the support of basis function ``i``, :math:`[t_i, t_{i+\gamma+1}]` [s].
 
-        Args:
-            i: Coefficient, from 0.
-
-        Returns:
-            Start and stop [s], cut to the span; those of a periodic basis are not cut, and recur
-            every period.
+        It is cut to the span; that of a periodic basis is not cut, and recurs every period.
 
         Raises:
             ParameterError: If there is no such coefficient.
@@ -124,19 +147,7 @@ class Basis(ABC):
     def band(
         self, times: Float[Array, " n_times"], derivative: int = 0, *, side: Side = "right"
     ) -> BandedMatrix:
-        """Return the non-zero entries of :meth:`matrix`.
-
-        Args:
-            times: Times [s]; unrestricted if the basis is periodic.
-            derivative: Order of the time derivative.
-            side: Side from which a knot is approached, where derivatives jump.
-
-        Returns:
-            The entries and their columns.
-
-        Raises:
-            ParameterError: If a time lies outside the span or the derivative is not a whole number.
-        """
+        """Return the non-zero entries of :meth:`matrix`, which explains the arguments."""
         key = (np.asarray(times, dtype=float).tobytes(), int(derivative), side)
         if key not in self._bands:
             if derivative != int(derivative) or derivative < 0:
@@ -148,7 +159,9 @@ class Basis(ABC):
             if self.periodic:
                 first = first % self.n_coefficients
             values.flags.writeable = first.flags.writeable = False
-            remember(self._bands, key, BandedMatrix(values, first, self.n_coefficients))
+            if len(self._bands) >= KEPT:  # the oldest goes
+                del self._bands[next(iter(self._bands))]
+            self._bands[key] = BandedMatrix(values, first, self.n_coefficients)
         return self._bands[key]
 
     def matrix(
@@ -172,25 +185,13 @@ class Basis(ABC):
         Raises:
             ParameterError: If a time lies outside the span or the derivative is not a whole number.
         """
-        key = (np.asarray(times, dtype=float).tobytes(), int(derivative), side)
-        if key not in self._matrices:
-            matrix = self.band(times, derivative, side=side).matrix()
-            for part in (matrix.data, matrix.indices, matrix.indptr):
-                part.flags.writeable = False
-            remember(self._matrices, key, matrix)
-        return self._matrices[key]
+        return self.band(times, derivative, side=side).matrix
 
     def gram(self, derivative: int = 0) -> sparse.csr_array:
         r"""Return :math:`G_{ij} = \int N_i^{(d)} N_j^{(d)} \, dt` over the span.
 
-        Then :math:`\int (q^{(d)})^2 dt = c^\top G c`. The integral is by Gauss quadrature on every
-        piece, exact for polynomials.
-
-        Args:
-            derivative: Order :math:`d`.
-
-        Returns:
-            Symmetric, ``(n_coefficients, n_coefficients)`` [s^(1 - 2 derivative)].
+        Then :math:`\int (q^{(d)})^2 dt = c^\top G c` [s^(1 - 2 d)]. The integral is by Gauss
+        quadrature on every piece, exact for polynomials.
         """
         times, weights = self._quadrature()
         rows = self.matrix(times, derivative)
@@ -212,9 +213,6 @@ class Basis(ABC):
             values: Samples :math:`q_j`, coordinates along the later axes.
             smoothing: Weight :math:`\lambda` [s^3]; a small one determines coefficients that the
                 samples do not.
-
-        Returns:
-            Coefficients, in the unit of the samples.
 
         Raises:
             ParameterError: If samples are missing or not finite, or do not determine all
@@ -288,10 +286,3 @@ class Basis(ABC):
         half = np.diff(self.breaks)[:, None] / 2
         middle = self.breaks[:-1, None] + half
         return (middle + half * points).ravel(), (half * weights).ravel()
-
-
-def remember(cache: dict, key: Hashable, value: object) -> None:
-    """Cache a value, and drop the oldest beyond ``KEPT``."""
-    if len(cache) >= KEPT:
-        del cache[next(iter(cache))]
-    cache[key] = value

@@ -26,9 +26,6 @@ def clamped_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[A
             multiplicity two.
         degree: Degree of the spline, 0 or more.
 
-    Returns:
-        Knots [s].
-
     Raises:
         ParameterError: If the breakpoints are not finite and in order, or span nothing.
 
@@ -48,16 +45,8 @@ def uniform_knots(
 ) -> Float[Array, " n_knots"]:
     """Return equally spaced knots that extend past both ends, so that all functions are alike.
 
-    The number of coefficients is ``n_intervals + degree``.
-
-    Args:
-        start: Start of the spline [s].
-        stop: End of the spline [s].
-        n_intervals: Pieces between them, at least one.
-        degree: Degree of the spline, 0 or more.
-
-    Returns:
-        Knots [s], ``degree`` of them before ``start`` and as many after ``stop``.
+    There are ``degree`` of them before ``start`` and as many after ``stop`` [s], and
+    ``n_intervals + degree`` coefficients.
 
     Raises:
         ParameterError: If the times are not finite and in order, or there are no intervals.
@@ -85,9 +74,6 @@ def periodic_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[
         breaks: Breakpoints of one period in order [s]; the last is the first, a period :math:`T`
             later.
         degree: Degree of the spline, 0 or more, below the number of pieces.
-
-    Returns:
-        Knots [s], ``degree`` of them before the period and as many after.
 
     Raises:
         ParameterError: If the breakpoints are not finite and in order, span nothing, or are so few
@@ -131,12 +117,9 @@ def require_breaks(breaks: Float[Array, " n_breaks"]) -> None:
 
 
 def require_knots(knots: Float[Array, " n_knots"], degree: int, *, periodic: bool) -> None:
-    r"""Raise unless the knots define a spline of this degree in which every coefficient matters.
+    """Raise unless the knots define a spline of this degree in which every coefficient matters.
 
-    Args:
-        knots: Knots :math:`t_0 \dots t_{n + \gamma}` [s].
-        degree: Degree :math:`\gamma`.
-        periodic: Whether they must repeat, as from :func:`periodic_knots`.
+    Those of a periodic one must repeat, as from :func:`periodic_knots`.
 
     Raises:
         ParameterError: If they do not.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily, node_symbols
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 
@@ -15,20 +15,13 @@ if TYPE_CHECKING:
 
 
 class ConstraintBlock:
-    """A family at the nodes where it has a limit or a cost.
+    """A family at the nodes where it has a limit or a cost; its arrays are those of these nodes.
 
     Attributes:
         rows: The family.
-        derivatives: Its derivatives by z.
         at: Nodes where it matters, in order.
         everywhere: Whether that is all of them.
-        parameters: Its parameters there, as all that follow.
-        lower: Lower limits.
-        upper: Upper limits.
-        weight: Weights of squared distance.
-        equations: Which rows are equations.
-        inequalities: Which rows have a limit and are not equations.
-        bound: Which rows are either.
+        bound: Which rows are equations or inequalities.
         linear: Whether the family is linear in z.
         single: Whether, beyond that, each row depends on one element of z only.
         columns: The elements of z that it depends on.
@@ -41,9 +34,8 @@ class ConstraintBlock:
         self.rows = rows
         self.derivatives = derivatives_of(rows.function)
         eq, ineq = rows.equations, rows.inequalities
-        matter = eq | ineq | (rows.weight != 0) | (rows.gain != 0)
-        self.at = np.flatnonzero(matter.any(axis=1))
-        self.everywhere = len(self.at) == len(matter)
+        self.at = np.flatnonzero(rows.matters.any(axis=1))
+        self.everywhere = len(self.at) == len(eq)
         self.parameters = rows.parameters[self.at]
         self.lower, self.upper = rows.lower[self.at], rows.upper[self.at]
         self.weight, self._target = rows.weight[self.at], rows.target[self.at]
@@ -90,10 +82,7 @@ class ConstraintBlock:
             return
         J = self.J[rows] if len(used) == w.shape[1] else self.J[rows][:, used]
         block = np.matmul((J * w[:, used, None]).transpose(0, 2, 1), J)
-        if len(at) == len(H):
-            H[:, self.columns, self.columns] += block
-        else:
-            H[at, self.columns, self.columns] += block
+        H[slice(None) if len(at) == len(H) else at, self.columns, self.columns] += block
 
     def cost(self, r: Array) -> float:
         """Return the cost of values."""
@@ -130,6 +119,5 @@ def _unknowns(nv: int, nu: int) -> "casadi.Function":
     """Return the function of a node that is its unknowns."""
     import casadi as ca
 
-    q, v, a = (ca.SX.sym(x, nv) for x in ("q", "qd", "qdd"))
-    u, p = ca.SX.sym("u", nu), ca.SX.sym("p", 0)
-    return ca.Function("unknowns", [q, v, a, u, p], [u])
+    given = list(node_symbols(nv, nu))
+    return ca.Function("unknowns", given, given[3:4])

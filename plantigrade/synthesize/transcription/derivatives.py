@@ -6,9 +6,8 @@ and :math:`\nabla_z^2 (\lambda^\top r)`. The last is the Jacobian of the gradien
 :math:`(\partial r / \partial z)^\top \lambda`, whose lower triangle is enough.
 """
 
-import threading
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +22,11 @@ if TYPE_CHECKING:
 _SMALL = 300  # operations of a function that is interpreted sooner than its code is found
 _VERSION = 1  # raise it whenever the derivatives below are built differently
 
+States = Float[Array, "n_nodes nv"]
+Given = Float[Array, "n_nodes _"]  # unknowns and parameters
+Rows = Float[Array, "n_nodes n_rows"]
+Jacobian = Float[Array, "n_nodes n_rows nz"]
+
 
 class Derivatives:
     """A function of a node with its derivatives, evaluated at all nodes at once.
@@ -32,7 +36,6 @@ class Derivatives:
     only, like that of a person of another height, finds them there.
 
     Args:
-        function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
         backend: ``"vectors"`` or ``"interpreter"``; by default vectors where they are available
             (:mod:`plantigrade.batched`), and the interpreter for small functions.
 
@@ -55,7 +58,6 @@ class Derivatives:
         self.n_rows: int = function.size1_out(0)
         self.n_arguments: int = sum(function.size1_in(i) for i in range(4))
         self._backend = backend
-        self._kept: dict[tuple[str, int], Array] = {}
 
     @property
     def backend(self) -> str:
@@ -74,27 +76,13 @@ class Derivatives:
         off = i != j
         return np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
 
-    def values(
-        self,
-        q: Float[Array, "n_nodes nv"],
-        v: Float[Array, "n_nodes nv"],
-        a: Float[Array, "n_nodes nv"],
-        u: Float[Array, "n_nodes n_unknowns"],
-        p: Float[Array, "n_nodes n_parameters"],
-    ) -> Float[Array, "n_nodes n_rows"]:
+    def values(self, q: States, v: States, a: States, u: Given, p: Given) -> Rows:
         """Return the rows."""
         return self._values(q, v, a, u, p)[0]
 
     def jacobian(
-        self,
-        q: Float[Array, "n_nodes nv"],
-        v: Float[Array, "n_nodes nv"],
-        a: Float[Array, "n_nodes nv"],
-        u: Float[Array, "n_nodes n_unknowns"],
-        p: Float[Array, "n_nodes n_parameters"],
-        *,
-        out: Float[Array, "n_nodes n_rows nz"] | None = None,
-    ) -> tuple[Float[Array, "n_nodes n_rows"], Float[Array, "n_nodes n_rows nz"]]:
+        self, q: States, v: States, a: States, u: Given, p: Given, *, out: Jacobian | None = None
+    ) -> tuple[Rows, Jacobian]:
         """Return the rows and dr/dz.
 
         The latter is written to the contiguous array ``out`` if that is given: entries of the
@@ -105,17 +93,18 @@ class Derivatives:
         J = np.zeros(shape) if out is None else out
         if J.shape != shape:
             raise ParameterError(f"a Jacobian of shape {shape} does not fit into {J.shape}")
-        self._jacobian.scatter((q, v, a, u, p), (r, J), (self._rows, self._jacobian_places))
+        rows = np.arange(self.n_rows)
+        self._jacobian.scatter((q, v, a, u, p), (r, J), ((rows, rows), self._jacobian_places))
         return r, J
 
     def hessian(
         self,
-        lam: Float[Array, "n_nodes n_rows"],
-        q: Float[Array, "n_nodes nv"],
-        v: Float[Array, "n_nodes nv"],
-        a: Float[Array, "n_nodes nv"],
-        u: Float[Array, "n_nodes n_unknowns"],
-        p: Float[Array, "n_nodes n_parameters"],
+        lam: Rows,
+        q: States,
+        v: States,
+        a: States,
+        u: Given,
+        p: Given,
         *,
         onto: Float[Array, "n_nodes nz nz"] | None = None,
     ) -> Float[Array, "n_nodes nz nz"]:
@@ -130,8 +119,6 @@ class Derivatives:
         add = onto is not None
         self._hessian.scatter((lam, q, v, a, u, p), (H,), (self._hessian_places,), add=add)
         return H
-
-    # Functions, each made when it is first needed ---------------------------------------------
 
     @cached_property
     def _values(self) -> BatchedFunction:
@@ -175,11 +162,6 @@ class Derivatives:
         return (f, None, "") if self._backend == "interpreter" else BatchedFunction.parametrised(f)
 
     @cached_property
-    def _rows(self) -> tuple[Array, Array]:
-        every = np.arange(self.n_rows)
-        return every, every
-
-    @cached_property
     def _jacobian_places(self) -> tuple[Array, Array]:
         rows, columns = self.jacobian_pattern
         return _in_order(np.arange(len(rows)), rows * self.n_arguments + columns)
@@ -198,17 +180,7 @@ def _in_order(source: Int[Array, " n"], place: Int[Array, " n"]) -> tuple[Array,
     return source[order], place[order]
 
 
-_KEPT: dict[int, Derivatives] = {}
-_MOST = 32  # functions whose derivatives are kept
-_keeping = threading.Lock()
-
-
+@lru_cache(maxsize=32)
 def derivatives_of(function: "casadi.Function") -> Derivatives:
     """Return the derivatives of a function, made at the first call and kept."""
-    key = function.__hash__()
-    with _keeping:
-        if key not in _KEPT:
-            if len(_KEPT) >= _MOST:
-                del _KEPT[next(iter(_KEPT))]
-            _KEPT[key] = Derivatives(function)  # holds the function, so that its key stays its own
-        return _KEPT[key]
+    return Derivatives(function)

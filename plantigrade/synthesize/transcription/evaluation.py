@@ -23,19 +23,12 @@ from plantigrade.synthesize.transcription.linear_map import PART, Transcription
 
 @dataclass(frozen=True)
 class WorstRow:
-    """The row that is violated most.
+    """The row that is violated most."""
 
-    Attributes:
-        amount: By how much, in its own unit; 0 where every row is satisfied.
-        name: Its name.
-        time: At which node [s].
-        shown: The amount in the unit shown to people.
-    """
-
-    amount: float = 0.0
-    name: str = ""
-    time: float = 0.0
-    shown: str = ""
+    amount: float = 0.0  # by how much, in its own unit; 0 where every row is satisfied
+    name: str = ""  # its name
+    time: float = 0.0  # at which node [s]
+    shown: str = ""  # the amount in the unit shown to people
 
     @property
     def place(self) -> str:
@@ -52,7 +45,6 @@ class Evaluation:
     """One problem at one point after the other; arrays are made once and used again.
 
     Attributes:
-        problem: The problem.
         t: Its linear maps.
         blocks: Its families, where they matter; those that matter nowhere are left out.
     """
@@ -84,11 +76,8 @@ class Evaluation:
         """Return the sum of J' w over blocks, by x."""
         g = np.zeros((self.t.n_nodes, self.t.n_local))
         for b, w in zip(self.blocks, weights, strict=True):
-            part = np.matmul(w[:, None, :], b.J)[:, 0]
-            if b.everywhere:
-                g[:, b.columns] += part
-            else:
-                g[b.at, b.columns] += part
+            nodes = slice(None) if b.everywhere else b.at
+            g[nodes, b.columns] += np.matmul(w[:, None, :], b.J)[:, 0]
         return self.t.gradient(g)
 
     def push_forward(self, dx: Array) -> list[Array]:
@@ -109,12 +98,9 @@ class Evaluation:
     def hessians(
         self, x: Array, weights: Sequence[Array], multipliers: Sequence[Array] | None
     ) -> Iterator[tuple[slice, Array]]:
-        """Yield the Hessian by z, in parts, for :meth:`Transcription.assemble`.
+        """Yield the Hessian by z at the point linearised last, for :meth:`Transcription.assemble`.
 
-        Args:
-            x: The point that was linearised last.
-            weights: D, by block.
-            multipliers: Those of rows, by block; None for J' D J alone.
+        Weights are D and multipliers those of rows, by block; without them it is J' D J alone.
         """
         z, n = self.t.local(x), self.t.n_local
         whole = np.zeros((PART, n, n))

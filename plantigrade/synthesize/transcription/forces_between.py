@@ -19,15 +19,17 @@ from plantigrade.batched import BatchedFunction
 from plantigrade.constants import FRICTION
 from plantigrade.synthesize.problem.contact_body import ContactBody
 
+States = Float[Array, "n nv"]
+
 _LEAST = 0.01  # load from which a place takes part [body weights]
 _EXACT = 1e8  # what a missing wrench costs beside a change of forces
 
 
 def explaining(
     body: ContactBody,
-    q: Float[Array, "n nv"],
-    v: Float[Array, "n nv"],
-    a: Float[Array, "n nv"],
+    q: States,
+    v: States,
+    a: States,
     force: Float[Array, "n n_sites 3"],
     standing: Bool[Array, "n n_sites"],
     friction: float = FRICTION,
@@ -42,9 +44,6 @@ def explaining(
         force: Forces to stay near, world [N].
         standing: Which sites are on the ground.
         friction: Coefficient of friction.
-
-    Returns:
-        Forces, world [N].
     """
     if not body.sites:
         return force
@@ -68,11 +67,7 @@ def explaining(
 
 
 def remainder(
-    body: ContactBody,
-    q: Float[Array, "n nv"],
-    v: Float[Array, "n nv"],
-    a: Float[Array, "n nv"],
-    force: Float[Array, "n n_sites 3"],
+    body: ContactBody, q: States, v: States, a: States, force: Float[Array, "n n_sites 3"]
 ) -> Float[Array, " n"]:
     """Return the wrench at the root that forces do not account for.
 
@@ -115,11 +110,8 @@ def _within(A: Array, asked: Array, f: Array, standing: Array, side: float) -> A
     G = A[:, at]
     H = _EXACT * G.T @ G + np.diag(1.0 / load**2)
     g = -_EXACT * G.T @ asked - f[at] / load**2
-    C = np.zeros((4 * m, 3 * m))
-    for j in range(m):
-        for row, (axis, sign) in enumerate(((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))):
-            C[4 * j + row, 3 * j + axis] = sign
-            C[4 * j + row, 3 * j + 2] = -side
+    pyramid = [[1.0, 0.0, -side], [-1.0, 0.0, -side], [0.0, 1.0, -side], [0.0, -1.0, -side]]
+    C = np.kron(np.eye(m), pyramid)
     upper, lower = np.zeros(4 * m), np.full(4 * m, -1e30)
     x, _, flag, _ = daqp.solve(H, g, C, upper, lower, np.zeros(4 * m, dtype=np.int32))
     out = np.zeros(len(f))

@@ -18,8 +18,7 @@ from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.synthesize.problem.nlp import Problem
-from plantigrade.synthesize.transcription.smoothness import Smoothness
-from plantigrade.synthesize.transcription.variables import Variables
+from plantigrade.synthesize.transcription.variables import Smoothness, Variables
 
 PART = 32
 """Nodes that are assembled at a time."""
@@ -30,9 +29,8 @@ class Transcription:
 
     Attributes:
         problem: The problem.
-        n_nodes: Number of nodes.
-        nv: Number of coordinates.
-        nu: Number of unknowns at each node, fixed ones included.
+        n_nodes, nv, nu: Numbers of nodes, coordinates, and unknowns at each node, fixed ones
+            included.
         variables: What a solver moves, and in what order.
         size: Number of variables.
         smoothness: Cost of steps and jerk, and its gradient, of variables.
@@ -47,15 +45,10 @@ class Transcription:
         self.nu = problem.n_unknowns
         self.window, self.basis = _windows(problem)
         self.variables = Variables(problem, self.window)
-        self.size, self.join, self.split = (
-            self.variables.size,
-            self.variables.join,
-            self.variables.split,
-        )
+        self.size = self.variables.size
+        self.join, self.split = self.variables.join, self.variables.split
         self.smoothness = Smoothness(self.variables)
         self._drift = np.stack([problem.drift(problem.nodes, d) for d in range(3)], axis=1)
-        turned, self._base = np.divmod(self.window, problem.basis.n_coefficients)
-        self._turned = turned.astype(bool)
         self._find_columns()
         self._find_band()
 
@@ -63,8 +56,6 @@ class Transcription:
     def n_local(self) -> int:
         """Length of z at a node."""
         return 3 * self.nv + self.nu
-
-    # Between x and z --------------------------------------------------------------------------
 
     def local(self, x: Float[Array, " size"]) -> Float[Array, "n_nodes n_local"]:
         """Return z at every node."""
@@ -75,7 +66,7 @@ class Transcription:
     def local_step(self, dx: Float[Array, " size"]) -> Float[Array, "n_nodes n_local"]:
         """Return the change of z for a change of x."""
         states = np.matmul(self.basis, dx[self._columns] * self._signs)
-        du = np.where(self._free, dx[self.variables.u_at], 0.0)
+        du = np.where(self.variables.free, dx[self.variables.u_at], 0.0)
         return np.hstack([states.reshape(self.n_nodes, -1), du])
 
     def gradient(self, g: Float[Array, "n_nodes n_local"]) -> Float[Array, " size"]:
@@ -84,7 +75,8 @@ class Transcription:
         pulled = np.matmul(self.basis.transpose(0, 2, 1), states) * self._signs
         out = np.zeros(self.size)
         np.add.at(out, self._columns, pulled)
-        out[self.variables.u_at[self._free]] = g[:, 3 * self.nv :][self._free]
+        free = self.variables.free
+        out[self.variables.u_at[free]] = g[:, 3 * self.nv :][free]
         return out
 
     def matrix(self) -> Any:
@@ -95,7 +87,7 @@ class Transcription:
         rows = np.broadcast_to(k * self.n_local + d * nv + v, shape)
         columns = np.broadcast_to(self._columns[:, None], shape)
         values = self.basis[..., None] * self._signs[:, None]
-        k, i = np.nonzero(self._free)
+        k, i = np.nonzero(self.variables.free)
         entries = np.concatenate([values.ravel(), np.ones(len(k))])
         rows = np.concatenate([rows.ravel(), k * self.n_local + 3 * nv + i])
         columns = np.concatenate([columns.ravel(), self.variables.u_at[k, i]])
@@ -116,8 +108,6 @@ class Transcription:
         columns = np.hstack([self._columns[nodes].reshape(m, -1), self.variables.u_at[nodes]])
         return np.concatenate([values, J[:, :, 3 * nv :]], axis=2), columns
 
-    # Matrices ---------------------------------------------------------------------------------
-
     def assemble(
         self,
         parts: Iterable[tuple[slice, Float[Array, "m n_local n_local"]]],
@@ -126,13 +116,12 @@ class Transcription:
     ) -> Float[Array, "half_band_1 size"]:
         """Return the Hessian by x of what has Hessian ``H`` by z, and of steps and jerk, as a band.
 
+        Entry (i, j) of its lower triangle is at ``[i - j, j]``.
+
         Args:
             parts: Nodes of one of :attr:`parts`, and ``H`` there: symmetric, both triangles given.
                 It is used at once, so that all may be in the same array.
             smooth: Factor of the Hessian of steps and jerk.
-
-        Returns:
-            Lower form: entry (i, j) is at ``[i - j, j]``.
         """
         flat = np.zeros(self._n_band)
         nv, w, nu = self.nv, self.window.shape[1], self.nu
@@ -144,14 +133,8 @@ class Transcription:
             states = np.ascontiguousarray(
                 half[:, :, :s].reshape(m, L, 3, nv).transpose(0, 2, 1, 3)
             ).reshape(m, 3, L * nv)
-            values = np.concatenate(
-                [
-                    np.matmul(Bt, states).reshape(m, -1),
-                    half[:, :, s:].reshape(m, -1),
-                    H[:, s:, s:].reshape(m, -1),
-                ],
-                axis=1,
-            )
+            every = np.matmul(Bt, states), half[:, :, s:], H[:, s:, s:]
+            values = np.concatenate([x.reshape(m, -1) for x in every], axis=1)
             start, stop, places, sign = self._places[nodes.start]
             if sign is not None:
                 values *= sign
@@ -167,14 +150,14 @@ class Transcription:
 
     def _find_columns(self) -> None:
         """Find the variable, and its sign, of every coefficient that a node touches."""
-        at = self.variables.c_at[self._base]  # (n_nodes, w, nv)
+        lap, index = np.divmod(self.window, self.problem.basis.n_coefficients)
+        at = self.variables.c_at[index]  # (n_nodes, w, nv)
         sign = np.ones(at.shape)
         if self.problem.closure is not None:
-            k = self.problem.closure
-            at = np.where(self._turned[:, :, None], at[:, :, k.source], at)
-            sign = np.where(self._turned[:, :, None], k.sign, sign)
+            k, turned = self.problem.closure, lap[:, :, None] > 0
+            at = np.where(turned, at[:, :, k.source], at)
+            sign = np.where(turned, k.sign, sign)
         self._columns, self._signs = at, sign
-        self._free = self.variables.u_at >= 0
 
     def _find_band(self) -> None:
         """Find where in a band every entry of the blocks of all nodes goes."""
@@ -191,10 +174,8 @@ class Transcription:
         if nu:
             u = self.variables.u_at
             i, j = at.reshape(n, -1, 1), u.reshape(n, 1, nu)
-            mixed = self._offsets(np.maximum(i, j), np.where(j < 0, -1, np.minimum(i, j)))
-            unknown = self._offsets(
-                np.where(u[:, :, None] < 0, -1, u[:, :, None]), u[:, None, :] + 0 * u[:, :, None]
-            )
+            mixed = self._offsets(np.maximum(i, j), np.minimum(i, j))
+            unknown = self._offsets(u[:, :, None], u[:, None, :])
         every = [x.reshape(n, -1) for x in (states, mixed, unknown)]
         places = np.concatenate(every, axis=1)
         signs = None
@@ -209,8 +190,8 @@ class Transcription:
             inside = here < self._n_band
             start, stop = int(here[inside].min()), int(here[inside].max()) + 1
             local = np.where(inside, here - start, stop - start).ravel()
-            of = None if signs is None else signs[nodes]
-            self._places[nodes.start] = start, stop, local, of
+            sign = None if signs is None else signs[nodes]
+            self._places[nodes.start] = start, stop, local, sign
 
     def _offsets(self, i: Int[Array, "..."], j: Int[Array, "..."]) -> Int[Array, "..."]:
         """Return the place of (i, j) in a band laid out column by column, the last for none."""

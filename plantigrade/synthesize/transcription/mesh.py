@@ -36,15 +36,9 @@ def nodes_of(
 def nodes_like(
     plan: ContactPlan, switches: Float[Array, " n_switches"], nodes: Float[Array, " n"]
 ) -> Float[Array, " n"] | None:
-    """Return the nodes of a plan that go with those of another motion, change by change.
+    """Return as many nodes of a plan as another motion has, change of contact by change.
 
-    Args:
-        plan: The plan.
-        switches: Changes of contact of the other motion [s].
-        nodes: Its nodes, start and end among them [s].
-
-    Returns:
-        As many nodes, or None where the plan has another number of changes.
+    None where the plan has another number of changes than the ``switches`` of the other motion [s].
     """
     if len(plan.switches) != len(switches):
         return None
@@ -54,12 +48,9 @@ def nodes_like(
 def split(
     nodes: Float[Array, " n"], times: Float[Array, " n_times"], *, shortest: float = 0.002
 ) -> Float[Array, " m"]:
-    """Return the mesh with every interval halved that contains one of the times.
+    """Return the mesh with every interval halved that contains one of the times, all in seconds.
 
-    Args:
-        nodes: The nodes, start and end among them [s].
-        times: Times at which it is too coarse [s].
-        shortest: Least length of an interval [s].
+    No interval gets shorter than ``shortest``.
     """
     within = np.unique(np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2))
     within = within[nodes[within + 1] - nodes[within] >= 2 * shortest]

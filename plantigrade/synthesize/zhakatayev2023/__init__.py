@@ -1,8 +1,9 @@
 """The problem of [Zhakatayev2023]_ as the paper sets it: its motions, conditions and stages."""
 
+from plantigrade.synthesize.tasks.task import BASES
 from plantigrade.synthesize.zhakatayev2023.between import Between, between
 from plantigrade.synthesize.zhakatayev2023.body import PaperBody, paper_human
-from plantigrade.synthesize.zhakatayev2023.formulation import BASES, PaperProblem, formulate
+from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem, formulate
 from plantigrade.synthesize.zhakatayev2023.motions import MOTIONS, PaperMotion, paper_task
 from plantigrade.synthesize.zhakatayev2023.solve import PaperSolution, paper_motion
 from plantigrade.synthesize.zhakatayev2023.staged import Stage, StagedResult, solve_staged

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import SIDES
+from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.spatial.conventions import rotation_matrix
-from plantigrade.synthesize.zhakatayev2023.body import PaperBody
-from plantigrade.synthesize.zhakatayev2023.conditions import LOAD, RATE, TORQUE, footholds, limits
+from plantigrade.synthesize.zhakatayev2023 import conditions
+from plantigrade.synthesize.zhakatayev2023.conditions import LOAD, RATE, TORQUE
 from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem
 from plantigrade.synthesize.zhakatayev2023.polygons import convex, outside
 
@@ -25,70 +24,47 @@ FINER = 10
 
 @dataclass(frozen=True, eq=False)
 class Between:
-    """Faults on the finer grid, each at its worst; zero where there is none.
+    """Faults on the finer grid, each at its worst; zero where there is none."""
 
-    Attributes:
-        times: The grid [s].
-        zmp: How far the zero-moment point is outside the hull of the standing feet [m].
-        moment: The root moment that is therefore unexplained, part of body weight times metre.
-        pull: The vertical force that pulls at the ground, part of body weight.
-        load: Vertical force beyond 1.4 body weights, part of body weight.
-        friction: Largest horizontal force over vertical force, where at least a tenth of the body
-            weight is carried.
-        penetration: How deep a contact point is in the ground [m].
-        drift: How far a point of a standing foot is from its place [m].
-        angle: How far a coordinate is beyond its limits [rad, m].
-        rate: How far a rate is beyond ±5 [rad/s].
-        torque: How far a joint torque is beyond ±200 [N m].
-        root: How far the other forces and moments of the root are beyond ±200 [N, N m].
-    """
-
-    times: Float[Array, " n_times"]
-    zmp: float
-    moment: float
-    pull: float
-    load: float
+    zmp: float  # how far the zero-moment point is outside the hull of the standing feet [m]
+    moment: float  # the root moment that is therefore unexplained, part of body weight times metre
+    pull: float  # the vertical force that pulls at the ground, part of body weight
+    load: float  # vertical force beyond 1.4 body weights, part of body weight
+    # largest horizontal force over vertical force, where at least a tenth of the body weight is
+    # carried
     friction: float
-    penetration: float
-    drift: float
-    angle: float
-    rate: float
-    torque: float
-    root: float
+    penetration: float  # how deep a contact point is in the ground [m]
+    drift: float  # how far a point of a standing foot is from its place [m]
+    angle: float  # how far a coordinate is beyond its limits [rad, m]
+    rate: float  # how far a rate is beyond ±5 [rad/s]
+    torque: float  # how far a joint torque is beyond ±200 [N m]
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """A motion on the finer grid.
+    """A motion on the finer grid."""
 
-    Attributes:
-        times: The grid [s].
-        q: Coordinates [rad, m].
-        qd: Rates [rad/s, m/s].
-        wrench: Force on the body and moment about the pelvis that the motion asks for, world
-            axes [N, N m].
-        torques: Torques of the joints [N m].
-        zmp: Zero-moment point (n_times, 2), NaN where nothing is carried [m].
-        points: Contact points (n_times, 12, 3) [m].
-    """
-
-    times: Float[Array, " n_times"]
-    q: Float[Array, "n_times nv"]
-    qd: Float[Array, "n_times nv"]
+    times: Float[Array, " n_times"]  # the grid [s]
+    q: Float[Array, "n_times nv"]  # coordinates [rad, m]
+    qd: Float[Array, "n_times nv"]  # rates [rad/s, m/s]
+    # force on the body and moment about the pelvis that the motion asks for, world axes [N, N m]
     wrench: Float[Array, "n_times 6"]
-    torques: Float[Array, "n_times n_hinges"]
+    torques: Float[Array, "n_times n_hinges"]  # torques of the joints [N m]
+    # zero-moment point, NaN where nothing is carried [m]
     zmp: Float[Array, "n_times 2"]
-    points: Float[Array, "n_times 12 3"]
+    points: Float[Array, "n_times 12 3"]  # contact points [m]
 
 
-def course(paper: PaperProblem, c: Float[Array, "n_coefficients nv"], finer: int = FINER) -> Course:
-    """Return a motion on a grid ``finer`` times as fine as its samples."""
+def course(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Course:
+    """Return a motion on a grid ten times as fine as its samples."""
     body, motion = paper.body, paper.motion
-    times = np.linspace(0.0, motion.duration, (motion.n_samples - 1) * finer + 1)
+    times = np.linspace(0.0, motion.duration, (motion.n_samples - 1) * FINER + 1)
     q, qd, qdd = paper.problem.states(c, times)
-    wrench, torques = _inverse_dynamics(body, q, qd, qdd)
+    qpos, qvel, qacc = body.symbolic.to_mujoco(q, qd, qdd)
+    tau = inverse_dynamics(body.human, qpos, qvel, qacc).tau
+    moment = np.einsum("nij,nj->ni", rotation_matrix(qpos[:, 3:7]), tau[:, 3:6])
+    force = tau[:, :3]
     pelvis = np.column_stack([q[:, 3], -q[:, 5], q[:, 4]])
-    force, moment = wrench[:, :3], wrench[:, 3:]
     with np.errstate(divide="ignore", invalid="ignore"):
         x = pelvis[:, 0] - (pelvis[:, 2] * force[:, 0] + moment[:, 1]) / force[:, 2]
         y = pelvis[:, 1] - (pelvis[:, 2] * force[:, 1] - moment[:, 0]) / force[:, 2]
@@ -96,21 +72,19 @@ def course(paper: PaperProblem, c: Float[Array, "n_coefficients nv"], finer: int
     zmp[force[:, 2] < 1e-6 * body.weight] = np.nan
     positions = body.symbolic.positions(body.contacts).map(len(times))(q.T).full()
     points = positions.T.reshape(len(times), 12, 3)
-    return Course(times, q, qd, wrench, torques, zmp, points)
+    return Course(times, q, qd, np.hstack([force, moment]), tau[:, 6:], zmp, points)
 
 
 def between(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Between:
     """Return the faults of a motion on the finer grid."""
     body, motion, k = paper.body, paper.motion, course(paper, c)
-    places = footholds(body, motion)
-    stands = standing_between(paper)
-    standing = np.column_stack([motion.contact[side] for side in SIDES])
+    places, stands = conditions.footholds(body, motion), conditions.standing(motion)
+    still = stands[1:] & stands[:-1] & (places[1:] == places[:-1]).all(axis=2)
     zmp = moment = drift = 0.0
     for i in range(len(k.times)):
         sample, inside = divmod(i, FINER)
         where = places[sample]
-        on = stands[sample] if inside else standing[sample]
-        on = np.repeat(on, 6)
+        on = still[sample] if inside else stands[sample]
         drift = max(drift, float(np.abs(k.points[i] - where)[on].max(initial=0.0)))
         if on.any() and np.isfinite(k.zmp[i]).all():
             far = max(float(outside(k.zmp[i][None], convex(where[on, :2]))[0]), 0.0)
@@ -119,10 +93,8 @@ def between(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Betwee
                 zmp, moment = far, lever
     force = k.wrench[:, :3] / body.weight
     carried = force[:, 2] > 0.1
-    low, high = limits(body, motion, paper.start, paper.end)
-    rest = np.hstack([k.wrench[:, :2], k.wrench[:, 3:]])
+    low, high = conditions.limits(body, motion, paper.start, paper.end)
     return Between(
-        times=k.times,
         zmp=zmp,
         moment=moment,
         pull=_over(-force[:, 2]),
@@ -133,28 +105,8 @@ def between(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Betwee
         angle=_over(np.maximum(low - k.q, k.q - high)),
         rate=_over(np.abs(k.qd) - RATE),
         torque=_over(np.abs(k.torques) - TORQUE),
-        root=_over(np.abs(rest) - TORQUE),
     )
-
-
-def standing_between(paper: PaperProblem) -> Bool[Array, "n_intervals 2"]:
-    """Return whether each foot, right first, stays where it is from each sample to the next."""
-    motion = paper.motion
-    stays = []
-    for side in SIDES:
-        on, where = np.array(motion.contact[side]), motion.places[side]
-        still = np.all(where[1:] == where[:-1], axis=1)
-        stays.append(on[1:] & on[:-1] & still)
-    return np.column_stack(stays)
 
 
 def _over(values: Array) -> float:
     return max(float(np.max(values)), 0.0)
-
-
-def _inverse_dynamics(body: PaperBody, q: Array, qd: Array, qdd: Array) -> tuple[Array, Array]:
-    """Return root wrench (about the pelvis, world) and joint torques, by MuJoCo."""
-    qpos, qvel, qacc = body.symbolic.to_mujoco(q, qd, qdd)
-    tau = inverse_dynamics(body.human, qpos, qvel, qacc).tau
-    moment = np.einsum("nij,nj->ni", rotation_matrix(qpos[:, 3:7]), tau[:, 3:6])
-    return np.hstack([tau[:, :3], moment]), tau[:, 6:]

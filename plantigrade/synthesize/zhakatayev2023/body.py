@@ -31,6 +31,10 @@ from plantigrade.contact.site import Point, contact_sites
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.synthesize.problem.constraint_family import node_symbols
+
+Pose = Float[Array, " nv"]
+"""Coordinates [rad, m]."""
 
 MASS, HEIGHT = 77.5, 1.80  # [kg], [m]
 CONTACTS = (
@@ -53,16 +57,12 @@ def paper_human() -> Human:
 class PaperBody:
     """A person with the names the paper's conditions need.
 
-    Attributes:
-        human: The person; feet of two segments.
-        symbolic: Its equations of motion.
-
     Raises:
         ParameterError: If the feet do not have the six points.
     """
 
-    human: Human
-    symbolic: SymbolicHuman
+    human: Human  # the person; feet of two segments
+    symbolic: SymbolicHuman  # its equations of motion
 
     @classmethod
     def of(cls, human: Human) -> "PaperBody":
@@ -83,24 +83,17 @@ class PaperBody:
         return self.names.index(name)
 
     @cached_property
-    def neutral(self) -> Float[Array, " nv"]:
+    def neutral(self) -> Pose:
         """The neutral pose: standing at the origin [rad, m]."""
         return self.human.to_coordinates(self.human.standing()[None])[1][0]
 
     @cached_property
     def contacts(self) -> tuple[Point, ...]:
         """The six contact points of the right foot, then of the left."""
-        spheres = dict(
-            zip(
-                (name for name, _, _ in self.human.contact_points),
-                contact_sites(self.human),
-                strict=True,
-            )
-        )
+        names = [name for name, _, _ in self.human.contact_points]
+        spheres = list(zip(names, contact_sites(self.human), strict=True))
         return tuple(
-            next(p for n, p in spheres.items() if n.endswith(f"_{name}_{side}"))
-            for side in SIDES
-            for name in CONTACTS
+            next(p for n, p in spheres if n.endswith(f"_{name}")) for name in self.contact_names
         )
 
     @cached_property
@@ -117,18 +110,14 @@ class PaperBody:
     @cached_property
     def inputs(self) -> tuple[Any, ...]:
         """Symbols q, qd, qdd, u, p of the functions of a node; there are no u and no p."""
-        import casadi as ca
-
-        nv = len(self.names)
-        sizes = zip(("q", "qd", "qdd", "u", "p"), (nv, nv, nv, 0, 0), strict=True)
-        return tuple(ca.SX.sym(name, n) for name, n in sizes)
+        return node_symbols(len(self.names))
 
     @property
     def weight(self) -> float:
         """Body weight [N]."""
         return self.symbolic.mass * float(np.linalg.norm(self.symbolic.gravity))
 
-    def pose(self, **values: float) -> Float[Array, " nv"]:
+    def pose(self, **values: float) -> Pose:
         """Return the neutral pose with some coordinates set, both sides where none is named."""
         q = self.neutral.copy()
         for name, value in values.items():
@@ -137,7 +126,7 @@ class PaperBody:
                 q[self.index(each)] = value
         return q
 
-    def seated(self) -> Float[Array, " nv"]:
+    def seated(self) -> Pose:
         """Return the pose of sitting with hips, knees and elbows at 90°, the feet as in standing.
 
         The paper sets the pelvis back and down by a thigh. Axes of knees and ankles are oblique in

@@ -41,19 +41,18 @@ the same condition, without the division of Eq. 24.
 
 **Arms.** Eq. 26 takes the toes for the leg. They are a foot's length ahead of the ankle, so the leg
 counts as in front for most of the cycle, and the arm of the same side must stay behind. This, not
-"the low values" of the rows, is why the paper's walker has both arms behind the body. The row can
-take the ankle instead.
+"the low values" of the rows, is why the paper's walker has both arms behind the body.
 """
 
 from typing import Any
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import Point
 from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
-from plantigrade.synthesize.zhakatayev2023.body import PaperBody
+from plantigrade.synthesize.zhakatayev2023.body import PaperBody, Pose
 from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion
 from plantigrade.synthesize.zhakatayev2023.polygons import corners, edges
 
@@ -67,9 +66,7 @@ EDGE = "edge"
 TRANSLATIONS = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 
-def limits(
-    body: PaperBody, motion: PaperMotion, start: Float[Array, " nv"], end: Float[Array, " nv"]
-) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
+def limits(body: PaperBody, motion: PaperMotion, start: Pose, end: Pose) -> tuple[Pose, Pose]:
     """Return lower and upper limits of the coordinates (Eq. 18) [rad, m]."""
     lower, upper = body.neutral - ANGLE, body.neutral + ANGLE
     for name in ("knee_angle", "elbow_flex"):
@@ -90,13 +87,12 @@ def limits(
     return lower, upper
 
 
-def boundary(
-    body: PaperBody, motion: PaperMotion, start: Float[Array, " nv"], end: Float[Array, " nv"]
-) -> ConstraintFamily:
+def boundary(body: PaperBody, motion: PaperMotion, start: Pose, end: Pose) -> ConstraintFamily:
     """Return Eq. 17; of a jump's end, all but the speed up."""
-    q, qd, qdd, u, p = _symbols(body)
+    import casadi as ca
+
     names = (*body.names, *(f"{n} rate" for n in body.names))
-    rows = _rows(body, motion, "boundary", _ca().vertcat(q, qd), names)
+    rows = _rows(body, motion, "boundary", ca.vertcat(*body.inputs[:2]), names)
     rest = np.zeros(len(start))
     for k, pose in ((0, start), (-1, end)):
         rows.lower[k] = rows.upper[k] = np.concatenate([pose, rest])
@@ -107,22 +103,10 @@ def boundary(
 
 
 def coordinates(
-    body: PaperBody,
-    motion: PaperMotion,
-    start: Float[Array, " nv"],
-    end: Float[Array, " nv"],
-    posture: float = 0.0,
+    body: PaperBody, motion: PaperMotion, start: Pose, end: Pose, posture: float = 0.0
 ) -> ConstraintFamily:
-    """Return the limits of coordinates between start and end (Eq. 18).
-
-    Args:
-        body: Who moves.
-        motion: The motion.
-        start: First pose.
-        end: Last pose.
-        posture: Cost of the squared distance of every angle to the neutral pose [1/rad²].
-    """
-    rows = _rows(body, motion, "coordinates", _symbols(body)[0], body.names, "deg", 180 / np.pi)
+    """Return the limits of coordinates between start and end (Eq. 18), and the cost of posture."""
+    rows = _rows(body, motion, "coordinates", body.inputs[0], body.names, "deg", 180 / np.pi)
     rows.lower[1:-1], rows.upper[1:-1] = limits(body, motion, start, end)
     angles = [i for i, n in enumerate(body.names) if n not in TRANSLATIONS]
     rows.weight[1:-1, angles] = 2.0 * posture
@@ -132,7 +116,7 @@ def coordinates(
 
 def rates(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the limits of rates between start and end (Eq. 18)."""
-    rows = _rows(body, motion, "rates", _symbols(body)[1], body.names, "rad/s")
+    rows = _rows(body, motion, "rates", body.inputs[1], body.names, "rad/s")
     rows.lower[1:-1], rows.upper[1:-1] = -RATE, RATE
     return rows
 
@@ -144,9 +128,13 @@ def forces(body: PaperBody, motion: PaperMotion, polygon: str) -> ConstraintFami
     of the ground reaction about it, outwards [N m]: how far the zero-moment point is outside
     times the vertical force (Eqs. 24, 25). They share the dynamics, so they share the function.
     """
-    ca = _ca()
-    q, qd, qdd, u, _ = _symbols(body)
-    half_planes = support_edges(body, motion, polygon)
+    import casadi as ca
+
+    q, qd, qdd, u, _ = body.inputs
+    where, half_planes = footholds(body, motion)[..., :2], []
+    for k in range(motion.n_samples):
+        feet = {s: where[k, 6 * i : 6 * i + 6] for i, s in enumerate(SIDES) if motion.contact[s][k]}
+        half_planes.append(edges(corners(feet, polygon)))
     n = max(len(each) for each in half_planes)
     parameters = np.zeros((motion.n_samples, 3 * n))
     for k, each in enumerate(half_planes):
@@ -174,21 +162,11 @@ def forces(body: PaperBody, motion: PaperMotion, polygon: str) -> ConstraintFami
     return rows
 
 
-def support_edges(
-    body: PaperBody, motion: PaperMotion, polygon: str
-) -> list[Float[Array, "n_edges 3"]]:
-    """Return the edges of the support polygon at each sample; see :mod:`.polygons`."""
-    where, stands, every = footholds(body, motion), motion.contact, []
-    for k in range(motion.n_samples):
-        feet = {s: where[k, 6 * i : 6 * i + 6, :2] for i, s in enumerate(SIDES) if stands[s][k]}
-        every.append(edges(corners(feet, polygon)))
-    return every
-
-
 def pelvis(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the squared speed of the pelvis (Eq. 20)."""
-    qd = _symbols(body)[1]
-    speed = _ca().sumsqr(qd[3:6])
+    import casadi as ca
+
+    speed = ca.sumsqr(body.inputs[1][3:6])
     rows = _rows(body, motion, "pelvis", speed, ("speed squared",), "m²/s²")
     if motion.speed:
         rows.lower[1:-1], rows.upper[1:-1] = np.square(motion.speed)[:, None, None]
@@ -197,7 +175,7 @@ def pelvis(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
 
 def floor(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the heights of contact points that do not stand (Eq. 21)."""
-    position = body.symbolic.positions(body.contacts)(_symbols(body)[0])
+    position = body.symbolic.positions(body.contacts)(body.inputs[0])
     rows = _rows(body, motion, "floor", position[2, :].T, body.contact_names, "mm", 1e3)
     stands = standing(motion)
     for k in range(1, motion.n_samples - 1):
@@ -207,8 +185,7 @@ def floor(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
 
 def places(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return where contact points are (Eq. 22), fixed where Λ says so."""
-    ca = _ca()
-    position = ca.vec(body.symbolic.positions(body.contacts)(_symbols(body)[0]))
+    position = body.symbolic.positions(body.contacts)(body.inputs[0]).reshape((-1, 1))
     names = tuple(f"{n} {axis}" for n in body.contact_names for axis in "xyz")
     rows = _rows(body, motion, "places", position, names, "mm", 1e3)
     stands, where = np.repeat(standing(motion), 3, axis=1), footholds(body, motion)
@@ -219,8 +196,7 @@ def places(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
 
 def slip(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the velocities of contact points (Eq. 23), zero where Λ says so."""
-    q, qd, *_ = _symbols(body)
-    velocity = _ca().vec(body.symbolic.velocities(body.contacts)(q, qd))
+    velocity = body.symbolic.velocities(body.contacts)(*body.inputs[:2]).reshape((-1, 1))
     names = tuple(f"{n} {axis}" for n in body.contact_names for axis in "xyz")
     rows = _rows(body, motion, "slip", velocity, names, "m/s")
     stands = np.repeat(standing(motion), 3, axis=1)
@@ -230,14 +206,14 @@ def slip(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     return rows
 
 
-def arms(body: PaperBody, motion: PaperMotion, leg: str = "toes") -> ConstraintFamily:
-    """Return the products of Eq. 26, right side first; ``leg`` is ``"toes"`` or ``"foot"``."""
-    parts = ("hand", "humerus", leg, "femur")
+def arms(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
+    """Return the products of Eq. 26, right side first."""
+    import casadi as ca
+
+    parts = ("hand", "humerus", "toes", "femur")
     points = [Point(f"{part}_{side}") for side in SIDES for part in parts]
-    x = body.symbolic.positions(points)(_symbols(body)[0])[0, :]
-    products = _ca().vertcat(
-        *((x[4 * i] - x[4 * i + 1]) * (x[4 * i + 2] - x[4 * i + 3]) for i in range(2))
-    )
+    x = body.symbolic.positions(points)(body.inputs[0])[0, :]
+    products = ca.vertcat((x[0] - x[1]) * (x[2] - x[3]), (x[4] - x[5]) * (x[6] - x[7]))
     rows = _rows(body, motion, "arms", products, ("right", "left"), "m²")
     if motion.arms:
         rows.upper[1:-1] = 0.0
@@ -246,8 +222,7 @@ def arms(body: PaperBody, motion: PaperMotion, leg: str = "toes") -> ConstraintF
 
 def knee(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the knee angles (Eq. 27), at least 60° where the foot swings."""
-    q = _symbols(body)[0]
-    angles = _ca().vertcat(*(q[body.index(f"knee_angle_{side}")] for side in SIDES))
+    angles = body.inputs[0][[body.index(f"knee_angle_{side}") for side in SIDES]]
     rows = _rows(body, motion, "knee", angles, ("right", "left"), "deg", 180 / np.pi)
     if motion.knee:
         for i, side in enumerate(SIDES):
@@ -257,38 +232,22 @@ def knee(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
 
 def apex(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the height that the pelvis reaches in free flight, and its gain (Eq. 28)."""
-    q, qd, *_ = _symbols(body)
+    q, qd, *_ = body.inputs
     g = float(np.linalg.norm(body.symbolic.gravity))
     rows = _rows(body, motion, "apex", q[4] + qd[4] ** 2 / (2 * g), ("height",), "m")
     rows.gain[-1] = -motion.jump
     return rows
 
 
-def standing(motion: PaperMotion) -> Array:
+def standing(motion: PaperMotion) -> Bool[Array, "n_samples 12"]:
     """Return whether each contact point stands at each sample: both Λ, transposed."""
-    return np.column_stack([np.repeat(np.array(motion.contact[s])[:, None], 6, 1) for s in SIDES])
+    return np.repeat(np.column_stack([motion.contact[s] for s in SIDES]), 6, axis=1)
 
 
 def footholds(body: PaperBody, motion: PaperMotion) -> Float[Array, "n_samples 12 3"]:
     """Return where each contact point stands at each sample, if it does, world [m]."""
-    moved = []
-    for i, side in enumerate(SIDES):
-        shift = motion.places[side]
-        moved.append(
-            body.resting[None, 6 * i : 6 * i + 6]
-            + np.column_stack([shift[:, 0], -shift[:, 1], 0 * shift[:, 0]])[:, None]
-        )
-    return np.concatenate(moved, axis=1)
-
-
-def _ca() -> Any:
-    import casadi
-
-    return casadi
-
-
-def _symbols(body: PaperBody) -> tuple[Any, ...]:
-    return body.inputs
+    moved = np.repeat(np.stack([motion.places[s] for s in SIDES], axis=1), 6, axis=1)
+    return body.resting + np.dstack([moved[..., 0], -moved[..., 1], 0 * moved[..., 0]])
 
 
 def _rows(
@@ -300,5 +259,7 @@ def _rows(
     unit: str = "",
     scale: float = 1.0,
 ) -> ConstraintFamily:
-    function = _ca().Function(name, list(_symbols(body)), [expression])
+    import casadi as ca
+
+    function = ca.Function(name, list(body.inputs), [expression])
     return ConstraintFamily.free(name, function, names, motion.n_samples, unit=unit, scale=scale)

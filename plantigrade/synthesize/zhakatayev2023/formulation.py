@@ -9,38 +9,24 @@ from plantigrade.errors import ParameterError
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots
-from plantigrade.synthesize.splines.polynomial import PolynomialBasis
-from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
+from plantigrade.synthesize.tasks.task import BASES
 from plantigrade.synthesize.zhakatayev2023 import conditions
-from plantigrade.synthesize.zhakatayev2023.body import PaperBody
+from plantigrade.synthesize.zhakatayev2023.body import PaperBody, Pose
 from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion
 
-BASES = ("trigonometric", "polynomial")
 DEGREE = 3
 
 
 @dataclass(frozen=True, eq=False)
 class PaperProblem:
-    """A motion of the paper, ready to solve.
-
-    Attributes:
-        body: Who moves.
-        motion: Which motion.
-        basis: ``"trigonometric"`` or ``"polynomial"``.
-        polygon: ``"quadrilateral"``, as in the paper, or ``"hull"``.
-        problem: Rows at the sample times.
-        start: First pose [rad, m].
-        end: Last pose; of a jump, all of it that is not free.
-        guess: Coefficients of the straight way from the first pose to the last.
-    """
+    """A motion of the paper, ready to solve."""
 
     body: PaperBody
     motion: PaperMotion
-    basis: str
-    polygon: str
-    problem: Problem
-    start: Float[Array, " nv"]
-    end: Float[Array, " nv"]
+    problem: Problem  # rows at the sample times
+    start: Pose  # first pose [rad, m]
+    end: Pose  # last pose; of a jump, all of it that is not free
+    # coefficients of the straight way from the first pose to the last
     guess: Float[Array, "n_coefficients nv"]
 
     @property
@@ -70,8 +56,7 @@ def spline(motion: PaperMotion, basis: str) -> Basis:
     if basis not in BASES:
         raise ParameterError(f"{basis=} must be one of {', '.join(BASES)}")
     breaks = np.linspace(0.0, motion.duration, motion.n_coefficients - DEGREE + 1)
-    kind = TrigonometricBasis if basis == "trigonometric" else PolynomialBasis
-    return kind(DEGREE, clamped_knots(breaks, DEGREE))
+    return BASES[basis](DEGREE, clamped_knots(breaks, DEGREE))
 
 
 def formulate(
@@ -95,7 +80,7 @@ def formulate(
         ParameterError: If the basis or the polygon is unknown.
     """
     start, end = poses(body, motion)
-    rows = [
+    rows = (
         conditions.boundary(body, motion, start, end),
         conditions.coordinates(body, motion, start, end, posture),
         conditions.rates(body, motion),
@@ -107,16 +92,16 @@ def formulate(
         conditions.arms(body, motion),
         conditions.knee(body, motion),
         conditions.apex(body, motion),
-    ]
+    )
     used = spline(motion, basis)
     none = np.zeros((motion.n_samples, 0))
-    problem = Problem(used, motion.times, body.names, tuple(rows), (), none, none, none[1:])
+    problem = Problem(used, motion.times, body.names, rows, (), none, none, none[1:])
     times = np.linspace(0.0, motion.duration, 10 * motion.n_coefficients)
     way = start + (times / motion.duration)[:, None] * (end - start)
-    return PaperProblem(body, motion, basis, polygon, problem, start, end, used.fit(times, way))
+    return PaperProblem(body, motion, problem, start, end, used.fit(times, way))
 
 
-def poses(body: PaperBody, motion: PaperMotion) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
+def poses(body: PaperBody, motion: PaperMotion) -> tuple[Pose, Pose]:
     """Return the first and the last pose of a motion (section VI)."""
     start, end = body.neutral.copy(), body.neutral.copy()
     if motion.start == "seated":

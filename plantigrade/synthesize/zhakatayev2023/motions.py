@@ -52,66 +52,40 @@ from plantigrade.errors import ParameterError
 
 @dataclass(frozen=True)
 class Printed:
-    """What the paper reports of a motion.
-
-    Attributes:
-        variables: Optimisation variables.
-        constraints: Constraints.
-        seconds: Time of the solver [s].
-        solved_by: Algorithm, stage by stage.
-    """
+    """What the paper reports of a motion."""
 
     variables: int
     constraints: int
-    seconds: float
-    solved_by: str
+    seconds: float  # time of the solver [s]
 
 
 @dataclass(frozen=True)
 class PaperMotion:
-    """One motion as the paper sets it.
-
-    Attributes:
-        name: Name of the task.
-        duration: How long it lasts [s].
-        step: Time between samples [s].
-        n_coefficients: Coefficients of a coordinate.
-        right: Row of Λ for the right foot, the same for its six points: one figure a sample.
-        left: The same for the left foot.
-        right_places: Where the right foot stands at those samples, from where it stands in the
-            neutral pose at the origin (forward, to the right) [m].
-        left_places: The same for the left foot.
-        start: ``"neutral"`` or ``"seated"``.
-        travel: How far the pelvis gets (forward, to the right) [m]; of a motion that starts
-            seated, None: by as much as the thighs are long.
-        sink: How far the pelvis may go below where it starts and ends [m].
-        leeway: How far it may leave the way from start to end otherwise [m].
-        speed: Lower and upper limit of the pelvis' speed (Eq. 20) [m/s]; None where switched off.
-        arms: Whether arms and legs are coupled (Eq. 26).
-        knee: Whether a swinging knee bends by 60° (Eq. 27).
-        jump: Weight η of the height of the jump (Eq. 28) [1/m]; zero for none.
-        take_off: Largest speed up at the end [m/s].
-        printed: What the paper reports.
-    """
+    """One motion as the paper sets it."""
 
     name: str
-    duration: float
-    step: float
-    n_coefficients: int
-    right: str
-    left: str
-    right_places: tuple[tuple[float, float], ...]
-    left_places: tuple[tuple[float, float], ...]
-    printed: Printed
-    start: str = "neutral"
+    duration: float  # how long it lasts [s]
+    step: float  # time between samples [s]
+    n_coefficients: int  # coefficients of a coordinate
+    right: str  # row of Λ for the right foot, the same for its six points: one figure a sample
+    left: str  # the same for the left foot
+    # how far ahead of its place in the neutral pose the right foot stands at those samples [m]
+    right_places: tuple[float, ...]
+    left_places: tuple[float, ...]  # the same for the left foot
+    printed: Printed  # what the paper reports
+    sideways: bool = False  # whether feet go to the right instead
+    start: str = "neutral"  # ``"neutral"`` or ``"seated"``
+    # how far the pelvis gets (forward, to the right) [m]; of a motion that starts seated, None: by
+    # as much as the thighs are long
     travel: tuple[float, float] | None = (0.0, 0.0)
-    sink: float = 0.05
-    leeway: float = 0.05
+    sink: float = 0.05  # how far the pelvis may go below where it starts and ends [m]
+    leeway: float = 0.05  # how far it may leave the way from start to end otherwise [m]
+    # lower and upper limit of the pelvis' speed (Eq. 20) [m/s]; None where switched off
     speed: tuple[float, float] | None = None
-    arms: bool = False
-    knee: bool = False
-    jump: float = 0.0
-    take_off: float = 0.0
+    arms: bool = False  # whether arms and legs are coupled (Eq. 26)
+    knee: bool = False  # whether a swinging knee bends by 60° (Eq. 27)
+    jump: float = 0.0  # weight η of the height of the jump (Eq. 28) [1/m]; zero for none
+    take_off: float = 0.0  # largest speed up at the end [m/s]
     title: str = ""
     figures: Mapping[str, float] = field(default_factory=dict)
 
@@ -133,15 +107,9 @@ class PaperMotion:
     @property
     def places(self) -> dict[str, Float[Array, "n_samples 2"]]:
         """Where each foot stands at each sample (forward, to the right) [m]."""
-        return {"r": np.array(self.right_places), "l": np.array(self.left_places)}
-
-
-def _steps(*places: float) -> tuple[tuple[float, float], ...]:
-    return tuple((x, 0.0) for x in places)
-
-
-def _aside(*places: float) -> tuple[tuple[float, float], ...]:
-    return tuple((0.0, y) for y in places)
+        axis = [0.0, 1.0] if self.sideways else [1.0, 0.0]
+        ways = {"r": self.right_places, "l": self.left_places}
+        return {side: np.outer(way, axis) for side, way in ways.items()}
 
 
 _L = 0.4  # forward step [m]
@@ -158,18 +126,13 @@ MOTIONS: dict[str, PaperMotion] = {
             n_coefficients=10,
             right="1111011",
             left="1101111",
-            right_places=_steps(0, _L, _L, _L, _L, 3 * _L, 3 * _L),
-            left_places=_steps(0, 0, 0, 2 * _L, 2 * _L, 2 * _L, 3 * _L),
+            right_places=(0, _L, _L, _L, _L, 3 * _L, 3 * _L),
+            left_places=(0, 0, 0, 2 * _L, 2 * _L, 2 * _L, 3 * _L),
             travel=(3 * _L, 0.0),
             speed=(0.5 * _L, 2.0 * _L),
             arms=True,
             knee=True,
-            printed=Printed(
-                430,
-                2812,
-                85 + (15 * 60 + 39) * 60 + (3 * 60 + 22) * 60,
-                "active-set, interior-point, sqp",
-            ),
+            printed=Printed(430, 2812, 85 + (15 * 60 + 39) * 60 + (3 * 60 + 22) * 60),
         ),
         PaperMotion(
             "sit-to-stand",
@@ -179,11 +142,11 @@ MOTIONS: dict[str, PaperMotion] = {
             n_coefficients=9,
             right="111111",
             left="111111",
-            right_places=_steps(*[0.0] * 6),
-            left_places=_steps(*[0.0] * 6),
+            right_places=(0.0,) * 6,
+            left_places=(0.0,) * 6,
             start="seated",
             travel=None,
-            printed=Printed(387, 2508, 9 * 60, "interior-point"),
+            printed=Printed(387, 2508, 9 * 60),
         ),
         PaperMotion(
             "side-step",
@@ -193,11 +156,12 @@ MOTIONS: dict[str, PaperMotion] = {
             n_coefficients=9,
             right="101111",
             left="111101",
-            right_places=_aside(0, 0, _S, _S, _S, _S),
-            left_places=_aside(0, 0, 0, 0, 0, _S),
+            right_places=(0, 0, _S, _S, _S, _S),
+            left_places=(0, 0, 0, 0, 0, _S),
+            sideways=True,
             travel=(0.0, _S),
             speed=(0.25 * _S, 3.0 * _S),
-            printed=Printed(387, 2372, 9, "interior-point"),
+            printed=Printed(387, 2372, 9),
             figures={"rise": 0.016},
         ),
         PaperMotion(
@@ -208,12 +172,12 @@ MOTIONS: dict[str, PaperMotion] = {
             n_coefficients=7,
             right="1111",
             left="1111",
-            right_places=_steps(*[0.0] * 4),
-            left_places=_steps(*[0.0] * 4),
+            right_places=(0.0,) * 4,
+            left_places=(0.0,) * 4,
             sink=0.44,
             jump=1e4,
             take_off=2.0,
-            printed=Printed(301, 1816, 85 * 60, "interior-point"),
+            printed=Printed(301, 1816, 85 * 60),
             figures={"take_off": 1.8, "height": 0.16},
         ),
     )

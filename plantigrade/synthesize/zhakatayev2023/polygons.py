@@ -27,12 +27,10 @@ _HEEL_INNER, _HEEL_OUTER, _TOE_INNER, _TOE_OUTER = 0, 1, 4, 5
 def corners(
     feet: dict[str, Float[Array, "6 2"]], kind: str = "quadrilateral"
 ) -> Float[Array, "n_corners 2"]:
-    """Return the corners of the support polygon, counterclockwise, world [m].
+    """Return the corners of the support polygon of feet that stand, counterclockwise, world [m].
 
-    Args:
-        feet: The contact points of the feet that stand, ``"r"`` and ``"l"``, in the order of
-            :data:`~plantigrade.synthesize.zhakatayev2023.body.CONTACTS`.
-        kind: ``"quadrilateral"`` or ``"hull"``.
+    The six points of a foot are in the order of
+    :data:`~plantigrade.synthesize.zhakatayev2023.body.CONTACTS`.
 
     Raises:
         ParameterError: If no foot stands, or the kind is unknown.

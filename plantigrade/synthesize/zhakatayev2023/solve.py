@@ -1,4 +1,9 @@
-"""One motion of the paper, solved and looked at."""
+"""One motion of the paper, solved, looked at, and as a Record.
+
+The paper knows no contact forces. To be judged its motions get those that come nearest to
+explaining them, at the sites its contact matrix has on the ground; what is left is what no contact
+can give.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,30 +12,36 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import FRICTION
+from plantigrade.contact.plan import ContactPlan, Footprint, Stance
+from plantigrade.contact.site import foot_sites
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
-from plantigrade.synthesize.zhakatayev2023.between import Between, Course, between, course
+from plantigrade.synthesize.contact_record import contact_record
+from plantigrade.synthesize.guess.postures import standing_feet
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.sampling import sample
+from plantigrade.synthesize.solution import Stage, solver_signals
+from plantigrade.synthesize.solvers.result import Iterate
+from plantigrade.synthesize.terms.contact import Contact
+from plantigrade.synthesize.terms.limits import Limits
+from plantigrade.synthesize.zhakatayev2023.between import FINER, Between, Course, between, course
 from plantigrade.synthesize.zhakatayev2023.body import PaperBody
 from plantigrade.synthesize.zhakatayev2023.conditions import POSTURE, TORQUE
 from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem, formulate
-from plantigrade.synthesize.zhakatayev2023.motions import paper_task
-from plantigrade.synthesize.zhakatayev2023.record import record_of
+from plantigrade.synthesize.zhakatayev2023.motions import PaperMotion, paper_task
 from plantigrade.synthesize.zhakatayev2023.staged import StagedResult, solve_staged
 
 
 @dataclass(frozen=True, eq=False)
 class PaperSolution:
-    """A motion of the paper.
-
-    Attributes:
-        paper: The problem.
-        result: What the stages found.
-    """
+    """A motion of the paper."""
 
     paper: PaperProblem
-    result: StagedResult
+    result: StagedResult  # what the stages found
 
     @property
     def human(self) -> Human:
@@ -57,7 +68,33 @@ class PaperSolution:
 
     def record(self) -> Record:
         """Return what happened, with the contact forces that come nearest to explaining it."""
-        return record_of(self.paper, self.result)
+        paper, result, human = self.paper, self.result, self.human
+        times = paper.problem.nodes
+        plan = plan_of(paper.motion, human)
+        body = ContactBody(human, foot_sites(human))
+        standing = np.stack([plan.standing(s, times) for s in body.sites], axis=1)
+        n = FINER * (len(times) - 1) + 1
+        fine = np.linspace(times[0], times[-1], n)
+        shares = equal_shares(standing)
+        sampled = sample(body, plan, paper.problem, result.c, shares, fine, FRICTION)
+        limits, stages = Limits(), []
+        for s in result.stages:  # of the last one every iteration, of the others the end
+            end = Iterate(s.iterations, s.objective, s.violation, s.worst, seconds=s.seconds)
+            history = (*(result.history if s is result.stages[-1] else ()), end)
+            stages.append(Stage(s.name, s.solver, len(times), s.status, s.seconds, history))
+        return contact_record(
+            body,
+            sampled,
+            plan,
+            friction=FRICTION,
+            walks=paper.motion.name == "walk",
+            limits=RecordLimits(
+                velocity=limits.speed,
+                torque=limits.torques(human),
+                force=Contact().force * body.weight,
+            ),
+            signals=solver_signals(stages, []),
+        )
 
     def coordinate(self, name: str) -> Float[Array, " n_times"]:
         """Return a coordinate on the grid of :attr:`course` [rad, m]."""
@@ -104,3 +141,31 @@ def paper_motion(
     body, motion = PaperBody.of(human), paper_task(task)
     paper = formulate(body, motion, basis=basis, polygon=polygon, posture=posture)
     return PaperSolution(paper, solve_staged(paper, say=say, callback=callback, **options))
+
+
+def equal_shares(standing: Bool[Array, "n n_sites"]) -> Float[Array, "n n_unknowns"]:
+    """Return body weight shared equally by what stands [body weights]; nothing in flight."""
+    u = np.zeros((*standing.shape, 3))
+    u[..., 2] = standing / np.maximum(standing.sum(axis=1, keepdims=True), 1)
+    return u.reshape(len(standing), -1)
+
+
+def plan_of(motion: PaperMotion, human: Human) -> ContactPlan:
+    """Return the paper's contact matrix as stances of flat feet.
+
+    A foot stands from the first to the last of neighbouring samples at which the matrix has it on
+    the ground; between them nothing holds it there.
+    """
+    feet, times = standing_feet(human), motion.times
+    stances = []
+    for side, down in motion.contact.items():
+        on = np.flatnonzero(np.diff(np.r_[0, np.asarray(down, int), 0]))
+        for a, b in zip(on[::2], on[1::2] - 1, strict=True):
+            x, y, z = feet[side].position
+            ahead, right = motion.places[side][a]
+            place = Footprint(side, (x + float(ahead), y - float(right), z), feet[side].heading)
+            start = -1.0 if a == 0 else float(times[a])
+            end = motion.duration + 1.0 if b == len(times) - 1 else float(times[b])
+            if end > start:
+                stances.append(Stance(place, start, start, end, end, end))
+    return ContactPlan(motion.duration, tuple(sorted(stances, key=lambda s: s.heel_strike)))

@@ -15,7 +15,7 @@ stage ends at the point with the least violation, and the next one starts there.
 """
 
 import time as clock
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -31,7 +31,7 @@ from plantigrade.synthesize.zhakatayev2023.formulation import PaperProblem
 
 SOLVERS = ("ipopt", "sqpmethod", "sleqp")
 BOUNDS = ("boundary", "coordinates", "rates", "forces", "pelvis", "floor")
-CONTACT = ("places", "slip")
+CONTACT = ("places", "slip", "knee", "arms")
 STEPS = 15  # of least squares; the next stage removes what is left
 _SETTINGS = {
     "mu_strategy": "monotone",
@@ -45,37 +45,18 @@ _SETTINGS = {
 
 @dataclass(frozen=True)
 class Stage:
-    """One attempt at one stage.
-
-    Attributes:
-        name: Name of the stage.
-        solver: Solver.
-        status: How it ended, in words.
-        success: Whether its constraints are satisfied, and where it has an objective, optimal.
-        iterations: Iterations.
-        seconds: Time, setting up included [s].
-        cpu_seconds: Processor time of its thread [s].
-        objective: Objective of the whole problem at its end.
-        violation: Largest violation of the constraints active in it, in units where 1 is large.
-        worst: Which row, when and by how much.
-        n_equations: Equations the solver saw.
-        n_inequalities: Inequalities the solver saw.
-        n_redundant: Equations left out.
-    """
+    """One attempt at one stage."""
 
     name: str
     solver: str
-    status: str
-    success: bool
+    status: str  # how it ended, in words
+    success: bool  # whether its constraints are satisfied, and where it has an objective, optimal
     iterations: int
-    seconds: float
-    cpu_seconds: float
-    objective: float
-    violation: float
-    worst: str
-    n_equations: int = 0
-    n_inequalities: int = 0
-    n_redundant: int = 0
+    seconds: float  # time, setting up included [s]
+    cpu_seconds: float  # processor time of its thread [s]
+    objective: float  # objective of the whole problem at its end
+    violation: float  # largest violation of the constraints active in it, in units where 1 is large
+    worst: str  # which row, when and by how much
 
     def line(self) -> str:
         """Return it in one line."""
@@ -89,31 +70,18 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class StagedResult:
-    """Result of all stages.
+    """Result of all stages."""
 
-    Attributes:
-        c: Coefficients.
-        stages: Every attempt, in order.
-        success: Whether the last stage succeeded.
-        objective: Objective.
-        violation: Largest violation over all constraints.
-        worst: Which row, when and by how much.
-        iterations: Iterations of all attempts.
-        seconds: Time of all attempts, setting up included [s].
-        cpu_seconds: Processor time of the thread [s].
-        history: Objective and violation of every iteration of the last attempt.
-    """
-
-    c: Float[Array, "n_coefficients nv"]
-    stages: tuple[Stage, ...]
-    success: bool
+    c: Float[Array, "n_coefficients nv"]  # coefficients
+    stages: tuple[Stage, ...]  # every attempt, in order
+    success: bool  # whether the last stage succeeded
     objective: float
-    violation: float
-    worst: str
-    iterations: int
-    seconds: float
-    cpu_seconds: float
-    history: Any
+    violation: float  # largest violation over all constraints
+    worst: str  # which row, when and by how much
+    iterations: int  # iterations of all attempts
+    seconds: float  # time of all attempts, setting up included [s]
+    cpu_seconds: float  # processor time of the thread [s]
+    history: Any  # objective and violation of every iteration of the last attempt
 
 
 def solve_staged(
@@ -140,72 +108,47 @@ def solve_staged(
     problem, c = paper.problem, paper.guess
     judge = SparseProgram(problem, c)
     done: list[Stage] = []
+    began, busy = clock.perf_counter(), clock.thread_time()
 
-    def note(stage: Stage) -> None:
-        done.append(stage)
-        say(stage.line())
+    def note(name: str, solver: str, c: Array, *ended: Any) -> None:
+        status, success, iterations, violation, worst = ended
+        spent = clock.perf_counter() - began, clock.thread_time() - busy
+        cost = judge.objective(judge.pack(c))
+        done.append(
+            Stage(name, solver, status, success, iterations, *spent, cost, violation, worst)
+        )
+        say(done[-1].line())
 
-    def attempt(name: str, used: Problem, rows: Collection[str] | None, objective: bool) -> Any:
-        nonlocal c
+    def attempt(name: str, used: Problem, c: Array) -> IpoptResult:
+        nonlocal began, busy
         best: IpoptResult | None = None
         for solver in solvers:
             began, busy = clock.perf_counter(), clock.thread_time()
-            program = SparseProgram(used.part(rows, costs=objective), c)
-            result = _try(solver, program, c, tolerance, feasibility, max_seconds, callback)
-            note(
-                Stage(
-                    name,
-                    solver,
-                    result.status,
-                    result.success,
-                    result.iterations,
-                    clock.perf_counter() - began,
-                    clock.thread_time() - busy,
-                    judge.objective(judge.pack(result.c)),
-                    result.violation,
-                    result.worst,
-                    result.n_equations,
-                    result.n_inequalities,
-                    result.n_redundant,
-                )
-            )
-            if best is None or result.violation < best.violation or result.success:
-                best = result
-            if result.success or result.status == "stopped":
+            program = SparseProgram(used, c)
+            r = _try(solver, program, c, tolerance, feasibility, max_seconds, callback)
+            note(name, solver, r.c, r.status, r.success, r.iterations, r.violation, r.worst)
+            if best is None or r.violation < best.violation or r.success:
+                best = r
+            if r.success or r.status == "stopped":
                 break
         assert best is not None
-        c = best.c
         return best
 
-    attempt("bounds", without_edges(problem), BOUNDS, False)
+    c = attempt("bounds", without_edges(problem).part(BOUNDS, costs=False), c).c
     began, busy = clock.perf_counter(), clock.thread_time()
-    rows = (*(name for name in BOUNDS if name != "forces"), *CONTACT, "knee", "arms")
+    rows = (*(name for name in BOUNDS if name != "forces"), *CONTACT)
     program = SparseProgram(problem.part(rows, costs=False), c)
     c, steps, left = least_squares(program, c, iterations=STEPS)
     worst = program.worst(program.pack(c))
-    note(
-        Stage(
-            "contact",
-            "least squares",
-            "solved" if left < 1e-6 else "nearest point",
-            left < 1e-6,
-            steps,
-            clock.perf_counter() - began,
-            clock.thread_time() - busy,
-            judge.objective(judge.pack(c)),
-            worst.amount,
-            worst.sentence,
-            program.n_equations,
-            program.n_inequalities,
-            program.n_redundant,
-        )
-    )
-    last = attempt("all", problem, None, True)
-    worst = judge.worst(judge.pack(c))
+    close = left < 1e-6
+    status = "solved" if close else "nearest point"
+    note("contact", "least squares", c, status, close, steps, worst.amount, worst.sentence)
+    last = attempt("all", problem, c)
+    worst = judge.worst(judge.pack(last.c))
     return StagedResult(
-        c=c,
+        c=last.c,
         stages=tuple(done),
-        success=bool(last.success),
+        success=last.success,
         objective=last.objective,
         violation=worst.amount,
         worst=worst.sentence,
@@ -220,11 +163,8 @@ def without_edges(problem: Problem) -> Problem:
     """Return the problem without the zero-moment point's condition."""
 
     def relaxed(rows: ConstraintFamily) -> ConstraintFamily:
-        if rows.name != "forces":
-            return rows
-        upper = rows.upper.copy()
-        upper[:, [name.startswith(EDGE) for name in rows.names]] = np.inf
-        return replace(rows, upper=upper)
+        edge = [name.startswith(EDGE) for name in rows.names]
+        return replace(rows, upper=np.where(edge, np.inf, rows.upper))
 
     return replace(problem, rows=tuple(relaxed(rows) for rows in problem.rows))
 
@@ -236,16 +176,10 @@ def least_squares(
     iterations: int = 40,
     enough: float = 1e-7,
 ) -> tuple[Float[Array, "n_coefficients nv"], int, float]:
-    """Return coefficients nearby that satisfy the constraints, by damped least-squares steps.
+    """Return coefficients that satisfy constraints, steps taken, and the largest violation left.
 
-    Args:
-        program: The constraints; its objective is ignored.
-        c: Where to start.
-        iterations: Most steps.
-        enough: Largest violation to stop at.
-
-    Returns:
-        Coefficients, steps taken, and the largest violation left.
+    Damped least-squares steps lead there from ``c``, until violations are small ``enough``; the
+    program's objective is ignored.
     """
     x = np.clip(program.pack(c), *program.bounds)
     free = program.bounds[0] < program.bounds[1]
@@ -291,14 +225,13 @@ def _try(
 
     if solver == "ipopt":
         return solve(
-            program.problem,
+            program,
             c,
             tolerance=tolerance,
             feasibility=feasibility,
             max_seconds=max_seconds,
             settings=_SETTINGS,
             callback=callback,
-            program=program,
         )
     options: dict[str, Any] = {}
     if solver == "sqpmethod":
@@ -316,12 +249,4 @@ def _try(
             "print_iteration": False,
             "print_status": False,
         }
-    return run(
-        solver,
-        options,
-        program.problem,
-        c,
-        feasibility=feasibility,
-        callback=watch,
-        program=program,
-    )
+    return run(solver, options, program, c, None, feasibility, watch)
