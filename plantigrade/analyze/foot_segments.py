@@ -53,15 +53,11 @@ class Settings(Protocol):
 
 @dataclass(frozen=True)
 class FootSegments:
-    """Angles between foot segments over the gait cycle; empty where nothing shows them.
+    """Angles between foot segments over the gait cycle; empty where nothing shows them."""
 
-    Attributes:
-        signals: ``foot.percent``, ``foot.names`` and for each name ``foot.NAME``, one row per
-            cycle [°].
-        figures: Ranges of motion (mean over cycles) and the marker error of the feet.
-    """
-
+    #: ``foot.percent``, ``foot.names`` and for each name ``foot.NAME``, one row per cycle [°]
     signals: dict[str, Array] = field(default_factory=dict, repr=False)
+    #: Ranges of motion (mean over cycles) and the marker error of the feet
     figures: dict[str, float] = field(default_factory=dict)
 
 

@@ -22,37 +22,24 @@ SHOWN = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 @dataclass(frozen=True)
 class ForceComparison:
-    """Forces of a rebuilt gait against the measured ones.
+    """Forces of a rebuilt gait against the measured ones."""
 
-    Attributes:
-        time: Recorded frames of the rebuilt gait [s].
-        sides: Feet that were loaded on a plate.
-        known: Where the force of each foot is known, by side.
-        simulated: Ground reaction on each foot, by side [body weights].
-        measured: The same, measured.
-        vertical_rmse: Root mean square difference of vertical forces, all feet [body weights].
-        vertical_r: Their correlation.
-        forward_rmse: The same of the forces forward.
-        sideways_rmse: The same of the forces sideways.
-        pressure_rmse_m: Root mean square distance of the centres of pressure along x and y [m].
-        moment_rmse: Of the moments of each joint [N m/kg]; empty without inverse dynamics.
-        moment_r: Their correlation.
-        residual: Greatest unexplained force at the root [body weights].
-    """
-
-    time: Float[Array, " n"]
-    sides: tuple[str, ...]
-    known: dict[str, Bool[Array, " n"]]
+    time: Float[Array, " n"]  #: Recorded frames of the rebuilt gait [s]
+    sides: tuple[str, ...]  #: Feet that were loaded on a plate
+    known: dict[str, Bool[Array, " n"]]  #: Where the force of each foot is known, by side
+    #: Ground reaction on each foot, by side [body weights]
     simulated: dict[str, Float[Array, "n 3"]]
-    measured: dict[str, Float[Array, "n 3"]]
-    vertical_rmse: float
-    vertical_r: float
-    forward_rmse: float
-    sideways_rmse: float
+    measured: dict[str, Float[Array, "n 3"]]  #: The same, measured
+    vertical_rmse: float  #: Root mean square difference of vertical forces, all feet [body weights]
+    vertical_r: float  #: Their correlation
+    forward_rmse: float  #: The same of the forces forward
+    sideways_rmse: float  #: The same of the forces sideways
+    #: Root mean square distance of the centres of pressure along x and y [m]
     pressure_rmse_m: tuple[float, float]
+    #: Of the moments of each joint [N m/kg]; empty without inverse dynamics
     moment_rmse: dict[str, float]
-    moment_r: dict[str, float]
-    residual: float
+    moment_r: dict[str, float]  #: Their correlation
+    residual: float  #: Greatest unexplained force at the root [body weights]
 
     def metrics(self) -> dict[str, float]:
         """Return all figures, flat."""

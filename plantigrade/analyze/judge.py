@@ -13,46 +13,30 @@ _APART = 0.1  # excesses no further apart in time are one finding [s]
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One quantity over time and places.
+    """One quantity over time and places."""
 
-    Attributes:
-        quantity: Which.
-        values: Its values (n, m); -inf or NaN where there is none.
-        limit: What is allowed, tolerance included.
-        names: Names of the columns.
-        sides: Sides of the columns; none if empty.
-        times: Times of the rows [s]; those of the frames if None. NaN: a mean over the motion.
-        shown: The limit to show, without the tolerance; ``limit`` if None.
-        actual: Values, limits and unit that findings show instead of these.
-        worst_only: Whether findings name the worst column only.
-        unless: Add no finding if one of these quantities has one: it is the same fault.
-    """
-
-    quantity: str
-    values: np.ndarray
-    limit: float
-    names: Sequence[str] = ("",)
-    sides: Sequence[str] = ()
+    quantity: str  #: Which
+    values: np.ndarray  #: Its values (n, m); -inf or NaN where there is none
+    limit: float  #: What is allowed, tolerance included
+    names: Sequence[str] = ("",)  #: Names of the columns
+    sides: Sequence[str] = ()  #: Sides of the columns; none if empty
+    #: Times of the rows [s]; those of the frames if None. NaN: a mean over the motion.
     times: np.ndarray | None = None
-    shown: float | None = None
+    shown: float | None = None  #: The limit to show, without the tolerance; ``limit`` if None
+    #: Values, limits and unit that findings show instead of these
     actual: tuple[np.ndarray, np.ndarray, str] | None = None
-    worst_only: bool = False
+    worst_only: bool = False  #: Whether findings name the worst column only
+    #: Add no finding if one of these quantities has one: it is the same fault
     unless: tuple[str, ...] = ()
 
 
 @dataclass(eq=False)
 class Judge:
-    """Collects measures and findings.
+    """Collects measures and findings."""
 
-    Attributes:
-        time: Time of each frame [s].
-        measures: The worst of each quantity so far.
-        findings: What is wrong so far.
-    """
-
-    time: np.ndarray
-    measures: dict[str, Measure] = field(default_factory=dict)
-    findings: list[Finding] = field(default_factory=list)
+    time: np.ndarray  #: Time of each frame [s]
+    measures: dict[str, Measure] = field(default_factory=dict)  #: The worst of each quantity so far
+    findings: list[Finding] = field(default_factory=list)  #: What is wrong so far
 
     def add(self, series: Series) -> None:
         """Measure a quantity, and report every time and place where it is out of its limit."""

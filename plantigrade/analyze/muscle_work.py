@@ -16,19 +16,12 @@ from plantigrade.record import Record
 
 @dataclass(frozen=True)
 class MuscleWork:
-    """Work of the muscles at the joints of a motion.
+    """Work of the muscles at the joints of a motion."""
 
-    Attributes:
-        positive: Work done [J].
-        negative: Work absorbed, a positive number [J].
-        distance: Travelled along the ground [m].
-        weight: Body weight [N].
-    """
-
-    positive: float
-    negative: float
-    distance: float
-    weight: float
+    positive: float  #: Work done [J]
+    negative: float  #: Work absorbed, a positive number [J]
+    distance: float  #: Travelled along the ground [m]
+    weight: float  #: Body weight [N]
 
     @property
     def cost_of_transport(self) -> float:

@@ -54,43 +54,36 @@ class Comparison:
     Curves are cut at the recorded heel strikes of the coordinate's own side (pelvis and trunk: the
     right's); of the other side where the own has no whole cycle. Without any whole cycle they
     are empty, and ranges, differences and correlations are over the whole motion.
-
-    Attributes:
-        percent: Percent of the gait cycle.
-        curves_simulated: Coordinate → reproduced angle of each cycle [deg] (n_cycles, n_percent).
-        curves_reference: Likewise as recorded.
-        rom: Coordinate → range of motion, reproduced and recorded [deg], mean over the cycles.
-        rmse: Coordinate → root mean square difference [deg].
-        correlation: Coordinate → Pearson's r; NaN where one of both does not move.
-        cycles: The whole cycles, both feet.
-        com_error: Distance of the centre of mass from its recorded path at each tick [m].
-        contact_drift_m: Largest horizontal way of any point of the soles from where it first
-            touched, during one unbroken contact [m].
-        lowest_m: Height of the lowest point of the soles [m]; negative below the ground.
-        contact_share: Share of each foot's planned stance in which it does stand on the ground:
-            feet that never come down would not drift either.
-        clearance: Side → least height of the forefoot and toes in mid swing (the middle third),
-            reproduced and recorded [m], mean over the swings; NaN where none was seen.
-        swing_knee: Side → greatest knee flexion in swing, reproduced and recorded [deg], mean over
-            the swings; NaN where none was seen.
-        soles: Height of the lowest point of each foot, right and left, at each tick [m].
-        soles_reference: Likewise, recorded.
     """
 
-    percent: Float[Array, " n_percent"]
+    percent: Float[Array, " n_percent"]  #: Percent of the gait cycle
+    #: Coordinate → reproduced angle of each cycle [deg] (n_cycles, n_percent)
     curves_simulated: dict[str, np.ndarray] = field(repr=False)
-    curves_reference: dict[str, np.ndarray] = field(repr=False)
+    curves_reference: dict[str, np.ndarray] = field(repr=False)  #: Likewise as recorded
+    #: Coordinate → range of motion, reproduced and recorded [deg], mean over the cycles
     rom: dict[str, tuple[float, float]] = field(repr=False)
-    rmse: dict[str, float] = field(repr=False)
+    rmse: dict[str, float] = field(repr=False)  #: Coordinate → root mean square difference [deg]
+    #: Coordinate → Pearson's r; NaN where one of both does not move
     correlation: dict[str, float] = field(repr=False)
-    cycles: tuple[Cycle, ...]
+    cycles: tuple[Cycle, ...]  #: The whole cycles, both feet
+    #: Distance of the centre of mass from its recorded path at each tick [m]
     com_error: Float[Array, " n"] = field(repr=False)
+    #: Largest horizontal way of any point of the soles from where it first touched, during one
+    #: unbroken contact [m]
     contact_drift_m: float
-    lowest_m: float
+    lowest_m: float  #: Height of the lowest point of the soles [m]; negative below the ground
+    #: Share of each foot's planned stance in which it does stand on the ground: feet that never
+    #: come down would not drift either
     contact_share: float
+    #: Side → least height of the forefoot and toes in mid swing (the middle third), reproduced
+    #: and recorded [m], mean over the swings; NaN where none was seen
     clearance: dict[str, tuple[float, float]]
+    #: Side → greatest knee flexion in swing, reproduced and recorded [deg], mean over the
+    #: swings; NaN where none was seen
     swing_knee: dict[str, tuple[float, float]]
+    #: Height of the lowest point of each foot, right and left, at each tick [m]
     soles: Float[Array, "n_ticks 2"] = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
+    #: Likewise, recorded
     soles_reference: Float[Array, "n_ticks 2"] = field(
         default_factory=lambda: np.zeros((0, 2)), repr=False
     )

@@ -17,61 +17,36 @@ CARRIES = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """A motion and its forces in world axes.
+    """A motion and its forces in world axes."""
 
-    Attributes:
-        weight: Body weight [N].
-        qacc: Accelerations, as recorded.
-        force: Contact forces, zero where none is known [N].
-        torque: Free moments with them [N m].
-        standing: Which site was planned to stand; without a plan, which one carries.
-        known: Frames in which all contact forces are known.
-        spread: Sites with a place of their own on the body; not measured forces.
-        root: What the motion demands at the root: force [N] and moment about the centre of mass
-            [N m].
-        tau: Generalised forces that the contacts leave to the joints [N m]; the first six entries
-            are the unexplained root (world force [N], moment about the pelvis in body axes [N m]).
-        root_force: Unexplained force [N].
-        root_moment: Unexplained moment about the centre of mass [N m].
-        com: Centre of mass [m].
-        point: Lowest point of each site, or where a measured force acts [m].
-        gap: Height of that point above what it stands on [m].
-        velocity: Of the material at these points [m/s].
-        normal: Direction in which what a site stands on pushes.
-        momentum: Linear [kg m/s] and about the centre of mass [kg m²/s].
-        energy: Kinetic and potential [J].
-        power: Of all generalised forces [W].
-        position: Origins of the bodies, the world first [m].
-        rotation: Their rotations.
-        spheres: Lowest points of the contact spheres [m].
-        sphere_names: Their names.
-        sphere_sides: Their sides.
-    """
-
-    weight: float
-    qacc: Float[Array, "n nv"]
-    force: Float[Array, "n k 3"]
-    torque: Float[Array, "n k 3"]
+    weight: float  #: Body weight [N]
+    qacc: Float[Array, "n nv"]  #: Accelerations, as recorded
+    force: Float[Array, "n k 3"]  #: Contact forces, zero where none is known [N]
+    torque: Float[Array, "n k 3"]  #: Free moments with them [N m]
+    #: Which site was planned to stand; without a plan, which one carries
     standing: Bool[Array, "n k"]
-    known: Bool[Array, " n"]
-    spread: Bool[Array, " k"]
+    known: Bool[Array, " n"]  #: Frames in which all contact forces are known
+    spread: Bool[Array, " k"]  #: Sites with a place of their own on the body; not measured forces
+    #: What the motion demands at the root: force [N] and moment about the centre of mass [N m]
     root: Float[Array, "n 6"]
+    #: Generalised forces that the contacts leave to the joints [N m]; the first six entries are
+    #: the unexplained root (world force [N], moment about the pelvis in body axes [N m])
     tau: Float[Array, "n nv"]
-    root_force: Float[Array, "n 3"]
-    root_moment: Float[Array, "n 3"]
-    com: Float[Array, "n 3"]
-    point: Float[Array, "n k 3"]
-    gap: Float[Array, "n k"]
-    velocity: Float[Array, "n k 3"]
-    normal: Float[Array, "n k 3"]
-    momentum: Float[Array, "n 6"]
-    energy: Float[Array, " n"]
-    power: Float[Array, " n"]
-    position: Float[Array, "n n_bodies 3"]
-    rotation: Float[Array, "n n_bodies 3 3"]
-    spheres: Float[Array, "n s 3"]
-    sphere_names: tuple[str, ...]
-    sphere_sides: tuple[str, ...]
+    root_force: Float[Array, "n 3"]  #: Unexplained force [N]
+    root_moment: Float[Array, "n 3"]  #: Unexplained moment about the centre of mass [N m]
+    com: Float[Array, "n 3"]  #: Centre of mass [m]
+    point: Float[Array, "n k 3"]  #: Lowest point of each site, or where a measured force acts [m]
+    gap: Float[Array, "n k"]  #: Height of that point above what it stands on [m]
+    velocity: Float[Array, "n k 3"]  #: Of the material at these points [m/s]
+    normal: Float[Array, "n k 3"]  #: Direction in which what a site stands on pushes
+    momentum: Float[Array, "n 6"]  #: Linear [kg m/s] and about the centre of mass [kg m²/s]
+    energy: Float[Array, " n"]  #: Kinetic and potential [J]
+    power: Float[Array, " n"]  #: Of all generalised forces [W]
+    position: Float[Array, "n n_bodies 3"]  #: Origins of the bodies, the world first [m]
+    rotation: Float[Array, "n n_bodies 3 3"]  #: Their rotations
+    spheres: Float[Array, "n s 3"]  #: Lowest points of the contact spheres [m]
+    sphere_names: tuple[str, ...]  #: Their names
+    sphere_sides: tuple[str, ...]  #: Their sides
 
 
 def sweep(record: Record) -> Sweep:

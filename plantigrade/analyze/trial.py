@@ -33,42 +33,26 @@ CUTOFF = 6.0
 
 @dataclass(frozen=True)
 class FootPath:
-    """Where the feet were.
+    """Where the feet were."""
 
-    Attributes:
-        heel: Back of the heel, right then left [m].
-        toe: Forefoot, right then left: midway between second metatarsal head and hallux [m].
-        pelvis: Middle of the pelvis [m].
-    """
-
-    heel: Float[Array, "n_frames 2 3"]
+    heel: Float[Array, "n_frames 2 3"]  #: Back of the heel, right then left [m]
+    #: Forefoot, right then left: midway between second metatarsal head and hallux [m]
     toe: Float[Array, "n_frames 2 3"]
-    pelvis: Float[Array, "n_frames 3"]
+    pelvis: Float[Array, "n_frames 3"]  #: Middle of the pelvis [m]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A fitted recording, analysed.
+    """A fitted recording, analysed."""
 
-    Attributes:
-        fit: The fit; its Human has the mass that was found.
-        motion: The motion, filtered, with its gait events.
-        feet: Paths of the feet.
-        cycles: Gait cycles of both feet, by start.
-        measures: Spatio-temporal measures.
-        forces: Ground reactions by foot, where they were measured.
-        moments: Inverse dynamics, where forces were measured.
-        notes: What the user should know, one sentence each.
-    """
-
-    fit: Fit
-    motion: Motion
-    feet: FootPath
-    cycles: tuple[Cycle, ...]
-    measures: GaitMeasures
-    forces: FootForces | None
-    moments: Moments | None
-    notes: tuple[str, ...] = ()
+    fit: Fit  #: The fit; its Human has the mass that was found
+    motion: Motion  #: The motion, filtered, with its gait events
+    feet: FootPath  #: Paths of the feet
+    cycles: tuple[Cycle, ...]  #: Gait cycles of both feet, by start
+    measures: GaitMeasures  #: Spatio-temporal measures
+    forces: FootForces | None  #: Ground reactions by foot, where they were measured
+    moments: Moments | None  #: Inverse dynamics, where forces were measured
+    notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
 
     def record(self) -> Record:
         """Return motion, moments, measured forces and markers."""

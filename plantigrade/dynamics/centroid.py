@@ -24,24 +24,18 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 @dataclass(frozen=True)
 class Centroid:
-    r"""The whole body as one over time, world axes.
+    r"""The whole body as one over time, world axes."""
 
-    Attributes:
-        com: Centre of mass [m].
-        com_vel: Its velocity [m/s].
-        angular_momentum: About the centre of mass [kg m²/s].
-        force: Force the ground must supply, :math:`m(\ddot c - g)` [N]; None without
-            accelerations, as are the next two.
-        moment: Moment about the centre of mass it must supply, :math:`\dot L` [N m].
-        zmp: Zero-moment point on the ground plane [m]; NaN where the force does not push up by a
-            hundredth of body weight.
-    """
-
-    com: Float[Array, "n_frames 3"]
-    com_vel: Float[Array, "n_frames 3"]
-    angular_momentum: Float[Array, "n_frames 3"]
+    com: Float[Array, "n_frames 3"]  #: Centre of mass [m]
+    com_vel: Float[Array, "n_frames 3"]  #: Its velocity [m/s]
+    angular_momentum: Float[Array, "n_frames 3"]  #: About the centre of mass [kg m²/s]
+    #: Force the ground must supply, :math:`m(\ddot c - g)` [N]; None without accelerations, as
+    #: are the next two
     force: Float[Array, "n_frames 3"] | None = None
+    #: Moment about the centre of mass it must supply, :math:`\dot L` [N m]
     moment: Float[Array, "n_frames 3"] | None = None
+    #: Zero-moment point on the ground plane [m]; NaN where the force does not push up by a
+    #: hundredth of body weight
     zmp: Float[Array, "n_frames 3"] | None = None
 
 

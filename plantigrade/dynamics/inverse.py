@@ -47,25 +47,18 @@ ROOT_NAMES = (
 
 @dataclass(frozen=True)
 class Moments:
-    """Generalised forces of a motion.
+    """Generalised forces of a motion."""
 
-    Attributes:
-        tau: Generalised forces in the order of ``qvel``: the residual at the root as world force
-            [N] and moment about the pelvis' origin in body axes [N m], then joint moments by the
-            body [N m], positive in the sense of their coordinate (flexion, dorsiflexion, …).
-        names: One name per column: those of the root, then the coordinates.
-        power: Power of each, ``tau * qvel`` [W]; positive generates.
-        residual_force: Residual force at the root, world [N].
-        residual_moment: Residual moment about the centre of mass of the body, world axes [N m].
-        com: That centre of mass [m].
-    """
-
+    #: Generalised forces in the order of ``qvel``: the residual at the root as world force [N]
+    #: and moment about the pelvis' origin in body axes [N m], then joint moments by the body [N
+    #: m], positive in the sense of their coordinate (flexion, dorsiflexion, …)
     tau: Float[Array, "n_frames nv"]
-    names: tuple[str, ...]
-    power: Float[Array, "n_frames nv"]
-    residual_force: Float[Array, "n_frames 3"]
+    names: tuple[str, ...]  #: One name per column: those of the root, then the coordinates
+    power: Float[Array, "n_frames nv"]  #: Power of each, ``tau * qvel`` [W]; positive generates
+    residual_force: Float[Array, "n_frames 3"]  #: Residual force at the root, world [N]
+    #: Residual moment about the centre of mass of the body, world axes [N m]
     residual_moment: Float[Array, "n_frames 3"]
-    com: Float[Array, "n_frames 3"]
+    com: Float[Array, "n_frames 3"]  #: That centre of mass [m]
 
     def __getitem__(self, name: str) -> Float[Array, " n_frames"]:
         """Return the column of a coordinate or of the root.

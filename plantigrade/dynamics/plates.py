@@ -46,48 +46,30 @@ SHORTEST_REST = 0.06  # shorter rests of a foot are a low pass in swing [s]
 
 @dataclass(frozen=True)
 class PlateUse:
-    """One loading of a plate and whose it was.
+    """One loading of a plate and whose it was."""
 
-    Attributes:
-        plate: Name of the plate.
-        side: ``"r"`` or ``"l"``; empty where no foot was at the centre of pressure.
-        start: First frame.
-        stop: One after the last frame.
-        peak: Greatest vertical force [N].
-        problem: Why frames of it are not used; empty where all are.
-    """
-
-    plate: str
-    side: str
-    start: int
-    stop: int
-    peak: float
-    problem: str = ""
+    plate: str  #: Name of the plate
+    side: str  #: ``"r"`` or ``"l"``; empty where no foot was at the centre of pressure
+    start: int  #: First frame
+    stop: int  #: One after the last frame
+    peak: float  #: Greatest vertical force [N]
+    problem: str = ""  #: Why frames of it are not used; empty where all are
 
 
 @dataclass(frozen=True)
 class FootForces:
-    """Ground reaction on each foot, on the frames of a motion; sides in the order r, l.
+    """Ground reaction on each foot, on the frames of a motion; sides in the order r, l."""
 
-    Attributes:
-        force: Force on the foot, world [N]; zero where it carries none.
-        point: Centre of pressure, world [m]; NaN where the force is zero.
-        torque: Free moment at that point, world, vertical [N m].
-        valid_side: Frames in which the force on that foot is known (zero in swing is known).
-        valid: Frames in which both are.
-        uses: Every loading of every plate.
-        warnings: What the user should know, one sentence each.
-        sides: Names of the sides, in the order of the second axis.
-    """
-
-    force: Float[Array, "n_frames 2 3"]
+    force: Float[Array, "n_frames 2 3"]  #: Force on the foot, world [N]; zero where it carries none
+    #: Centre of pressure, world [m]; NaN where the force is zero
     point: Float[Array, "n_frames 2 3"]
-    torque: Float[Array, "n_frames 2 3"]
+    torque: Float[Array, "n_frames 2 3"]  #: Free moment at that point, world, vertical [N m]
+    #: Frames in which the force on that foot is known (zero in swing is known)
     valid_side: Bool[Array, "n_frames 2"]
-    valid: Bool[Array, " n_frames"]
-    uses: tuple[PlateUse, ...] = ()
-    warnings: tuple[str, ...] = ()
-    sides: tuple[str, str] = SIDES
+    valid: Bool[Array, " n_frames"]  #: Frames in which both are
+    uses: tuple[PlateUse, ...] = ()  #: Every loading of every plate
+    warnings: tuple[str, ...] = ()  #: What the user should know, one sentence each
+    sides: tuple[str, str] = SIDES  #: Names of the sides, in the order of the second axis
 
 
 def assign_plates(
