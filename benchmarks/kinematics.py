@@ -14,7 +14,7 @@ import numpy as np
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.kinematics.inverse import InverseKinematics, track
 from plantigrade.kinematics.state import PointSet
-from plantigrade.workflows import fit as fitting
+from plantigrade.workflows.fit import fit_trial
 
 RAJAGOPAL = "opensim/rajagopal_walk/markers_walk.trc"
 RAJAGOPAL_MODEL = "opensim/rajagopal_walk/subject_walk_scaled.osim"
@@ -64,11 +64,8 @@ def rows(data: Path) -> Iterator[Row]:
 
 def solve(path: Path) -> Solved:
     """Fit a trial, then time its inverse kinematics alone on the person found."""
-    settings = fitting.FitSettings()
     begin = time.perf_counter()
-    loaded = fitting.load(path, settings)
-    fit = fitting.fit(loaded, settings)
-    fitting.analyse(fit, settings)
+    fit = fit_trial(path)[1].fit
     fit_s = time.perf_counter() - begin
     assert fit.markers is not None  # these trials are markers
     measured = fit.markers.positions

@@ -38,11 +38,13 @@ def test_usage_shows_every_command(name):
     assert re.search(rf"^plantigrade {name}\b", text, re.M)
 
 
-def test_usage_shows_only_commands_and_options_that_exist():
+def test_usage_shows_only_commands_and_options_that_exist(tmp_path, monkeypatch):
     import shlex
 
     from plantigrade.commands.main import parse
 
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text('[task]\nbase = "squat"\n')
     text = (PAGES / "usage.md").read_text("utf-8")
     for block in re.findall(r"^```bash\n(.*?)^```", text, re.M | re.S):
         for line in block.splitlines():

@@ -60,9 +60,12 @@ def test_the_task_file_shifts_the_weight(page):
     assert middle[1] == pytest.approx(-0.06, abs=1e-3)
 
 
-def test_its_commands_and_options_exist():
+def test_its_commands_and_options_exist(tmp_path, monkeypatch):
     from plantigrade.commands.main import parse
 
+    monkeypatch.chdir(tmp_path)
+    (text,) = blocks("toml")
+    (tmp_path / "shift.toml").write_text(text)
     lines = [line for block in blocks("bash") for line in block.splitlines()]
     assert len(lines) > 5
     for line in lines:

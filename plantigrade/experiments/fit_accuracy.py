@@ -21,7 +21,8 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.motion import Recording, Table
 from plantigrade.motion.filters import lowpass
 from plantigrade.motion.plate_events import plate_events
-from plantigrade.workflows import fit as fitting
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.settings import FitSettings
 
 LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
 ROUGH = 0.6  # roughness of the worst stored moment above which none of a file is held against
@@ -98,18 +99,15 @@ def run(
 
 def trial_rows(path: Path, name: str) -> list[Row]:
     """Return all rows of one trial."""
-    settings = fitting.FitSettings()
     started = time.perf_counter()
-    loaded = fitting.load(path, settings)
-    fitted = fitting.fit(loaded, settings)
-    trial = fitting.analyse(fitted, settings)
+    recording, trial = fit_trial(path)
     seconds = time.perf_counter() - started
     rows = [
-        at_most(name, "marker RMS, mean", fitted.metrics["marker_rms_mean_mm"], 10, "mm"),
+        at_most(name, "marker RMS, mean", trial.fit.metrics["marker_rms_mean_mm"], 10, "mm"),
         at_most(name, "inverse kinematics, median", frame_time_ms(trial), 1.0, "ms/frame"),
         Row(name, "read, fit and analyse", seconds, "s"),
     ]
-    rows += event_rows(name, trial, loaded.recording)
+    rows += event_rows(name, trial, recording)
     if name in OPENSIM:
         angles, moments, feet = OPENSIM[name]
         theirs = read(path.parent / angles)
@@ -118,18 +116,18 @@ def trial_rows(path: Path, name: str) -> list[Row]:
             for i, row in enumerate(rows):
                 if "against OpenSim" in row.quantity:  # other feet: shown, without a goal
                     rows[i] = replace(row, goal="", met=None)
-            same = fitting.fit_file(path, feet=feet)
+            same = fit_trial(path, FitSettings(feet=feet))[1]
             for row in opensim_rows(name, same, theirs, path.parent, moments):
                 rows.append(replace(row, quantity=f"{row.quantity}, {feet} feet as there"))
-    if loaded.recording.outputs:
-        rows += plug_in_gait_rows(name, trial, loaded.recording)
+    if recording.outputs:
+        rows += plug_in_gait_rows(name, trial, recording)
     return rows
 
 
 def skeleton_rows(path: Path, name: str) -> list[Row]:
     """Return the rows of a retargeted skeleton; none if nobody walks in it."""
     started = time.perf_counter()
-    trial = fitting.fit_file(path)
+    trial = fit_trial(path)[1]
     seconds = time.perf_counter() - started
     if len(trial.cycles) < 2:
         return []
@@ -145,8 +143,7 @@ def skeleton_rows(path: Path, name: str) -> list[Row]:
 
 
 def _range(trial: Trial, coordinate: str) -> float:
-    column = trial.record.motion.qpos[:, 7 + trial.fit.human.hinge(coordinate)]
-    return float(np.rad2deg(np.ptp(column)))
+    return float(np.rad2deg(np.ptp(trial.motion[coordinate])))
 
 
 def frame_time_ms(trial: Trial) -> float:
@@ -255,7 +252,7 @@ def roughness(values: np.ndarray) -> float:
 def event_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
     """Hold the kinematic events against the plates and the events stored in the file."""
     rows = []
-    own = trial.record.motion.events
+    own = trial.motion.events
     fit = trial.fit
     measured = plate_events(fit.recording.plates, fit.time, trial.feet.heel, trial.feet.toe)
     for what, truth in (("plates", measured), ("file", recording.events)):

@@ -20,7 +20,8 @@ from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion import Recording
 from plantigrade.motion.cycles import cut_cycles
-from plantigrade.workflows import fit as fitting
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.settings import FitSettings
 
 WALKS = ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d", "c3d/HC032A03.c3d")
 QUICK = WALKS[-1:]
@@ -76,15 +77,13 @@ def run(
 
 def trial_rows(path: Path, name: str) -> list[Row]:
     """Return all rows of one trial."""
-    settings = fitting.FitSettings(joints="66", feet="multi-segment")
-    loaded = fitting.load(path, settings)
-    fitted = fitting.fit(loaded, settings)
-    trial = fitting.analyse(fitted, settings)
+    recording, trial = fit_trial(path, FitSettings(joints="66", feet="multi-segment"))
+    fitted = trial.fit
     rows = [
         at_most(name, "marker RMS, mean", fitted.metrics["marker_rms_mean_mm"], 10, "mm"),
         at_most(name, "marker RMS of the feet", 1e3 * foot_marker_rms(fitted), 5, "mm"),
     ]
-    for c in compare(fitted, loaded.recording, trial.record.motion.events):
+    for c in compare(fitted, recording, trial.motion.events):
         spans = f"spans {c.range:.0f} deg, offset {c.offset:.0f}"
         rows.append(Row(name, f"{c.name}, r", c.r, note=spans))
         rows.append(at_most(name, f"{c.name}, RMSE", c.rmse, REPEATABILITY, "deg"))

@@ -16,7 +16,7 @@ import numpy as np
 from plantigrade.errors import ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
-from plantigrade.experiments.solution_trial import (
+from plantigrade.experiments.synthesis_trial import (
     crude,
     judge,
     load,

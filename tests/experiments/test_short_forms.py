@@ -1,7 +1,7 @@
 """The short form of every experiment: what it runs is there, and is a part of the whole."""
 
 import pytest
-from plantigrade.synthesize.paper import MOTIONS
+from plantigrade.synthesize.zhakatayev2023 import MOTIONS
 
 from plantigrade.experiments import (
     fit_accuracy,
