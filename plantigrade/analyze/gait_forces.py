@@ -13,6 +13,7 @@ from plantigrade.analyze.statistics import correlation
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion.recording import even_clock
+from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
 LOADED = 0.2  # centres of pressure are compared where both loads exceed this [body weights]
@@ -85,10 +86,10 @@ def compare_forces(
         if not (sure & (load[:, 2] > LOADED)).any():
             continue
         known[side], recorded[side] = sure, load
-        simulated[side] = _on(time, clock, ours.force / weight)
+        simulated[side] = interpolate(time, clock, ours.force / weight)
         both = sure & (load[:, 2] > LOADED) & (simulated[side][:, 2] > LOADED)
         centre = theirs.centre_of_pressure[inside] - way
-        difference = _on(time, clock, ours.centre_of_pressure) - centre
+        difference = interpolate(time, clock, ours.centre_of_pressure) - centre
         apart.append(difference[both])
         for joint, (computed, inverse) in pairs.items():
             name = f"{joint}_{side}"
@@ -136,7 +137,7 @@ def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
     for k, side in enumerate(SIDES):
         foot = measured.foot(side)
         known = np.interp(now, frames, foot.known.astype(float)) > 0.999
-        force[known, k] = _on(now, frames, foot.force)[known]
+        force[known, k] = interpolate(now, frames, foot.force)[known]
         for i, name in enumerate(names):
             if name.endswith(f"_{side}") and measured.qfrc_actuator is not None:
                 here = np.interp(now, frames, measured.torque(name) / human.mass)
@@ -154,10 +155,6 @@ def residual_of(forced: Record) -> float:
     """Return the greatest force that nothing explains at the root [body weights]."""
     assert forced.qfrc_actuator is not None
     return float(np.abs(forced.qfrc_actuator[:, :6]).max() / forced.weight)
-
-
-def _on(time, clock, values) -> np.ndarray:
-    return np.stack([np.interp(time, clock, column) for column in values.T], axis=1)
 
 
 def _rms(values: np.ndarray) -> list[float]:

@@ -22,6 +22,7 @@ from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
+from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 from plantigrade.reproduce.phases import Phase
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
@@ -174,6 +175,12 @@ def compare(record: Record) -> Comparison:
     path = Trajectory(recorded.time, com_recorded)
     wanted = np.array([path(float(time))[0] for time in motion.time])
     knees = {side: names.index(f"knee_angle_{side}") for side in SIDES}
+
+    def swings(side, mine, their, what, margin=0.0):
+        pairs = ((motion.time, mine), (recorded.time, their))
+        first, second = (over_swings(phases, side, t, x, what, margin) for t, x in pairs)
+        return first, second
+
     return Comparison(
         percent=PERCENT,
         curves_simulated=simulated,
@@ -185,26 +192,12 @@ def compare(record: Record) -> Comparison:
         com_error=np.linalg.norm(com - wanted, axis=1),
         **_contacts(record, soles),
         clearance={
-            side: (
-                over_swings(phases, side, motion.time, _forefoot(soles, side), np.min, 1 / 3),
-                over_swings(
-                    phases, side, recorded.time, _forefoot(soles_recorded, side), np.min, 1 / 3
-                ),
-            )
-            for side in SIDES
+            s: swings(s, _forefoot(soles, s), _forefoot(soles_recorded, s), np.min, 1 / 3)
+            for s in SIDES
         },
-        swing_knee={
-            side: (
-                over_swings(phases, side, motion.time, ours[:, knee], np.max),
-                over_swings(phases, side, recorded.time, theirs[:, knee], np.max),
-            )
-            for side, knee in knees.items()
-        },
+        swing_knee={s: swings(s, ours[:, i], theirs[:, i], np.max) for s, i in knees.items()},
         soles=_lowest(soles),
-        soles_reference=np.stack(
-            [np.interp(motion.time, recorded.time, low) for low in _lowest(soles_recorded).T],
-            axis=1,
-        ),
+        soles_reference=interpolate(motion.time, recorded.time, _lowest(soles_recorded)),
     )
 
 

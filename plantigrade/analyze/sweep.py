@@ -1,6 +1,5 @@
 """Everything MuJoCo says about a Record, frame by frame: one pass, then arrays."""
 
-import copy
 from dataclasses import dataclass
 
 import mujoco
@@ -8,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import contact_sites
+from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 
@@ -58,8 +58,7 @@ def sweep(record: Record) -> Sweep:
     """
     qacc = _accelerations(record)
     motion, human, ground = record.motion, record.human, record.ground
-    model = copy.copy(human.model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    model = without_constraints(human)
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
     data = mujoco.MjData(model)
     n, k, nb, nv = motion.n_frames, len(record.sites), model.nbody, model.nv
@@ -108,7 +107,7 @@ def sweep(record: Record) -> Sweep:
     normal = ground.normal_at(point)
     normal[:, seated] = [0.0, 0.0, 1.0]
     tau = wanted - explained
-    residual = _wrench(tau, rotation[:, 1], motion.qpos, com)
+    root_force, root_moment = root_wrench_at(tau[:, :6], motion.qpos, com)
     weight = float(model.body_subtreemass[1] * np.linalg.norm(model.opt.gravity))
     spheres = contact_sites(human)
     low = np.array([s.radius for s in spheres]).reshape(-1, 1) * ground.normal
@@ -128,10 +127,10 @@ def sweep(record: Record) -> Sweep:
         standing=standing & ~measured,
         known=known,
         spread=~measured,
-        root=_wrench(wanted, rotation[:, 1], motion.qpos, com),
+        root=np.hstack(root_wrench_at(wanted[:, :6], motion.qpos, com)),
         tau=tau,
-        root_force=residual[:, :3],
-        root_moment=residual[:, 3:],
+        root_force=root_force,
+        root_moment=root_moment,
         com=com,
         point=point,
         gap=np.einsum("nki,ki->nk", point, upward) - height,
@@ -155,11 +154,7 @@ def _accelerations(record: Record) -> Float[Array, "n nv"]:
         raise ParameterError("cannot check a record without accelerations (motion.qacc)")
     if n == 0 or not (np.isfinite(motion.time).all() and np.all(np.diff(motion.time) > 0)):
         raise ParameterError("a motion to check needs frames at finite, increasing times [s]")
-    for name in ("qpos", "qvel", "qacc"):
-        values = getattr(motion, name)
-        if not np.isfinite(values).all():
-            frame = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
-            raise ParameterError(f"{name} has missing values (first in frame {frame})")
+    check_motion(record.human, motion.qpos, motion.qvel, motion.qacc)
     if record.contact_force is not None and not np.isfinite(record.contact_force).all():
         raise ParameterError("contact_force has missing values; contact_known says what is unknown")
     if np.any(np.abs(np.linalg.norm(motion.qpos[:, 3:7], axis=1) - 1.0) > 1e-6):
@@ -176,10 +171,3 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
-
-
-def _wrench(tau: np.ndarray, turn: np.ndarray, qpos: np.ndarray, com: np.ndarray) -> np.ndarray:
-    """Return the generalised force of the free joint as force and moment about ``com`` (n, 6)."""
-    force = tau[:, :3]
-    moment = np.einsum("nij,nj->ni", turn, tau[:, 3:6]) + cross(qpos[:, :3] - com, force)
-    return np.hstack([force, moment])

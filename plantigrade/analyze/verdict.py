@@ -29,23 +29,15 @@ class Measure:
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One thing that is wrong."""
+class Finding(Measure):
+    """One thing that is wrong, where and when it is worst."""
 
-    quantity: str  #: What, as in :class:`Measure`
-    name: str  #: Where it is worst, as in :class:`Measure`
-    side: str  #: ``"r"``, ``"l"`` or empty
-    time: float  #: When it is worst [s]
-    start: float  #: Since when it is too large [s]
-    end: float  #: Until when [s]
-    value: float  #: Its worst value
-    limit: float  #: What is allowed
-    unit: str  #: Unit of both
+    start: float = np.nan  #: Since when it is too large [s]
+    end: float = np.nan  #: Until when [s]
     #: More sites of the same foot with the same fault at the same time
     others: tuple[str, ...] = ()
     #: How bad it is: value over limit; of a condition, violation over tolerance
     excess: float = np.nan
-    below: bool = False  #: Whether the limit is a lower one
 
     @property
     def where(self) -> str:

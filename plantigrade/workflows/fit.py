@@ -154,7 +154,8 @@ def run_of(
         seed: Of random numbers.
     """
     record = trial.record()
-    feet = foot_segment_signals(recording, trial, settings)
+    chosen = (settings.known, settings.marker_set, settings.cutoff)
+    feet = foot_segment_signals(recording, trial, *chosen)
     if feet.signals:
         record = replace(record, signals={**record.signals, **feet.signals})
     return Run(
