@@ -84,10 +84,7 @@ def joint_angles(
 ) -> Float[Array, "n 3"]:
     """Return dorsiflexion, adduction and supination of one segment against the one above [rad].
 
-    Args:
-        above: Rotation of the proximal segment (its axes forward, left and up to the world's).
-        below: Rotation of the distal segment.
-        side: ``"l"`` or ``"r"``.
+    Rotations are from the segments' axes (forward, left, up) to the world's.
     """
     from scipy.spatial.transform import Rotation
 

@@ -25,6 +25,11 @@ from plantigrade.motion.filters import derivative, fill_gaps
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import GaitEvent
 
+_UNITS = {
+    "cadence": "steps_min", "step_width": "m", "double_support": "pct", "stride_length": "m",
+    "stride_time": "s", "step_length": "m", "step_time": "s", "stance": "pct", "swing": "pct",
+}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Statistic:
@@ -79,19 +84,13 @@ class GaitMeasures:
                 flat[f"{name}_sd_{unit}"] = measure.sd
 
         put("walking_speed", "m_s", self.speed)
-        put("cadence", "steps_min", self.cadence)
-        put("step_width", "m", self.step_width)
-        put("double_support", "pct", self.double_support)
-        for name, unit, by_side in (
-            ("stride_length", "m", self.stride_length),
-            ("stride_time", "s", self.stride_time),
-            ("step_length", "m", self.step_length),
-            ("step_time", "s", self.step_time),
-            ("stance", "pct", self.stance),
-            ("swing", "pct", self.swing),
-        ):
-            for side in SIDES:
-                put(f"{name}_{side}", unit, by_side[side])
+        for name, unit in _UNITS.items():
+            measure = getattr(self, name)
+            if isinstance(measure, dict):
+                for side in SIDES:
+                    put(f"{name}_{side}", unit, measure[side])
+            else:
+                put(name, unit, measure)
         for side in SIDES:
             flat[f"strides_{side}_count"] = self.stride_time[side].count
         flat["treadmill"] = self.treadmill

@@ -72,6 +72,7 @@ def compare_forces(
         measured: The fitted recording with its measured forces and joint moments.
         ground: Path of the ground itself, a treadmill's belt [m]; at rest if absent.
     """
+    assert forced.qfrc_actuator is not None
     clock, weight = forced.motion.time, forced.weight
     frames = even_clock(measured.motion.time)
     inside = (frames >= clock[0]) & (frames <= clock[-1])
@@ -117,7 +118,7 @@ def compare_forces(
             j: _rms((a - b)[:, None])[0] / forced.human.mass for j, (a, b) in pairs.items()
         },
         moment_r={j: correlation(a, b) for j, (a, b) in pairs.items()},
-        residual=residual_of(forced),
+        residual=float(np.abs(forced.qfrc_actuator[:, :6]).max() / forced.weight),
     )
 
 
@@ -126,10 +127,6 @@ def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
 
     ``measured.force`` (n, 2, 3) right and left [N], ``measured.moment`` (n, m) [N m/kg] with
     ``measured.moment_names``; NaN where not known. Empty where nothing is known.
-
-    Args:
-        forced: The gait rebuilt by forces.
-        measured: The fitted recording with its measured forces.
     """
     now, frames, human = forced.motion.time, measured.motion.time, forced.human
     names = [f"{n}_{s}" for n in SHOWN for s in SIDES if f"{n}_{s}" in human.coordinates]
@@ -149,12 +146,6 @@ def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
         "measured.moment": moment,
         "measured.moment_names": np.array(names, dtype=np.str_),
     }
-
-
-def residual_of(forced: Record) -> float:
-    """Return the greatest force that nothing explains at the root [body weights]."""
-    assert forced.qfrc_actuator is not None
-    return float(np.abs(forced.qfrc_actuator[:, :6]).max() / forced.weight)
 
 
 def _rms(values: np.ndarray) -> list[float]:

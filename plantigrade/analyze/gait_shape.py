@@ -122,15 +122,7 @@ def agreement_with_norm(
     *,
     side: str = "r",
 ) -> Agreement:
-    """Return how far a curve is from the published mean of its speed class.
-
-    Args:
-        percent: Percent of the gait cycle.
-        values: The curve, in the unit of the norm.
-        name: Of the norm (:func:`plantigrade.analyze.norms.norm`).
-        speed_class: Of the norm.
-        side: Foot whose heel strikes bound the cycle.
-    """
+    """Return how far a curve is from a published mean (:func:`plantigrade.analyze.norms.norm`)."""
     band = norms.norm(name, speed_class, side=side)
     theirs = np.interp(percent, band.percent, band.mean)
     return Agreement(

@@ -214,9 +214,6 @@ def paired_test(
     """Return Shapiro and Wilk's p, which paired test was made, and its p (two-sided).
 
     Differences that are all the same leave nothing to test; so do fewer than three.
-
-    Args:
-        difference: Of each pair.
     """
     if len(difference) < 3 or np.ptp(difference) <= 1e-9 * max(1.0, np.abs(difference).max()):
         return None, "", None

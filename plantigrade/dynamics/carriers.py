@@ -86,12 +86,7 @@ class Carriers:
     ) -> list[SegmentLoad]:
         """Return what each segment of a foot carries; the sum is what was given.
 
-        Args:
-            state: The state of the frame.
-            side: ``"r"`` or ``"l"``.
-            force: Ground reaction on the foot [N].
-            point: Its centre of pressure [m].
-            torque: Free moment [N m].
+        That is the ground reaction [N] at its centre of pressure [m] with a free moment [N m].
         """
         body = self.foot[side]
         if self.feet == "two-segment":

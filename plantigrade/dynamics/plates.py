@@ -135,12 +135,12 @@ def assign_plates(
     unmeasured = unmeasured_frames(frame_time, touch, measured)
     seen = seen_frames(plates, frame_time)
     valid_side = ~unmeasured & ~excluded & seen[:, None]
-    valid = np.array([bool(both.all()) for both in valid_side], dtype=bool)
+    valid = valid_side.all(axis=1)
     _describe(notes, frame_time, loadings, unmeasured, seen, bool(plates))
     uses = tuple(
         PlateUse(
             loading.plate.name,
-            _owner_name(loading.owner),
+            "".join(side for k, side in enumerate(SIDES) if (loading.owner == k).any()),
             int(loading.frames[0]),
             int(loading.frames[-1]) + 1,
             loading.peak,
@@ -156,9 +156,7 @@ def over_plates(
 ) -> Bool[Array, " n_frames"]:
     """Return the frames in which both soles are over plates whole, so that nothing escapes them.
 
-    Args:
-        plates: Force plates; those whose corners are not known do not count.
-        foot_points: As for :func:`assign_plates`.
+    Plates whose corners are not known do not count.
     """
     points = np.concatenate([foot_points[side] for side in SIDES], axis=1)
     outside = [outside_of(p.corners, points) for p in plates if p.corners is not None]
@@ -170,10 +168,7 @@ def over_plates(
 def sole_points(
     human: Human, qpos: Float[Array, "n_frames nq"]
 ) -> dict[str, Float[Array, "n_frames n_points 3"]]:
-    """Return points of each foot's sole over a motion, heel first [m].
-
-    They are the lowest points of the contact spheres.
-    """
+    """Return the lowest points of each foot's contact spheres over a motion, heel first [m]."""
     standing = sole_paths(human, human.standing()[None])
     soles = sole_paths(human, qpos)
     result = {}
@@ -182,13 +177,6 @@ def sole_points(
         order = np.argsort(standing.position[0, own, 0], kind="stable")
         result[side] = soles.position[:, own[order]]
     return result
-
-
-def _owner_name(owner: np.ndarray) -> str:
-    known = owner[owner >= 0]
-    if len(known) == 0:
-        return ""
-    return "".join(SIDES[k] for k in (0, 1) if (known == k).any())
 
 
 def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
