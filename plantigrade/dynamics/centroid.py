@@ -126,7 +126,7 @@ def root_wrench_at(
 ) -> tuple[Float[Array, "n_frames 3"], Float[Array, "n_frames 3"]]:
     """Return the generalised force of the free joint as force and moment about points, world.
 
-    ``root`` is the world force [N] at the pelvis' origin and the moment about it in body axes [N m].
+    ``root`` is the world force [N] at the pelvis' origin, and the moment about it [N m], body axes.
     """
     force = root[:, :3]
     moment = np.einsum("nij,nj->ni", rotation_matrix(qpos[:, 3:7]), root[:, 3:])

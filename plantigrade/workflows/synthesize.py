@@ -50,19 +50,12 @@ ANGLES = ("turn", "slope")
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a run comes from, for its provenance.
+    """Where a run comes from, for its provenance."""
 
-    Attributes:
-        title: Heading of the pages.
-        command: The command line.
-        files: Files that were read.
-        seed: Of random numbers.
-    """
-
-    title: str = ""
-    command: str = ""
-    files: tuple[Path, ...] = ()
-    seed: int = 0
+    title: str = ""  #: Heading of the pages
+    command: str = ""  #: The command line
+    files: tuple[Path, ...] = ()  #: Files that were read
+    seed: int = 0  #: Of random numbers
 
 
 def synthesize_task(

@@ -45,21 +45,13 @@ HIDDEN = 0.25  # share of the markers with a gap; gaps last up to a tenth of a s
 
 @dataclass(frozen=True)
 class TextbookWalk:
-    """The walk on a person.
+    """The walk on a person."""
 
-    Attributes:
-        human: The person.
-        time: Time of each frame [s].
-        qpos: Configurations.
-        events: Heel strikes and toe offs as the book has them.
-        speed: Walking speed [m/s].
-    """
-
-    human: Human
-    time: Float[Array, " n_frames"]
-    qpos: Float[Array, "n_frames nq"]
-    events: tuple[GaitEvent, ...]
-    speed: float
+    human: Human  #: The person
+    time: Float[Array, " n_frames"]  #: Time of each frame [s]
+    qpos: Float[Array, "n_frames nq"]  #: Configurations
+    events: tuple[GaitEvent, ...]  #: Heel strikes and toe offs as the book has them
+    speed: float  #: Walking speed [m/s]
 
 
 def textbook_walk(

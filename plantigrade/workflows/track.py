@@ -39,29 +39,17 @@ EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too li
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A recorded motion on forces of the ground.
+    """A recorded motion on forces of the ground."""
 
-    Attributes:
-        walk: The recorded motion, as it was fitted.
-        human: The person, on the soles the recorded feet stand on.
-        motion: The recorded motion over level ground that rests, lifted onto its soles.
-        lift: How far it was lifted [m].
-        solution: The motion that forces explain.
-        begin: Time zero of the solution, on the clock of the recording [s].
-        start: From when it is compared: without what flows in [s].
-        stop: Until when [s].
-        seconds: How long it took, without the fit [s].
-    """
-
-    walk: RecordedWalk
-    human: Human
-    motion: Motion
-    lift: float
-    solution: Solution
-    begin: float
-    start: float
-    stop: float
-    seconds: float
+    walk: RecordedWalk  #: The recorded motion, as it was fitted
+    human: Human  #: The person, on the soles the recorded feet stand on
+    motion: Motion  #: The recorded motion over level ground that rests, lifted onto its soles
+    lift: float  #: How far it was lifted [m]
+    solution: Solution  #: The motion that forces explain
+    begin: float  #: Time zero of the solution, on the clock of the recording [s]
+    start: float  #: From when it is compared: without what flows in [s]
+    stop: float  #: Until when [s]
+    seconds: float  #: How long it took, without the fit [s]
 
     @cached_property
     def _solved(self) -> Record:
@@ -212,12 +200,8 @@ def track_trial(
     begin = max(start - MARGIN, min(first + EDGE, start))
     end = min(stop + MARGIN, max(last - EDGE, stop))
     task = track_task(human, motion, start=begin, stop=end, tracking=tracking)
-    solution = synthesize(
-        ContactBody(human, foot_sites(human)),
-        task,
-        progress=progress,
-        refinements=settings.refinements,
-    )
+    body = ContactBody(human, foot_sites(human))
+    solution = synthesize(body, task, progress=progress, refinements=settings.refinements)
     seconds = clock.perf_counter() - began
     stop = min(stop, begin + task.plan.duration)
     return Tracked(walk, human, motion, lift, solution, begin, start, stop, seconds)

@@ -38,24 +38,15 @@ CUTOFF = 6.0
 
 @dataclass(frozen=True)
 class RecordedWalk:
-    """A recorded walk on its way to the tasks.
+    """A recorded walk on its way to the tasks."""
 
-    Attributes:
-        name: Name of the file.
-        human: Who walks.
-        motion: The motion, filtered, with its gait events in order.
-        feet: Paths of the feet.
-        figures: Figures of fit and gait.
-        notes: What the user should know.
-        measured: The fitted recording where forces were measured, on the frames of the motion.
-    """
-
-    name: str
-    human: Human
-    motion: Motion
-    feet: FootPath
-    figures: dict[str, Any]
-    notes: tuple[str, ...]
+    name: str  #: Name of the file
+    human: Human  #: Who walks
+    motion: Motion  #: The motion, filtered, with its gait events in order
+    feet: FootPath  #: Paths of the feet
+    figures: dict[str, Any]  #: Figures of fit and gait
+    notes: tuple[str, ...]  #: What the user should know
+    #: The fitted recording where forces were measured, on the frames of the motion
     measured: Record | None = None
 
     @classmethod
