@@ -1,7 +1,5 @@
 """Centre of mass, momentum, zero-moment point, centre of pressure."""
 
-import time as clock
-
 import numpy as np
 
 from plantigrade.dynamics.centroid import centre_of_pressure, centroid, zero_moment_point
@@ -71,11 +69,3 @@ def test_unloaded_contacts_may_have_no_point():
     cop = centre_of_pressure(force, point)
     np.testing.assert_allclose(cop[0], [0.1, 0.2, 0.0])
     assert np.isnan(cop[1]).all()
-
-
-def test_fast_enough_for_every_frame_of_a_trial():
-    _, qpos, qvel, qacc = movement(HUMAN, n=250)
-    centroid(HUMAN, qpos[:2], qvel[:2], qacc[:2])
-    start = clock.perf_counter()
-    centroid(HUMAN, qpos, qvel, qacc)
-    assert clock.perf_counter() - start < 0.25  # about 20 ms alone on one core
