@@ -9,6 +9,7 @@ without contacts leaves at the root. The zero-moment point is where on a level p
     p_y = c_y - \frac{(c_z - z) F_y - \dot L_x}{F_z}.
 """
 
+import copy
 from dataclasses import dataclass
 
 import mujoco
@@ -135,8 +136,6 @@ def root_wrench_at(
 
 def without_constraints(human: Human):
     """Return the person's model with contacts and joint limits switched off."""
-    import copy
-
     model = copy.deepcopy(human.model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     return model

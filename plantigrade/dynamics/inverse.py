@@ -151,9 +151,6 @@ def residual_metrics(moments: Moments, forces: FootForces) -> dict[str, float]:
         moments: From :func:`inverse_dynamics`.
         forces: The ground reactions used.
 
-    Returns:
-        Flat figures; empty where no frame is complete.
-
     References:
         [Hicks2015]_.
     """

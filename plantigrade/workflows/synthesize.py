@@ -134,11 +134,9 @@ def the_task(
 
 
 def _refined(task: MotionTask, how: SolveSettings) -> MotionTask:
-    if how.basis is not None:
-        task = replace(task, basis=how.basis)
-    if how.nodes_per_second is not None:
-        task = replace(task, nodes_per_second=float(how.nodes_per_second))
-    return task
+    nodes = None if how.nodes_per_second is None else float(how.nodes_per_second)
+    asked = {"basis": how.basis, "nodes_per_second": nodes}
+    return replace(task, **{k: v for k, v in asked.items() if v is not None})
 
 
 def _best(
@@ -274,15 +272,8 @@ def checked(
 ) -> Run:
     """Return a record as a run, with the verdict of the checker.
 
-    Args:
-        record: What happened.
-        what: What was done, in words.
-        made: How, in words.
-        settings: Everything that decided it.
-        origin: For the provenance.
-        figures: Of the solver.
-        violations: Constraints that are not kept at nodes.
-        kind: Of the run.
+    ``what`` and ``made`` say in words what was done and how; ``violations`` are the constraints
+    that are not kept at nodes.
     """
     verdict, human = check(record), record.human
     record = replace(record, signals={**record.signals, **verdict.signals()})
@@ -300,20 +291,9 @@ def checked(
         **verdict.figures(),
         **movement_figures(record),
     }
-    return Run(
-        record,
-        kind,
-        title=origin.title or what,
-        sentence=sentence,
-        status=state,
-        figures=every,
-        provenance=Provenance(
-            origin.command,
-            {**settings, "friction": record.ground.friction},
-            source_files(origin.files),
-            origin.seed,
-        ),
-    )
+    decided = {**settings, "friction": record.ground.friction}
+    source = Provenance(origin.command, decided, source_files(origin.files), origin.seed)
+    return Run(record, kind, origin.title or what, sentence, state, every, source)
 
 
 def status(verdict: Verdict, violations: Sequence[Violation]) -> str:

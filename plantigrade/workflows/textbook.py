@@ -57,13 +57,9 @@ class TextbookWalk:
 def textbook_walk(
     human: Human, *, speed: float = 1.25, rate: float = 100.0, cycles: int = 3
 ) -> TextbookWalk:
-    """Return the published mean walk on a person who stands on the ground.
+    """Return so many strides of the published mean walk, on a person who stands on the ground.
 
-    Args:
-        human: The person.
-        speed: Walking speed [m/s].
-        rate: Frames per second [Hz].
-        cycles: Number of strides.
+    The speed is in m/s, the frames per second in Hz.
     """
     d = human.dimensions
     walk = textbook_gait(speed, d.thigh + d.shank + d.ankle_height, rate=rate, cycles=cycles)
@@ -85,12 +81,9 @@ def textbook_walk(
 
 
 def recorded(walk: TextbookWalk, path: Path, *, seed: int = 0) -> Recording:
-    """Return the walk as a laboratory would have recorded it.
+    """Return the walk as a laboratory would have recorded it, into the file ``path``.
 
-    Args:
-        walk: The walk.
-        path: The file it is to be written to.
-        seed: Of placement, noise and gaps.
+    ``seed`` is that of placement, noise and gaps.
     """
     rng = np.random.default_rng(seed)
     human = walk.human

@@ -4,9 +4,7 @@ Measured forces of the ground are withheld: of the plates, at most the body mass
 file gives it (see :mod:`plantigrade.analyze.trial`).
 """
 
-import contextlib
 import time as clock
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -28,7 +26,7 @@ from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.tracking import Tracking, grounded
 from plantigrade.synthesize.tasks.tracking import track as track_task
-from plantigrade.workflows.fit import fit_trial, silent
+from plantigrade.workflows.fit import Step, fit_trial, silent
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
 from plantigrade.workflows.synthesize_settings import TrackSettings, plain
 from plantigrade.workflows.walks import RecordedWalk
@@ -136,7 +134,7 @@ def track(
     *,
     tracking: Tracking | None = None,
     progress: Progress | None = None,
-    step: Callable[[str], contextlib.AbstractContextManager] = silent,
+    step: Step = silent,
     origin: Origin | None = None,
 ) -> Run:
     """Fit a recording, move it by forces of the ground, and have it checked.

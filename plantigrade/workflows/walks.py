@@ -95,8 +95,7 @@ class RecordedWalk:
     def repeated(self, trial: Trial) -> "RecordedWalk":
         """Return the walk, repeated where it is one cycle that shows no whole stride of a foot.
 
-        Args:
-            trial: The recording it came from; the posture is repeated as fitted, then filtered.
+        The posture is repeated as it was fitted, then filtered.
         """
         if cut_cycles(walking_events(self.motion.events)):
             return self
@@ -125,11 +124,7 @@ class RecordedWalk:
         return RecordedWalk(self.name, human, motion, feet, figures, (*self.notes, note))
 
     def refuse_standing(self) -> None:
-        """Raise where there is no walking.
-
-        Raises:
-            ReproduceError: In one sentence that says what was seen instead.
-        """
+        """Raise a ReproduceError where there is no walking, with what was seen instead."""
         events = self.motion.events
         if len(walking_events(events)) >= ENOUGH:
             return
@@ -144,11 +139,7 @@ class RecordedWalk:
         )
 
     def refuse_uneven(self) -> None:
-        """Raise where feet stand at different heights: stairs, a slope, uneven ground.
-
-        Raises:
-            ReproduceError: With the difference of the heights.
-        """
+        """Raise a ReproduceError where feet stand at different heights: stairs, a slope."""
         motion = self.motion
         soles = sole_paths(self.human, motion.qpos)
         heights = []
