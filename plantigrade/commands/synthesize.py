@@ -1,21 +1,26 @@
 """Make a motion from a task alone, or a recorded one physical: one subcommand for each task."""
 
 import signal
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import RunOptions, command_line
+from plantigrade.commands.options import RunOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings
-from plantigrade.workflows.synthesize_settings import PaperSettings, SolveSettings, TrackSettings
+from plantigrade.workflows.synthesize_settings import (
+    PaperSettings,
+    SolveSettings,
+    TrackSettings,
+)
 
 SAID = 8  # findings that are printed
 EVERY = 0.5  # between two lines of progress [s]
@@ -83,28 +88,27 @@ class _Solving(RunOptions):
         """Return where the run comes from."""
         from plantigrade.workflows.synthesize import Origin
 
-        return Origin(title, command_line(), files, self.seed)
+        return Origin(title, " ".join(["plantigrade", *sys.argv[1:]]), files, self.seed)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Task(SolveSettings, _Solving):
     """A task of the registry, or of a file."""
 
-    task_name: ClassVar[str]
-    settings: ClassVar[type[TaskSettings]]
     file: tyro.conf.Suppress[Path | None] = None
 
     @property
     def name(self) -> str:
         """The task, or the file."""
-        return self.task_name if self.file is None else self.file.stem
+        own = next(n for n, kind in TASKS.items() if isinstance(self, SUBCOMMANDS[n]))
+        return own if self.file is None else self.file.stem
 
     def make(self, watch: "Watch") -> Any:
         """Solve the task."""
         from plantigrade.synthesize.tasks.task_file import read_task_file
         from plantigrade.workflows.synthesize import synthesize_task
 
-        kind = self.settings
+        kind = next(k for n, k in TASKS.items() if isinstance(self, SUBCOMMANDS[n]))
         told = kind(**{f.name: getattr(self, f.name) for f in fields(kind)})
         return synthesize_task(
             told,
@@ -157,7 +161,7 @@ class Track(TrackSettings, _Solving):
         return track(self.recording, how, progress=watch, origin=self.origin(title))
 
 
-def _subcommand(name: str, kind: type[TaskSettings]) -> type:
+def _subcommand(kind: type[TaskSettings]) -> type:
     """Return the command of a task: its own options, then those of all tasks."""
 
     def check(self: Any) -> None:
@@ -165,12 +169,11 @@ def _subcommand(name: str, kind: type[TaskSettings]) -> type:
         SolveSettings.__post_init__(self)
 
     own = {"__doc__": kind.__doc__, "__module__": __name__, "__post_init__": check}
-    own |= {"task_name": name, "settings": kind}
     return dataclass(frozen=True, kw_only=True)(type(kind.__name__, (_Task, kind), own))
 
 
 SUBCOMMANDS: dict[str, type] = {
-    **{name: _subcommand(name, kind) for name, kind in TASKS.items()},
+    **{name: _subcommand(kind) for name, kind in TASKS.items()},
     TRACK: Track,
     PAPER: Paper,
 }
@@ -201,8 +204,9 @@ def parse(words: Sequence[str], config: Any) -> Any:
     if kind is None:
         raise ParameterError(f"no task {first!r}; there are {', '.join(SUBCOMMANDS)}")
     prog, args = f"plantigrade synthesize {first}", list(words[1:])
-    given = {} if default is None else {"default": default}
-    return tyro.cli(kind, prog=prog, args=args, config=config, **given)
+    if default is not None:
+        return tyro.cli(kind, prog=prog, args=args, config=config, default=default)
+    return tyro.cli(kind, prog=prog, args=args, config=config)
 
 
 def usage() -> str:
@@ -225,6 +229,11 @@ class Watch:
     """Says what the solver does, and stops it when asked from the keyboard."""
 
     def __init__(self, progress: Progress):
+        """Open.
+
+        Args:
+            progress: Where to say it.
+        """
         self.progress = progress
         self.asked = False
         self._stage, self._said = "", -EVERY

@@ -50,12 +50,19 @@ ANGLES = ("turn", "slope")
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a run comes from, for its provenance."""
+    """Where a run comes from, for its provenance.
 
-    title: str = ""  #: Heading of the pages
-    command: str = ""  #: The command line
-    files: tuple[Path, ...] = ()  #: Files that were read
-    seed: int = 0  #: Of random numbers
+    Attributes:
+        title: Heading of the pages.
+        command: The command line.
+        files: Files that were read.
+        seed: Of random numbers.
+    """
+
+    title: str = ""
+    command: str = ""
+    files: tuple[Path, ...] = ()
+    seed: int = 0
 
 
 def synthesize_task(
@@ -134,9 +141,11 @@ def the_task(
 
 
 def _refined(task: MotionTask, how: SolveSettings) -> MotionTask:
-    nodes = None if how.nodes_per_second is None else float(how.nodes_per_second)
-    asked = {"basis": how.basis, "nodes_per_second": nodes}
-    return replace(task, **{k: v for k, v in asked.items() if v is not None})
+    if how.basis is not None:
+        task = replace(task, basis=how.basis)
+    if how.nodes_per_second is not None:
+        task = replace(task, nodes_per_second=float(how.nodes_per_second))
+    return task
 
 
 def _best(
@@ -272,8 +281,15 @@ def checked(
 ) -> Run:
     """Return a record as a run, with the verdict of the checker.
 
-    ``what`` and ``made`` say in words what was done and how; ``violations`` are the constraints
-    that are not kept at nodes.
+    Args:
+        record: What happened.
+        what: What was done, in words.
+        made: How, in words.
+        settings: Everything that decided it.
+        origin: For the provenance.
+        figures: Of the solver.
+        violations: Constraints that are not kept at nodes.
+        kind: Of the run.
     """
     verdict, human = check(record), record.human
     record = replace(record, signals={**record.signals, **verdict.signals()})
@@ -291,9 +307,20 @@ def checked(
         **verdict.figures(),
         **movement_figures(record),
     }
-    decided = {**settings, "friction": record.ground.friction}
-    source = Provenance(origin.command, decided, source_files(origin.files), origin.seed)
-    return Run(record, kind, origin.title or what, sentence, state, every, source)
+    return Run(
+        record,
+        kind,
+        title=origin.title or what,
+        sentence=sentence,
+        status=state,
+        figures=every,
+        provenance=Provenance(
+            origin.command,
+            {**settings, "friction": record.ground.friction},
+            source_files(origin.files),
+            origin.seed,
+        ),
+    )
 
 
 def status(verdict: Verdict, violations: Sequence[Violation]) -> str:

@@ -4,7 +4,9 @@ Measured forces of the ground are withheld: of the plates, at most the body mass
 file gives it (see :mod:`plantigrade.analyze.trial`).
 """
 
+import contextlib
 import time as clock
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -26,7 +28,7 @@ from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.tracking import Tracking, grounded
 from plantigrade.synthesize.tasks.tracking import track as track_task
-from plantigrade.workflows.fit import Step, fit_trial, silent
+from plantigrade.workflows.fit import fit_trial, silent
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
 from plantigrade.workflows.synthesize_settings import TrackSettings, plain
 from plantigrade.workflows.walks import RecordedWalk
@@ -37,17 +39,29 @@ EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too li
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A recorded motion on forces of the ground."""
+    """A recorded motion on forces of the ground.
 
-    walk: RecordedWalk  #: The recorded motion, as it was fitted
-    human: Human  #: The person, on the soles the recorded feet stand on
-    motion: Motion  #: The recorded motion over level ground that rests, lifted onto its soles
-    lift: float  #: How far it was lifted [m]
-    solution: Solution  #: The motion that forces explain
-    begin: float  #: Time zero of the solution, on the clock of the recording [s]
-    start: float  #: From when it is compared: without what flows in [s]
-    stop: float  #: Until when [s]
-    seconds: float  #: How long it took, without the fit [s]
+    Attributes:
+        walk: The recorded motion, as it was fitted.
+        human: The person, on the soles the recorded feet stand on.
+        motion: The recorded motion over level ground that rests, lifted onto its soles.
+        lift: How far it was lifted [m].
+        solution: The motion that forces explain.
+        begin: Time zero of the solution, on the clock of the recording [s].
+        start: From when it is compared: without what flows in [s].
+        stop: Until when [s].
+        seconds: How long it took, without the fit [s].
+    """
+
+    walk: RecordedWalk
+    human: Human
+    motion: Motion
+    lift: float
+    solution: Solution
+    begin: float
+    start: float
+    stop: float
+    seconds: float
 
     @cached_property
     def _solved(self) -> Record:
@@ -134,7 +148,7 @@ def track(
     *,
     tracking: Tracking | None = None,
     progress: Progress | None = None,
-    step: Step = silent,
+    step: Callable[[str], contextlib.AbstractContextManager] = silent,
     origin: Origin | None = None,
 ) -> Run:
     """Fit a recording, move it by forces of the ground, and have it checked.
@@ -198,8 +212,12 @@ def track_trial(
     begin = max(start - MARGIN, min(first + EDGE, start))
     end = min(stop + MARGIN, max(last - EDGE, stop))
     task = track_task(human, motion, start=begin, stop=end, tracking=tracking)
-    body = ContactBody(human, foot_sites(human))
-    solution = synthesize(body, task, progress=progress, refinements=settings.refinements)
+    solution = synthesize(
+        ContactBody(human, foot_sites(human)),
+        task,
+        progress=progress,
+        refinements=settings.refinements,
+    )
     seconds = clock.perf_counter() - began
     stop = min(stop, begin + task.plan.duration)
     return Tracked(walk, human, motion, lift, solution, begin, start, stop, seconds)
