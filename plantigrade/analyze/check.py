@@ -28,6 +28,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.analyze.conditions import judge_conditions
+from plantigrade.analyze.curves import side_of
 from plantigrade.analyze.judge import Judge, Series, runs
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
@@ -180,7 +181,7 @@ def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     names = record.human.coordinates
     if not names:
         return
-    sides = tuple(_side(name) for name in names)
+    sides = tuple(side_of(name) or "" for name in names)
     q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], s.tau[:, 6:]
     low, high = _given(limits.coordinate, model.jnt_range[1:], model.jnt_limited[1:])
     beyond = np.rad2deg(np.maximum(q - high, low - q))
@@ -214,7 +215,7 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     for f in range(n - 1):
         mujoco.mj_differentiatePos(model, rate[f], h[f, 0], motion.qpos[f], motion.qpos[f + 1])
     names = (*_ROOT, *record.human.coordinates)
-    sides = tuple(_side(name) for name in names)
+    sides = tuple(side_of(name) or "" for name in names)
     scale = np.maximum(np.abs(v).max(axis=0), np.r_[np.full(3, 0.5), np.ones(nv - 3)])
     off = np.abs(rate - 0.5 * (v[1:] + v[:-1]) + h / 12.0 * (a[1:] - a[:-1]))
     use, most = 100.0 * off / scale, tol.velocity_mismatch
@@ -248,11 +249,6 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
 def _places(record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return names and sides of the sites."""
     return tuple(site.name for site in record.sites), tuple(site.side for site in record.sites)
-
-
-def _side(name: str) -> str:
-    """Return ``"r"`` or ``"l"`` from the end of a name; empty where it says neither."""
-    return name[-1] if name.endswith(("_r", "_l")) else ""
 
 
 def _given(

@@ -1,7 +1,6 @@
 """Whether a motion meets the conditions of its task: at every frame, not only at the nodes."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -46,44 +45,24 @@ def _judge(
     label = condition.name
     if not len(time) or not np.isfinite(value).all():
         instant = float(condition.time[0])
-        bad = Finding("condition", label, "", instant, instant, instant, np.nan, np.nan, unit)
-        bad = replace(bad, excess=np.inf)
-        return np.inf, Measure("condition", np.nan, np.nan, unit, instant, label, bad=True), [bad]
+        bad = Measure("condition", np.nan, np.nan, unit, instant, label, bad=True)
+        finding = Finding(**vars(bad), start=instant, end=instant, excess=np.inf)
+        return np.inf, bad, [finding]
     excess = np.maximum(low - value, value - high) * factor / allowed
     below = low - value > value - high
     bound = np.where(below, low, high)
 
     def measure(i: int) -> Measure:
-        return Measure(
-            "condition",
-            float(factor * value[i]),
-            float(factor * bound[i]),
-            unit,
-            float(time[i]),
-            label,
-            bad=bool(excess[i] > 1.0),
-            below=bool(below[i]),
-        )
+        actual, limit = float(factor * value[i]), float(factor * bound[i])
+        bad, lower = bool(excess[i] > 1.0), bool(below[i])
+        at = float(time[i])
+        return Measure("condition", actual, limit, unit, at, label, bad=bad, below=lower)
 
     findings = []
     for start, stop in runs(excess > 1.0, time):
         i = start + int(np.argmax(excess[start:stop]))
-        m = measure(i)
-        findings.append(
-            Finding(
-                "condition",
-                label,
-                "",
-                m.time,
-                float(time[start]),
-                float(time[stop - 1]),
-                m.value,
-                m.limit,
-                unit,
-                excess=float(excess[i]),
-                below=m.below,
-            )
-        )
+        span = {"start": float(time[start]), "end": float(time[stop - 1])}
+        findings.append(Finding(**vars(measure(i)), **span, excess=float(excess[i])))
     i = int(np.argmax(excess))
     return float(excess[i]), measure(i), findings
 

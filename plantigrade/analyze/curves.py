@@ -16,22 +16,15 @@ AXES = ("forward", "left", "up")
 
 @dataclass(frozen=True)
 class GaitCurves:
-    """Curves by name, one row per cycle of the curve's own side (the right side's for the midline).
+    """Curves by name, one row per cycle of the curve's side (the right side's for the midline)."""
 
-    Attributes:
-        percent: Percent of the gait cycle.
-        cycles: The cycles of both feet, by start.
-        angles: Coordinate → angle [degrees].
-        moments: Coordinate → internal moment [N m/kg]; NaN where the force is not known.
-        powers: Coordinate → power [W/kg].
-        forces: ``forward_r``, ``left_r``, ``up_r``, … → ground reaction [body weights].
-    """
-
-    percent: Float[Array, " n_percent"]
-    cycles: tuple[Cycle, ...]
-    angles: dict[str, np.ndarray]
+    percent: Float[Array, " n_percent"]  #: Percent of the gait cycle
+    cycles: tuple[Cycle, ...]  #: The cycles of both feet, by start
+    angles: dict[str, np.ndarray]  #: Coordinate → angle [degrees]
+    #: Coordinate → internal moment [N m/kg]; NaN where the force is not known
     moments: dict[str, np.ndarray]
-    powers: dict[str, np.ndarray]
+    powers: dict[str, np.ndarray]  #: Coordinate → power [W/kg]
+    #: ``forward_r``, ``left_r``, ``up_r``, … → ground reaction [body weights]
     forces: dict[str, np.ndarray]
 
 

@@ -24,6 +24,7 @@ Oxford Foot Model has no such pose and takes its axes from markers, so a constan
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
@@ -37,6 +38,12 @@ FOOT_ANGLES: dict[str, tuple[str, ...]] = {
     "forefoot": ("dorsiflexion", "adduction", "supination"),
     "forefoot_to_tibia": ("dorsiflexion", "adduction", "supination"),
     "hallux": ("dorsiflexion",),
+}
+_SEGMENTS = {
+    "hindfoot": ("tibia", "hindfoot"),
+    "forefoot": ("hindfoot", "forefoot"),
+    "forefoot_to_tibia": ("tibia", "forefoot"),
+    "hallux": ("forefoot", "hallux"),
 }
 _METATARSALS = tuple(f"{end}_{k}" for k in range(1, 6) for end in ("base", "metatarsal"))
 _LATERAL = {"base_4", "metatarsal_4", "base_5", "metatarsal_5"}
@@ -63,15 +70,10 @@ def foot_angles(
     """
     names, columns = [], []
     for side, rotations in segment_rotations(human, qpos).items():
-        pairs = {
-            "hindfoot": ("tibia", "hindfoot"),
-            "forefoot": ("hindfoot", "forefoot"),
-            "forefoot_to_tibia": ("tibia", "forefoot"),
-            "hallux": ("forefoot", "hallux"),
-        }
-        for pair, (above, below) in pairs.items():
+        for pair, kinds in FOOT_ANGLES.items():
+            above, below = _SEGMENTS[pair]
             angles = joint_angles(rotations[above], rotations[below], side)
-            for k, what in enumerate(FOOT_ANGLES[pair]):
+            for k, what in enumerate(kinds):
                 names.append(f"{pair}_{what}_{side}")
                 columns.append(angles[:, k])
     return Table(tuple(names), np.asarray(time), np.stack(columns, axis=1))
@@ -82,10 +84,7 @@ def joint_angles(
 ) -> Float[Array, "n 3"]:
     """Return dorsiflexion, adduction and supination of one segment against the one above [rad].
 
-    Args:
-        above: Rotation of the proximal segment (its axes forward, left and up to the world's).
-        below: Rotation of the distal segment.
-        side: ``"l"`` or ``"r"``.
+    Rotations are from the segments' axes (forward, left, up) to the world's.
     """
     from scipy.spatial.transform import Rotation
 
@@ -106,13 +105,8 @@ def segment_rotations(
             f"a person with {human.feet} feet has no foot segments; make one with multi-segment "
             "feet (--feet multi-segment)"
         )
-    bodies, local, rest = [], [], []
-    for side in ("r", "l"):
-        for name in _METATARSALS:
-            body, place, start = _metatarsal_end(human, name, side)
-            bodies.append(body)
-            local.append(place)
-            rest.append(start)
+    ends = [_metatarsal_end(human, name, side) for side in SIDES for name in _METATARSALS]
+    bodies, local, rest = zip(*ends, strict=True)
     points = PointSet(human, bodies, np.array(local))
     x = np.empty((len(qpos), len(bodies), 3))
     turned = np.empty((len(qpos), human.model.nbody, 3, 3))
@@ -120,7 +114,7 @@ def segment_rotations(
         x[k], turned[k] = state.position(points), state.rotations
     n = len(_METATARSALS)
     result = {}
-    for i, side in enumerate(("r", "l")):
+    for i, side in enumerate(SIDES):
         mine = slice(i * n, (i + 1) * n)
         result[side] = {
             "tibia": turned[:, human.body(f"tibia_{side}")],
@@ -149,12 +143,3 @@ def _metatarsal_end(human: Human, name: str, side: str) -> tuple[str, np.ndarray
     body, offset = human.skeleton.parts[part]
     shift = human.skeleton.origins[f"foot_{side}"] - human.skeleton.origins[part]
     return body, place + shift + offset, place
-
-
-__all__ = [
-    "FOOT_ANGLES",
-    "closest_rotation",
-    "foot_angles",
-    "joint_angles",
-    "segment_rotations",
-]

@@ -7,12 +7,12 @@ feet, a few of its gait cycles are fitted once more.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
 from plantigrade.analyze.foot_angles import foot_angles
-from plantigrade.analyze.trial import Trial
+from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
@@ -31,61 +31,44 @@ MARGIN = 0.1  # of recording around those cycles, so that the filter's ends lie 
 JOINTS, FEET = "66", "multi-segment"
 
 
-@runtime_checkable
-class Settings(Protocol):
-    """What is needed of the settings of a fit."""
-
-    @property
-    def known(self) -> dict[str, Any]:
-        """What is known of the person."""
-        ...
-
-    @property
-    def marker_set(self) -> Path | None:
-        """The user's own marker set."""
-        ...
-
-    @property
-    def cutoff(self) -> float:
-        """Low-pass [Hz]."""
-        ...
-
-
 @dataclass(frozen=True)
 class FootSegments:
-    """Angles between foot segments over the gait cycle; empty where nothing shows them.
+    """Angles between foot segments over the gait cycle; empty where nothing shows them."""
 
-    Attributes:
-        signals: ``foot.percent``, ``foot.names`` and for each name ``foot.NAME``, one row per
-            cycle [°].
-        figures: Ranges of motion (mean over cycles) and the marker error of the feet.
-    """
-
+    #: ``foot.percent``, ``foot.names`` and for each name ``foot.NAME``, one row per cycle [°]
     signals: dict[str, Array] = field(default_factory=dict, repr=False)
+    #: Ranges of motion (mean over cycles) and the marker error of the feet
     figures: dict[str, float] = field(default_factory=dict)
 
 
-def foot_segment_signals(recording: Recording, trial: Trial, settings: Settings) -> FootSegments:
+def foot_segment_signals(
+    recording: Recording,
+    trial: Trial,
+    known: dict[str, Any],
+    marker_set: Path | None = None,
+    cutoff: float = CUTOFF,
+) -> FootSegments:
     """Return the foot segments of a walk; nothing where markers do not show them or nobody walks.
 
     Args:
         recording: The recording as it was read.
         trial: The same, fitted with any feet and analysed: its gait cycles are used.
-        settings: Those of the fit; joints and feet are replaced by multi-segment ones.
+        known: What is known of the person; joints and feet are replaced by multi-segment ones.
+        marker_set: The user's own marker set.
+        cutoff: Low-pass of the angles [Hz].
     """
     fitted, cycles = trial.fit, trial.cycles
-    chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
+    chosen = read_marker_set(marker_set) if marker_set else None
     if fitted.source_kind != "markers" or not cycles or not shows_segments(fitted, chosen):
         return FootSegments()
     if fitted.human.feet != FEET:
         short, cycles = _cut(recording, cycles)
-        known: dict[str, Any] = settings.known | {"joints": JOINTS, "feet": FEET}
-        person = Person(**known)
+        person = Person(**known | {"joints": JOINTS, "feet": FEET})
         try:
             fitted = fit_markers(short, person, static=recording.static, marker_set=chosen)
         except FitError:  # the markers of these few cycles alone are too few
             return FootSegments()
-    curves = _curves(fitted, cycles, settings.cutoff)
+    curves = _curves(fitted, cycles, cutoff)
     if not curves:
         return FootSegments()
     figures = {"foot_segments_marker_rms_mm": 1e3 * foot_marker_rms(fitted)}

@@ -25,6 +25,11 @@ from plantigrade.motion.filters import derivative, fill_gaps
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import GaitEvent
 
+_UNITS = {
+    "cadence": "steps_min", "step_width": "m", "double_support": "pct", "stride_length": "m",
+    "stride_time": "s", "step_length": "m", "step_time": "s", "stance": "pct", "swing": "pct",
+}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Statistic:
@@ -45,36 +50,27 @@ class Statistic:
 
 @dataclass(frozen=True)
 class GaitMeasures:
-    """Spatio-temporal measures; those by side are dictionaries with keys ``"l"`` and ``"r"``.
+    """Spatio-temporal measures; those by side are dictionaries with keys ``"l"`` and ``"r"``."""
 
-    Attributes:
-        speed: Walking speed over the ground [m/s]: stride length over stride time, all strides.
-        cadence: Steps per minute [1/min]: two in each stride time, so that a step which was missed
-            or imagined cannot double it.
-        stride_length: Heel strike to next heel strike of the same foot, over the ground [m].
-        stride_time: The same in time [s].
-        step_length: Other foot to this foot at its heel strike, along the line of walking [m].
-        step_time: Other foot's heel strike to this foot's [s].
-        step_width: Distance of the landing heel from the line of the other foot's stride [m].
-        stance: Heel strike to toe off [% of stride].
-        swing: Toe off to heel strike [% of stride].
-        double_support: Both feet on the ground, both parts together [% of stride].
-        treadmill: Whether the ground moved.
-        belt_speed: Mean speed of the ground [m/s]; 0 overground. It is estimated from the feet in
-            stance, not read from the treadmill.
-    """
-
+    #: Walking speed over the ground [m/s]: stride length over stride time, all strides
     speed: Statistic
+    #: Steps per minute [1/min]: two in each stride time, so that a step which was missed or
+    #: imagined cannot double it
     cadence: Statistic
+    #: Heel strike to next heel strike of the same foot, over the ground [m]
     stride_length: dict[str, Statistic]
-    stride_time: dict[str, Statistic]
+    stride_time: dict[str, Statistic]  #: The same in time [s]
+    #: Other foot to this foot at its heel strike, along the line of walking [m]
     step_length: dict[str, Statistic]
-    step_time: dict[str, Statistic]
+    step_time: dict[str, Statistic]  #: Other foot's heel strike to this foot's [s]
+    #: Distance of the landing heel from the line of the other foot's stride [m]
     step_width: Statistic
-    stance: dict[str, Statistic]
-    swing: dict[str, Statistic]
-    double_support: Statistic
-    treadmill: bool
+    stance: dict[str, Statistic]  #: Heel strike to toe off [% of stride]
+    swing: dict[str, Statistic]  #: Toe off to heel strike [% of stride]
+    double_support: Statistic  #: Both feet on the ground, both parts together [% of stride]
+    treadmill: bool  #: Whether the ground moved
+    #: Mean speed of the ground [m/s]; 0 overground. It is estimated from the feet in stance,
+    #: not read from the treadmill.
     belt_speed: float
 
     def metrics(self) -> dict[str, float | int | bool]:
@@ -88,19 +84,13 @@ class GaitMeasures:
                 flat[f"{name}_sd_{unit}"] = measure.sd
 
         put("walking_speed", "m_s", self.speed)
-        put("cadence", "steps_min", self.cadence)
-        put("step_width", "m", self.step_width)
-        put("double_support", "pct", self.double_support)
-        for name, unit, by_side in (
-            ("stride_length", "m", self.stride_length),
-            ("stride_time", "s", self.stride_time),
-            ("step_length", "m", self.step_length),
-            ("step_time", "s", self.step_time),
-            ("stance", "pct", self.stance),
-            ("swing", "pct", self.swing),
-        ):
-            for side in SIDES:
-                put(f"{name}_{side}", unit, by_side[side])
+        for name, unit in _UNITS.items():
+            measure = getattr(self, name)
+            if isinstance(measure, dict):
+                for side in SIDES:
+                    put(f"{name}_{side}", unit, measure[side])
+            else:
+                put(name, unit, measure)
         for side in SIDES:
             flat[f"strides_{side}_count"] = self.stride_time[side].count
         flat["treadmill"] = self.treadmill

@@ -13,6 +13,7 @@ from plantigrade.analyze.statistics import correlation
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion.recording import even_clock
+from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
 LOADED = 0.2  # centres of pressure are compared where both loads exceed this [body weights]
@@ -22,37 +23,24 @@ SHOWN = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 @dataclass(frozen=True)
 class ForceComparison:
-    """Forces of a rebuilt gait against the measured ones.
+    """Forces of a rebuilt gait against the measured ones."""
 
-    Attributes:
-        time: Recorded frames of the rebuilt gait [s].
-        sides: Feet that were loaded on a plate.
-        known: Where the force of each foot is known, by side.
-        simulated: Ground reaction on each foot, by side [body weights].
-        measured: The same, measured.
-        vertical_rmse: Root mean square difference of vertical forces, all feet [body weights].
-        vertical_r: Their correlation.
-        forward_rmse: The same of the forces forward.
-        sideways_rmse: The same of the forces sideways.
-        pressure_rmse_m: Root mean square distance of the centres of pressure along x and y [m].
-        moment_rmse: Of the moments of each joint [N m/kg]; empty without inverse dynamics.
-        moment_r: Their correlation.
-        residual: Greatest unexplained force at the root [body weights].
-    """
-
-    time: Float[Array, " n"]
-    sides: tuple[str, ...]
-    known: dict[str, Bool[Array, " n"]]
+    time: Float[Array, " n"]  #: Recorded frames of the rebuilt gait [s]
+    sides: tuple[str, ...]  #: Feet that were loaded on a plate
+    known: dict[str, Bool[Array, " n"]]  #: Where the force of each foot is known, by side
+    #: Ground reaction on each foot, by side [body weights]
     simulated: dict[str, Float[Array, "n 3"]]
-    measured: dict[str, Float[Array, "n 3"]]
-    vertical_rmse: float
-    vertical_r: float
-    forward_rmse: float
-    sideways_rmse: float
+    measured: dict[str, Float[Array, "n 3"]]  #: The same, measured
+    vertical_rmse: float  #: Root mean square difference of vertical forces, all feet [body weights]
+    vertical_r: float  #: Their correlation
+    forward_rmse: float  #: The same of the forces forward
+    sideways_rmse: float  #: The same of the forces sideways
+    #: Root mean square distance of the centres of pressure along x and y [m]
     pressure_rmse_m: tuple[float, float]
+    #: Of the moments of each joint [N m/kg]; empty without inverse dynamics
     moment_rmse: dict[str, float]
-    moment_r: dict[str, float]
-    residual: float
+    moment_r: dict[str, float]  #: Their correlation
+    residual: float  #: Greatest unexplained force at the root [body weights]
 
     def metrics(self) -> dict[str, float]:
         """Return all figures, flat."""
@@ -84,6 +72,7 @@ def compare_forces(
         measured: The fitted recording with its measured forces and joint moments.
         ground: Path of the ground itself, a treadmill's belt [m]; at rest if absent.
     """
+    assert forced.qfrc_actuator is not None
     clock, weight = forced.motion.time, forced.weight
     frames = even_clock(measured.motion.time)
     inside = (frames >= clock[0]) & (frames <= clock[-1])
@@ -98,10 +87,10 @@ def compare_forces(
         if not (sure & (load[:, 2] > LOADED)).any():
             continue
         known[side], recorded[side] = sure, load
-        simulated[side] = _on(time, clock, ours.force / weight)
+        simulated[side] = interpolate(time, clock, ours.force / weight)
         both = sure & (load[:, 2] > LOADED) & (simulated[side][:, 2] > LOADED)
         centre = theirs.centre_of_pressure[inside] - way
-        difference = _on(time, clock, ours.centre_of_pressure) - centre
+        difference = interpolate(time, clock, ours.centre_of_pressure) - centre
         apart.append(difference[both])
         for joint, (computed, inverse) in pairs.items():
             name = f"{joint}_{side}"
@@ -129,7 +118,7 @@ def compare_forces(
             j: _rms((a - b)[:, None])[0] / forced.human.mass for j, (a, b) in pairs.items()
         },
         moment_r={j: correlation(a, b) for j, (a, b) in pairs.items()},
-        residual=residual_of(forced),
+        residual=float(np.abs(forced.qfrc_actuator[:, :6]).max() / forced.weight),
     )
 
 
@@ -138,10 +127,6 @@ def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
 
     ``measured.force`` (n, 2, 3) right and left [N], ``measured.moment`` (n, m) [N m/kg] with
     ``measured.moment_names``; NaN where not known. Empty where nothing is known.
-
-    Args:
-        forced: The gait rebuilt by forces.
-        measured: The fitted recording with its measured forces.
     """
     now, frames, human = forced.motion.time, measured.motion.time, forced.human
     names = [f"{n}_{s}" for n in SHOWN for s in SIDES if f"{n}_{s}" in human.coordinates]
@@ -149,7 +134,7 @@ def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
     for k, side in enumerate(SIDES):
         foot = measured.foot(side)
         known = np.interp(now, frames, foot.known.astype(float)) > 0.999
-        force[known, k] = _on(now, frames, foot.force)[known]
+        force[known, k] = interpolate(now, frames, foot.force)[known]
         for i, name in enumerate(names):
             if name.endswith(f"_{side}") and measured.qfrc_actuator is not None:
                 here = np.interp(now, frames, measured.torque(name) / human.mass)
@@ -161,16 +146,6 @@ def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
         "measured.moment": moment,
         "measured.moment_names": np.array(names, dtype=np.str_),
     }
-
-
-def residual_of(forced: Record) -> float:
-    """Return the greatest force that nothing explains at the root [body weights]."""
-    assert forced.qfrc_actuator is not None
-    return float(np.abs(forced.qfrc_actuator[:, :6]).max() / forced.weight)
-
-
-def _on(time, clock, values) -> np.ndarray:
-    return np.stack([np.interp(time, clock, column) for column in values.T], axis=1)
 
 
 def _rms(values: np.ndarray) -> list[float]:

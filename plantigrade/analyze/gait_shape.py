@@ -23,63 +23,39 @@ HUMP = 0.02  # a trough is one if the lower hump is this much higher [body weigh
 
 @dataclass(frozen=True)
 class Agreement:
-    """One curve over the gait cycle against a published mean.
+    """One curve over the gait cycle against a published mean."""
 
-    Attributes:
-        rmse: Root mean square difference, in the unit of the curve.
-        rmse_offset_removed: The same once the mean difference is taken off.
-        correlation: Pearson's r.
-    """
-
-    rmse: float
-    rmse_offset_removed: float
-    correlation: float
+    rmse: float  #: Root mean square difference, in the unit of the curve
+    rmse_offset_removed: float  #: The same once the mean difference is taken off
+    correlation: float  #: Pearson's r
 
 
 @dataclass(frozen=True)
 class Humps:
-    """The vertical ground reaction of one foot in stance [body weights].
+    """The vertical ground reaction of one foot in stance [body weights]."""
 
-    Attributes:
-        first: First hump; the largest value in the first half of stance where there is none.
-        trough: Smallest value between the humps.
-        second: Second hump, likewise.
-        two: Whether there are two humps, both higher than the trough by :data:`HUMP`.
-    """
-
-    first: float
-    trough: float
-    second: float
-    two: bool
+    first: float  #: First hump; the largest value in the first half of stance where there is none
+    trough: float  #: Smallest value between the humps
+    second: float  #: Second hump, likewise
+    two: bool  #: Whether there are two humps, both higher than the trough by :data:`HUMP`
 
 
 @dataclass(frozen=True)
 class GaitShape:
-    """What a gait looks like, of one foot; mean over its cycles.
+    """What a gait looks like, of one foot; mean over its cycles."""
 
-    Attributes:
-        agreement: Coordinate → against the norm of the speed class.
-        humps: Of the vertical ground reaction; None where forces are not known.
-        anterior: Smallest (braking) and largest (pushing) force forward [body weights].
-        stance: Heel strike to toe off [% of the cycle].
-        knee_loading: Largest knee flexion before mid-stance [deg].
-        knee_mid_stance: Knee flexion at the middle of stance [deg].
-        knee_swing: Largest knee flexion in swing [deg].
-        ankle_range: Range of the ankle over the cycle [deg].
-        ankle_toe_off: Ankle dorsiflexion at toe off [deg].
-        ankle_power: Largest power of the ankle in the second half of stance [W/kg]; NaN where
-            torques are not known.
-    """
-
-    agreement: dict[str, Agreement]
-    humps: Humps | None
+    agreement: dict[str, Agreement]  #: Coordinate → against the norm of the speed class
+    humps: Humps | None  #: Of the vertical ground reaction; None where forces are not known
+    #: Smallest (braking) and largest (pushing) force forward [body weights]
     anterior: tuple[float, float]
-    stance: float
-    knee_loading: float
-    knee_mid_stance: float
-    knee_swing: float
-    ankle_range: float
-    ankle_toe_off: float
+    stance: float  #: Heel strike to toe off [% of the cycle]
+    knee_loading: float  #: Largest knee flexion before mid-stance [deg]
+    knee_mid_stance: float  #: Knee flexion at the middle of stance [deg]
+    knee_swing: float  #: Largest knee flexion in swing [deg]
+    ankle_range: float  #: Range of the ankle over the cycle [deg]
+    ankle_toe_off: float  #: Ankle dorsiflexion at toe off [deg]
+    #: Largest power of the ankle in the second half of stance [W/kg]; NaN where torques are not
+    #: known
     ankle_power: float
 
     @property
@@ -146,15 +122,7 @@ def agreement_with_norm(
     *,
     side: str = "r",
 ) -> Agreement:
-    """Return how far a curve is from the published mean of its speed class.
-
-    Args:
-        percent: Percent of the gait cycle.
-        values: The curve, in the unit of the norm.
-        name: Of the norm (:func:`plantigrade.analyze.norms.norm`).
-        speed_class: Of the norm.
-        side: Foot whose heel strikes bound the cycle.
-    """
+    """Return how far a curve is from a published mean (:func:`plantigrade.analyze.norms.norm`)."""
     band = norms.norm(name, speed_class, side=side)
     theirs = np.interp(percent, band.percent, band.mean)
     return Agreement(

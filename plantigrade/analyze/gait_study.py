@@ -27,19 +27,12 @@ ALPHA = 0.05  # of both tests, as in the paper
 
 @dataclass(frozen=True)
 class PaperRow:
-    """One row of the paper's Table I, as printed [whole degrees].
+    """One row of the paper's Table I, as printed [whole degrees]."""
 
-    Attributes:
-        simulated: Mean ROM of its nine simulated gaits.
-        reference: Mean ROM of its nine recorded ones.
-        difference: Their difference, without sign.
-        identical: Whether it marks the two as significantly identical.
-    """
-
-    simulated: int
-    reference: int
-    difference: int
-    identical: bool = False
+    simulated: int  #: Mean ROM of its nine simulated gaits
+    reference: int  #: Mean ROM of its nine recorded ones
+    difference: int  #: Their difference, without sign
+    identical: bool = False  #: Whether it marks the two as significantly identical
 
 
 # The differences of Knee L (66 - 54) and Ankle L (35 - 21) are printed as 9 and 13.
@@ -70,43 +63,25 @@ FIGURES = {
 
 @dataclass(frozen=True)
 class StudyRow:
-    """One rotation over all gaits; angles in degrees.
+    """One rotation over all gaits; angles in degrees."""
 
-    Attributes:
-        label: As in the paper's Table I.
-        coordinate: Our name.
-        simulated: Mean reproduced ROM.
-        simulated_sd: Its standard deviation over the gaits; NaN for one.
-        reference: Mean recorded ROM.
-        reference_sd: Its standard deviation; NaN for one.
-        difference: Mean of reproduced minus recorded ROM, signed.
-        difference_abs: Mean of its absolute value.
-        interval: 95 % confidence interval of ``difference``; NaN for one gait.
-        shapiro_p: Shapiro and Wilk's p of the differences; None for fewer than three.
-        test: ``"t"`` (paired Student), ``"wilcoxon"`` (where normality is rejected), or empty.
-        p: Its p; None where there is no test.
-        identical: Whether no significant difference was found; None where there is no test.
-        rmse: Mean root mean square difference of the curves.
-        correlation: Mean Pearson's r of the curves.
-        paper: The paper's row.
-    """
-
-    label: str
-    coordinate: str
-    simulated: float
-    simulated_sd: float
-    reference: float
-    reference_sd: float
-    difference: float
-    difference_abs: float
-    interval: tuple[float, float]
-    shapiro_p: float | None
-    test: str
-    p: float | None
+    label: str  #: As in the paper's Table I
+    coordinate: str  #: Our name
+    simulated: float  #: Mean reproduced ROM
+    simulated_sd: float  #: Its standard deviation over the gaits; NaN for one
+    reference: float  #: Mean recorded ROM
+    reference_sd: float  #: Its standard deviation; NaN for one
+    difference: float  #: Mean of reproduced minus recorded ROM, signed
+    difference_abs: float  #: Mean of its absolute value
+    interval: tuple[float, float]  #: 95 % confidence interval of ``difference``; NaN for one gait
+    shapiro_p: float | None  #: Shapiro and Wilk's p of the differences; None for fewer than three
+    test: str  #: ``"t"`` (paired Student), ``"wilcoxon"`` (where normality is rejected), or empty
+    p: float | None  #: Its p; None where there is no test
+    #: Whether no significant difference was found; None where there is no test
     identical: bool | None
-    rmse: float
-    correlation: float
-    paper: PaperRow
+    rmse: float  #: Mean root mean square difference of the curves
+    correlation: float  #: Mean Pearson's r of the curves
+    paper: PaperRow  #: The paper's row
 
 
 @dataclass(frozen=True)
@@ -114,37 +89,24 @@ class Band:
     """A coordinate over the gait cycle, mean and standard deviation over the gaits [deg].
 
     Every gait counts once, with the mean of its cycles. One gait alone has no deviation (NaN).
-
-    Attributes:
-        simulated_mean: Reproduced.
-        simulated_sd: Its deviation.
-        reference_mean: Recorded.
-        reference_sd: Its deviation.
     """
 
-    simulated_mean: Float[Array, " n_percent"]
-    simulated_sd: Float[Array, " n_percent"]
-    reference_mean: Float[Array, " n_percent"]
-    reference_sd: Float[Array, " n_percent"]
+    simulated_mean: Float[Array, " n_percent"]  #: Reproduced
+    simulated_sd: Float[Array, " n_percent"]  #: Its deviation
+    reference_mean: Float[Array, " n_percent"]  #: Recorded
+    reference_sd: Float[Array, " n_percent"]  #: Its deviation
 
 
 @dataclass(frozen=True)
 class Study:
-    """Several reproduced gaits against the recorded ones.
+    """Several reproduced gaits against the recorded ones."""
 
-    Attributes:
-        names: Of the gaits.
-        comparisons: One per gait.
-        rows: The twelve rotations of Table I, in its order.
-        percent: Percent of the gait cycle.
-        bands: Curves of the twelve rotations by coordinate; :data:`FIGURES` says which of them
-            the paper draws.
-    """
-
-    names: tuple[str, ...]
-    comparisons: tuple[Comparison, ...] = field(repr=False)
-    rows: tuple[StudyRow, ...]
-    percent: Float[Array, " n_percent"] = field(repr=False)
+    names: tuple[str, ...]  #: Of the gaits
+    comparisons: tuple[Comparison, ...] = field(repr=False)  #: One per gait
+    rows: tuple[StudyRow, ...]  #: The twelve rotations of Table I, in its order
+    percent: Float[Array, " n_percent"] = field(repr=False)  #: Percent of the gait cycle
+    #: Curves of the twelve rotations by coordinate; :data:`FIGURES` says which of them the
+    #: paper draws
     bands: dict[str, Band] = field(repr=False)
 
     @property
@@ -252,9 +214,6 @@ def paired_test(
     """Return Shapiro and Wilk's p, which paired test was made, and its p (two-sided).
 
     Differences that are all the same leave nothing to test; so do fewer than three.
-
-    Args:
-        difference: Of each pair.
     """
     if len(difference) < 3 or np.ptp(difference) <= 1e-9 * max(1.0, np.abs(difference).max()):
         return None, "", None

@@ -7,52 +7,37 @@ import numpy as np
 
 from plantigrade.analyze.quantities import OF_JOINTS, quantity
 from plantigrade.analyze.verdict import Finding, Measure, Slip
+from plantigrade.motion import filters
 
 _APART = 0.1  # excesses no further apart in time are one finding [s]
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One quantity over time and places.
+    """One quantity over time and places."""
 
-    Attributes:
-        quantity: Which.
-        values: Its values (n, m); -inf or NaN where there is none.
-        limit: What is allowed, tolerance included.
-        names: Names of the columns.
-        sides: Sides of the columns; none if empty.
-        times: Times of the rows [s]; those of the frames if None. NaN: a mean over the motion.
-        shown: The limit to show, without the tolerance; ``limit`` if None.
-        actual: Values, limits and unit that findings show instead of these.
-        worst_only: Whether findings name the worst column only.
-        unless: Add no finding if one of these quantities has one: it is the same fault.
-    """
-
-    quantity: str
-    values: np.ndarray
-    limit: float
-    names: Sequence[str] = ("",)
-    sides: Sequence[str] = ()
+    quantity: str  #: Which
+    values: np.ndarray  #: Its values (n, m); -inf or NaN where there is none
+    limit: float  #: What is allowed, tolerance included
+    names: Sequence[str] = ("",)  #: Names of the columns
+    sides: Sequence[str] = ()  #: Sides of the columns; none if empty
+    #: Times of the rows [s]; those of the frames if None. NaN: a mean over the motion.
     times: np.ndarray | None = None
-    shown: float | None = None
+    shown: float | None = None  #: The limit to show, without the tolerance; ``limit`` if None
+    #: Values, limits and unit that findings show instead of these
     actual: tuple[np.ndarray, np.ndarray, str] | None = None
-    worst_only: bool = False
+    worst_only: bool = False  #: Whether findings name the worst column only
+    #: Add no finding if one of these quantities has one: it is the same fault
     unless: tuple[str, ...] = ()
 
 
 @dataclass(eq=False)
 class Judge:
-    """Collects measures and findings.
+    """Collects measures and findings."""
 
-    Attributes:
-        time: Time of each frame [s].
-        measures: The worst of each quantity so far.
-        findings: What is wrong so far.
-    """
-
-    time: np.ndarray
-    measures: dict[str, Measure] = field(default_factory=dict)
-    findings: list[Finding] = field(default_factory=list)
+    time: np.ndarray  #: Time of each frame [s]
+    measures: dict[str, Measure] = field(default_factory=dict)  #: The worst of each quantity so far
+    findings: list[Finding] = field(default_factory=list)  #: What is wrong so far
 
     def add(self, series: Series) -> None:
         """Measure a quantity, and report every time and place where it is out of its limit."""
@@ -86,39 +71,19 @@ class Judge:
                     value, most = (float(x[row, column]) for x in series.actual[:2])
                     excess, of = value / max(most, 1e-9), series.actual[2]
                 mean = np.isnan(t[row])
-                self.findings.append(
-                    Finding(
-                        series.quantity,
-                        name,
-                        sides[column],
-                        float(t[row]),
-                        float(self.time[0] if mean else t[start]),
-                        float(self.time[-1] if mean else t[stop - 1]),
-                        value,
-                        most,
-                        of,
-                        tuple(each for each in bad if each != name),
-                        excess,
-                    )
-                )
+                since, until = (self.time[0], self.time[-1]) if mean else (t[start], t[stop - 1])
+                where = (float(t[row]), name, sides[column], True)
+                others = tuple(each for each in bad if each != name)
+                found = Measure(series.quantity, value, most, of, *where)
+                self._report(found, since, until, others, excess)
 
     def add_slips(self, slips: Sequence[Slip], limit: float) -> None:
         """Measure the slips, and report the stances of each foot once."""
-        unit = quantity("slip").unit
         if not slips:
-            self.measures["slip"] = Measure("slip", np.nan, limit, unit)
+            self.measures["slip"] = Measure("slip", np.nan, limit, quantity("slip").unit)
             return
         worst = max(slips, key=lambda s: s.distance)
-        self.measures["slip"] = Measure(
-            "slip",
-            worst.distance,
-            limit,
-            unit,
-            worst.time,
-            worst.site,
-            worst.side,
-            worst.distance > limit,
-        )
+        self.measures["slip"] = _slip(worst, limit)
         bad = sorted((s for s in slips if s.distance > limit), key=lambda s: s.start)
         while bad:
             first = bad[0]
@@ -130,21 +95,19 @@ class Judge:
             bad = [s for s in bad if not any(s is each for each in same)]
             w = max(same, key=lambda s: s.distance)
             others = tuple(dict.fromkeys(s.site for s in same if s.site != w.site))
-            self.findings.append(
-                Finding(
-                    "slip",
-                    w.site,
-                    w.side,
-                    w.time,
-                    w.since,
-                    w.until,
-                    w.distance,
-                    limit,
-                    unit,
-                    others,
-                    w.distance / limit,
-                )
-            )
+            self._report(_slip(w, limit), w.since, w.until, others, w.distance / limit)
+
+    def _report(
+        self, worst: Measure, start: float, end: float, others: tuple[str, ...], excess: float
+    ) -> None:
+        times = {"start": float(start), "end": float(end)}
+        self.findings.append(Finding(**vars(worst), **times, others=others, excess=excess))
+
+
+def _slip(slip: Slip, limit: float) -> Measure:
+    """Return the measure of one stance."""
+    where = (slip.time, slip.site, slip.side, slip.distance > limit)
+    return Measure("slip", slip.distance, limit, quantity("slip").unit, *where)
 
 
 def _key(name: str, side: str) -> str:
@@ -165,14 +128,10 @@ def _groups(series: Series, names: Sequence[str], sides: Sequence[str]) -> list[
 
 def runs(mask: np.ndarray, times: np.ndarray | None = None) -> list[tuple[int, int]]:
     """Return (start, stop) of every run of true; with ``times``, close ones are one."""
-    edges = np.flatnonzero(np.diff(np.r_[0, mask.astype(np.int8), 0]))
-    found = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-    if times is None:
-        return found
-    merged: list[tuple[int, int]] = []
-    for start, stop in found:
-        if merged and times[start] - times[merged[-1][1] - 1] <= _APART:
-            merged[-1] = (merged[-1][0], stop)
-        else:
-            merged.append((start, stop))
-    return merged
+    found: list[tuple[int, int]] = []
+    for run in filters.runs(mask):
+        start = run.start
+        if times is not None and found and times[start] - times[found[-1][1] - 1] <= _APART:
+            start = found.pop()[0]
+        found.append((start, run.stop))
+    return found

@@ -6,12 +6,15 @@ import numpy as np
 
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.gait import gait_measures
-from plantigrade.analyze.norms import norm, speed_class
-from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
+from plantigrade.analyze.gait_shape import agreement_with_norm
+from plantigrade.analyze.norms import speed_class
 from plantigrade.analyze.trial import foot_path
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
+from plantigrade.dynamics.passive import passive_moments, scale
+from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import cut_cycles
+from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
@@ -81,7 +84,7 @@ def walk_figures(record: Record) -> dict[str, Any]:
         motion.time[0], motion.time[-1], int(np.ceil(motion.duration * RATE - 1e-9)) + 1
     )
     feet = foot_path(human, motion.qpos)
-    heel, toe = (_resampled(motion.time, x, time) for x in (feet.heel, feet.toe))
+    heel, toe = (interpolate(time, motion.time, x) for x in (feet.heel, feet.toe))
     found: dict[str, Any] = gait_measures(time, heel, toe, motion.events).metrics()
     for key in ("treadmill", "belt_speed_m_s"):
         found.pop(key, None)
@@ -124,19 +127,35 @@ def norm_figures(record: Record, speed: float) -> dict[str, float]:
         rows = curves.angles.get(f"{name}_r", np.empty((0, 1)))
         if not len(rows):
             return {}
-        band = norm(name, group)
-        theirs = np.interp(curves.percent, band.percent, band.mean)
-        ours = np.nanmean(rows, axis=0)
-        raw.append(rmse(ours, theirs))
-        free.append(rmse_offset_removed(ours, theirs))
-        found[f"norm_rmse_{name}_deg"] = raw[-1]
-        found[f"norm_correlation_{name}"] = correlation(ours, theirs)
+        held = agreement_with_norm(curves.percent, np.nanmean(rows, axis=0), name, group)
+        raw.append(held.rmse)
+        free.append(held.rmse_offset_removed)
+        found[f"norm_rmse_{name}_deg"] = held.rmse
+        found[f"norm_correlation_{name}"] = held.correlation
     found["norm_rmse_mean_deg"] = float(np.mean(raw))
     found["norm_rmse_offset_removed_mean_deg"] = float(np.mean(free))
     return found
 
 
-def _resampled(time: np.ndarray, paths: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return paths (n, 2, 3) at other times."""
-    flat = paths.reshape(len(paths), -1).T
-    return np.stack([np.interp(at, time, x) for x in flat], axis=1).reshape(len(at), 2, 3)
+def muscle_work(record: Record) -> tuple[float, float]:
+    r"""Return the work [J] that the muscles do at the joints, and what they absorb (positive).
+
+    It is :math:`\int \max(\tau_m \dot q, 0)\, dt` over all joints, with :math:`\tau_m` the joint
+    torque less the passive moment of tissue (:mod:`plantigrade.dynamics.passive`). Muscles across
+    two joints and stretched tendons make the true work of muscle fibres smaller; heat is not
+    counted.
+
+    Raises:
+        ParameterError: If the record has no joint torques.
+    """
+    if record.qfrc_actuator is None:
+        raise ParameterError("this record has no joint torques, so the work of muscles is unknown")
+    motion, human = record.motion, record.human
+    q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], record.qfrc_actuator[:, 6:]
+    factor = scale(human.mass, human.height)
+    tissue = passive_moments(human.coordinates, list(q.T), list(v.T), factor)
+    power = (tau - np.stack([np.broadcast_to(m, len(q)) for m in tissue], axis=1)) * v
+    done, absorbed = (
+        float(np.trapezoid(np.maximum(p, 0.0).sum(axis=1), motion.time)) for p in (power, -power)
+    )
+    return done, absorbed

@@ -54,25 +54,15 @@ DOUBLE_SUPPORT: dict[str, tuple[float, float]] = dict(
 
 @dataclass(frozen=True)
 class NormCurve:
-    """A published mean curve and its standard deviation over the gait cycle.
+    """A published mean curve and its standard deviation over the gait cycle."""
 
-    Attributes:
-        name: Name of the curve.
-        speed_class: One of :data:`SPEED_CLASSES`.
-        percent: Percent of the cycle, 0 at heel strike.
-        mean: Mean over subjects, in ``unit``.
-        sd: Standard deviation between subjects, in ``unit``.
-        unit: ``"deg"``, ``"N m/kg"``, ``"W/kg"`` or ``"body weight"``.
-        citation: Where the numbers were published.
-    """
-
-    name: str
-    speed_class: str
-    percent: Float[Array, " n"]
-    mean: Float[Array, " n"]
-    sd: Float[Array, " n"]
-    unit: str
-    citation: str = CITATION
+    name: str  #: Name of the curve
+    speed_class: str  #: One of :data:`SPEED_CLASSES`
+    percent: Float[Array, " n"]  #: Percent of the cycle, 0 at heel strike
+    mean: Float[Array, " n"]  #: Mean over subjects, in ``unit``
+    sd: Float[Array, " n"]  #: Standard deviation between subjects, in ``unit``
+    unit: str  #: ``"deg"``, ``"N m/kg"``, ``"W/kg"`` or ``"body weight"``
+    citation: str = CITATION  #: Where the numbers were published
 
 
 def names() -> tuple[str, ...]:

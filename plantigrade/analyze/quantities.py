@@ -5,19 +5,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a quantity is reported.
+    """How a quantity is reported."""
 
-    Attributes:
-        key: Its key in ``metrics.json``.
-        unit: Unit of its value and limit.
-        words: What is wrong, with ``{where}``, ``{value}`` and ``{unit}``.
-        advice: What to do about it.
-    """
-
-    key: str
-    unit: str
-    words: str
-    advice: str
+    key: str  #: Its key in ``metrics.json``
+    unit: str  #: Unit of its value and limit
+    words: str  #: What is wrong, with ``{where}``, ``{value}`` and ``{unit}``
+    advice: str  #: What to do about it
 
 
 _REFINE = "refine the mesh there"

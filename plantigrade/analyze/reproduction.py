@@ -22,6 +22,7 @@ from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
+from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 from plantigrade.reproduce.phases import Phase
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
@@ -54,43 +55,36 @@ class Comparison:
     Curves are cut at the recorded heel strikes of the coordinate's own side (pelvis and trunk: the
     right's); of the other side where the own has no whole cycle. Without any whole cycle they
     are empty, and ranges, differences and correlations are over the whole motion.
-
-    Attributes:
-        percent: Percent of the gait cycle.
-        curves_simulated: Coordinate → reproduced angle of each cycle [deg] (n_cycles, n_percent).
-        curves_reference: Likewise as recorded.
-        rom: Coordinate → range of motion, reproduced and recorded [deg], mean over the cycles.
-        rmse: Coordinate → root mean square difference [deg].
-        correlation: Coordinate → Pearson's r; NaN where one of both does not move.
-        cycles: The whole cycles, both feet.
-        com_error: Distance of the centre of mass from its recorded path at each tick [m].
-        contact_drift_m: Largest horizontal way of any point of the soles from where it first
-            touched, during one unbroken contact [m].
-        lowest_m: Height of the lowest point of the soles [m]; negative below the ground.
-        contact_share: Share of each foot's planned stance in which it does stand on the ground:
-            feet that never come down would not drift either.
-        clearance: Side → least height of the forefoot and toes in mid swing (the middle third),
-            reproduced and recorded [m], mean over the swings; NaN where none was seen.
-        swing_knee: Side → greatest knee flexion in swing, reproduced and recorded [deg], mean over
-            the swings; NaN where none was seen.
-        soles: Height of the lowest point of each foot, right and left, at each tick [m].
-        soles_reference: Likewise, recorded.
     """
 
-    percent: Float[Array, " n_percent"]
+    percent: Float[Array, " n_percent"]  #: Percent of the gait cycle
+    #: Coordinate → reproduced angle of each cycle [deg] (n_cycles, n_percent)
     curves_simulated: dict[str, np.ndarray] = field(repr=False)
-    curves_reference: dict[str, np.ndarray] = field(repr=False)
+    curves_reference: dict[str, np.ndarray] = field(repr=False)  #: Likewise as recorded
+    #: Coordinate → range of motion, reproduced and recorded [deg], mean over the cycles
     rom: dict[str, tuple[float, float]] = field(repr=False)
-    rmse: dict[str, float] = field(repr=False)
+    rmse: dict[str, float] = field(repr=False)  #: Coordinate → root mean square difference [deg]
+    #: Coordinate → Pearson's r; NaN where one of both does not move
     correlation: dict[str, float] = field(repr=False)
-    cycles: tuple[Cycle, ...]
+    cycles: tuple[Cycle, ...]  #: The whole cycles, both feet
+    #: Distance of the centre of mass from its recorded path at each tick [m]
     com_error: Float[Array, " n"] = field(repr=False)
+    #: Largest horizontal way of any point of the soles from where it first touched, during one
+    #: unbroken contact [m]
     contact_drift_m: float
-    lowest_m: float
+    lowest_m: float  #: Height of the lowest point of the soles [m]; negative below the ground
+    #: Share of each foot's planned stance in which it does stand on the ground: feet that never
+    #: come down would not drift either
     contact_share: float
+    #: Side → least height of the forefoot and toes in mid swing (the middle third), reproduced
+    #: and recorded [m], mean over the swings; NaN where none was seen
     clearance: dict[str, tuple[float, float]]
+    #: Side → greatest knee flexion in swing, reproduced and recorded [deg], mean over the
+    #: swings; NaN where none was seen
     swing_knee: dict[str, tuple[float, float]]
+    #: Height of the lowest point of each foot, right and left, at each tick [m]
     soles: Float[Array, "n_ticks 2"] = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
+    #: Likewise, recorded
     soles_reference: Float[Array, "n_ticks 2"] = field(
         default_factory=lambda: np.zeros((0, 2)), repr=False
     )
@@ -181,6 +175,12 @@ def compare(record: Record) -> Comparison:
     path = Trajectory(recorded.time, com_recorded)
     wanted = np.array([path(float(time))[0] for time in motion.time])
     knees = {side: names.index(f"knee_angle_{side}") for side in SIDES}
+
+    def swings(side, mine, their, what, margin=0.0):
+        pairs = ((motion.time, mine), (recorded.time, their))
+        first, second = (over_swings(phases, side, t, x, what, margin) for t, x in pairs)
+        return first, second
+
     return Comparison(
         percent=PERCENT,
         curves_simulated=simulated,
@@ -192,26 +192,12 @@ def compare(record: Record) -> Comparison:
         com_error=np.linalg.norm(com - wanted, axis=1),
         **_contacts(record, soles),
         clearance={
-            side: (
-                over_swings(phases, side, motion.time, _forefoot(soles, side), np.min, 1 / 3),
-                over_swings(
-                    phases, side, recorded.time, _forefoot(soles_recorded, side), np.min, 1 / 3
-                ),
-            )
-            for side in SIDES
+            s: swings(s, _forefoot(soles, s), _forefoot(soles_recorded, s), np.min, 1 / 3)
+            for s in SIDES
         },
-        swing_knee={
-            side: (
-                over_swings(phases, side, motion.time, ours[:, knee], np.max),
-                over_swings(phases, side, recorded.time, theirs[:, knee], np.max),
-            )
-            for side, knee in knees.items()
-        },
+        swing_knee={s: swings(s, ours[:, i], theirs[:, i], np.max) for s, i in knees.items()},
         soles=_lowest(soles),
-        soles_reference=np.stack(
-            [np.interp(motion.time, recorded.time, low) for low in _lowest(soles_recorded).T],
-            axis=1,
-        ),
+        soles_reference=interpolate(motion.time, recorded.time, _lowest(soles_recorded)),
     )
 
 

@@ -24,12 +24,7 @@ KEPT = (
 
 
 def gait_status(record: Record, held: Comparison) -> str:
-    """Return ``"ok"``, or what went wrong with a reproduced gait, where and when.
-
-    Args:
-        record: The reproduced gait.
-        held: The same against the recorded one.
-    """
+    """Return ``"ok"``, or what went wrong with a reproduced gait, where and when."""
     time = record.motion.time
     stopped = str(record.signals.get("stopped", ""))
     if stopped:
@@ -53,12 +48,7 @@ def gait_status(record: Record, held: Comparison) -> str:
 
 
 def forces_status(forced: Record, held: Comparison) -> str:
-    """Return ``"ok"``, or when and how a gait moved by forces was lost.
-
-    Args:
-        forced: The gait moved by forces.
-        held: The same against the recorded one.
-    """
+    """Return ``"ok"``, or when and how a gait moved by forces was lost."""
     time = forced.motion.time
     stopped = str(forced.signals.get("stopped", ""))
     if stopped:
@@ -84,13 +74,7 @@ def when(record: Record, time: float) -> str:
 
 
 def gait_figures(record: Record, held: Comparison, seconds: float) -> dict[str, Any]:
-    """Return the figures of a reproduced gait: against the recorded one, and how long it took.
-
-    Args:
-        record: The reproduced gait.
-        held: The same against the recorded one.
-        seconds: Time it took to make the motion [s].
-    """
+    """Return the figures of a reproduced gait that was made in so many seconds."""
     time, signals = record.motion.time, record.signals
     found: dict[str, Any] = {
         "task_order": [str(name) for name in signals["tasks.names"]],

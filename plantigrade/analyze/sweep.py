@@ -1,6 +1,5 @@
 """Everything MuJoCo says about a Record, frame by frame: one pass, then arrays."""
 
-import copy
 from dataclasses import dataclass
 
 import mujoco
@@ -8,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import contact_sites
+from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 
@@ -17,61 +17,36 @@ CARRIES = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """A motion and its forces in world axes.
+    """A motion and its forces in world axes."""
 
-    Attributes:
-        weight: Body weight [N].
-        qacc: Accelerations, as recorded.
-        force: Contact forces, zero where none is known [N].
-        torque: Free moments with them [N m].
-        standing: Which site was planned to stand; without a plan, which one carries.
-        known: Frames in which all contact forces are known.
-        spread: Sites with a place of their own on the body; not measured forces.
-        root: What the motion demands at the root: force [N] and moment about the centre of mass
-            [N m].
-        tau: Generalised forces that the contacts leave to the joints [N m]; the first six entries
-            are the unexplained root (world force [N], moment about the pelvis in body axes [N m]).
-        root_force: Unexplained force [N].
-        root_moment: Unexplained moment about the centre of mass [N m].
-        com: Centre of mass [m].
-        point: Lowest point of each site, or where a measured force acts [m].
-        gap: Height of that point above what it stands on [m].
-        velocity: Of the material at these points [m/s].
-        normal: Direction in which what a site stands on pushes.
-        momentum: Linear [kg m/s] and about the centre of mass [kg m²/s].
-        energy: Kinetic and potential [J].
-        power: Of all generalised forces [W].
-        position: Origins of the bodies, the world first [m].
-        rotation: Their rotations.
-        spheres: Lowest points of the contact spheres [m].
-        sphere_names: Their names.
-        sphere_sides: Their sides.
-    """
-
-    weight: float
-    qacc: Float[Array, "n nv"]
-    force: Float[Array, "n k 3"]
-    torque: Float[Array, "n k 3"]
+    weight: float  #: Body weight [N]
+    qacc: Float[Array, "n nv"]  #: Accelerations, as recorded
+    force: Float[Array, "n k 3"]  #: Contact forces, zero where none is known [N]
+    torque: Float[Array, "n k 3"]  #: Free moments with them [N m]
+    #: Which site was planned to stand; without a plan, which one carries
     standing: Bool[Array, "n k"]
-    known: Bool[Array, " n"]
-    spread: Bool[Array, " k"]
+    known: Bool[Array, " n"]  #: Frames in which all contact forces are known
+    spread: Bool[Array, " k"]  #: Sites with a place of their own on the body; not measured forces
+    #: What the motion demands at the root: force [N] and moment about the centre of mass [N m]
     root: Float[Array, "n 6"]
+    #: Generalised forces that the contacts leave to the joints [N m]; the first six entries are
+    #: the unexplained root (world force [N], moment about the pelvis in body axes [N m])
     tau: Float[Array, "n nv"]
-    root_force: Float[Array, "n 3"]
-    root_moment: Float[Array, "n 3"]
-    com: Float[Array, "n 3"]
-    point: Float[Array, "n k 3"]
-    gap: Float[Array, "n k"]
-    velocity: Float[Array, "n k 3"]
-    normal: Float[Array, "n k 3"]
-    momentum: Float[Array, "n 6"]
-    energy: Float[Array, " n"]
-    power: Float[Array, " n"]
-    position: Float[Array, "n n_bodies 3"]
-    rotation: Float[Array, "n n_bodies 3 3"]
-    spheres: Float[Array, "n s 3"]
-    sphere_names: tuple[str, ...]
-    sphere_sides: tuple[str, ...]
+    root_force: Float[Array, "n 3"]  #: Unexplained force [N]
+    root_moment: Float[Array, "n 3"]  #: Unexplained moment about the centre of mass [N m]
+    com: Float[Array, "n 3"]  #: Centre of mass [m]
+    point: Float[Array, "n k 3"]  #: Lowest point of each site, or where a measured force acts [m]
+    gap: Float[Array, "n k"]  #: Height of that point above what it stands on [m]
+    velocity: Float[Array, "n k 3"]  #: Of the material at these points [m/s]
+    normal: Float[Array, "n k 3"]  #: Direction in which what a site stands on pushes
+    momentum: Float[Array, "n 6"]  #: Linear [kg m/s] and about the centre of mass [kg m²/s]
+    energy: Float[Array, " n"]  #: Kinetic and potential [J]
+    power: Float[Array, " n"]  #: Of all generalised forces [W]
+    position: Float[Array, "n n_bodies 3"]  #: Origins of the bodies, the world first [m]
+    rotation: Float[Array, "n n_bodies 3 3"]  #: Their rotations
+    spheres: Float[Array, "n s 3"]  #: Lowest points of the contact spheres [m]
+    sphere_names: tuple[str, ...]  #: Their names
+    sphere_sides: tuple[str, ...]  #: Their sides
 
 
 def sweep(record: Record) -> Sweep:
@@ -83,8 +58,7 @@ def sweep(record: Record) -> Sweep:
     """
     qacc = _accelerations(record)
     motion, human, ground = record.motion, record.human, record.ground
-    model = copy.copy(human.model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    model = without_constraints(human)
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
     data = mujoco.MjData(model)
     n, k, nb, nv = motion.n_frames, len(record.sites), model.nbody, model.nv
@@ -133,7 +107,7 @@ def sweep(record: Record) -> Sweep:
     normal = ground.normal_at(point)
     normal[:, seated] = [0.0, 0.0, 1.0]
     tau = wanted - explained
-    residual = _wrench(tau, rotation[:, 1], motion.qpos, com)
+    root_force, root_moment = root_wrench_at(tau[:, :6], motion.qpos, com)
     weight = float(model.body_subtreemass[1] * np.linalg.norm(model.opt.gravity))
     spheres = contact_sites(human)
     low = np.array([s.radius for s in spheres]).reshape(-1, 1) * ground.normal
@@ -153,10 +127,10 @@ def sweep(record: Record) -> Sweep:
         standing=standing & ~measured,
         known=known,
         spread=~measured,
-        root=_wrench(wanted, rotation[:, 1], motion.qpos, com),
+        root=np.hstack(root_wrench_at(wanted[:, :6], motion.qpos, com)),
         tau=tau,
-        root_force=residual[:, :3],
-        root_moment=residual[:, 3:],
+        root_force=root_force,
+        root_moment=root_moment,
         com=com,
         point=point,
         gap=np.einsum("nki,ki->nk", point, upward) - height,
@@ -180,11 +154,7 @@ def _accelerations(record: Record) -> Float[Array, "n nv"]:
         raise ParameterError("cannot check a record without accelerations (motion.qacc)")
     if n == 0 or not (np.isfinite(motion.time).all() and np.all(np.diff(motion.time) > 0)):
         raise ParameterError("a motion to check needs frames at finite, increasing times [s]")
-    for name in ("qpos", "qvel", "qacc"):
-        values = getattr(motion, name)
-        if not np.isfinite(values).all():
-            frame = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
-            raise ParameterError(f"{name} has missing values (first in frame {frame})")
+    check_motion(record.human, motion.qpos, motion.qvel, motion.qacc)
     if record.contact_force is not None and not np.isfinite(record.contact_force).all():
         raise ParameterError("contact_force has missing values; contact_known says what is unknown")
     if np.any(np.abs(np.linalg.norm(motion.qpos[:, 3:7], axis=1) - 1.0) > 1e-6):
@@ -201,10 +171,3 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
-
-
-def _wrench(tau: np.ndarray, turn: np.ndarray, qpos: np.ndarray, com: np.ndarray) -> np.ndarray:
-    """Return the generalised force of the free joint as force and moment about ``com`` (n, 6)."""
-    force = tau[:, :3]
-    moment = np.einsum("nij,nj->ni", turn, tau[:, 3:6]) + cross(qpos[:, :3] - com, force)
-    return np.hstack([force, moment])

@@ -25,6 +25,7 @@ from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.events import detect_gait_events
+from plantigrade.motion.filters import runs
 from plantigrade.record import Record
 
 CUTOFF = 6.0
@@ -33,42 +34,26 @@ CUTOFF = 6.0
 
 @dataclass(frozen=True)
 class FootPath:
-    """Where the feet were.
+    """Where the feet were."""
 
-    Attributes:
-        heel: Back of the heel, right then left [m].
-        toe: Forefoot, right then left: midway between second metatarsal head and hallux [m].
-        pelvis: Middle of the pelvis [m].
-    """
-
-    heel: Float[Array, "n_frames 2 3"]
+    heel: Float[Array, "n_frames 2 3"]  #: Back of the heel, right then left [m]
+    #: Forefoot, right then left: midway between second metatarsal head and hallux [m]
     toe: Float[Array, "n_frames 2 3"]
-    pelvis: Float[Array, "n_frames 3"]
+    pelvis: Float[Array, "n_frames 3"]  #: Middle of the pelvis [m]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A fitted recording, analysed.
+    """A fitted recording, analysed."""
 
-    Attributes:
-        fit: The fit; its Human has the mass that was found.
-        motion: The motion, filtered, with its gait events.
-        feet: Paths of the feet.
-        cycles: Gait cycles of both feet, by start.
-        measures: Spatio-temporal measures.
-        forces: Ground reactions by foot, where they were measured.
-        moments: Inverse dynamics, where forces were measured.
-        notes: What the user should know, one sentence each.
-    """
-
-    fit: Fit
-    motion: Motion
-    feet: FootPath
-    cycles: tuple[Cycle, ...]
-    measures: GaitMeasures
-    forces: FootForces | None
-    moments: Moments | None
-    notes: tuple[str, ...] = ()
+    fit: Fit  #: The fit; its Human has the mass that was found
+    motion: Motion  #: The motion, filtered, with its gait events
+    feet: FootPath  #: Paths of the feet
+    cycles: tuple[Cycle, ...]  #: Gait cycles of both feet, by start
+    measures: GaitMeasures  #: Spatio-temporal measures
+    forces: FootForces | None  #: Ground reactions by foot, where they were measured
+    moments: Moments | None  #: Inverse dynamics, where forces were measured
+    notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
 
     def record(self) -> Record:
         """Return motion, moments, measured forces and markers."""
@@ -160,9 +145,8 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
 def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     """Return heel, toe and pelvis of a motion [m]."""
     table = attachments(human)
-    names = ["heel_r", "heel_l", "metatarsal_2_head_r", "metatarsal_2_head_l"]
-    names += ["hallux_r", "hallux_l"]
-    names += ["asis_l", "asis_r", "psis_l", "psis_r"]
+    marks = ("heel", "metatarsal_2_head", "hallux", "asis", "psis")
+    names = [f"{mark}_{side}" for mark in marks for side in SIDES]
     points = PointSet(
         human, [table[n].body for n in names], np.array([table[n].position for n in names])
     )
@@ -173,12 +157,7 @@ def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
 def mass_from_standing(time, plates, known) -> float | None:
     """Return the body mass on the plates [kg]: the median of their total vertical force.
 
-    Whose foot is on which plate does not matter for it.
-
-    Args:
-        time: Time of each frame [s].
-        plates: Force plates.
-        known: Frames in which the plates carry the whole person.
+    ``known`` are the frames in which the plates carry the whole person.
     """
     total = np.zeros(len(time))
     for plate in plates:
@@ -217,10 +196,9 @@ def _mass_from_stances(time, forces, vertical, dt, stride) -> float | None:
     impulses = []
     for k, side in enumerate(forces.sides):
         on = (vertical[:, k] > 20) & _leg_known(forces, side)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], on.astype(int), [0]])))
-        for a, b in edges.reshape(-1, 2):
-            if 0 < a and b < len(on) and (b - a) * dt > 0.3:
-                impulses.append(float(vertical[a:b, k].sum() * dt / stride))
+        for run in runs(on):
+            if 0 < run.start and run.stop < len(on) and (run.stop - run.start) * dt > 0.3:
+                impulses.append(float(vertical[run, k].sum() * dt / stride))
     return float(2 * np.mean(impulses) / GRAVITY) if impulses else None
 
 

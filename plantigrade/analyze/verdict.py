@@ -14,63 +14,30 @@ MOST_SAID = 3
 
 @dataclass(frozen=True)
 class Measure:
-    """The worst of one quantity over the motion.
+    """The worst of one quantity over the motion."""
 
-    Attributes:
-        quantity: Which, one of :data:`~plantigrade.analyze.quantities.QUANTITIES` or
-            ``"condition"``.
-        value: The worst value; NaN if there was nothing to look at.
-        limit: What is allowed.
-        unit: Unit of both.
-        time: When [s]; NaN for a mean over the motion.
-        name: Site, coordinate or condition; empty for the whole body.
-        side: ``"r"``, ``"l"`` or empty.
-        bad: Whether it is out of its limit by more than the tolerance.
-        below: Whether the limit is a lower one.
-    """
-
+    #: Which, one of :data:`~plantigrade.analyze.quantities.QUANTITIES` or ``"condition"``
     quantity: str
-    value: float
-    limit: float
-    unit: str
-    time: float = np.nan
-    name: str = ""
-    side: str = ""
-    bad: bool = False
-    below: bool = False
+    value: float  #: The worst value; NaN if there was nothing to look at
+    limit: float  #: What is allowed
+    unit: str  #: Unit of both
+    time: float = np.nan  #: When [s]; NaN for a mean over the motion
+    name: str = ""  #: Site, coordinate or condition; empty for the whole body
+    side: str = ""  #: ``"r"``, ``"l"`` or empty
+    bad: bool = False  #: Whether it is out of its limit by more than the tolerance
+    below: bool = False  #: Whether the limit is a lower one
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One thing that is wrong.
+class Finding(Measure):
+    """One thing that is wrong, where and when it is worst."""
 
-    Attributes:
-        quantity: What, as in :class:`Measure`.
-        name: Where it is worst, as in :class:`Measure`.
-        side: ``"r"``, ``"l"`` or empty.
-        time: When it is worst [s].
-        start: Since when it is too large [s].
-        end: Until when [s].
-        value: Its worst value.
-        limit: What is allowed.
-        unit: Unit of both.
-        others: More sites of the same foot with the same fault at the same time.
-        excess: How bad it is: value over limit; of a condition, violation over tolerance.
-        below: Whether the limit is a lower one.
-    """
-
-    quantity: str
-    name: str
-    side: str
-    time: float
-    start: float
-    end: float
-    value: float
-    limit: float
-    unit: str
+    start: float = np.nan  #: Since when it is too large [s]
+    end: float = np.nan  #: Until when [s]
+    #: More sites of the same foot with the same fault at the same time
     others: tuple[str, ...] = ()
+    #: How bad it is: value over limit; of a condition, violation over tolerance
     excess: float = np.nan
-    below: bool = False
 
     @property
     def where(self) -> str:
@@ -110,62 +77,39 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Slip:
-    """One stance of one site.
+    """One stance of one site."""
 
-    Attributes:
-        site: Its name.
-        side: Its foot.
-        start: First frame of the stance, its time [s].
-        end: Last frame [s].
-        distance: Largest distance along the ground from where the material touched [mm].
-        time: When [s].
-        since: When 5 % of that distance was covered [s].
-        until: When 95 % of it was covered [s].
-    """
-
-    site: str
-    side: str
-    start: float
-    end: float
-    distance: float
-    time: float
-    since: float
-    until: float
+    site: str  #: Its name
+    side: str  #: Its foot
+    start: float  #: First frame of the stance, its time [s]
+    end: float  #: Last frame [s]
+    distance: float  #: Largest distance along the ground from where the material touched [mm]
+    time: float  #: When [s]
+    since: float  #: When 5 % of that distance was covered [s]
+    until: float  #: When 95 % of it was covered [s]
 
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What the checker says of a Record.
+    """What the checker says of a Record."""
 
-    Attributes:
-        measures: The worst of every quantity, by its name, good or bad.
-        conditions: The worst of every condition of the task, by its name.
-        findings: What is wrong, worst first.
-        time: Time of each frame [s].
-        tau: Generalised forces that the contacts leave to the joints [N m]; the first six entries
-            are the unexplained root (world force [N], moment about the pelvis in body axes [N m]).
-        root_force: Unexplained force, world [N].
-        root_moment: Unexplained moment about the centre of mass, world [N m].
-        com: Centre of mass [m].
-        contact_point: Lowest point of each site, world [m].
-        gap: Height of that point above what it stands on [m].
-        centre_of_pressure: Where the feet must push for this motion, world [m]; NaN where they
-            need (next to) no force.
-        slips: Every stance of every site.
-    """
-
-    measures: dict[str, Measure]
-    conditions: dict[str, Measure]
-    findings: tuple[Finding, ...]
-    time: Float[Array, " n_frames"]
+    measures: dict[str, Measure]  #: The worst of every quantity, by its name, good or bad
+    conditions: dict[str, Measure]  #: The worst of every condition of the task, by its name
+    findings: tuple[Finding, ...]  #: What is wrong, worst first
+    time: Float[Array, " n_frames"]  #: Time of each frame [s]
+    #: Generalised forces that the contacts leave to the joints [N m]; the first six entries are
+    #: the unexplained root (world force [N], moment about the pelvis in body axes [N m])
     tau: Float[Array, "n_frames nv"]
-    root_force: Float[Array, "n_frames 3"]
+    root_force: Float[Array, "n_frames 3"]  #: Unexplained force, world [N]
+    #: Unexplained moment about the centre of mass, world [N m]
     root_moment: Float[Array, "n_frames 3"]
-    com: Float[Array, "n_frames 3"]
-    contact_point: Float[Array, "n_frames n_sites 3"]
-    gap: Float[Array, "n_frames n_sites"]
+    com: Float[Array, "n_frames 3"]  #: Centre of mass [m]
+    contact_point: Float[Array, "n_frames n_sites 3"]  #: Lowest point of each site, world [m]
+    gap: Float[Array, "n_frames n_sites"]  #: Height of that point above what it stands on [m]
+    #: Where the feet must push for this motion, world [m]; NaN where they need (next to) no
+    #: force
     centre_of_pressure: Float[Array, "n_frames 3"]
-    slips: tuple[Slip, ...]
+    slips: tuple[Slip, ...]  #: Every stance of every site
 
     @property
     def ok(self) -> bool:

@@ -61,14 +61,12 @@ class Command(PrintOptions):
                 n_others += 1
             else:
                 held.append({"file": name} | done.result)
+        total = (
+            f"{self.folder}: {len(held)} recordings, {len(faulty)} that cannot be read, "
+            f"{n_others} other files"
+        )
         return Outcome(
-            text="\n".join(
-                _lines(held, faulty)
-                + [
-                    f"{self.folder}: {len(held)} recordings, {len(faulty)} that cannot be read, "
-                    f"{n_others} other files"
-                ]
-            ),
+            text="\n".join([*_lines(held, faulty), total]),
             metrics={
                 "status": "ok",
                 "command": "data",
@@ -114,14 +112,8 @@ def describe(recording: "Recording") -> dict[str, Any]:
         holds["n_frames"] = len(clock)
         holds["duration_s"] = float(clock[-1] - clock[0])
     subject = recording.subject
-    for key, value in (
-        ("height_m", subject.height),
-        ("mass_kg", subject.mass),
-        ("sex", subject.sex),
-    ):
-        if value is not None:
-            holds[key] = value
-    return holds
+    person = {"height_m": subject.height, "mass_kg": subject.mass, "sex": subject.sex}
+    return holds | {key: value for key, value in person.items() if value is not None}
 
 
 def _lines(held: list[dict[str, Any]], faulty: list[dict[str, Any]]) -> list[str]:

@@ -1,12 +1,11 @@
 """Run the main job on the embedded default, end to end."""
 
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plantigrade.commands import fit, reproduce
-from plantigrade.commands.options import RunOptions
+from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.models.person import Person
 
@@ -54,7 +53,7 @@ class Command(Person, RunOptions):
         overwrite = self.overwrite or self.out is None
         for folder in (out, rebuilt):
             refuse_existing(folder, overwrite)
-        told = {"command": " ".join(["plantigrade", *sys.argv[1:]]), "seed": self.seed}
+        told = {"command": command_line(), "seed": self.seed}
         human = Person(**{**self.known, "joints": self.joints or "42"}).human()
         with progress.step("walking by the textbook"):
             walk = textbook_walk(human, speed=self.speed)

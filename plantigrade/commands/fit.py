@@ -1,6 +1,5 @@
 """Fit recordings to scaled humans."""
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -9,7 +8,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import JobOptions, RunOptions
+from plantigrade.commands.options import JobOptions, RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.settings import FitSettings
@@ -49,16 +48,8 @@ class Command(FitSettings, RunOptions, JobOptions):
         return self._several(folders)
 
     def _several(self, folders: Sequence[Path]) -> Outcome:
-        from plantigrade.record.jobs import run_jobs
-
-        work = partial(fit_one, self, quiet=True)
-        done = run_jobs(
-            work,
-            zip(self.files, folders, strict=True),
-            jobs=self.jobs,
-            backend=self.backend,
-            address=self.address,
-        )
+        items = zip(self.files, folders, strict=True)
+        done = self.side_by_side(partial(fit_one, self, quiet=True), items)
         lines: list[str] = []
         metrics: dict[str, Any] = {}
         for each in done:
@@ -75,26 +66,15 @@ class Command(FitSettings, RunOptions, JobOptions):
 
 
 def fit_one(options: Command, item: tuple[Path, Path], quiet: bool = False) -> Outcome:
-    """Fit one recording and write its run folder.
-
-    Args:
-        options: The command.
-        item: The recording and the folder.
-        quiet: Show warnings alone.
-    """
+    """Fit one recording and write its run folder."""
     from plantigrade.commands.progress import Progress
     from plantigrade.workflows.fit import fit
     from plantigrade.workflows.save import save
 
     path, folder = item
     progress = Progress(quiet=options.quiet or quiet)
-    run = fit(
-        path,
-        FitSettings.of(options),
-        step=progress.step,
-        command=" ".join(["plantigrade", *sys.argv[1:]]),
-        seed=options.seed,
-    )
+    told = {"command": command_line(), "seed": options.seed}
+    run = fit(path, FitSettings.of(options), step=progress.step, **told)
     with progress.step("writing the report and the viewer"):
         run = save(run, folder, overwrite=options.overwrite)
     of = f"{path.name}: " if len(options.files) > 1 else ""

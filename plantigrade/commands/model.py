@@ -36,7 +36,7 @@ class Command(Person, PrintOptions):
     """Markers to put on the body as sites: plug-in-gait, oxford-foot-model, gait2392, rajagopal,
     or a TOML file of your own."""
     out: OptionalPath = None
-    """MJCF file to write; - prints it instead of the summary."""
+    """MJCF file to write, of the person alone; - prints it instead of the summary."""
     overwrite: Flag = False
     """Replace the file if it exists."""
 

@@ -1,7 +1,9 @@
 """Options that several commands share; a command is a dataclass that inherits what it needs."""
 
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from plantigrade.options import Flag, OptionalPath, OptionalWord
 
@@ -40,3 +42,15 @@ class JobOptions:
     """Where they run: joblib's backend."""
     address: OptionalWord = None
     """Address of a running Ray or Dask cluster; one on this machine is started if absent."""
+
+    def side_by_side(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
+        """Yield what became of each item, in order."""
+        from plantigrade.record.jobs import run_jobs
+
+        how = {"jobs": self.jobs, "backend": self.backend, "address": self.address}
+        yield from run_jobs(work, items, **how)
+
+
+def command_line() -> str:
+    """Return the command as it was written, for the provenance of a run."""
+    return " ".join(["plantigrade", *sys.argv[1:]])

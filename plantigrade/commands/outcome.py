@@ -6,15 +6,11 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a command found.
+    """What a command found."""
 
-    Attributes:
-        text: What to print for a reader.
-        metrics: Every figure of the run, as in ``metrics.json``: flat snake_case keys with the unit
-            as suffix, and ``status``: ``"ok"`` or what went wrong, where and when.
-    """
-
-    text: str = ""
+    text: str = ""  #: What to print for a reader
+    #: Every figure of the run, as in ``metrics.json``: flat snake_case keys with the unit as
+    #: suffix, and ``status``: ``"ok"`` or what went wrong, where and when
     metrics: dict[str, Any] = field(default_factory=dict)
 
     @property

@@ -1,6 +1,5 @@
 """Rebuild recorded gaits from ordered tasks; several of them make a study."""
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from plantigrade.commands.fit import run_names
-from plantigrade.commands.options import JobOptions, RunOptions
+from plantigrade.commands.options import JobOptions, RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.settings import ReproduceSettings
@@ -52,7 +51,6 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
 
     def _study(self, progress: "Progress") -> Outcome:
         from plantigrade.record.folder import refuse_existing
-        from plantigrade.record.jobs import run_jobs
         from plantigrade.workflows import study as gait_study
 
         files, named = recordings(self.files)
@@ -61,13 +59,8 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
         folders = [out.parent / f"reproduce-{name}" for name in names]
         for folder in (out, *folders):
             refuse_existing(folder, self.overwrite)
-        done = run_jobs(
-            partial(_reproduce_member, self),
-            zip(files, folders, strict=True),
-            jobs=self.jobs,
-            backend=self.backend,
-            address=self.address,
-        )
+        items = zip(files, folders, strict=True)
+        done = self.side_by_side(partial(_reproduce_member, self), items)
         members, left_out, of = [], {}, len(files)
         for k, (name, each) in enumerate(zip(names, done, strict=True), start=1):
             path, folder = each.item
@@ -90,7 +83,7 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
                 found,
                 metrics,
                 out,
-                command=_command(),
+                command=command_line(),
                 settings=ReproduceSettings.of(self),
                 seed=self.seed,
                 overwrite=self.overwrite,
@@ -99,26 +92,15 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
 
 
 def reproduce_one(options: Command, item: tuple[Path, Path], progress: "Progress") -> "Run":
-    """Reproduce one recording, write its run folder and return the run.
-
-    Args:
-        options: The command.
-        item: The recording and the folder.
-        progress: Shows the steps.
-    """
+    """Reproduce one recording, write its run folder and return the run."""
     from plantigrade.record.folder import refuse_existing
     from plantigrade.workflows.reproduce import reproduce
     from plantigrade.workflows.save import save
 
     path, folder = item
     refuse_existing(folder, options.overwrite)
-    run = reproduce(
-        path,
-        ReproduceSettings.of(options),
-        step=progress.step,
-        command=_command(),
-        seed=options.seed,
-    )
+    told = {"command": command_line(), "seed": options.seed}
+    run = reproduce(path, ReproduceSettings.of(options), step=progress.step, **told)
     with progress.step("writing the report and the viewer"):
         return save(run, folder, overwrite=options.overwrite)
 
@@ -132,10 +114,6 @@ def _reproduce_member(
 
     run = reproduce_one(options, item, Progress(quiet=True))
     return compare(run.record), run.metrics
-
-
-def _command() -> str:
-    return " ".join(["plantigrade", *sys.argv[1:]])
 
 
 def recordings(given: Sequence[Path]) -> tuple[list[Path], set[Path]]:

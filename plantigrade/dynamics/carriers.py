@@ -33,38 +33,24 @@ SOFTNESS = 0.01  # height above the lowest point at which a point's readiness fa
 
 @dataclass(frozen=True)
 class SegmentLoad:
-    """What one body carries: a force at a point and a torque, world axes.
+    """What one body carries: a force at a point and a torque, world axes."""
 
-    Attributes:
-        body: Index of the body in the model.
-        force: Force [N].
-        point: Where it acts [m].
-        torque: Torque [N m].
-    """
-
-    body: int
-    force: Float[Array, " 3"]
-    point: Float[Array, " 3"]
-    torque: Float[Array, " 3"]
+    body: int  #: Index of the body in the model
+    force: Float[Array, " 3"]  #: Force [N]
+    point: Float[Array, " 3"]  #: Where it acts [m]
+    torque: Float[Array, " 3"]  #: Torque [N m]
 
 
 @dataclass(frozen=True)
 class SegmentForces:
-    """What each segment of the feet carries over a motion.
+    """What each segment of the feet carries over a motion."""
 
-    Attributes:
-        side: ``"r"`` or ``"l"`` of each segment.
-        segment: Its name without the side: body ``{segment}_{side}`` of the model.
-        force: Force, world [N]; zero where it carries none.
-        point: Where it acts, world [m]; NaN where it carries none.
-        torque: Torque at that point, world [N m].
-    """
-
-    side: tuple[str, ...]
-    segment: tuple[str, ...]
-    force: Float[Array, "n_frames n_segments 3"]
+    side: tuple[str, ...]  #: ``"r"`` or ``"l"`` of each segment
+    segment: tuple[str, ...]  #: Its name without the side: body ``{segment}_{side}`` of the model
+    force: Float[Array, "n_frames n_segments 3"]  #: Force, world [N]; zero where it carries none
+    #: Where it acts, world [m]; NaN where it carries none
     point: Float[Array, "n_frames n_segments 3"]
-    torque: Float[Array, "n_frames n_segments 3"]
+    torque: Float[Array, "n_frames n_segments 3"]  #: Torque at that point, world [N m]
 
 
 class Carriers:
@@ -100,12 +86,7 @@ class Carriers:
     ) -> list[SegmentLoad]:
         """Return what each segment of a foot carries; the sum is what was given.
 
-        Args:
-            state: The state of the frame.
-            side: ``"r"`` or ``"l"``.
-            force: Ground reaction on the foot [N].
-            point: Its centre of pressure [m].
-            torque: Free moment [N m].
+        That is the ground reaction [N] at its centre of pressure [m] with a free moment [N m].
         """
         body = self.foot[side]
         if self.feet == "two-segment":

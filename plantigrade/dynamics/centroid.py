@@ -9,6 +9,7 @@ without contacts leaves at the root. The zero-moment point is where on a level p
     p_y = c_y - \frac{(c_z - z) F_y - \dot L_x}{F_z}.
 """
 
+import copy
 from dataclasses import dataclass
 
 import mujoco
@@ -24,24 +25,18 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 @dataclass(frozen=True)
 class Centroid:
-    r"""The whole body as one over time, world axes.
+    r"""The whole body as one over time, world axes."""
 
-    Attributes:
-        com: Centre of mass [m].
-        com_vel: Its velocity [m/s].
-        angular_momentum: About the centre of mass [kg m²/s].
-        force: Force the ground must supply, :math:`m(\ddot c - g)` [N]; None without
-            accelerations, as are the next two.
-        moment: Moment about the centre of mass it must supply, :math:`\dot L` [N m].
-        zmp: Zero-moment point on the ground plane [m]; NaN where the force does not push up by a
-            hundredth of body weight.
-    """
-
-    com: Float[Array, "n_frames 3"]
-    com_vel: Float[Array, "n_frames 3"]
-    angular_momentum: Float[Array, "n_frames 3"]
+    com: Float[Array, "n_frames 3"]  #: Centre of mass [m]
+    com_vel: Float[Array, "n_frames 3"]  #: Its velocity [m/s]
+    angular_momentum: Float[Array, "n_frames 3"]  #: About the centre of mass [kg m²/s]
+    #: Force the ground must supply, :math:`m(\ddot c - g)` [N]; None without accelerations, as
+    #: are the next two
     force: Float[Array, "n_frames 3"] | None = None
+    #: Moment about the centre of mass it must supply, :math:`\dot L` [N m]
     moment: Float[Array, "n_frames 3"] | None = None
+    #: Zero-moment point on the ground plane [m]; NaN where the force does not push up by a
+    #: hundredth of body weight
     zmp: Float[Array, "n_frames 3"] | None = None
 
 
@@ -132,10 +127,7 @@ def root_wrench_at(
 ) -> tuple[Float[Array, "n_frames 3"], Float[Array, "n_frames 3"]]:
     """Return the generalised force of the free joint as force and moment about points, world.
 
-    Args:
-        root: World force [N] at the pelvis' origin, moment about it in body axes [N m].
-        qpos: Configurations.
-        points: World points to take the moment about [m].
+    ``root`` is the world force [N] at the pelvis' origin, and the moment about it [N m], body axes.
     """
     force = root[:, :3]
     moment = np.einsum("nij,nj->ni", rotation_matrix(qpos[:, 3:7]), root[:, 3:])
@@ -144,8 +136,6 @@ def root_wrench_at(
 
 def without_constraints(human: Human):
     """Return the person's model with contacts and joint limits switched off."""
-    import copy
-
     model = copy.deepcopy(human.model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     return model

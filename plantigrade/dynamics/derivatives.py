@@ -29,18 +29,13 @@ from plantigrade.motion.recording import even_clock
 
 @dataclass(frozen=True)
 class Derivatives:
-    """A motion with what follows from it.
+    """A motion with what follows from it."""
 
-    Attributes:
-        qpos: Configurations, smoothed where a cut-off was given.
-        qvel: Velocities: root linear in world axes [m/s], root angular in body axes [rad/s],
-            hinges [rad/s].
-        qacc: Accelerations, in the axes of ``qvel``.
-    """
-
-    qpos: Float[Array, "n_frames nq"]
+    qpos: Float[Array, "n_frames nq"]  #: Configurations, smoothed where a cut-off was given
+    #: Velocities: root linear in world axes [m/s], root angular in body axes [rad/s], hinges
+    #: [rad/s]
     qvel: Float[Array, "n_frames nv"]
-    qacc: Float[Array, "n_frames nv"]
+    qacc: Float[Array, "n_frames nv"]  #: Accelerations, in the axes of ``qvel``
 
 
 def differentiate(

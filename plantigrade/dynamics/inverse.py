@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.carriers import Carriers
 from plantigrade.dynamics.centroid import check_motion, root_wrench_at
@@ -35,37 +35,23 @@ from plantigrade.spatial.conventions import (
     rotation_matrix,
 )
 
-ROOT_NAMES = (
-    "root_force_x",
-    "root_force_y",
-    "root_force_z",
-    "root_moment_x",
-    "root_moment_y",
-    "root_moment_z",
-)
+ROOT_NAMES = tuple(f"root_{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Generalised forces of a motion.
+    """Generalised forces of a motion."""
 
-    Attributes:
-        tau: Generalised forces in the order of ``qvel``: the residual at the root as world force
-            [N] and moment about the pelvis' origin in body axes [N m], then joint moments by the
-            body [N m], positive in the sense of their coordinate (flexion, dorsiflexion, …).
-        names: One name per column: those of the root, then the coordinates.
-        power: Power of each, ``tau * qvel`` [W]; positive generates.
-        residual_force: Residual force at the root, world [N].
-        residual_moment: Residual moment about the centre of mass of the body, world axes [N m].
-        com: That centre of mass [m].
-    """
-
+    #: Generalised forces in the order of ``qvel``: the residual at the root as world force [N]
+    #: and moment about the pelvis' origin in body axes [N m], then joint moments by the body [N
+    #: m], positive in the sense of their coordinate (flexion, dorsiflexion, …)
     tau: Float[Array, "n_frames nv"]
-    names: tuple[str, ...]
-    power: Float[Array, "n_frames nv"]
-    residual_force: Float[Array, "n_frames 3"]
+    names: tuple[str, ...]  #: One name per column: those of the root, then the coordinates
+    power: Float[Array, "n_frames nv"]  #: Power of each, ``tau * qvel`` [W]; positive generates
+    residual_force: Float[Array, "n_frames 3"]  #: Residual force at the root, world [N]
+    #: Residual moment about the centre of mass of the body, world axes [N m]
     residual_moment: Float[Array, "n_frames 3"]
-    com: Float[Array, "n_frames 3"]
+    com: Float[Array, "n_frames 3"]  #: That centre of mass [m]
 
     def __getitem__(self, name: str) -> Float[Array, " n_frames"]:
         """Return the column of a coordinate or of the root.
@@ -154,13 +140,7 @@ def opensim_moments(
     return pelvis + tuple(f"{n}_moment" for n in moments.names[6:]), values
 
 
-def residual_metrics(
-    moments: Moments,
-    forces: FootForces,
-    *,
-    ground: float = 0.0,
-    frames: Bool[Array, " n_frames"] | None = None,
-) -> dict[str, float]:
+def residual_metrics(moments: Moments, forces: FootForces) -> dict[str, float]:
     """Return how well forces and motion agree, over the frames whose forces are complete.
 
     The usual bounds are a residual force of 5 % of the peak ground reaction and a residual moment
@@ -170,23 +150,17 @@ def residual_metrics(
     Args:
         moments: From :func:`inverse_dynamics`.
         forces: The ground reactions used.
-        ground: Height of the ground [m].
-        frames: Frames to look at among the complete ones, for instance without the first and last
-            tenth of a second, where filters have one side to go by; all if not given.
-
-    Returns:
-        Flat figures; empty where no frame is complete.
 
     References:
         [Hicks2015]_.
     """
-    valid = forces.valid if frames is None else forces.valid & frames
+    valid = forces.valid
     if not valid.any():
         return {"residual_frames": 0}
     force = np.linalg.norm(moments.residual_force[valid], axis=1)
     moment = np.linalg.norm(moments.residual_moment[valid], axis=1)
     peak = float(np.linalg.norm(forces.force.sum(axis=1), axis=1)[valid].max())
-    height = float(np.mean(moments.com[valid, 2]) - ground)
+    height = float(np.mean(moments.com[valid, 2]))
     rms_force, rms_moment = (float(np.sqrt(np.mean(x**2))) for x in (force, moment))
     result = {
         "residual_frames": int(valid.sum()),

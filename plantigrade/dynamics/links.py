@@ -14,25 +14,15 @@ _ROUNDING = 1e-13  # constants this much smaller than their neighbours are round
 
 @dataclass(frozen=True)
 class Link:
-    """A moving body as constants, in its own axes.
+    """A moving body as constants, in its own axes."""
 
-    Attributes:
-        parent: Index of the parent link; -1 is the world.
-        offset: Origin in the parent's frame (3, 1) [m].
-        turn: Fixed rotation to the parent's axes (3, 3); None if they are the same.
-        hinges: (index in q, axis) of every hinge, in order.
-        mass: Mass [kg].
-        first: First moment of mass about the origin (3, 1) [kg m].
-        second: Second moment of mass about the origin (3, 3) [kg m²].
-    """
-
-    parent: int
-    offset: Array
-    turn: Array | None
-    hinges: tuple[tuple[int, Array], ...]
-    mass: float
-    first: Array
-    second: Array
+    parent: int  #: Index of the parent link; -1 is the world
+    offset: Array  #: Origin in the parent's frame (3, 1) [m]
+    turn: Array | None  #: Fixed rotation to the parent's axes (3, 3); None if they are the same
+    hinges: tuple[tuple[int, Array], ...]  #: (index in q, axis) of every hinge, in order
+    mass: float  #: Mass [kg]
+    first: Array  #: First moment of mass about the origin (3, 1) [kg m]
+    second: Array  #: Second moment of mass about the origin (3, 3) [kg m²]
 
 
 def inertia(link: Link) -> Array:

@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.motion.filters import lowpass
 from plantigrade.motion.plate_events import contact_events
 from plantigrade.motion.recording import ForcePlate, rate_of
+from plantigrade.motion.resample import interpolate
 
 
 @dataclass
@@ -24,10 +25,7 @@ class Loading:
 
 
 def loadings_of(
-    plate: ForcePlate,
-    frame_time: np.ndarray,
-    cutoff: float | None,
-    threshold: float,
+    plate: ForcePlate, frame_time: np.ndarray, cutoff: float | None, threshold: float
 ) -> list[Loading]:
     """Return a plate's contacts, smoothed and on the frames."""
     found = []
@@ -51,14 +49,11 @@ def loadings_of(
         signal = np.hstack([force, moment, load])
         even = np.arange(inside[0], inside[-1] + 1)
         if len(even) != len(inside):  # samples without centre of pressure inside a contact
-            signal = np.stack(
-                [np.interp(plate.time[even], time, column) for column in signal.T], axis=1
-            )
+            signal = interpolate(plate.time[even], time, signal)
             time = plate.time[even]
         if cutoff is not None and len(time) >= 4 and cutoff < 0.4 * rate_of(time):
             signal = lowpass(time, signal, cutoff=cutoff)
-        wanted = frame_time[frames]
-        signal = np.stack([np.interp(wanted, time, column) for column in signal.T], axis=1)
+        signal = interpolate(frame_time[frames], time, signal)
         force, moment, load = signal[:, :3], signal[:, 3:6], signal[:, 6]
         up = force[:, 2] > 0.05 * threshold
         if not up.any():

@@ -46,48 +46,30 @@ SHORTEST_REST = 0.06  # shorter rests of a foot are a low pass in swing [s]
 
 @dataclass(frozen=True)
 class PlateUse:
-    """One loading of a plate and whose it was.
+    """One loading of a plate and whose it was."""
 
-    Attributes:
-        plate: Name of the plate.
-        side: ``"r"`` or ``"l"``; empty where no foot was at the centre of pressure.
-        start: First frame.
-        stop: One after the last frame.
-        peak: Greatest vertical force [N].
-        problem: Why frames of it are not used; empty where all are.
-    """
-
-    plate: str
-    side: str
-    start: int
-    stop: int
-    peak: float
-    problem: str = ""
+    plate: str  #: Name of the plate
+    side: str  #: ``"r"`` or ``"l"``; empty where no foot was at the centre of pressure
+    start: int  #: First frame
+    stop: int  #: One after the last frame
+    peak: float  #: Greatest vertical force [N]
+    problem: str = ""  #: Why frames of it are not used; empty where all are
 
 
 @dataclass(frozen=True)
 class FootForces:
-    """Ground reaction on each foot, on the frames of a motion; sides in the order r, l.
+    """Ground reaction on each foot, on the frames of a motion; sides in the order r, l."""
 
-    Attributes:
-        force: Force on the foot, world [N]; zero where it carries none.
-        point: Centre of pressure, world [m]; NaN where the force is zero.
-        torque: Free moment at that point, world, vertical [N m].
-        valid_side: Frames in which the force on that foot is known (zero in swing is known).
-        valid: Frames in which both are.
-        uses: Every loading of every plate.
-        warnings: What the user should know, one sentence each.
-        sides: Names of the sides, in the order of the second axis.
-    """
-
-    force: Float[Array, "n_frames 2 3"]
+    force: Float[Array, "n_frames 2 3"]  #: Force on the foot, world [N]; zero where it carries none
+    #: Centre of pressure, world [m]; NaN where the force is zero
     point: Float[Array, "n_frames 2 3"]
-    torque: Float[Array, "n_frames 2 3"]
+    torque: Float[Array, "n_frames 2 3"]  #: Free moment at that point, world, vertical [N m]
+    #: Frames in which the force on that foot is known (zero in swing is known)
     valid_side: Bool[Array, "n_frames 2"]
-    valid: Bool[Array, " n_frames"]
-    uses: tuple[PlateUse, ...] = ()
-    warnings: tuple[str, ...] = ()
-    sides: tuple[str, str] = SIDES
+    valid: Bool[Array, " n_frames"]  #: Frames in which both are
+    uses: tuple[PlateUse, ...] = ()  #: Every loading of every plate
+    warnings: tuple[str, ...] = ()  #: What the user should know, one sentence each
+    sides: tuple[str, str] = SIDES  #: Names of the sides, in the order of the second axis
 
 
 def assign_plates(
@@ -153,12 +135,12 @@ def assign_plates(
     unmeasured = unmeasured_frames(frame_time, touch, measured)
     seen = seen_frames(plates, frame_time)
     valid_side = ~unmeasured & ~excluded & seen[:, None]
-    valid = np.array([bool(both.all()) for both in valid_side], dtype=bool)
+    valid = valid_side.all(axis=1)
     _describe(notes, frame_time, loadings, unmeasured, seen, bool(plates))
     uses = tuple(
         PlateUse(
             loading.plate.name,
-            _owner_name(loading.owner),
+            "".join(side for k, side in enumerate(SIDES) if (loading.owner == k).any()),
             int(loading.frames[0]),
             int(loading.frames[-1]) + 1,
             loading.peak,
@@ -174,9 +156,7 @@ def over_plates(
 ) -> Bool[Array, " n_frames"]:
     """Return the frames in which both soles are over plates whole, so that nothing escapes them.
 
-    Args:
-        plates: Force plates; those whose corners are not known do not count.
-        foot_points: As for :func:`assign_plates`.
+    Plates whose corners are not known do not count.
     """
     points = np.concatenate([foot_points[side] for side in SIDES], axis=1)
     outside = [outside_of(p.corners, points) for p in plates if p.corners is not None]
@@ -188,10 +168,7 @@ def over_plates(
 def sole_points(
     human: Human, qpos: Float[Array, "n_frames nq"]
 ) -> dict[str, Float[Array, "n_frames n_points 3"]]:
-    """Return points of each foot's sole over a motion, heel first [m].
-
-    They are the lowest points of the contact spheres.
-    """
+    """Return the lowest points of each foot's contact spheres over a motion, heel first [m]."""
     standing = sole_paths(human, human.standing()[None])
     soles = sole_paths(human, qpos)
     result = {}
@@ -200,13 +177,6 @@ def sole_points(
         order = np.argsort(standing.position[0, own, 0], kind="stable")
         result[side] = soles.position[:, own[order]]
     return result
-
-
-def _owner_name(owner: np.ndarray) -> str:
-    known = owner[owner >= 0]
-    if len(known) == 0:
-        return ""
-    return "".join(SIDES[k] for k in (0, 1) if (known == k).any())
 
 
 def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:

@@ -164,13 +164,9 @@ class LinkTree:
     def inwards(
         self, ca: Any, turns: list[list[Any]], forces: list[Any], moments: list[Any]
     ) -> tuple[list[Any], Any, Any]:
-        """Add up forces and moments (or momenta) from the ends of the limbs to the world.
+        """Add up forces and moments (or momenta) of the links from the ends of the limbs inwards.
 
-        Args:
-            ca: CasADi.
-            turns: From :meth:`turns`.
-            forces: One a link, in its axes; the list is used up.
-            moments: About the links' origins; the list is used up.
+        Moments are about the links' origins. Both lists are used up.
 
         Returns:
             What each hinge bears about its axis, in the order of q; the sum of all forces and of

@@ -78,8 +78,6 @@ class SymbolicHuman:
         self._tree = LinkTree(human, self.gravity)
         self._functions: dict[tuple, Any] = {}
 
-    # Conversions ------------------------------------------------------------------------------
-
     def from_mujoco(
         self,
         qpos: Float[Array, "n_frames nq"],
@@ -115,8 +113,6 @@ class SymbolicHuman:
         qacc = np.hstack([qdd[:, 3:6] @ OPENSIM_TO_WORLD.T, alpha, qdd[:, 6:]])
         return qpos, qvel, qacc
 
-    # Kinematics -------------------------------------------------------------------------------
-
     def frames(self) -> "casadi.Function":
         """Return q ↦ ``position`` (3, n_bodies) [m] and ``rotation`` (3, 3 n_bodies).
 
@@ -149,39 +145,24 @@ class SymbolicHuman:
 
     def positions(self, points: Sequence[Point]) -> "casadi.Function":
         """Return q ↦ ``position`` (3, n_points) of points, world [m]."""
-
-        def build(ca: Any, q: Any):
-            return {"position": self._tree.points(ca, points, q)[0]}
-
-        return self._function("positions", ("q",), build, *points)
+        return self._of_points("position", points, "q")
 
     def velocities(self, points: Sequence[Point]) -> "casadi.Function":
         """Return (q, qd) ↦ ``velocity`` (3, n_points) of points, world [m/s]."""
-
-        def build(ca: Any, q: Any, qd: Any):
-            return {"velocity": self._tree.points(ca, points, q, qd)[1]}
-
-        return self._function("velocities", ("q", "qd"), build, *points)
+        return self._of_points("velocity", points, "q", "qd")
 
     def accelerations(self, points: Sequence[Point]) -> "casadi.Function":
         """Return (q, qd, qdd) ↦ ``acceleration`` (3, n_points) of points, world [m/s²]."""
-
-        def build(ca: Any, q: Any, qd: Any, qdd: Any):
-            return {"acceleration": self._tree.points(ca, points, q, qd, qdd)[2]}
-
-        return self._function("accelerations", ("q", "qd", "qdd"), build, *points)
+        return self._of_points("acceleration", points, "q", "qd", "qdd")
 
     def com(self) -> "casadi.Function":
         """Return q ↦ ``com`` (3,), the whole body's centre of mass, world [m]."""
 
         def build(ca: Any, q: Any):
-            return {
-                "com": self._tree.translation(ca, q) + self._tree.arm(ca, self._tree.turns(ca, q))
-            }
+            arm = self._tree.arm(ca, self._tree.turns(ca, q))
+            return {"com": self._tree.translation(ca, q) + arm}
 
         return self._function("com", ("q",), build)
-
-    # Dynamics ---------------------------------------------------------------------------------
 
     def momentum(self) -> "casadi.Function":
         """Return (q, qd) ↦ ``linear`` and ``angular`` momentum, each (3,), world axes.
@@ -312,6 +293,14 @@ class SymbolicHuman:
             return {"zmp": ca.vertcat(x, y)}
 
         return self._function("zero_moment_point", ("q", "qd", "qdd"), build, float(ground))
+
+    def _of_points(self, name: str, points: Sequence[Point], *inputs: str) -> "casadi.Function":
+        """Return positions, velocities or accelerations: as many derivatives as inputs but one."""
+
+        def build(ca: Any, *state: Any):
+            return {name: self._tree.points(ca, points, *state)[len(inputs) - 1]}
+
+        return self._function(name, inputs, build, *points)
 
     def _function(
         self, name: str, inputs: tuple[str, ...], build: Callable, *key: Any

@@ -15,7 +15,7 @@ import numpy as np
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.gait_shape import gait_shape
-from plantigrade.analyze.muscle_work import muscle_work
+from plantigrade.analyze.movement import muscle_work
 from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import title_of
 from plantigrade.dynamics.centroid import centroid
@@ -193,11 +193,11 @@ def shape_of(run: Run) -> dict[str, Any]:
     speed = float(np.ptp(motion["pelvis_tx"][[0, -1]]) / motion.duration)
     kind = norms.speed_class(speed, leg_length(human))
     shape = gait_shape(curves, kind)
-    work = muscle_work(record, float(np.linalg.norm(com[-1, :2] - com[0, :2])))
+    way = float(np.linalg.norm(com[-1, :2] - com[0, :2]))
     gait = asdict(shape) | {"rmse": shape.rmse, "rmse_offset_removed": shape.rmse_offset_removed}
     for name in ("step_width_m", "cost_of_transport", "cadence_steps_min"):
         gait[name] = run.figures.get(name)
-    gait["muscle_cost_of_transport"] = work.cost_of_transport
+    gait["muscle_cost_of_transport"] = muscle_work(record)[0] / (record.weight * way)
     drawn = {n: np.nanmean(curves.angles[f"{n}_r"], axis=0) for n in CURVES}
     for name, ours in zip(FORCES, ("up_r", "forward_r"), strict=True):
         drawn[name] = np.nanmean(curves.forces[ours], axis=0)

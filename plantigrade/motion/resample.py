@@ -13,9 +13,15 @@ def resampled(motion: Motion, time: Float[Array, " n"]) -> Motion:
     qpos = motion.qpos.copy()
     turned = np.sum(qpos[1:, 3:7] * qpos[:-1, 3:7], axis=1) < 0  # the same rotation, the other sign
     qpos[1:, 3:7] *= np.where(np.cumsum(turned) % 2, -1.0, 1.0)[:, None]
-    here, speed = (
-        np.stack([np.interp(time, motion.time, column) for column in values.T], axis=1)
-        for values in (qpos, motion.qvel)
-    )
+    here, speed = (interpolate(time, motion.time, values) for values in (qpos, motion.qvel))
     here[:, 3:7] /= np.linalg.norm(here[:, 3:7], axis=1, keepdims=True)
     return Motion(time, here, speed, motion.joint_names, events=motion.events)
+
+
+def interpolate(
+    time: Float[Array, " n"], clock: Float[Array, " m"], values: Float[Array, " m *channels"]
+) -> Float[Array, " n *channels"]:
+    """Return a signal at other instants [s], straight between its own; beyond its ends as there."""
+    columns = values.reshape(len(values), -1).T
+    found = np.stack([np.interp(time, clock, column) for column in columns], axis=1)
+    return found.reshape(len(time), *values.shape[1:])

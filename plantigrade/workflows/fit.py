@@ -128,10 +128,8 @@ def fit(
     """
     settings = settings or FitSettings()
     began = time.perf_counter()
-    recording, trial = fit_trial(path, settings, step)
-    run = run_of(recording, trial, settings, command=command, seed=seed)
-    seconds = {"fit_time_s": time.perf_counter() - began}
-    return replace(run, figures={**run.figures, **seconds})
+    run = run_of(*fit_trial(path, settings, step), settings, command=command, seed=seed)
+    return replace(run, figures=run.figures | {"fit_time_s": time.perf_counter() - began})
 
 
 def run_of(
@@ -143,18 +141,13 @@ def run_of(
     command: str = "",
     seed: int | None = None,
 ) -> Run:
-    """Return the run of an analysed recording.
+    """Return the run of a recording that was analysed with these settings.
 
-    Args:
-        recording: The recording as it was read.
-        trial: The same, fitted and analysed.
-        settings: Those it was fitted with.
-        title: Heading of the pages; the name of the file if empty.
-        command: The command line.
-        seed: Of random numbers.
+    Its pages are called after the file where no title is given.
     """
     record = trial.record()
-    feet = foot_segment_signals(recording, trial, settings)
+    chosen = (settings.known, settings.marker_set, settings.cutoff)
+    feet = foot_segment_signals(recording, trial, *chosen)
     if feet.signals:
         record = replace(record, signals={**record.signals, **feet.signals})
     return Run(

@@ -66,14 +66,6 @@ def run_of(
     Its record is the motion from the hierarchy of accelerations; ``others["forces"]`` is the
     motion moved by forces, with the measured forces as signals ``measured.…``.
 
-    Args:
-        recording: The recording as it was read.
-        trial: The same, fitted and analysed.
-        settings: Which tasks, and whether forces are computed.
-        title: Heading of the pages; the name of the file if empty.
-        command: The command line.
-        seed: Of random numbers.
-
     Raises:
         ReproduceError: If it shows no walking, or uneven ground.
     """

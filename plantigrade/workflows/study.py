@@ -29,21 +29,13 @@ KEPT = (  # of each gait, in the study's metrics
 
 @dataclass(frozen=True)
 class Member:
-    """One reproduced gait of a study.
+    """One reproduced gait of a study."""
 
-    Attributes:
-        name: What it is called.
-        path: The recording.
-        folder: Its run folder.
-        comparison: The reproduced gait against the recorded one.
-        metrics: Those of its run.
-    """
-
-    name: str
-    path: Path
-    folder: Path
-    comparison: Comparison = field(repr=False)
-    metrics: dict[str, Any] = field(repr=False)
+    name: str  #: What it is called
+    path: Path  #: The recording
+    folder: Path  #: Its run folder
+    comparison: Comparison = field(repr=False)  #: The reproduced gait against the recorded one
+    metrics: dict[str, Any] = field(repr=False)  #: Those of its run
 
     @property
     def problem(self) -> str:
@@ -66,15 +58,10 @@ class Member:
 
 @dataclass(frozen=True)
 class GaitStudy:
-    """Several reproduced gaits.
+    """Several reproduced gaits."""
 
-    Attributes:
-        members: Those that were reproduced.
-        left_out: Recording → why it could not be.
-    """
-
-    members: tuple[Member, ...]
-    left_out: dict[str, str]
+    members: tuple[Member, ...]  #: Those that were reproduced
+    left_out: dict[str, str]  #: Recording → why it could not be
 
     @property
     def counted(self) -> tuple[Member, ...]:
@@ -127,16 +114,15 @@ class GaitStudy:
             "paper_simulated_deg", "paper_reference_deg", "paper_difference_deg",
             "paper_identical",
         ]  # fmt: skip
-        rows = []
-        for r in self.study.rows if self.study is not None else ():
-            rows.append(
-                [
-                    r.label, r.coordinate, r.simulated, r.simulated_sd, r.reference,
-                    r.reference_sd, r.difference, r.difference_abs, *r.interval, r.shapiro_p,
-                    r.test, r.p, r.identical, r.rmse, r.correlation, r.paper.simulated,
-                    r.paper.reference, r.paper.difference, r.paper.identical,
-                ]
-            )  # fmt: skip
+        rows = [
+            [
+                r.label, r.coordinate, r.simulated, r.simulated_sd, r.reference, r.reference_sd,
+                r.difference, r.difference_abs, *r.interval, r.shapiro_p, r.test, r.p,
+                r.identical, r.rmse, r.correlation, r.paper.simulated, r.paper.reference,
+                r.paper.difference, r.paper.identical,
+            ]
+            for r in (self.study.rows if self.study is not None else ())
+        ]  # fmt: skip
         return header, rows
 
     def table_csv(self) -> str:
@@ -144,9 +130,7 @@ class GaitStudy:
         header, rows = self.table_rows()
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(header)
-        for row in rows:
-            writer.writerow([_cell(value) for value in row])
+        writer.writerows([header, *([_cell(value) for value in row] for row in rows)])
         return stream.getvalue()
 
     def table_text(self) -> list[str]:
@@ -181,18 +165,12 @@ def write(
     seed: int = 0,
     overwrite: bool = False,
 ) -> Path:
-    """Write the folder of a study: page, table and figures.
-
-    Args:
-        found: The study.
-        metrics: Its figures.
-        out: The folder.
-        command: The command line.
-        settings: Of every gait.
-        seed: Of everything random.
-        overwrite: Replace an existing folder.
-    """
+    """Write the folder of a study: page, table and figures; ``settings`` are those of all gaits."""
     base = out.expanduser().absolute()
+
+    def path_to(member: Member) -> str:
+        return os.path.relpath(member.folder.expanduser().absolute(), base)
+
     provenance = {
         "version": __version__,
         "command": command,
@@ -201,16 +179,7 @@ def write(
     }
     page = study_html(
         found.study,
-        [
-            Gait(
-                m.name,
-                m.problem,
-                m.metrics,
-                m.comparison,
-                os.path.relpath(m.folder.expanduser().absolute(), base),
-            )
-            for m in found.members
-        ],
+        [Gait(m.name, m.problem, m.metrics, m.comparison, path_to(m)) for m in found.members],
         found.left_out,
         tasks=settings.tasks,
         status=metrics["status"],

@@ -45,33 +45,21 @@ HIDDEN = 0.25  # share of the markers with a gap; gaps last up to a tenth of a s
 
 @dataclass(frozen=True)
 class TextbookWalk:
-    """The walk on a person.
+    """The walk on a person."""
 
-    Attributes:
-        human: The person.
-        time: Time of each frame [s].
-        qpos: Configurations.
-        events: Heel strikes and toe offs as the book has them.
-        speed: Walking speed [m/s].
-    """
-
-    human: Human
-    time: Float[Array, " n_frames"]
-    qpos: Float[Array, "n_frames nq"]
-    events: tuple[GaitEvent, ...]
-    speed: float
+    human: Human  #: The person
+    time: Float[Array, " n_frames"]  #: Time of each frame [s]
+    qpos: Float[Array, "n_frames nq"]  #: Configurations
+    events: tuple[GaitEvent, ...]  #: Heel strikes and toe offs as the book has them
+    speed: float  #: Walking speed [m/s]
 
 
 def textbook_walk(
     human: Human, *, speed: float = 1.25, rate: float = 100.0, cycles: int = 3
 ) -> TextbookWalk:
-    """Return the published mean walk on a person who stands on the ground.
+    """Return so many strides of the published mean walk, on a person who stands on the ground.
 
-    Args:
-        human: The person.
-        speed: Walking speed [m/s].
-        rate: Frames per second [Hz].
-        cycles: Number of strides.
+    The speed is in m/s, the frames per second in Hz.
     """
     d = human.dimensions
     walk = textbook_gait(speed, d.thigh + d.shank + d.ankle_height, rate=rate, cycles=cycles)
@@ -93,12 +81,9 @@ def textbook_walk(
 
 
 def recorded(walk: TextbookWalk, path: Path, *, seed: int = 0) -> Recording:
-    """Return the walk as a laboratory would have recorded it.
+    """Return the walk as a laboratory would have recorded it, into the file ``path``.
 
-    Args:
-        walk: The walk.
-        path: The file it is to be written to.
-        seed: Of placement, noise and gaps.
+    ``seed`` is that of placement, noise and gaps.
     """
     rng = np.random.default_rng(seed)
     human = walk.human

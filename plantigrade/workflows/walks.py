@@ -38,24 +38,15 @@ CUTOFF = 6.0
 
 @dataclass(frozen=True)
 class RecordedWalk:
-    """A recorded walk on its way to the tasks.
+    """A recorded walk on its way to the tasks."""
 
-    Attributes:
-        name: Name of the file.
-        human: Who walks.
-        motion: The motion, filtered, with its gait events in order.
-        feet: Paths of the feet.
-        figures: Figures of fit and gait.
-        notes: What the user should know.
-        measured: The fitted recording where forces were measured, on the frames of the motion.
-    """
-
-    name: str
-    human: Human
-    motion: Motion
-    feet: FootPath
-    figures: dict[str, Any]
-    notes: tuple[str, ...]
+    name: str  #: Name of the file
+    human: Human  #: Who walks
+    motion: Motion  #: The motion, filtered, with its gait events in order
+    feet: FootPath  #: Paths of the feet
+    figures: dict[str, Any]  #: Figures of fit and gait
+    notes: tuple[str, ...]  #: What the user should know
+    #: The fitted recording where forces were measured, on the frames of the motion
     measured: Record | None = None
 
     @classmethod
@@ -104,8 +95,7 @@ class RecordedWalk:
     def repeated(self, trial: Trial) -> "RecordedWalk":
         """Return the walk, repeated where it is one cycle that shows no whole stride of a foot.
 
-        Args:
-            trial: The recording it came from; the posture is repeated as fitted, then filtered.
+        The posture is repeated as it was fitted, then filtered.
         """
         if cut_cycles(walking_events(self.motion.events)):
             return self
@@ -134,11 +124,7 @@ class RecordedWalk:
         return RecordedWalk(self.name, human, motion, feet, figures, (*self.notes, note))
 
     def refuse_standing(self) -> None:
-        """Raise where there is no walking.
-
-        Raises:
-            ReproduceError: In one sentence that says what was seen instead.
-        """
+        """Raise a ReproduceError where there is no walking, with what was seen instead."""
         events = self.motion.events
         if len(walking_events(events)) >= ENOUGH:
             return
@@ -153,11 +139,7 @@ class RecordedWalk:
         )
 
     def refuse_uneven(self) -> None:
-        """Raise where feet stand at different heights: stairs, a slope, uneven ground.
-
-        Raises:
-            ReproduceError: With the difference of the heights.
-        """
+        """Raise a ReproduceError where feet stand at different heights: stairs, a slope."""
         motion = self.motion
         soles = sole_paths(self.human, motion.qpos)
         heights = []

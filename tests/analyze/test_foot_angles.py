@@ -213,7 +213,7 @@ def test_a_walk_with_oxford_markers_has_foot_segments(data: Path):
     """Fitted with the default feet; the segments come besides, near the stored angles."""
     settings = FitSettings()
     recording, trial = fit_trial(data / "c3d" / "HC038A11.c3d", settings)
-    feet = foot_segment_signals(recording, trial, settings)
+    feet = foot_segment_signals(recording, trial, settings.known)
     assert trial.fit.human.feet == "two-segment"
     found = feet.figures
     assert found["foot_segments_marker_rms_mm"] < 5
@@ -222,4 +222,4 @@ def test_a_walk_with_oxford_markers_has_foot_segments(data: Path):
     assert len(feet.signals["foot.names"]) >= 10
     bare = [n for n in recording.markers.names if n[1:] not in ("LCA", "STL", "CPG")]
     few = replace(trial, fit=replace(trial.fit, markers=trial.fit.markers.select(bare)))
-    assert not foot_segment_signals(recording, few, settings).signals
+    assert not foot_segment_signals(recording, few, settings.known).signals

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from plantigrade.dynamics import FootForces
+from plantigrade.dynamics.plates import FootForces
 from plantigrade.models import Human
 
 

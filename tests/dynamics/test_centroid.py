@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from plantigrade.dynamics import centre_of_pressure, centroid, zero_moment_point
+from plantigrade.dynamics.centroid import centre_of_pressure, centroid, zero_moment_point
 from plantigrade.models import Human
 from tests.dynamics.movement import movement
 

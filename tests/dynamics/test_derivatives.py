@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.dynamics import differentiate
+from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from tests.dynamics.movement import movement

@@ -4,15 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.dynamics import (
-    centroid,
-    inverse_dynamics,
-    opensim_moments,
-    residual_metrics,
-    sole_points,
-)
 from plantigrade.dynamics.carriers import Carriers, shares
-from plantigrade.dynamics.centroid import without_constraints
+from plantigrade.dynamics.centroid import centroid, without_constraints
+from plantigrade.dynamics.inverse import inverse_dynamics, opensim_moments, residual_metrics
+from plantigrade.dynamics.plates import sole_points
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.dynamics import assign_plates, differentiate, inverse_dynamics, sole_points
+from plantigrade.dynamics.derivatives import differentiate
+from plantigrade.dynamics.inverse import inverse_dynamics
+from plantigrade.dynamics.plates import assign_plates, sole_points
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import ForcePlate

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.site import Point, contact_sites
-from plantigrade.dynamics import centroid, inverse_dynamics, opensim_moments
-from plantigrade.dynamics.centroid import without_constraints
+from plantigrade.dynamics.centroid import centroid, without_constraints
+from plantigrade.dynamics.inverse import inverse_dynamics, opensim_moments
 from plantigrade.dynamics.symbolic import ROOTS, SymbolicHuman
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD

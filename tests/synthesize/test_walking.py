@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.check import check
-from plantigrade.dynamics import centroid
+from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.problem.contact import site_targets
