@@ -303,15 +303,8 @@ class State:
     def _jacobian(self, points: PointSet):
         data = self._position_data
         arm = self.position(points) - data.subtree_com[1]
-        angular, linear = data.cdof[:, :3], data.cdof[:, 3:]
-        J = np.empty((len(points), 3, self.model.nv))
-        x, y, z = arm[:, 0:1], arm[:, 1:2], arm[:, 2:3]
-        ax, ay, az = angular[:, 0], angular[:, 1], angular[:, 2]
-        J[:, 0] = linear[:, 0] + ay * z - az * y
-        J[:, 1] = linear[:, 1] + az * x - ax * z
-        J[:, 2] = linear[:, 2] + ax * y - ay * x
-        J *= points.moved
-        return J
+        turned = _skew(-arm).reshape(-1, 3) @ data.cdof[:, :3].T
+        return (turned.reshape(len(points), 3, -1) + data.cdof[:, 3:].T) * points.moved
 
     def _bias_acceleration(self, points: PointSet):
         linear, angular = self._bodies

@@ -1,7 +1,7 @@
 r"""A gait from ordered tasks that moves by forces: joint moments and ground reactions come with it.
 
 The unknowns are joint accelerations and contact forces; the acceleration of the root follows from
-the equations of motion (:mod:`plantigrade.wbc.friction`), which therefore hold at every
+the equations of motion (:mod:`plantigrade.wbc.forces`), which therefore hold at every
 instant, and between instants nothing jumps. The hierarchy, from the top:
 
 0. friction, unilateral contact, joint limits (bounds); strength of the joints, how fast a foot may

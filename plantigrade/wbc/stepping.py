@@ -1,9 +1,7 @@
 r"""Motion from ordered tasks: at every tick, the hierarchy's acceleration, integrated.
 
-One noun and one verb: a :class:`~plantigrade.wbc.order.TaskOrder` (levels of tasks, most important
-first, and what is preferred where they leave freedom) and :func:`move`. At every tick the tasks'
-rows become a hierarchical quadratic program (Eqs. 2-9 of [Boukheddimi]_), its answer is integrated
-over the step, and so on.
+At every tick the rows of a :class:`~plantigrade.wbc.order.TaskOrder` become a hierarchical
+quadratic program (Eqs. 2-9 of [Boukheddimi]_), whose answer is integrated over the step.
 
 The unknowns are the generalised acceleration, or, where
 :class:`~plantigrade.wbc.forces.GroundForces` are given, joint accelerations and contact forces that
@@ -17,7 +15,7 @@ do what a task asks: in walking, arms and neck.
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -80,11 +78,6 @@ class OrderedMotion:
     sites: tuple[ContactSite, ...] = ()
     stopped: str = ""
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the tasks, in order."""
-        return self.order.names
-
     def record(self) -> Record:
         """Return what happened, with the tasks' residuals as signals."""
         return Record(
@@ -95,8 +88,8 @@ class OrderedMotion:
             contact_force=self.contact_force,
             contact_point=self.contact_point,
             signals={
-                "tasks.names": np.array(self.names, dtype=np.str_),
-                "tasks.level": np.array(self.order.level_numbers),
+                "tasks.names": np.array(self.order.names, dtype=np.str_),
+                "tasks.level": np.array([level for level, _ in self.order.numbered]),
                 "tasks.meanings": np.array(self.order.meanings, dtype=np.str_),
                 "tasks.active": self.active,
                 "tasks.residual": self.residual,
@@ -106,23 +99,6 @@ class OrderedMotion:
                 "stopped": np.array(self.stopped, dtype=np.str_),
             },
         )
-
-
-@dataclass
-class _Tick:
-    """One tick of an :class:`OrderedMotion`."""
-
-    qpos: np.ndarray
-    qvel: np.ndarray
-    active: np.ndarray
-    residual: np.ndarray
-    solver_time: float
-    kinematics_time: float
-    exact: bool
-    qacc: np.ndarray
-    qfrc: np.ndarray | None = None
-    contact_force: np.ndarray | None = None
-    contact_point: np.ndarray | None = None
 
 
 class AccelerationUnknowns:
@@ -201,17 +177,13 @@ def move(
     """
     state = State(human, qpos, qvel)
     limits = limits or JointLimits(human, step)
-    unknowns = (
-        AccelerationUnknowns(state, order)
-        if ground is None
-        else ForceUnknowns(state, order, ground)
-    )
+    unknowns = ForceUnknowns(state, order, ground) if ground else AccelerationUnknowns(state, order)
     times = start + step * np.arange(max(1, round((stop - start) / step)) + 1)
-    ticks: list[_Tick] = []
+    ticks: list[dict[str, Any]] = []
     stopped = ""
     for k, now in enumerate(times.tolist()):
         began = clock.perf_counter()
-        state = state.integrated(ticks[-1].qacc, step) if k else first_state(state, order, now)
+        state = state.integrated(ticks[-1]["qacc"], step) if k else first_state(state, order, now)
         begins = [task.begin(state, now) for task in order.tasks]
         if any(begins) and (unknowns.impacts or not k):
             state = state.moved_to(state.qpos, velocity_after_impact(state, order, now))
@@ -229,14 +201,21 @@ def move(
         solved = clock.perf_counter()
         answer = unknowns.answer(state, solution.x)
         active, residual = _missed(order, rows, wanted, answer["qacc"])
-        times_spent = solved - built, built - began
         ticks.append(
-            _Tick(state.qpos, state.qvel, active, residual, *times_spent, solution.exact, **answer)
+            {
+                "qpos": state.qpos,
+                "qvel": state.qvel,
+                "active": active,
+                "residual": residual,
+                "solver_time": solved - built,
+                "kinematics_time": built - began,
+                "exact": solution.exact,
+                **answer,
+            }
         )
         if progress is not None and k % 50 == 0:
             progress(k / len(times))
-    columns = {f.name: [getattr(tick, f.name) for tick in ticks] for f in fields(_Tick)}
-    arrays = {name: np.array(values) for name, values in columns.items() if values[0] is not None}
+    arrays = {name: np.array([tick[name] for tick in ticks]) for name in ticks[0]}
     return OrderedMotion(
         human, order, times[: len(ticks)], **arrays, sites=unknowns.sites, stopped=stopped
     )
