@@ -31,6 +31,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
+from plantigrade.kinematics.result import listed
 from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.landmarks import BONE, Attachment, attachments
@@ -391,10 +392,9 @@ def require_known(names: Sequence[str], placed: dict[str, Attachment | None]) ->
     known = [n for n in names if placed[n] is not None]
     bodies = {p.body for p in placed.values() if p is not None}
     if len(known) < 6 or len(bodies) < 3:
-        shown = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
         raise FitError(
-            f"only {len(known)} of {len(names)} markers ({shown}) have a name that a marker set "
-            "knows; at least 6 on three segments are needed: give your own set with "
+            f"only {len(known)} of {len(names)} markers ({listed(names)}) have a name that "
+            "a marker set knows; at least 6 on three segments are needed: give your own set with "
             "--marker-set FILE"
         )
 
@@ -418,7 +418,7 @@ def standing_poses(
     which = [i for i, p in enumerate(places) if p is not None]
     known = [p for p in places if p is not None]
     if points is None:
-        points = PointSet(human, [p.body for p in known], np.array([p.position for p in known]))
+        points = PointSet.of(human, known)
     standing = human.standing()
     model_points = points.path(standing[None])[0]
     trunk = {"pelvis", "torso", "abdomen", "lower_thorax", "thorax"}

@@ -6,8 +6,8 @@ frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve eve
 and say what was noticed.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,17 +29,16 @@ from plantigrade.kinematics.plausible import (
     require_own_sides,
     without_far_samples,
 )
-from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.models.person import Person
-from plantigrade.motion import Markers, Recording, Subject
+from plantigrade.motion import Markers, Recording
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.spatial.conventions import rotation_matrix
 
-JOINTS = "42"  # joint set where none is given
 USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
 CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
 STATIC_FRAMES = 6
@@ -49,8 +48,6 @@ FLYING_FACTOR = 6.0  # … and left out if it also is this many times the marker
 FEWEST_SHARED = 6  # known markers a standing trial must have in common with the recording
 SWAP_GAIN = 0.4  # two markers were swapped where swapping leaves less than this of their error
 
-Progress = Callable[[str, int, int], None]
-
 
 def fit_markers(
     recording: Recording,
@@ -58,7 +55,6 @@ def fit_markers(
     *,
     static: Recording | None = None,
     marker_set: MarkerSet | None = None,
-    weights: dict[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Put a marker recording on a person scaled to it.
@@ -68,31 +64,30 @@ def fit_markers(
         person: What is known about who was recorded; the recording's own words fill the rest.
         static: A standing trial of the same person with the same markers, if there is one.
         marker_set: Where markers sit; the built-in set that knows most names if not given.
-        weights: Weight of single markers in the inverse kinematics; the others weigh 1, on thigh
-            and upper arm a quarter, for soft tissue moves them most.
         progress: Called with (what, done, total).
 
     Raises:
         FitError: If the recording has no markers, too few known ones, or no usable frame.
     """
-    person = person or Person()
+    if static is not None:
+        recording = replace(recording, subject=filled(recording.subject, static.subject))
+    person = filled(person or Person(), recording.subject)
     markers = recording.markers
     if markers is None or not markers.names:
         raise FitError(f"{recording.source} has no markers to fit")
     notes: list[str] = []
-    names, ignored = _usable(markers, static)
+    names, ignored = _usable(markers)
     if static is not None and static.markers is not None:
-        names = names + [
-            n for n in static.markers.names if n not in markers.names and _seen(static.markers, n)
-        ]
+        seen = _columns(static.markers, static.markers.names)[..., 0]
+        shown = zip(static.markers.names, np.isfinite(seen).any(axis=0), strict=True)
+        names += [n for n, ever in shown if ever and n not in markers.names]
     start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
     if start > 0 or stop < markers.n_frames:
         notes.append(
             f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
             f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
         )
-    height, mass, sex = _who(person, recording, static)
-    human = Human.create(height or USUAL_HEIGHT, mass, sex, person.joints or JOINTS, person.feet)
+    human = human_of(person, person.height or USUAL_HEIGHT)
     placed = place_markers(names, human, marker_set)
     known = [n for n in names if placed[n] is not None and n in markers.names]
     require_known([n for n in names if n in markers.names], placed)
@@ -100,14 +95,14 @@ def fit_markers(
     attached = [p for n in known if (p := placed[n]) is not None]
     seen_as = _columns(markers, known)[start:stop]
     require_human_size(seen_as, recording.source)
-    require_own_sides(attached, _standing(human, attached), seen_as, recording.source)
+    standing = PointSet.of(human, attached).path(human.standing()[None])[0]
+    require_own_sides(attached, standing, seen_as, recording.source)
     recording, far = without_far_samples(recording)
     if far:
         notes.append(f"{far} samples metres away from the person were left out.")
     markers = recording.markers
     assert markers is not None
-    facing = _facing(human, known, placed, markers, start, stop)
-    angle = quarter_turn_to_face_x(facing)
+    angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
     recording = turn(recording, angle)
     markers = recording.markers
     assert markers is not None
@@ -119,9 +114,9 @@ def fit_markers(
         names,
         placed,
         np.concatenate([measured_standing, measured[chosen]]),
-        height=height,
+        height=person.height,
         standing=np.arange(len(measured_standing) + len(chosen)) < standing_frames,
-        progress=(lambda k: progress("scaling the body", k, 25)) if progress else None,
+        progress=counter(progress, "scaling the body", 25),
     )
     for name in names:
         if name not in calibration.names:
@@ -131,7 +126,9 @@ def fit_markers(
     tracked = [calibration.names[i] for i in in_trial]
     samples = _columns(markers, tracked)[window]
     places = tuple(calibration.places[i] for i in in_trial)
-    solver = _solver(calibration.human, tracked, places, weights)
+    solver = InverseKinematics(
+        PointSet.of(calibration.human, places), np.array([1 / softness(p) ** 2 for p in places])
+    )
     first = calibration.qpos[standing_frames]
     qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
     notes += more
@@ -140,25 +137,22 @@ def fit_markers(
     cut = replace(
         recording,
         markers=Markers(markers.names, markers.time[window], markers.positions[window]),
-        subject=_subject(recording, static),
     )
     unknown = [n for n in calibration.attached if n in tracked]
     if unknown:
         notes.append(
             f"{len(unknown)} markers of unknown name were put on the segment they move with: "
-            + ", ".join(f"{n} on {calibration.attached[n]}" for n in unknown[:12])
-            + (" …" if len(unknown) > 12 else "")
+            + listed([f"{n} on {calibration.attached[n]}" for n in unknown], 12)
             + "."
         )
     lost = [n for n in ignored if n in markers.names]
     if lost:
         notes.append(
             f"{len(lost)} markers were not used: "
-            + "; ".join(f"{n} ({ignored[n]})" for n in lost[:8])
-            + (" …" if len(lost) > 8 else "")
+            + listed([f"{n} ({ignored[n]})" for n in lost], between="; ")
             + "."
         )
-    if person.height is None and _subject(recording, static).height is None:
+    if person.height is None:
         notes.append(
             f"the stature is not in the file; {calibration.human.height:.2f} m was found from the "
             "markers (give --height to set it)."
@@ -175,17 +169,10 @@ def fit_markers(
         residual=residual,
         kept=kept,
         attached=calibration.attached,
-        ignored=ignored,
         heading=angle,
         metrics=_metrics(used, calibration, kept, np.isfinite(residual)),
         warnings=tuple(recording.warnings) + tuple(notes),
     )
-
-
-def _standing(human: Human, places: Sequence[Attachment]) -> Float[Array, "n_markers 3"]:
-    """Return where markers are on the standing person [m]."""
-    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
-    return points.path(human.standing()[None])[0]
 
 
 def unseen_toes_follow(
@@ -207,23 +194,7 @@ def unseen_toes_follow(
     return qpos
 
 
-def _solver(
-    human: Human,
-    names: Sequence[str],
-    places: Sequence[Attachment],
-    weights: dict[str, float] | None,
-) -> InverseKinematics:
-    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
-    usual = [1 / softness(p) ** 2 for p in places]
-    w = np.array([(weights or {}).get(n, u) for n, u in zip(names, usual, strict=True)])
-    return InverseKinematics(points, w)
-
-
-def _seen(markers: Markers, name: str) -> bool:
-    return bool(np.isfinite(markers.positions[:, markers.index(name), 0]).any())
-
-
-def _usable(markers: Markers, static: Recording | None) -> tuple[list[str], dict[str, str]]:
+def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
     """Return the markers worth fitting and the reason for each that is not."""
     names, ignored = [], {}
     for i, name in enumerate(markers.names):
@@ -279,25 +250,6 @@ def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
     return int(start), int(stop)
 
 
-def _who(
-    person: Person, recording: Recording, static: Recording | None
-) -> tuple[float | None, float, str]:
-    """Return height, mass and sex from the caller, the files, or what is usual."""
-    said = _subject(recording, static)
-    height = said.height if person.height is None else person.height
-    sex = person.sex or said.sex or "male"
-    mass = said.mass if person.mass is None else person.mass
-    return height, mass or 22.5 * (height or 1.72) ** 2, sex
-
-
-def _subject(recording: Recording, static: Recording | None) -> Subject:
-    """Return what the recording says about the person, filled from the standing trial."""
-    if static is None:
-        return recording.subject
-    said = {f.name: getattr(recording.subject, f.name) for f in fields(Subject)}
-    return Subject(**{k: getattr(static.subject, k) if v is None else v for k, v in said.items()})
-
-
 def _facing(human, known, placed, markers, start, stop) -> float:
     """Return the median direction the pelvis and trunk face, from x towards y [rad]."""
     frames = np.unique(np.linspace(start, stop - 1, 15).astype(int))
@@ -346,8 +298,7 @@ def _follow(
 ):
     """Solve all frames; put back swapped markers and leave out flying ones, then solve again."""
     n = len(samples)
-    report = (lambda k: progress("following the markers", k, n)) if progress else None
-    qpos, residual = track(solver, samples, first, report)
+    qpos, residual = track(solver, samples, first, counter(progress, "following the markers", n))
     notes: list[str] = []
     kept = np.isfinite(residual)
     suspects = _suspects(residual)

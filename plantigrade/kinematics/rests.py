@@ -85,6 +85,23 @@ def _hysteresis(value: np.ndarray, low: float, high: float) -> np.ndarray:
     return below
 
 
+def contact_metrics(
+    contact: SolePaths,
+    rests: list[Rest],
+    way: Float[Array, "n_frames 3"] | None = None,
+    suffix: str = "",
+) -> dict[str, float]:
+    """Return how far resting feet drift and how deep they sink, as figures [mm]."""
+    drift = 1e3 * drift_of(contact, rests, way) if rests else np.zeros(1)
+    depth = 1e3 * contact.penetration
+    return {
+        f"foot_drift_mean_mm{suffix}": float(drift.mean()),
+        f"foot_drift_max_mm{suffix}": float(drift.max()),
+        f"penetration_mean_mm{suffix}": float(depth.mean()),
+        f"penetration_max_mm{suffix}": float(depth.max()),
+    }
+
+
 def drift_of(
     contact: SolePaths, rests: list[Rest], way: Float[Array, "n_frames 3"] | None = None
 ) -> Float[Array, " n_rests"]:

@@ -15,6 +15,7 @@ For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -54,6 +55,13 @@ class PointSet:
             start = self.model.body_dofadr[body]
             above[body, start : start + self.model.body_dofnum[body]] = 1.0
         self.moved = above[self.body][:, None, :]
+
+    @classmethod
+    def of(
+        cls, human: Human, places: Sequence[Any], model: mujoco.MjModel | None = None
+    ) -> "PointSet":
+        """Return the points of whatever has a ``body`` and a ``position`` in its frame [m]."""
+        return cls(human, [p.body for p in places], np.array([p.position for p in places]), model)
 
     def __len__(self) -> int:
         """Return the number of points."""
