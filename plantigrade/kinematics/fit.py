@@ -6,6 +6,7 @@ frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve eve
 and say what was noticed.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -36,6 +37,7 @@ from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
+from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.spatial.conventions import rotation_matrix
 
@@ -78,8 +80,8 @@ def fit_markers(
     notes: list[str] = []
     names, ignored = _usable(markers)
     if static is not None and static.markers is not None:
-        seen = _columns(static.markers, static.markers.names)[..., 0]
-        shown = zip(static.markers.names, np.isfinite(seen).any(axis=0), strict=True)
+        seen = np.isfinite(static.markers.positions[..., 0]).any(axis=0)
+        shown = zip(static.markers.names, seen, strict=True)
         names += [n for n, ever in shown if ever and n not in markers.names]
     start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
     if start > 0 or stop < markers.n_frames:
@@ -106,16 +108,16 @@ def fit_markers(
     recording = turn(recording, angle)
     markers = recording.markers
     assert markers is not None
-    standing_frames, measured_standing = _static_frames(static, names, human, known, placed)
+    still = _static_frames(static, names, human, known, placed)
     measured = _columns(markers, names)
     chosen = _choose_frames(measured, start, stop, CALIBRATION_FRAMES)
     calibration = calibrate(
         human,
         names,
         placed,
-        np.concatenate([measured_standing, measured[chosen]]),
+        np.concatenate([still, measured[chosen]]),
         height=person.height,
-        standing=np.arange(len(measured_standing) + len(chosen)) < standing_frames,
+        standing=np.arange(len(still) + len(chosen)) < len(still),
         progress=counter(progress, "scaling the body", 25),
     )
     for name in names:
@@ -129,7 +131,7 @@ def fit_markers(
     solver = InverseKinematics(
         PointSet.of(calibration.human, places), np.array([1 / softness(p) ** 2 for p in places])
     )
-    first = calibration.qpos[standing_frames]
+    first = calibration.qpos[len(still)]
     qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
     notes += more
     qpos = unseen_toes_follow(calibration.human, places, qpos)
@@ -216,7 +218,7 @@ def _columns(markers: Markers, names: Sequence[str]) -> Float[Array, "n_frames n
     out = np.full((markers.n_frames, len(names), 3), np.nan)
     for k, name in enumerate(names):
         if name in markers.names:
-            out[:, k] = markers.positions[:, markers.names.index(name)]
+            out[:, k] = markers.positions[:, markers.index(name)]
     return out
 
 
@@ -226,43 +228,36 @@ def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
     ever = np.isfinite(x[..., 0]).mean(axis=0) > 0.3
     share = np.isfinite(x[:, ever, 0]).mean(axis=1) if ever.any() else np.zeros(len(x))
     good = share >= VISIBLE
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
-    runs = edges.reshape(-1, 2)
-    if not len(runs):
+    if not good.any():
         raise FitError(
             f"no frame shows {VISIBLE:.0%} of the markers (best {share.max():.0%}); "
             "fill the gaps first or give a marker set of the markers that are there"
         )
-    # Join runs that a short gap divides: inverse kinematics tolerates gaps.
-    gap = 0.25 * markers.rate
-    joined = [list(runs[0])]
-    for a, b in runs[1:]:
-        if a - joined[-1][1] <= gap:
-            joined[-1][1] = b
-        else:
-            joined.append([a, b])
-    start, stop = max(joined, key=lambda r: r[1] - r[0])
-    if stop - start < 3:
+    inner = slice(good.argmax(), len(good) - good[::-1].argmax())
+    for gap in runs(~good[inner]):  # inverse kinematics tolerates short ones
+        if gap.stop - gap.start <= 0.25 * markers.rate:
+            good[inner][gap] = True
+    longest = max(runs(good), key=lambda run: run.stop - run.start)
+    count = longest.stop - longest.start
+    if count < 3:
         raise FitError(
-            f"only {stop - start} of {markers.n_frames} frames in a row show enough markers; at "
+            f"only {count} of {markers.n_frames} frames in a row show enough markers; at "
             "least 3 are needed: record longer, or fill the gaps"
         )
-    return int(start), int(stop)
+    return longest.start, longest.stop
 
 
 def _facing(human, known, placed, markers, start, stop) -> float:
     """Return the median direction the pelvis and trunk face, from x towards y [rad]."""
     frames = np.unique(np.linspace(start, stop - 1, 15).astype(int))
     q = standing_poses(human, [placed[n] for n in known], _columns(markers, known)[frames])
-    yaw = 2 * np.arctan2(q[:, 6], q[:, 3])
-    mean = np.exp(1j * yaw).mean()
-    return float(np.angle(mean))
+    return float(np.angle(np.mean((q[:, 3] + 1j * q[:, 6]) ** 2)))
 
 
 def _static_frames(static, names, human, known, placed):
-    """Return the number of standing frames and their markers, turned to face x."""
+    """Return the markers of some standing frames, turned to face x."""
     if static is None or static.markers is None:
-        return 0, np.empty((0, len(names), 3))
+        return np.empty((0, len(names), 3))
     markers = static.markers
     common = [n for n in known if n in markers.names]
     if len(common) < FEWEST_SHARED:
@@ -274,9 +269,8 @@ def _static_frames(static, names, human, known, placed):
     angle = quarter_turn_to_face_x(_facing(human, common, placed, markers, start, stop))
     turned = turn(static, angle).markers
     assert turned is not None
-    x = _columns(turned, names)
     frames = np.unique(np.linspace(start, stop - 1, STATIC_FRAMES).astype(int))
-    return len(frames), x[frames]
+    return _columns(turned, names)[frames]
 
 
 def _choose_frames(measured, start: int, stop: int, count: int) -> np.ndarray:
@@ -285,7 +279,7 @@ def _choose_frames(measured, start: int, stop: int, count: int) -> np.ndarray:
     stretches = np.array_split(np.arange(start, stop), min(count, stop - start))
     # The middle of the stretch unless another frame of it is seen better.
     return np.array(
-        [s[np.lexsort((np.abs(np.arange(len(s)) - len(s) // 2), -share[s]))[0]] for s in stretches]
+        [min(s, key=lambda f, s=s: (-share[f], abs(f - s[len(s) // 2]))) for s in stretches]
     )
 
 
@@ -297,48 +291,34 @@ def _follow(
     progress: Progress | None,
 ):
     """Solve all frames; put back swapped markers and leave out flying ones, then solve again."""
-    n = len(samples)
-    qpos, residual = track(solver, samples, first, counter(progress, "following the markers", n))
-    notes: list[str] = []
-    kept = np.isfinite(residual)
+    report = counter(progress, "following the markers", len(samples))
+    qpos, residual = track(solver, samples, first, report)
     suspects = _suspects(residual)
-    if suspects.any():
-        used = samples.copy()
-        swapped: dict[tuple[str, str], int] = {}
-        left_out: dict[str, int] = {}
-        for _ in range(2):
-            # What the others say: solve the frames concerned without the suspects.
-            frames = np.flatnonzero(suspects.any(axis=1))
-            clean = used.copy()
-            clean[suspects] = np.nan
-            for f in frames:
-                q = solver.solve(clean[f], qpos[max(f - 1, 0)]).qpos
-                model = solver.values(q)
-                _unswap(used[f], model, names, suspects[f], swapped)
-                distance = np.linalg.norm(used[f] - model, axis=1)
-                suspects[f] &= ~(distance < FLYING)
-            clean = used.copy()
-            clean[suspects] = np.nan
-            qpos, _ = track(solver, clean, first)
-            residual = _distances(solver, qpos, used)
-            again = _suspects(residual)
-            if not (again & ~suspects).any():
-                break
-            suspects |= again
-        for i, name in enumerate(names):
-            if suspects[:, i].any():
-                left_out[name] = int(suspects[:, i].sum())
-        samples[:] = used
-        kept = np.isfinite(residual) & ~suspects
-        for (a, b), count in swapped.items():
-            notes.append(f"markers {a} and {b} are swapped in {count} frames; they were put back.")
-        if left_out:
-            notes.append(
-                "samples that fly off their segment were left out: "
-                + ", ".join(f"{k} in {v} frames" for k, v in left_out.items())
-                + "."
-            )
-    return qpos, residual, kept, notes
+    if not suspects.any():
+        return qpos, residual, np.isfinite(residual), []
+    swapped: Counter[tuple[str, str]] = Counter()
+    for _ in range(2):
+        # What the others say: solve the frames concerned without the suspects.
+        clean = np.where(suspects[..., None], np.nan, samples)
+        for f in np.flatnonzero(suspects.any(axis=1)):
+            model = solver.values(solver.solve(clean[f], qpos[max(f - 1, 0)]).qpos)
+            _unswap(samples[f], model, names, suspects[f], swapped)
+            suspects[f] &= ~(np.linalg.norm(samples[f] - model, axis=1) < FLYING)
+        qpos, _ = track(solver, np.where(suspects[..., None], np.nan, samples), first)
+        residual = np.linalg.norm(samples - solver.points.path(qpos), axis=2)
+        again = _suspects(residual)
+        if not (again & ~suspects).any():
+            break
+        suspects |= again
+    notes = [
+        f"markers {a} and {b} are swapped in {count} frames; they were put back."
+        for (a, b), count in swapped.items()
+    ]
+    left_out = {name: int(k) for name, k in zip(names, suspects.sum(axis=0), strict=True) if k}
+    if left_out:
+        frames = ", ".join(f"{name} in {k} frames" for name, k in left_out.items())
+        notes.append(f"samples that fly off their segment were left out: {frames}.")
+    return qpos, residual, np.isfinite(residual) & ~suspects, notes
 
 
 def _suspects(residual: Float[Array, "n_frames n_markers"]) -> Bool[Array, "n_frames n_markers"]:
@@ -361,15 +341,8 @@ def _unswap(frame, model, names, suspects, swapped) -> None:
             if other < SWAP_GAIN * now and other < 2 * FLYING:
                 frame[[i, j]] = frame[[j, i]]
                 distance[[i, j]] = distance[[j, i]]
-                pair = tuple(sorted((names[i], names[j])))
-                swapped[pair] = swapped.get(pair, 0) + 1
+                swapped[min(names[i], names[j]), max(names[i], names[j])] += 1
                 break
-
-
-def _distances(solver, qpos, samples) -> Float[Array, "n_frames n_markers"]:
-    return np.array(
-        [np.linalg.norm(samples[f] - solver.values(q), axis=1) for f, q in enumerate(qpos)]
-    )
 
 
 def _metrics(used, calibration: Calibration, kept, seen) -> dict:

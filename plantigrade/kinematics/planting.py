@@ -7,10 +7,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.inverse import InverseKinematics, Terms, follow
 from plantigrade.kinematics.rests import Rest, find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
-from plantigrade.kinematics.terms import Terms, follow
 from plantigrade.models import Human
 
 LANDING = 0.12  # time over which a foot comes to its spot on the ground and leaves it [s]
