@@ -159,15 +159,11 @@ class SkeletonSource:
         way = self.way()
         calm = np.ones(len(self.time), bool)
         for path in (self.at(f"ankle_{side}"), self.forefoot(side)):
-            height = path[:, 2]
-            smooth = path - way
+            height, smooth, speed = path[:, 2], path - way, np.zeros(len(path))
             if len(path) > 15 and self.rate > 25:
                 smooth = lowpass(self.time, smooth, cutoff=10.0)
-            speed = (
-                np.linalg.norm(derivative(self.time, smooth), axis=1)
-                if len(path) > 3
-                else np.zeros(len(path))
-            )
+            if len(path) > 3:
+                speed = np.linalg.norm(derivative(self.time, smooth), axis=1)
             calm &= (height < np.quantile(height, 0.03) + 0.03) & (np.nan_to_num(speed) < 0.25)
         return np.flatnonzero(calm)
 

@@ -15,6 +15,7 @@ For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :
 """
 
 from collections.abc import Iterator, Sequence
+from functools import wraps
 from typing import Any
 
 import mujoco
@@ -105,6 +106,19 @@ class _Engine:
         return data
 
 
+def _once(compute):
+    """Remember what a method of a state found for a set of points."""
+
+    @wraps(compute)
+    def remembered(state, points):
+        key = compute, id(points)
+        if key not in state._known:  # the points are kept, so that no others get their id
+            state._known[key] = compute(state, points), points
+        return state._known[key][0]
+
+    return remembered
+
+
 class State:
     """A body at a configuration and velocity; it never changes.
 
@@ -191,21 +205,32 @@ class State:
     def _index(self, body: str | int) -> int:
         return body if isinstance(body, int) else self.human.body(body)
 
+    @_once
     def position(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return where points are [m]."""
-        return self._once(points, "position", self._position)
+        data = self._position_data
+        rotation = data.xmat.reshape(-1, 3, 3)[points.body]
+        return data.xpos[points.body] + (rotation @ points.local[:, :, None])[:, :, 0]
 
+    @_once
     def jacobian(self, points: PointSet) -> Float[Array, "n_points 3 nv"]:
         """Return the Jacobian of points' positions with respect to MuJoCo's velocity."""
-        return self._once(points, "jacobian", self._jacobian)
+        data = self._position_data
+        arm = self.position(points) - data.subtree_com[1]
+        turned = _skew(-arm).reshape(-1, 3) @ data.cdof[:, :3].T
+        return (turned.reshape(len(points), 3, -1) + data.cdof[:, 3:].T) * points.moved
 
+    @_once
     def velocity(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return the velocity of points [m/s]."""
-        return self._once(points, "velocity", lambda p: self.jacobian(p) @ self.qvel)
+        return self.jacobian(points) @ self.qvel
 
+    @_once
     def bias_acceleration(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return the acceleration of points where the generalised acceleration is zero [m/s²]."""
-        return self._once(points, "bias acceleration", self._bias_acceleration)
+        linear, angular = self._bodies
+        arm = self.position(points) - self._data.subtree_com[1]
+        return linear[points.body] + (angular[points.body] @ arm[:, :, None])[:, :, 0]
 
     @property
     def com(self) -> Float[Array, " 3"]:
@@ -295,29 +320,6 @@ class State:
             mujoco.mj_subtreeVel(self.model, data)
             self._known["momentum"] = data.subtree_linvel[1].copy(), data.subtree_angmom[1].copy()
         return self._known["momentum"]
-
-    def _once(self, points: PointSet, what: str, compute):
-        key = (id(points), what)
-        if key not in self._known:
-            self._known[key] = compute(points)
-            self._known[id(points)] = points  # keeps the id from being given to another set
-        return self._known[key]
-
-    def _position(self, points: PointSet):
-        data = self._position_data
-        rotation = data.xmat.reshape(-1, 3, 3)[points.body]
-        return data.xpos[points.body] + (rotation @ points.local[:, :, None])[:, :, 0]
-
-    def _jacobian(self, points: PointSet):
-        data = self._position_data
-        arm = self.position(points) - data.subtree_com[1]
-        turned = _skew(-arm).reshape(-1, 3) @ data.cdof[:, :3].T
-        return (turned.reshape(len(points), 3, -1) + data.cdof[:, 3:].T) * points.moved
-
-    def _bias_acceleration(self, points: PointSet):
-        linear, angular = self._bodies
-        arm = self.position(points) - self._data.subtree_com[1]
-        return linear[points.body] + (angular[points.body] @ arm[:, :, None])[:, :, 0]
 
     @property
     def _bodies(self):

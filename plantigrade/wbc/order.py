@@ -78,11 +78,8 @@ class TaskOrder:
 
     def readiness(self, human: Human) -> Float[Array, " nv"]:
         """Return how readily each coordinate is used by tasks that could do without it."""
-        ready = np.ones(human.model.nv)
-        for i, name in enumerate(human.coordinates):
-            if name.startswith(self.spared):
-                ready[6 + i] = RELUCTANCE
-        return ready
+        hinges = [RELUCTANCE if c.startswith(self.spared) else 1.0 for c in human.coordinates]
+        return np.array([1.0] * 6 + hinges)
 
 
 def stacked(rows: Sequence[Level]) -> Level:

@@ -15,11 +15,7 @@ SINGULAR = 0.02
 ATTEMPTS = 10  # steps at most from a recorded posture to one that is not in the ground
 LARGEST_STEP = 0.1  # of any coordinate in one of them [rad, m]
 # How readily joints move in them: the foot before the leg, the leg before the rest of the body.
-LIFTING = {
-    ("mtp", "cuboid_", "heel_"): 1.0,
-    ("ankle_", "subtalar_"): 0.7,
-    ("knee_", "hip_"): 0.5,
-}
+LIFTING = {("mtp", "cuboid_", "heel_"): 1.0, ("ankle_", "subtalar_"): 0.7, ("knee_", "hip_"): 0.5}
 STAYS = 0.02  # how readily all other joints move in them
 
 
@@ -43,15 +39,9 @@ def first_state(state: State, order: TaskOrder, time: float) -> State:
         lower, upper = np.full(len(share), -LARGEST_STEP), np.full(len(share), LARGEST_STEP)
         lower[6:] = np.clip(low - state.qpos[7:], -LARGEST_STEP, 0.0)
         upper[6:] = np.clip(high - state.qpos[7:], 0.0, LARGEST_STEP)
-        step = (
-            share
-            * solve_hierarchy(
-                [scaled(row, share) for row in rows],
-                lower=lower / share,
-                upper=upper / share,
-                singular=SINGULAR,
-            ).x
-        )
+        levels = [scaled(row, share) for row in rows]
+        bounds = {"lower": lower / share, "upper": upper / share}
+        step = share * solve_hierarchy(levels, **bounds, singular=SINGULAR).x
         if np.abs(step).max() < 1e-6:
             break
         state = state.moved_to(integrate(state.model, state.qpos, step), state.qvel)
