@@ -57,12 +57,7 @@ class GroundForces:
 
 
 def friction_pyramid(friction: float, weight: float) -> Float[Array, "3 n_edges"]:
-    """Return the edges of the pyramid in the cone of friction, forces [N] as columns.
-
-    Args:
-        friction: Coefficient of friction.
-        weight: Body weight [N].
-    """
+    """Return the edges of the pyramid in the cone of friction, forces [N] as columns."""
     angle = 2 * np.pi * (np.arange(EDGES) + 0.5) / EDGES
     edges = [friction * np.cos(angle), friction * np.sin(angle), np.ones(EDGES)]
     return UNIT * weight * np.stack(edges)
@@ -146,13 +141,10 @@ def reduced_dynamics(
 class ForceUnknowns:
     """The hierarchical program of one tick in joint accelerations and contact forces.
 
-    Args:
-        state: The first state.
-        order: The tasks. The sites of its contact task carry the forces.
-        ground: What the ground can do.
+    Forces act at the sites of the order's contact task.
 
     Raises:
-        ParameterError: If the order has no contact task.
+        ParameterError: If the order has none.
     """
 
     impacts = False  # forces let nothing jump

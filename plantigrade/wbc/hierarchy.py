@@ -19,9 +19,6 @@ every inequality it is the answer. Otherwise the independent equations that the 
 all inequalities go to DAQP, which solves the whole hierarchy in one call ([Arnstrom2022]_). DAQP
 scales every row to unit length, which would weigh the violations of a level against each other; one
 more unknown, fixed at zero, gives all rows of a level the same length before.
-
-References:
-    [Kanoun2009]_, [Escande2014]_, [Siciliano1991]_, [Arnstrom2022]_, [Boukheddimi]_.
 """
 
 from collections.abc import Sequence

@@ -102,12 +102,7 @@ class OrderedMotion:
 
 
 class AccelerationUnknowns:
-    """The hierarchical program of one tick in the generalised acceleration.
-
-    Args:
-        state: The first state.
-        order: The tasks.
-    """
+    """The hierarchical program of one tick in the generalised acceleration."""
 
     impacts = True  # velocities jump where a contact begins
     sites: tuple[ContactSite, ...] = ()

@@ -34,8 +34,6 @@ class ContactTask(Task):
     Args:
         points: The contact sites.
         active: Function of time that says which of them should touch.
-        name: Name.
-        gains: ``stiffness`` and ``damping``.
 
     Attributes:
         on: Which points touch.
@@ -177,8 +175,6 @@ class FloorTask(Task):
         points: The contact sites.
         guarded: Function of time that says which of them to guard (not those that touch, unless
             they have sunk); all if absent.
-        name: Name.
-        gains: ``stiffness`` and ``damping``.
     """
 
     initialises = True

@@ -21,8 +21,6 @@ class ComTask(Task):
     Args:
         target: Its trajectory [m].
         axes: Which world axes: ``"xyz"``, ``"xy"``, ``"z"``, …
-        name: Name.
-        gains: ``stiffness`` and ``damping``.
     """
 
     def __init__(self, target: Trajectory, axes: str = "xyz", name: str = "", **gains):
@@ -66,8 +64,6 @@ class AngularMomentumTask(Task):
     Args:
         target: Path of the angular momentum [kg m²/s].
         posture: Path of the configuration.
-        name: Name.
-        gains: ``stiffness`` and ``damping``.
     """
 
     def __init__(

@@ -23,10 +23,8 @@ class PointTask(Task):
             (rows of the identity for world axes), or a function of state and time. No rows means
             that the task rests. Where directions turn with the body their own rate is neglected:
             the error is projected on the directions of the moment.
-        name: Name.
         farthest: Error beyond which the pull grows no further [m]: a point that cannot get where
             it should must not be torn at.
-        gains: ``stiffness`` and ``damping``.
     """
 
     def __init__(
@@ -85,8 +83,6 @@ class OrientationTask(Task):
         body: Name of the body.
         target: Its rotation; its axes are the columns.
         directions: World axes about which it counts, one row each; all if absent.
-        name: Name.
-        gains: ``stiffness`` and ``damping``.
     """
 
     def __init__(
