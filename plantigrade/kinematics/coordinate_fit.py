@@ -122,21 +122,17 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
         )
     if len(table.time) < 2:
         raise FitError(f"{recording.source} has {len(table.time)} rows; two are needed")
-    good = np.all(np.isfinite(table.values), axis=1)
-    if not good.all():
-        edges = np.flatnonzero(good)
-        if len(edges) < 2:
-            raise FitError(f"{recording.source}: no row has all its values")
-        keep = slice(edges[0], edges[-1] + 1)
-        time, values, good = table.time[keep], table.values[keep].copy(), good[keep]
-        for i in range(values.shape[1]):
-            own = np.isfinite(values[:, i])
-            if own.sum() < 2:
-                raise FitError(f"{recording.source}: column {table.names[i]} has no values")
-            values[:, i] = np.interp(time, time[own], values[own, i])
-        notes.append(f"{len(table.time) - int(good.sum())} rows lack values; they were bridged.")
-        return Table(names, time, values)
-    return Table(names, table.time, table.values)
+    good = np.flatnonzero(np.isfinite(table.values).all(axis=1))
+    if len(good) < 2:
+        raise FitError(f"{recording.source}: no row has all its values")
+    if len(good) < len(table.time):
+        notes.append(f"{len(table.time) - len(good)} rows lack values; they were bridged.")
+    keep = slice(good[0], good[-1] + 1)
+    time, values = table.time[keep], table.values[keep].copy()
+    for column in values.T:
+        own = np.isfinite(column)
+        column[~own] = np.interp(time[~own], time[own], column[own])
+    return Table(names, time, values)
 
 
 def _require_angles(table: Table, recording: Recording) -> None:

@@ -95,9 +95,8 @@ def fit_skeleton(
             f"the skeleton is that of a person of {stature:.2f} m; it was scaled by "
             f"{height / stature:.3f} to the height given, {height:.2f} m."
         )
-        recording = replace(recording, skeleton=_scaled(recording.skeleton, height / stature))
-        assert recording.skeleton is not None
-        source = SkeletonSource(recording.skeleton, found)
+        skeleton = _scaled(source.skeleton, height / stature)
+        recording, source = replace(recording, skeleton=skeleton), SkeletonSource(skeleton, found)
     elif height is None:
         notes.append(
             f"the stature is not in the file; {stature:.2f} m was found from the skeleton "
@@ -160,11 +159,6 @@ def fit_skeleton(
     )
 
 
-def _scaled(skeleton: SkeletonMotion | None, factor: float) -> SkeletonMotion:
-    assert skeleton is not None
-    return replace(
-        skeleton,
-        positions=skeleton.positions * factor,
-        rest_positions=skeleton.rest_positions * factor,
-        ends=skeleton.ends * factor,
-    )
+def _scaled(skeleton: SkeletonMotion, factor: float) -> SkeletonMotion:
+    lengths = ("positions", "rest_positions", "ends")
+    return replace(skeleton, **{name: getattr(skeleton, name) * factor for name in lengths})

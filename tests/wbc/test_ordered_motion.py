@@ -12,8 +12,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, stacked
-from plantigrade.wbc.start import SINGULAR, velocity_after_impact
-from plantigrade.wbc.stepping import STEP, move
+from plantigrade.wbc.stepping import SINGULAR, STEP, move, velocity_after_impact
 from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, PostureTask
 from tests.models.presets import person
 
