@@ -197,7 +197,7 @@ class Calibrator:
             gq[6:] += evidence * (rest - self.qpos[f, 7:]) * self.posture_weight[f]
             gq[6:][bent_back] += (STRAIGHT_KNEE - self.qpos[f, 7:][bent_back]) / STRAIGHT_SPREAD**2
             # Offsets: block diagonal, each marker's rotation times its root weight.
-            P = np.hstack([L, block_diag(*(R * np.sqrt(w)[:, None, None]))])
+            P = np.hstack([L, np.asarray(block_diag(*(R * np.sqrt(w)[:, None, None])))])
             C = J.T @ P
             X = np.linalg.solve(A, np.column_stack([C, gq]))
             H += P.T @ P - C.T @ X[:, :-1]

@@ -80,7 +80,7 @@ def fit_markers(
     notes: list[str] = []
     names, ignored = _usable(markers)
     if static is not None and static.markers is not None:
-        seen = np.isfinite(static.markers.positions[..., 0]).any(axis=0)
+        seen = np.any(np.isfinite(static.markers.positions[..., 0]), axis=0)
         shown = zip(static.markers.names, seen, strict=True)
         names += [n for n, ever in shown if ever and n not in markers.names]
     start, stop = _longest_visible(markers, [n for n in names if n in markers.names])

@@ -177,7 +177,7 @@ def _nearness(inside: np.ndarray, fade: int) -> np.ndarray:
     """Return 1 where ``inside``, falling smoothly to 0 over ``fade`` frames around it."""
     if not inside.any():
         return np.zeros(len(inside))
-    gap = distance_transform_cdt(~inside)
+    gap = np.asarray(distance_transform_cdt(~inside))
     s = np.clip(1 - gap / fade, 0, 1)
     return s * s * (3 - 2 * s)
 

@@ -124,7 +124,7 @@ def without_far_samples(recording: Recording) -> tuple[Recording, int]:
     markers = recording.markers
     assert markers is not None
     middle = np.full((markers.n_frames, 3), np.nan)
-    some = np.isfinite(markers.positions[..., 0]).any(axis=1)
+    some = np.any(np.isfinite(markers.positions[..., 0]), axis=1)
     middle[some] = np.nanmedian(markers.positions[some], axis=1)
     around = middle.copy()
     for f in range(markers.n_frames):

@@ -2,14 +2,15 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.person import Person
-from plantigrade.motion import Markers, Recording
+from plantigrade.motion import Markers, Recording, Subject
 
+_Known = TypeVar("_Known", Person, Subject)
 Progress = Callable[[str, int, int], None]
 """Called with what is done, how much of it, and out of how much."""
 
@@ -50,7 +51,7 @@ class Fit:
     warnings: tuple[str, ...] = ()
 
 
-def filled(known: Any, other: Any) -> Any:
+def filled(known: _Known, other: Any) -> _Known:
     """Return a dataclass whose fields of None are taken from another that has them."""
     lacking = [f.name for f in fields(known) if getattr(known, f.name) is None]
     return replace(known, **{name: getattr(other, name, None) for name in lacking})

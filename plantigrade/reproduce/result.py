@@ -45,7 +45,7 @@ class ReproducedGait:
             sites=schedule.points.sites,
             contact_planned=np.array([schedule(float(t)) for t in self.motion.time]),
             ground=Ground(friction=self.friction),
-            signals=record.signals | self._gait_signals(),
+            signals={**record.signals, **self._gait_signals()},
             references={"recorded": reference.motion},
         )
 
