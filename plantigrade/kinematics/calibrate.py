@@ -24,16 +24,20 @@ import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 
 import mujoco
 import numpy as np
+from scipy.linalg import block_diag
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
+from plantigrade.kinematics.result import listed
 from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.landmarks import BONE, Attachment, attachments
+from plantigrade.spatial.conventions import rotation_matrix
 
 NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard deviation [m]
 # Soft tissue moves the markers of thigh and upper arm most [Leardini2005]_: a multiple of NOISE
@@ -42,6 +46,7 @@ SOFT = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
 # Skin slides the same way in every stride, so frames are not independent evidence: all frames
 # together count as so many.
 INDEPENDENT_FRAMES = 6
+STEPS = 25  # joint steps at most
 LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
 WIDER = {"lumbar_depth": 0.5}  # it cannot be palpated: left to the motion
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
@@ -51,6 +56,7 @@ STANDING_SPREAD = 0.10  # of legs and lumbar joint about zero in a standing tria
 # Marker places and knee angle trade against each other, and people do not walk on hyperextended
 # knees: while calibrating, a knee straighter than this is pulled back [rad], so strongly.
 STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
+UPRIGHT = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")  # make the stature
 _STANDING = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_", "lumbar_")
 
 
@@ -91,30 +97,27 @@ class Calibrator:
         measured: Float[Array, "n_frames n_markers 3"],
         *,
         height: float | None,
-        length_spread: float,
         standing: Bool[Array, " n_frames"],
     ):
         self.human, self.names = human, list(names)
         self.places: list[Attachment | None] = [landmarks[n] for n in names]
         self.measured = measured
         self.height = height
-        self.length_spread = length_spread
         self.start = human.dimensions.as_array()
         self.log_lengths = np.zeros(len(self.start))
         self.offsets = np.zeros((len(names), 3))
         self.qpos = np.tile(human.standing(), (len(measured), 1))
-        self.landmark_names = self._landmark_names()
+        table = attachments(human)
+        by_place = {(a.body, tuple(a.position)): name for name, a in table.items()}
+        # The landmark each place came from, to follow it when lengths change.
+        self.landmark_names = [
+            by_place.get((p.body, tuple(p.position))) if p else None for p in self.places
+        ]
         straight = np.array([c.startswith(_STANDING) for c in human.coordinates])
         spread = np.full((len(measured), len(straight)), POSTURE_SPREAD)
         spread[standing[:, None] & straight] = STANDING_SPREAD
         self.posture_weight = 1 / spread**2
         self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
-
-    def _landmark_names(self) -> list[str | None]:
-        """Return the landmark each place came from, to follow it when lengths change."""
-        table = attachments(self.human)
-        by_place = {(a.body, tuple(a.position)): name for name, a in table.items()}
-        return [by_place.get((p.body, tuple(p.position))) if p else None for p in self.places]
 
     @property
     def dimensions(self) -> Dimensions:
@@ -124,13 +127,11 @@ class Calibrator:
     def geometry(self, d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
         """Return body offsets and marker places (without refinements) for lengths ``d`` [m]."""
         table = attachments(self.human, d)
-        places = np.array(
-            [
-                table[name].position if name else (p.position if p else np.zeros(3))
-                for name, p in zip(self.landmark_names, self.places, strict=True)
-            ]
-        )
-        return self.human.body_positions(d), places
+        places = [
+            table[name].position if name else (p.position if p else np.zeros(3))
+            for name, p in zip(self.landmark_names, self.places, strict=True)
+        ]
+        return self.human.body_positions(d), np.array(places)
 
     def known(self) -> np.ndarray:
         """Return which markers have a place (indices)."""
@@ -143,10 +144,10 @@ class Calibrator:
         local = (base + self.offsets)[which]
         return PointSet(self.human, [p.body for p in places], local, _resized(self.human, bodies))
 
-    def solve_poses(self, which: np.ndarray | None = None) -> np.ndarray:
+    def solve_poses(self) -> np.ndarray:
         """Solve every frame's pose with lengths and places held; return the residuals [m]."""
-        which = self.known() if which is None else which
-        places = [p for p in (self.places[i] for i in which) if p is not None]
+        which = self.known()
+        places = [p for p in self.places if p is not None]
         weights = np.array([min(1.0, (0.02 / p.spread) ** 2) for p in places])
         solver = InverseKinematics(self.points(which), weights, tolerance=1e-4)
         residual = np.full(self.measured.shape[:2], np.nan)
@@ -196,11 +197,7 @@ class Calibrator:
             gq[6:] += evidence * (rest - self.qpos[f, 7:]) * self.posture_weight[f]
             gq[6:][bent_back] += (STRAIGHT_KNEE - self.qpos[f, 7:][bent_back]) / STRAIGHT_SPREAD**2
             # Offsets: block diagonal, each marker's rotation times its root weight.
-            B = np.zeros((3 * n_m, 3 * n_m))
-            for i in range(n_m):
-                s = slice(3 * i, 3 * i + 3)
-                B[s, s] = R[i] * np.sqrt(w[i])
-            P = np.hstack([L, B])
+            P = np.hstack([L, np.asarray(block_diag(*(R * np.sqrt(w)[:, None, None])))])
             C = J.T @ P
             X = np.linalg.solve(A, np.column_stack([C, gq]))
             H += P.T @ P - C.T @ X[:, :-1]
@@ -217,8 +214,7 @@ class Calibrator:
         self.offsets[which] += step[n_l:].reshape(-1, 3)
         for f, (A, gq, C) in enumerate(steps):
             d = bounded_step(A, gq - C @ step, low - self.qpos[f, 7:], high - self.qpos[f, 7:])
-            size = np.abs(d).max()
-            shorter = min(1.0, 0.5 / max(size, 1e-9))
+            shorter = min(1.0, 0.5 / max(np.abs(d).max(), 1e-9))
             self.qpos[f] = integrate(points.model, self.qpos[f], d * shorter)
             self.qpos[f, 7:] = np.clip(self.qpos[f, 7:], low, high)
         return float(np.sqrt(total / max(count, 1)))
@@ -226,16 +222,11 @@ class Calibrator:
     @cached_property
     def _slopes(self) -> tuple[np.ndarray, np.ndarray]:
         """Change of body offsets and marker places per length; the geometry is linear in them."""
-        values = self.start.copy()
-        bodies, base = self.geometry(Dimensions.from_array(values))
-        d_bodies, d_base = [], []
-        for k in range(len(values)):
-            changed = values.copy()
-            changed[k] += 0.01
-            other_bodies, other_base = self.geometry(Dimensions.from_array(changed))
-            d_bodies.append((other_bodies - bodies) / 0.01)
-            d_base.append((other_base - base) / 0.01)
-        return np.array(d_bodies), np.array(d_base)
+        bodies, places = self.geometry(Dimensions.from_array(self.start))
+        changed = self.start + 0.01 * np.eye(len(self.start))
+        there = [self.geometry(Dimensions.from_array(values)) for values in changed]
+        d_bodies, d_places = [b - bodies for b, _ in there], [p - places for _, p in there]
+        return np.array(d_bodies) / 0.01, np.array(d_places) / 0.01
 
     @staticmethod
     def _length_jacobian(points, rotation, d_bodies, d_base) -> np.ndarray:
@@ -252,17 +243,11 @@ class Calibrator:
     def _add_priors(self, H, g, which, lengths) -> None:
         n_l = len(lengths)
         k = np.arange(n_l)
-        spread = np.array([WIDER.get(name, self.length_spread) for name in Dimensions.names()])
+        spread = np.array([WIDER.get(name, LENGTH_SPREAD) for name in Dimensions.names()])
         H[k, k] += 1 / spread**2
         g[:n_l] -= self.log_lengths / spread**2
-        vertical = np.array(
-            [
-                name in ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")
-                for name in Dimensions.names()
-            ]
-        )
         if self.height is not None:
-            slope = np.where(vertical, lengths, 0.0)
+            slope = np.where([name in UPRIGHT for name in Dimensions.names()], lengths, 0.0)
             H[:n_l, :n_l] += np.outer(slope, slope) / HEIGHT_SPREAD**2
             g[:n_l] += slope * (self.height - self.dimensions.height) / HEIGHT_SPREAD**2
         for i, marker in enumerate(which):
@@ -277,6 +262,7 @@ class Calibrator:
         bodies, _ = self.geometry(self.dimensions)
         states = sweep(self.human, self.qpos, model=_resized(self.human, bodies))
         frames = [(state.origins, state.rotations) for state in states]
+        origins, rotations = (np.array([frame[k] for frame in frames]) for k in (0, 1))
         attached = {}
         for i, place in enumerate(self.places):
             seen = np.isfinite(self.measured[:, i, 0])
@@ -284,17 +270,13 @@ class Calibrator:
                 continue
             spreads = []
             for body in range(1, self.human.model.nbody):
-                local = np.array(
-                    [
-                        frames[f][1][body].T @ (self.measured[f, i] - frames[f][0][body])
-                        for f in np.flatnonzero(seen)
-                    ]
-                )
+                away = self.measured[seen, i] - origins[seen, body]
+                local = np.einsum("nji,nj->ni", rotations[seen, body], away)
                 middle = np.median(local, axis=0)
                 wander = np.linalg.norm(local - middle, axis=1).mean()
                 # Among bodies on which it moves alike, the nearer one is the one it sits on.
                 spreads.append((wander + 0.02 * np.linalg.norm(middle), body, middle, wander))
-            score, body, middle, wander = min(spreads, key=lambda s: s[0])
+            _, body, middle, wander = min(spreads, key=lambda s: s[0])
             if wander > 0.05 or np.linalg.norm(middle) > 0.8:
                 continue  # belongs to no body: a wand of another person, a reference on the floor
             name = self.human.body_names[body - 1]
@@ -311,8 +293,6 @@ def calibrate(
     *,
     height: float | None,
     standing: Bool[Array, " n_frames"] | None = None,
-    length_spread: float = LENGTH_SPREAD,
-    iterations: int = 25,
     progress=None,
 ) -> Calibration:
     """Scale a person to the markers of a few frames.
@@ -324,8 +304,6 @@ def calibrate(
         measured: Marker positions of the frames to use [m]; NaN where not seen.
         height: Stature to keep [m]; found from the markers if None.
         standing: Which frames are of a standing trial: legs and trunk are taken to be straight.
-        length_spread: How far lengths may be from average, standard deviation of the logarithm.
-        iterations: Joint steps at most.
         progress: Called with the number of steps done.
 
     Raises:
@@ -338,7 +316,6 @@ def calibrate(
         placed,
         measured,
         height=height,
-        length_spread=length_spread,
         standing=np.zeros(len(measured), bool) if standing is None else standing,
     )
     c.qpos = standing_poses(human, c.places, measured, c.points(c.known()))
@@ -347,7 +324,7 @@ def calibrate(
     c.solve_poses()
     last = np.inf
     attached: dict[str, str] = {}
-    for k in range(iterations):
+    for k in range(STEPS):
         rms = c.refine()
         if progress:
             progress(k + 1)
@@ -357,17 +334,15 @@ def calibrate(
             break
         last = rms
     residual = c.solve_poses()
-    d = c.dimensions
-    free = {"pelvis_height", "trunk", "head"}
-    lengths = {n: v for n, v in zip(d.names(), d.as_array(), strict=True)}
-    stature = d.height if height is None else height
+    d, stature = c.dimensions, c.dimensions.height
+    lengths = dict(zip(d.names(), d.as_array(), strict=True))
     if height is not None:
-        factor = (height - d.height + sum(lengths[n] for n in free)) / sum(lengths[n] for n in free)
+        upper = {n: lengths[n] for n in ("pelvis_height", "trunk", "head")}
+        factor = 1 + (height - stature) / sum(upper.values())
         if 0.8 < factor < 1.25:
-            lengths |= {n: lengths[n] * factor for n in free}
+            lengths |= {n: length * factor for n, length in upper.items()}
             lengths.pop("head")
-        else:
-            stature = d.height
+            stature = height
     scaled = Human.create(stature, human.mass, human.sex, human.joints, human.feet, lengths=lengths)
     _, base = c.geometry(scaled.dimensions)
     places = tuple(
@@ -391,10 +366,9 @@ def require_known(names: Sequence[str], placed: dict[str, Attachment | None]) ->
     known = [n for n in names if placed[n] is not None]
     bodies = {p.body for p in placed.values() if p is not None}
     if len(known) < 6 or len(bodies) < 3:
-        shown = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
         raise FitError(
-            f"only {len(known)} of {len(names)} markers ({shown}) have a name that a marker set "
-            "knows; at least 6 on three segments are needed: give your own set with "
+            f"only {len(known)} of {len(names)} markers ({listed(names)}) have a name that "
+            "a marker set knows; at least 6 on three segments are needed: give your own set with "
             "--marker-set FILE"
         )
 
@@ -418,7 +392,7 @@ def standing_poses(
     which = [i for i, p in enumerate(places) if p is not None]
     known = [p for p in places if p is not None]
     if points is None:
-        points = PointSet(human, [p.body for p in known], np.array([p.position for p in known]))
+        points = PointSet.of(human, known)
     standing = human.standing()
     model_points = points.path(standing[None])[0]
     trunk = {"pelvis", "torso", "abdomen", "lower_thorax", "thorax"}
@@ -427,9 +401,7 @@ def standing_poses(
     for f in range(len(measured)):
         target = measured[f, which]
         seen = np.isfinite(target[:, 0])
-        use = seen & on_trunk
-        if use.sum() < 4:
-            use = seen
+        use = seen & on_trunk if (seen & on_trunk).sum() >= 4 else seen
         if use.sum() < 3:
             continue
         a, b = model_points[use], target[use]
@@ -437,10 +409,9 @@ def standing_poses(
         yaw = np.arctan2(
             (da[:, 0] * db[:, 1] - da[:, 1] * db[:, 0]).sum(), (da[:, :2] * db[:, :2]).sum()
         )
-        cos, sin = np.cos(yaw), np.sin(yaw)
-        heading = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]])
-        qpos[f, :3] = b.mean(0) + heading @ (standing[:3] - a.mean(0))
         qpos[f, 3:7] = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+        heading = rotation_matrix(qpos[f, 3:7])
+        qpos[f, :3] = b.mean(0) + heading @ (standing[:3] - a.mean(0))
     return qpos
 
 
@@ -458,15 +429,12 @@ def _overall_size(c: Calibrator) -> None:
     model_points = points.path(c.human.standing()[None])[0]
     parent = points.model.body_parentid
     ratios = []
-    for i in range(len(which)):
-        for j in range(i):
-            a, b = points.body[i], points.body[j]
-            rest = np.linalg.norm(model_points[i] - model_points[j])
-            near = a == b or parent[a] == b or parent[b] == a
-            if not near or rest < 0.15:
-                continue
-            distance = np.linalg.norm(c.measured[:, which[i]] - c.measured[:, which[j]], axis=1)
-            if np.isfinite(distance).any():
-                ratios.append(np.nanmedian(distance) / rest)
+    for i, j in combinations(range(len(which)), 2):
+        a, b = points.body[i], points.body[j]
+        rest = np.linalg.norm(model_points[i] - model_points[j])
+        near = a == b or parent[a] == b or parent[b] == a
+        distance = np.linalg.norm(c.measured[:, which[i]] - c.measured[:, which[j]], axis=1)
+        if near and rest >= 0.15 and np.isfinite(distance).any():
+            ratios.append(np.nanmedian(distance) / rest)
     if ratios:
         c.start = c.start * float(np.clip(np.median(ratios), 0.45, 1.6))

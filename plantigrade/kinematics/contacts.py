@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -69,21 +70,13 @@ def stances(
 ) -> list[tuple[float, float, bool]]:
     """Return start and stop of a foot's stances [s], and whether they were seen whole.
 
-    Args:
-        events: All gait events, by time.
-        side: The foot.
-        first: Start of the recording [s].
-        last: Its end [s].
+    The recording lasts from ``first`` to ``last`` [s]; the events are ordered by time.
     """
-    own = [e for e in events if e.side == side]
-    found = []
-    for k, event in enumerate(own):
-        if event.kind == "toe_off" and k == 0:
-            found.append((first, event.time, False))
-        if event.kind == "heel_strike":
-            off = own[k + 1] if k + 1 < len(own) else None
-            if off is None:
-                found.append((event.time, last, False))
-            elif off.kind == "toe_off":
-                found.append((event.time, off.time, True))
+    own = [(e.kind, e.time) for e in events if e.side == side]
+    whole = [(a, b) for a, b in pairwise(own) if (a[0], b[0]) == ("heel_strike", "toe_off")]
+    found = [(strike[1], off[1], True) for strike, off in whole]
+    if own and own[0][0] == "toe_off":
+        found.insert(0, (first, own[0][1], False))
+    if own and own[-1][0] == "heel_strike":
+        found.append((own[-1][1], last, False))
     return found

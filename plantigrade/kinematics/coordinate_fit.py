@@ -13,16 +13,16 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
-from plantigrade.kinematics.fit import JOINTS
 from plantigrade.kinematics.ground_level import level, moving_ground
-from plantigrade.kinematics.rests import drift_of, find_rests
-from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.rests import contact_metrics, find_rests
+from plantigrade.kinematics.result import Fit, filled, human_of, listed
 from plantigrade.kinematics.root_path import forward_path
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import Table, rate_of
+from plantigrade.spatial.conventions import PELVIS
 
 USUAL_HEIGHT = 1.74  # [m], where the file gives no height
 PLAUSIBLE = (1.2, 2.2)  # stature found from the pelvis's height [m]
@@ -55,26 +55,15 @@ def fit_coordinates(
         )
     notes: list[str] = []
     table = _usable(table, recording, notes)
-    said = recording.subject
-    who = person or Person()
-    height = said.height if who.height is None else who.height
-    sex = who.sex or said.sex or "male"
-
-    def of_height(stature: float) -> Human:
-        weight = who.mass if who.mass is not None else said.mass or 22.5 * stature**2
-        return Human.create(stature, weight, sex, who.joints or JOINTS, who.feet)
-
     _require_angles(table, recording)
-    human = of_height(USUAL_HEIGHT if height is None else height)
-    if height is None:
-        human = of_height(_stature(human, table, of_height, notes))
-    left_out = [n for n in table.names if n not in (*human.coordinates, *_pelvis())]
+    person = filled(person or Person(), recording.subject)
+    height = _stature(person, table, notes) if person.height is None else person.height
+    human = human_of(person, height)
+    left_out = [n for n in table.names if n not in (*human.coordinates, *PELVIS)]
     if left_out:
         notes.append(
             f"{len(left_out)} columns are no coordinates of this person and were left out: "
-            + ", ".join(left_out[:8])
-            + (" …" if len(left_out) > 8 else "")
-            + "."
+            f"{listed(left_out)}."
         )
     qpos = human.from_coordinates(table.names, table.values)
     qpos = _clipped(human, qpos, notes)
@@ -93,8 +82,6 @@ def fit_coordinates(
         notes.append(f"the motion was moved vertically by {1e3 * shift:+.0f} mm onto the ground.")
     contact = sole_paths(human, qpos)
     rests = find_rests(contact, rate, way=way)
-    drift = drift_of(contact, rests, way) if rests else np.zeros(1)
-    depth = contact.penetration
     return Fit(
         human=human,
         time=table.time,
@@ -105,10 +92,7 @@ def fit_coordinates(
             "height_m": human.height,
             "ground_shift_mm": 1e3 * shift,
             "stances": len(rests),
-            "foot_drift_mean_mm": 1e3 * float(drift.mean()),
-            "foot_drift_max_mm": 1e3 * float(drift.max()),
-            "penetration_mean_mm": 1e3 * float(depth.mean()),
-            "penetration_max_mm": 1e3 * float(depth.max()),
+            **contact_metrics(contact, rests, way),
         },
         warnings=tuple(recording.warnings) + tuple(notes),
     )
@@ -126,12 +110,6 @@ def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
     return moving_ground(time, *ends)
 
 
-def _pelvis() -> tuple[str, ...]:
-    from plantigrade.spatial.conventions import PELVIS
-
-    return PELVIS
-
-
 def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     """Return the table under our names and without rows that have no values."""
     names = tuple(SYNONYMS.get(n, n) for n in table.names)
@@ -140,25 +118,21 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     if not known:
         raise FitError(
             f"{recording.source} has no coordinate of hips or knees ({', '.join(LEGS)}); its "
-            f"columns are {', '.join(table.names[:12])}{' …' if len(table.names) > 12 else ''}"
+            f"columns are {listed(table.names, 12)}"
         )
     if len(table.time) < 2:
         raise FitError(f"{recording.source} has {len(table.time)} rows; two are needed")
-    good = np.all(np.isfinite(table.values), axis=1)
-    if not good.all():
-        edges = np.flatnonzero(good)
-        if len(edges) < 2:
-            raise FitError(f"{recording.source}: no row has all its values")
-        keep = slice(edges[0], edges[-1] + 1)
-        time, values, good = table.time[keep], table.values[keep].copy(), good[keep]
-        for i in range(values.shape[1]):
-            own = np.isfinite(values[:, i])
-            if own.sum() < 2:
-                raise FitError(f"{recording.source}: column {table.names[i]} has no values")
-            values[:, i] = np.interp(time, time[own], values[own, i])
-        notes.append(f"{len(table.time) - int(good.sum())} rows lack values; they were bridged.")
-        return Table(names, time, values)
-    return Table(names, table.time, table.values)
+    good = np.flatnonzero(np.isfinite(table.values).all(axis=1))
+    if len(good) < 2:
+        raise FitError(f"{recording.source}: no row has all its values")
+    if len(good) < len(table.time):
+        notes.append(f"{len(table.time) - len(good)} rows lack values; they were bridged.")
+    keep = slice(good[0], good[-1] + 1)
+    time, values = table.time[keep], table.values[keep].copy()
+    for column in values.T:
+        own = np.isfinite(column)
+        column[~own] = np.interp(time[~own], time[own], column[own])
+    return Table(names, time, values)
 
 
 def _require_angles(table: Table, recording: Recording) -> None:
@@ -171,7 +145,7 @@ def _require_angles(table: Table, recording: Recording) -> None:
             )
 
 
-def _stature(human: Human, table: Table, person, notes: list[str]) -> float:
+def _stature(person: Person, table: Table, notes: list[str]) -> float:
     """Return the stature whose standing foot is on the ground at the file's pelvis height [m]."""
     if "pelvis_ty" not in table.names:
         notes.append(
@@ -179,8 +153,9 @@ def _stature(human: Human, table: Table, person, notes: list[str]) -> float:
             "(set it with --height)."
         )
         return USUAL_HEIGHT
-    stature, ty = human.height, table["pelvis_ty"]
+    stature, ty = USUAL_HEIGHT, table["pelvis_ty"]
     for _ in range(4):
+        human = human_of(person, stature)
         qpos = human.from_coordinates(table.names, table.values)
         qpos[:, 7:] = np.clip(qpos[:, 7:], *human.limits)
         qpos[:, 2] = 0.0
@@ -198,7 +173,6 @@ def _stature(human: Human, table: Table, person, notes: list[str]) -> float:
             return USUAL_HEIGHT
         if abs(usual - 1) < 1e-3:
             break
-        human = person(stature)
     notes.append(
         f"the stature is not in the file; {stature:.2f} m was found from the pelvis's height "
         "(--height)."
@@ -216,10 +190,6 @@ def _clipped(
     beyond = [(v, c) for v, c in zip(over, human.coordinates, strict=True) if v > 0.1]
     if beyond:
         beyond.sort(reverse=True)
-        notes.append(
-            "joint limits cut "
-            + ", ".join(f"{c} by up to {v:.1f}°" for v, c in beyond[:8])
-            + (" …" if len(beyond) > 8 else "")
-            + "."
-        )
+        cut = listed([f"{c} by up to {v:.1f}°" for v, c in beyond])
+        notes.append(f"joint limits cut {cut}.")
     return result

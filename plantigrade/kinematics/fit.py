@@ -6,8 +6,9 @@ frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve eve
 and say what was noticed.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,17 +30,17 @@ from plantigrade.kinematics.plausible import (
     require_own_sides,
     without_far_samples,
 )
-from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.models.person import Person
-from plantigrade.motion import Markers, Recording, Subject
+from plantigrade.motion import Markers, Recording
+from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.spatial.conventions import rotation_matrix
 
-JOINTS = "42"  # joint set where none is given
 USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
 CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
 STATIC_FRAMES = 6
@@ -49,8 +50,6 @@ FLYING_FACTOR = 6.0  # … and left out if it also is this many times the marker
 FEWEST_SHARED = 6  # known markers a standing trial must have in common with the recording
 SWAP_GAIN = 0.4  # two markers were swapped where swapping leaves less than this of their error
 
-Progress = Callable[[str, int, int], None]
-
 
 def fit_markers(
     recording: Recording,
@@ -58,7 +57,6 @@ def fit_markers(
     *,
     static: Recording | None = None,
     marker_set: MarkerSet | None = None,
-    weights: dict[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Put a marker recording on a person scaled to it.
@@ -68,31 +66,30 @@ def fit_markers(
         person: What is known about who was recorded; the recording's own words fill the rest.
         static: A standing trial of the same person with the same markers, if there is one.
         marker_set: Where markers sit; the built-in set that knows most names if not given.
-        weights: Weight of single markers in the inverse kinematics; the others weigh 1, on thigh
-            and upper arm a quarter, for soft tissue moves them most.
         progress: Called with (what, done, total).
 
     Raises:
         FitError: If the recording has no markers, too few known ones, or no usable frame.
     """
-    person = person or Person()
+    if static is not None:
+        recording = replace(recording, subject=filled(recording.subject, static.subject))
+    person = filled(person or Person(), recording.subject)
     markers = recording.markers
     if markers is None or not markers.names:
         raise FitError(f"{recording.source} has no markers to fit")
     notes: list[str] = []
-    names, ignored = _usable(markers, static)
+    names, ignored = _usable(markers)
     if static is not None and static.markers is not None:
-        names = names + [
-            n for n in static.markers.names if n not in markers.names and _seen(static.markers, n)
-        ]
+        seen = np.any(np.isfinite(static.markers.positions[..., 0]), axis=0)
+        shown = zip(static.markers.names, seen, strict=True)
+        names += [n for n, ever in shown if ever and n not in markers.names]
     start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
     if start > 0 or stop < markers.n_frames:
         notes.append(
             f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
             f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
         )
-    height, mass, sex = _who(person, recording, static)
-    human = Human.create(height or USUAL_HEIGHT, mass, sex, person.joints or JOINTS, person.feet)
+    human = human_of(person, person.height or USUAL_HEIGHT)
     placed = place_markers(names, human, marker_set)
     known = [n for n in names if placed[n] is not None and n in markers.names]
     require_known([n for n in names if n in markers.names], placed)
@@ -100,28 +97,28 @@ def fit_markers(
     attached = [p for n in known if (p := placed[n]) is not None]
     seen_as = _columns(markers, known)[start:stop]
     require_human_size(seen_as, recording.source)
-    require_own_sides(attached, _standing(human, attached), seen_as, recording.source)
+    standing = PointSet.of(human, attached).path(human.standing()[None])[0]
+    require_own_sides(attached, standing, seen_as, recording.source)
     recording, far = without_far_samples(recording)
     if far:
         notes.append(f"{far} samples metres away from the person were left out.")
     markers = recording.markers
     assert markers is not None
-    facing = _facing(human, known, placed, markers, start, stop)
-    angle = quarter_turn_to_face_x(facing)
+    angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
     recording = turn(recording, angle)
     markers = recording.markers
     assert markers is not None
-    standing_frames, measured_standing = _static_frames(static, names, human, known, placed)
+    still = _static_frames(static, names, human, known, placed)
     measured = _columns(markers, names)
     chosen = _choose_frames(measured, start, stop, CALIBRATION_FRAMES)
     calibration = calibrate(
         human,
         names,
         placed,
-        np.concatenate([measured_standing, measured[chosen]]),
-        height=height,
-        standing=np.arange(len(measured_standing) + len(chosen)) < standing_frames,
-        progress=(lambda k: progress("scaling the body", k, 25)) if progress else None,
+        np.concatenate([still, measured[chosen]]),
+        height=person.height,
+        standing=np.arange(len(still) + len(chosen)) < len(still),
+        progress=counter(progress, "scaling the body", 25),
     )
     for name in names:
         if name not in calibration.names:
@@ -131,8 +128,10 @@ def fit_markers(
     tracked = [calibration.names[i] for i in in_trial]
     samples = _columns(markers, tracked)[window]
     places = tuple(calibration.places[i] for i in in_trial)
-    solver = _solver(calibration.human, tracked, places, weights)
-    first = calibration.qpos[standing_frames]
+    solver = InverseKinematics(
+        PointSet.of(calibration.human, places), np.array([1 / softness(p) ** 2 for p in places])
+    )
+    first = calibration.qpos[len(still)]
     qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
     notes += more
     qpos = unseen_toes_follow(calibration.human, places, qpos)
@@ -140,25 +139,22 @@ def fit_markers(
     cut = replace(
         recording,
         markers=Markers(markers.names, markers.time[window], markers.positions[window]),
-        subject=_subject(recording, static),
     )
     unknown = [n for n in calibration.attached if n in tracked]
     if unknown:
         notes.append(
             f"{len(unknown)} markers of unknown name were put on the segment they move with: "
-            + ", ".join(f"{n} on {calibration.attached[n]}" for n in unknown[:12])
-            + (" …" if len(unknown) > 12 else "")
+            + listed([f"{n} on {calibration.attached[n]}" for n in unknown], 12)
             + "."
         )
     lost = [n for n in ignored if n in markers.names]
     if lost:
         notes.append(
             f"{len(lost)} markers were not used: "
-            + "; ".join(f"{n} ({ignored[n]})" for n in lost[:8])
-            + (" …" if len(lost) > 8 else "")
+            + listed([f"{n} ({ignored[n]})" for n in lost], between="; ")
             + "."
         )
-    if person.height is None and _subject(recording, static).height is None:
+    if person.height is None:
         notes.append(
             f"the stature is not in the file; {calibration.human.height:.2f} m was found from the "
             "markers (give --height to set it)."
@@ -175,17 +171,10 @@ def fit_markers(
         residual=residual,
         kept=kept,
         attached=calibration.attached,
-        ignored=ignored,
         heading=angle,
         metrics=_metrics(used, calibration, kept, np.isfinite(residual)),
         warnings=tuple(recording.warnings) + tuple(notes),
     )
-
-
-def _standing(human: Human, places: Sequence[Attachment]) -> Float[Array, "n_markers 3"]:
-    """Return where markers are on the standing person [m]."""
-    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
-    return points.path(human.standing()[None])[0]
 
 
 def unseen_toes_follow(
@@ -207,23 +196,7 @@ def unseen_toes_follow(
     return qpos
 
 
-def _solver(
-    human: Human,
-    names: Sequence[str],
-    places: Sequence[Attachment],
-    weights: dict[str, float] | None,
-) -> InverseKinematics:
-    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
-    usual = [1 / softness(p) ** 2 for p in places]
-    w = np.array([(weights or {}).get(n, u) for n, u in zip(names, usual, strict=True)])
-    return InverseKinematics(points, w)
-
-
-def _seen(markers: Markers, name: str) -> bool:
-    return bool(np.isfinite(markers.positions[:, markers.index(name), 0]).any())
-
-
-def _usable(markers: Markers, static: Recording | None) -> tuple[list[str], dict[str, str]]:
+def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
     """Return the markers worth fitting and the reason for each that is not."""
     names, ignored = [], {}
     for i, name in enumerate(markers.names):
@@ -245,7 +218,7 @@ def _columns(markers: Markers, names: Sequence[str]) -> Float[Array, "n_frames n
     out = np.full((markers.n_frames, len(names), 3), np.nan)
     for k, name in enumerate(names):
         if name in markers.names:
-            out[:, k] = markers.positions[:, markers.names.index(name)]
+            out[:, k] = markers.positions[:, markers.index(name)]
     return out
 
 
@@ -255,62 +228,36 @@ def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
     ever = np.isfinite(x[..., 0]).mean(axis=0) > 0.3
     share = np.isfinite(x[:, ever, 0]).mean(axis=1) if ever.any() else np.zeros(len(x))
     good = share >= VISIBLE
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
-    runs = edges.reshape(-1, 2)
-    if not len(runs):
+    if not good.any():
         raise FitError(
             f"no frame shows {VISIBLE:.0%} of the markers (best {share.max():.0%}); "
             "fill the gaps first or give a marker set of the markers that are there"
         )
-    # Join runs that a short gap divides: inverse kinematics tolerates gaps.
-    gap = 0.25 * markers.rate
-    joined = [list(runs[0])]
-    for a, b in runs[1:]:
-        if a - joined[-1][1] <= gap:
-            joined[-1][1] = b
-        else:
-            joined.append([a, b])
-    start, stop = max(joined, key=lambda r: r[1] - r[0])
-    if stop - start < 3:
+    inner = slice(good.argmax(), len(good) - good[::-1].argmax())
+    for gap in runs(~good[inner]):  # inverse kinematics tolerates short ones
+        if gap.stop - gap.start <= 0.25 * markers.rate:
+            good[inner][gap] = True
+    longest = max(runs(good), key=lambda run: run.stop - run.start)
+    count = longest.stop - longest.start
+    if count < 3:
         raise FitError(
-            f"only {stop - start} of {markers.n_frames} frames in a row show enough markers; at "
+            f"only {count} of {markers.n_frames} frames in a row show enough markers; at "
             "least 3 are needed: record longer, or fill the gaps"
         )
-    return int(start), int(stop)
-
-
-def _who(
-    person: Person, recording: Recording, static: Recording | None
-) -> tuple[float | None, float, str]:
-    """Return height, mass and sex from the caller, the files, or what is usual."""
-    said = _subject(recording, static)
-    height = said.height if person.height is None else person.height
-    sex = person.sex or said.sex or "male"
-    mass = said.mass if person.mass is None else person.mass
-    return height, mass or 22.5 * (height or 1.72) ** 2, sex
-
-
-def _subject(recording: Recording, static: Recording | None) -> Subject:
-    """Return what the recording says about the person, filled from the standing trial."""
-    if static is None:
-        return recording.subject
-    said = {f.name: getattr(recording.subject, f.name) for f in fields(Subject)}
-    return Subject(**{k: getattr(static.subject, k) if v is None else v for k, v in said.items()})
+    return longest.start, longest.stop
 
 
 def _facing(human, known, placed, markers, start, stop) -> float:
     """Return the median direction the pelvis and trunk face, from x towards y [rad]."""
     frames = np.unique(np.linspace(start, stop - 1, 15).astype(int))
     q = standing_poses(human, [placed[n] for n in known], _columns(markers, known)[frames])
-    yaw = 2 * np.arctan2(q[:, 6], q[:, 3])
-    mean = np.exp(1j * yaw).mean()
-    return float(np.angle(mean))
+    return float(np.angle(np.mean((q[:, 3] + 1j * q[:, 6]) ** 2)))
 
 
 def _static_frames(static, names, human, known, placed):
-    """Return the number of standing frames and their markers, turned to face x."""
+    """Return the markers of some standing frames, turned to face x."""
     if static is None or static.markers is None:
-        return 0, np.empty((0, len(names), 3))
+        return np.empty((0, len(names), 3))
     markers = static.markers
     common = [n for n in known if n in markers.names]
     if len(common) < FEWEST_SHARED:
@@ -322,9 +269,8 @@ def _static_frames(static, names, human, known, placed):
     angle = quarter_turn_to_face_x(_facing(human, common, placed, markers, start, stop))
     turned = turn(static, angle).markers
     assert turned is not None
-    x = _columns(turned, names)
     frames = np.unique(np.linspace(start, stop - 1, STATIC_FRAMES).astype(int))
-    return len(frames), x[frames]
+    return _columns(turned, names)[frames]
 
 
 def _choose_frames(measured, start: int, stop: int, count: int) -> np.ndarray:
@@ -333,7 +279,7 @@ def _choose_frames(measured, start: int, stop: int, count: int) -> np.ndarray:
     stretches = np.array_split(np.arange(start, stop), min(count, stop - start))
     # The middle of the stretch unless another frame of it is seen better.
     return np.array(
-        [s[np.lexsort((np.abs(np.arange(len(s)) - len(s) // 2), -share[s]))[0]] for s in stretches]
+        [min(s, key=lambda f, s=s: (-share[f], abs(f - s[len(s) // 2]))) for s in stretches]
     )
 
 
@@ -345,49 +291,34 @@ def _follow(
     progress: Progress | None,
 ):
     """Solve all frames; put back swapped markers and leave out flying ones, then solve again."""
-    n = len(samples)
-    report = (lambda k: progress("following the markers", k, n)) if progress else None
+    report = counter(progress, "following the markers", len(samples))
     qpos, residual = track(solver, samples, first, report)
-    notes: list[str] = []
-    kept = np.isfinite(residual)
     suspects = _suspects(residual)
-    if suspects.any():
-        used = samples.copy()
-        swapped: dict[tuple[str, str], int] = {}
-        left_out: dict[str, int] = {}
-        for _ in range(2):
-            # What the others say: solve the frames concerned without the suspects.
-            frames = np.flatnonzero(suspects.any(axis=1))
-            clean = used.copy()
-            clean[suspects] = np.nan
-            for f in frames:
-                q = solver.solve(clean[f], qpos[max(f - 1, 0)]).qpos
-                model = solver.values(q)
-                _unswap(used[f], model, names, suspects[f], swapped)
-                distance = np.linalg.norm(used[f] - model, axis=1)
-                suspects[f] &= ~(distance < FLYING)
-            clean = used.copy()
-            clean[suspects] = np.nan
-            qpos, _ = track(solver, clean, first)
-            residual = _distances(solver, qpos, used)
-            again = _suspects(residual)
-            if not (again & ~suspects).any():
-                break
-            suspects |= again
-        for i, name in enumerate(names):
-            if suspects[:, i].any():
-                left_out[name] = int(suspects[:, i].sum())
-        samples[:] = used
-        kept = np.isfinite(residual) & ~suspects
-        for (a, b), count in swapped.items():
-            notes.append(f"markers {a} and {b} are swapped in {count} frames; they were put back.")
-        if left_out:
-            notes.append(
-                "samples that fly off their segment were left out: "
-                + ", ".join(f"{k} in {v} frames" for k, v in left_out.items())
-                + "."
-            )
-    return qpos, residual, kept, notes
+    if not suspects.any():
+        return qpos, residual, np.isfinite(residual), []
+    swapped: Counter[tuple[str, str]] = Counter()
+    for _ in range(2):
+        # What the others say: solve the frames concerned without the suspects.
+        clean = np.where(suspects[..., None], np.nan, samples)
+        for f in np.flatnonzero(suspects.any(axis=1)):
+            model = solver.values(solver.solve(clean[f], qpos[max(f - 1, 0)]).qpos)
+            _unswap(samples[f], model, names, suspects[f], swapped)
+            suspects[f] &= ~(np.linalg.norm(samples[f] - model, axis=1) < FLYING)
+        qpos, _ = track(solver, np.where(suspects[..., None], np.nan, samples), first)
+        residual = np.linalg.norm(samples - solver.points.path(qpos), axis=2)
+        again = _suspects(residual)
+        if not (again & ~suspects).any():
+            break
+        suspects |= again
+    notes = [
+        f"markers {a} and {b} are swapped in {count} frames; they were put back."
+        for (a, b), count in swapped.items()
+    ]
+    left_out = {name: int(k) for name, k in zip(names, suspects.sum(axis=0), strict=True) if k}
+    if left_out:
+        frames = ", ".join(f"{name} in {k} frames" for name, k in left_out.items())
+        notes.append(f"samples that fly off their segment were left out: {frames}.")
+    return qpos, residual, np.isfinite(residual) & ~suspects, notes
 
 
 def _suspects(residual: Float[Array, "n_frames n_markers"]) -> Bool[Array, "n_frames n_markers"]:
@@ -410,15 +341,8 @@ def _unswap(frame, model, names, suspects, swapped) -> None:
             if other < SWAP_GAIN * now and other < 2 * FLYING:
                 frame[[i, j]] = frame[[j, i]]
                 distance[[i, j]] = distance[[j, i]]
-                pair = tuple(sorted((names[i], names[j])))
-                swapped[pair] = swapped.get(pair, 0) + 1
+                swapped[min(names[i], names[j]), max(names[i], names[j])] += 1
                 break
-
-
-def _distances(solver, qpos, samples) -> Float[Array, "n_frames n_markers"]:
-    return np.array(
-        [np.linalg.norm(samples[f] - solver.values(q), axis=1) for f, q in enumerate(qpos)]
-    )
 
 
 def _metrics(used, calibration: Calibration, kept, seen) -> dict:

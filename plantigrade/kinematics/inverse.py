@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.kinematics.state import PointSet, State, integrate
+from plantigrade.models import Human
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
 FEWEST_POINTS = 3  # measured points that tell where the root is
@@ -54,10 +55,9 @@ _NOISE = 0.006
 
 
 def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
-    """Return the usual pull of each hinge towards the rest posture [m^2/rad^2].
+    """Return the usual pull of each hinge towards the rest posture where points are measured.
 
-    Args:
-        points: The points that are measured.
+    Its unit is [m^2/rad^2].
     """
     model, human = points.model, points.human
     count = np.bincount(points.body, minlength=model.nbody)
@@ -70,6 +70,44 @@ def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
         if usual is not None and not (driven[i] and name.startswith(_FOOT_JOINTS)):
             weights[i] = (_NOISE / usual) ** 2
     return weights
+
+
+class Terms(PointSet):
+    """What inverse kinematics is to match, each term linear in points fixed to bodies.
+
+    A term is the position of a point, or the vector from one point to another. An orientation is
+    two vectors between points of one body.
+
+    Args:
+        human: The person.
+        points: (body name, position in its frame [m]) of each point.
+        pairs: Of each term, the point it ends in and the one it starts from; -1 for a position.
+    """
+
+    def __init__(
+        self,
+        human: Human,
+        points: list[tuple[str, np.ndarray]],
+        pairs: list[tuple[int, int]],
+    ):
+        super().__init__(human, [b for b, _ in points], np.array([p for _, p in points]))
+        self._to = np.array([a for a, _ in pairs], dtype=int)
+        start = np.array([b for _, b in pairs], dtype=int)
+        self._vectors = np.flatnonzero(start >= 0)
+        self._from = start[self._vectors]
+
+    def values(self, state):
+        """Return the terms at a state [m]."""
+        return self._combined(state.position(self))
+
+    def jacobian(self, state):
+        """Return their Jacobian."""
+        return self._combined(state.jacobian(self))
+
+    def _combined(self, values: np.ndarray) -> np.ndarray:
+        result = values[self._to]
+        result[self._vectors] -= values[self._from]
+        return result
 
 
 @dataclass(frozen=True)
@@ -139,12 +177,10 @@ class InverseKinematics:
         for iterations in range(1, self.max_iterations + 1):  # noqa: B007 (reported below)
             J = self.points.jacobian(state).reshape(-1, len(state.qvel)) * root_w[:, None]
             r = (target - self.points.values(state)).ravel() * root_w
-            H = J.T @ J
-            g = J.T @ r
-            H.flat[:: H.shape[0] + 1] += damping
-            n = H.shape[0]
-            pull = np.arange(6, n)
-            H[pull, pull] += self.posture
+            H, g = J.T @ J, J.T @ r
+            diagonal = np.einsum("ii->i", H)
+            diagonal += damping
+            diagonal[6:] += self.posture
             g[6:] += self.posture * (self.rest - q[7:])
             step = bounded_step(H, g, self.low - q[7:], self.high - q[7:])
             candidate = integrate(state.model, q, step)
@@ -199,8 +235,7 @@ def bounded_step(
         free = np.isnan(held)
         d = np.where(free, 0.0, held)
         if free.all():
-            _, x, info = dposv(H, g, lower=1)
-            d = x
+            _, d, info = dposv(H, g, lower=1)
         else:
             sub = H[np.ix_(free, free)]
             _, x, info = dposv(sub, (g - H @ d)[free], lower=1)
@@ -278,18 +313,40 @@ def track(
     return qpos, residual
 
 
+def follow(
+    solver: InverseKinematics,
+    targets: Float[Array, "n_frames n_terms 3"],
+    start: Float[Array, "n_frames nq"],
+    *,
+    weights: Float[Array, "n_frames n_terms"],
+    rest: Float[Array, "n_frames n_hinges"],
+    progress=None,
+) -> Float[Array, "n_frames nq"]:
+    """Solve all frames, each from a start of its own, with its own weights and rest posture.
+
+    Args:
+        solver: Inverse kinematics on :class:`Terms`.
+        targets: Values of the terms to reach [m]; NaN rows are left out.
+        start: Configuration to start each frame from.
+        weights: Weights of the terms.
+        rest: Posture the hinges are pulled towards [rad].
+        progress: Called with the number of frames done, now and then.
+    """
+    qpos = np.empty_like(start)
+    for k, target in enumerate(targets):
+        solver.weights, solver.rest = weights[k], rest[k]
+        qpos[k] = solver.solve(target, start[k]).qpos
+        if progress and k % 50 == 0:
+            progress(k + 1)
+    return qpos
+
+
 def _bridge(
     qpos: Float[Array, "n_frames nq"],
     placed: Bool[Array, " n_frames"],
     told: Bool[Array, "n_frames n_hinges"],
 ) -> None:
-    """Lead what was not seen straight from its last to its next seen value, in place.
-
-    Args:
-        qpos: Configurations.
-        placed: Frames in which the root was determined.
-        told: Hinges that were determined.
-    """
+    """Lead roots and hinges that were not seen straight to their next seen value, in place."""
     frames = np.arange(len(qpos))
     if placed.any() and not placed.all():
         for i in range(3):

@@ -4,13 +4,13 @@ The ground is the plane z = 0.
 """
 
 import numpy as np
+from scipy.ndimage import distance_transform_cdt
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.inverse import InverseKinematics, Terms, follow
 from plantigrade.kinematics.rests import Rest, find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
-from plantigrade.kinematics.terms import Terms, follow
 from plantigrade.models import Human
 
 LANDING = 0.12  # time over which a foot comes to its spot on the ground and leaves it [s]
@@ -87,20 +87,13 @@ def plant_feet(
 def _planting_solver(human: Human, contact: SolePaths):
     """Return inverse kinematics on soles, pelvis and knees, and the weights of the last two."""
     points = [(site.body, np.array(site.position)) for site in contact.sites]
-    held = []
-    for offset in np.vstack([np.zeros(3), 0.25 * np.eye(3)]):
-        points.append(("pelvis", offset))
-        held.append(_HELD["pelvis"])
-    for side in SIDES:
-        body, position = human.skeleton.parts[f"tibia_{side}"]
-        points.append((body, np.asarray(position)))
-        held.append(_HELD["knee"])
+    points += [("pelvis", offset) for offset in (np.zeros(3), *(0.25 * np.eye(3)))]
+    points += [human.skeleton.parts[f"tibia_{side}"] for side in SIDES]
+    held = [_HELD["pelvis"]] * 4 + [_HELD["knee"]] * 2
     terms = Terms(human, points, [(i, -1) for i in range(len(points))])
     solver = InverseKinematics(terms, tolerance=1e-4, max_iterations=12)
-    solver.posture = np.full(len(solver.rest), _POSTURE)
-    words = ("mtp", "cuboid", "heel")
-    inner = [i for i, c in enumerate(human.coordinates) if c.startswith(words)]
-    solver.posture[inner] = _FOOT_POSTURE
+    inner = [c.startswith(("mtp", "cuboid", "heel")) for c in human.coordinates]
+    solver.posture = np.where(inner, _FOOT_POSTURE, _POSTURE)
     return solver, np.array(held)
 
 
@@ -131,16 +124,15 @@ def _wanted(contact: SolePaths, rests: list[Rest], way: np.ndarray, fade: int):
         common = np.zeros((n, 3))
         some = np.asarray(resting.any(axis=1))
         common[some] = np.nanmean(shift[some][:, all_points], axis=1)
-        common = _faded(common, some, fade)
+        common = _held(common, some) * _nearness(some, fade)[:, None]
         for i in all_points:
             own = np.isfinite(shift[:, i, 0])
             near = _nearness(own, fade)[:, None]
             filled = _held(np.nan_to_num(shift[:, i]), own) - common
             offset[:, i] = common + near * filled
     wanted = position + offset
-    weight = np.full((n, m), 0.3)
-    for i in range(m):
-        weight[:, i] = 0.3 + 0.7 * _nearness(np.isfinite(shift[:, i, 0]), fade)
+    resting = np.isfinite(shift[..., 0]).T
+    weight = 0.3 + 0.7 * np.stack([_nearness(own, fade) for own in resting], axis=1)
     sunk = wanted[..., 2] < 0
     wanted[..., 2] = np.where(sunk, 0.0, wanted[..., 2])
     weight[sunk] = np.maximum(weight[sunk], 1.0)
@@ -185,13 +177,7 @@ def _nearness(inside: np.ndarray, fade: int) -> np.ndarray:
     """Return 1 where ``inside``, falling smoothly to 0 over ``fade`` frames around it."""
     if not inside.any():
         return np.zeros(len(inside))
-    k = np.arange(len(inside))
-    where = np.flatnonzero(inside)
-    after = np.searchsorted(where, k)
-    gap = np.minimum(
-        np.abs(k - where[np.clip(after, 0, len(where) - 1)]),
-        np.abs(k - where[np.clip(after - 1, 0, len(where) - 1)]),
-    )
+    gap = np.asarray(distance_transform_cdt(~inside))
     s = np.clip(1 - gap / fade, 0, 1)
     return s * s * (3 - 2 * s)
 
@@ -203,7 +189,3 @@ def _held(values: np.ndarray, inside: np.ndarray) -> np.ndarray:
     k = np.arange(len(values))
     where = np.flatnonzero(inside)
     return np.stack([np.interp(k, where, values[where, i]) for i in range(values.shape[1])], 1)
-
-
-def _faded(values: np.ndarray, inside: np.ndarray, fade: int) -> np.ndarray:
-    return _held(values, inside) * _nearness(inside, fade)[:, None]

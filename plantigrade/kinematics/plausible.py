@@ -28,12 +28,8 @@ TRUNK = {"pelvis", "abdomen", "torso", "lower_thorax", "thorax", "head"}
 def require_one_person(known: Sequence[str], source: object) -> None:
     """Raise where markers of several people are in one file, told apart by ``Name:LKNE``.
 
-    Args:
-        known: Names of the markers whose place on the body is known.
-        source: The file, for the message.
-
     Raises:
-        FitError: If two or more people have as many markers as a fit needs.
+        FitError: If two or more people have as many markers of known place as a fit needs.
     """
     owners = Counter(name.rpartition(":")[0] for name in known)
     people = sorted(owner for owner, count in owners.items() if count >= FEWEST_MARKERS)
@@ -46,10 +42,6 @@ def require_one_person(known: Sequence[str], source: object) -> None:
 
 def require_human_size(samples: Float[Array, "n_frames n_markers 3"], source: object) -> None:
     """Raise where the markers of a frame spread over no person.
-
-    Args:
-        samples: Positions [m]; NaN where not seen.
-        source: The file, for the message.
 
     Raises:
         FitError: If they spread too far or too little, or lie out of reach of any laboratory.
@@ -132,17 +124,13 @@ def without_far_samples(recording: Recording) -> tuple[Recording, int]:
     markers = recording.markers
     assert markers is not None
     middle = np.full((markers.n_frames, 3), np.nan)
-    seen = np.isfinite(markers.positions[..., 0])
-    some = np.any(seen, axis=1)
+    some = np.any(np.isfinite(markers.positions[..., 0]), axis=1)
     middle[some] = np.nanmedian(markers.positions[some], axis=1)
-    around = np.array(
-        [
-            np.nanmedian(middle[max(0, f - HALF_WINDOW) : f + HALF_WINDOW + 1], axis=0)
-            if some[max(0, f - HALF_WINDOW) : f + HALF_WINDOW + 1].any()
-            else middle[f]
-            for f in range(markers.n_frames)
-        ]
-    )
+    around = middle.copy()
+    for f in range(markers.n_frames):
+        window = slice(max(0, f - HALF_WINDOW), f + HALF_WINDOW + 1)
+        if some[window].any():
+            around[f] = np.nanmedian(middle[window], axis=0)
     distance = np.linalg.norm(markers.positions - around[:, None], axis=2)
     far = distance > REACH
     if not far.any():
@@ -152,11 +140,7 @@ def without_far_samples(recording: Recording) -> tuple[Recording, int]:
 
 
 def lean_notes(rotations: Float[Array, "n_frames 3 3"]) -> list[str]:
-    """Return a sentence where the trunk is not upright in most frames.
-
-    Args:
-        rotations: Of the trunk: its own axes (z towards the head) to the world's.
-    """
+    """Return a sentence where the trunk, whose z axis points to the head, is mostly not upright."""
     cosine = float(np.median(rotations[:, 2, 2]))
     if cosine >= UPRIGHT:
         return []

@@ -12,6 +12,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.sole_paths import SolePaths
 from plantigrade.motion.filters import lowpass, runs
+from plantigrade.motion.recording import rate_of
 
 NEAR = 0.035  # a region higher above the ground than this does not rest [m]
 SLOW = 0.35  # a region faster than this does not come to rest [m/s] …
@@ -54,9 +55,8 @@ def find_rests(
             index = contact.of(side, region)
             if not len(index):
                 continue
-            height = position[:, index, 2].min(axis=1)
             speed = point_speed(time, position[:, index].mean(axis=1))
-            near = height < NEAR
+            near = position[:, index, 2].min(axis=1) < NEAR
             calm = _hysteresis(speed, STILL, SLOW) & near
             if stance is not None:
                 calm &= stance[:, s]
@@ -70,8 +70,7 @@ def point_speed(time: Float[Array, " n"], path: Float[Array, "n 3"]) -> Float[Ar
     """Return the speed of a point along its smoothed path [m/s]."""
     if len(time) < 3:
         return np.zeros(len(time))
-    rate = (len(time) - 1) / (time[-1] - time[0])
-    if len(time) > 15 and rate > 2.5 * SMOOTH:
+    if len(time) > 15 and rate_of(time) > 2.5 * SMOOTH:
         path = lowpass(time, path, cutoff=SMOOTH)
     return np.linalg.norm(np.gradient(path, time, axis=0), axis=-1)
 
@@ -83,6 +82,23 @@ def _hysteresis(value: np.ndarray, low: float, high: float) -> np.ndarray:
         if value[run].min() >= low:
             below[run] = False
     return below
+
+
+def contact_metrics(
+    contact: SolePaths,
+    rests: list[Rest],
+    way: Float[Array, "n_frames 3"] | None = None,
+    suffix: str = "",
+) -> dict[str, float]:
+    """Return how far resting feet drift and how deep they sink, as figures [mm]."""
+    drift = 1e3 * drift_of(contact, rests, way) if rests else np.zeros(1)
+    depth = 1e3 * contact.penetration
+    return {
+        f"foot_drift_mean_mm{suffix}": float(drift.mean()),
+        f"foot_drift_max_mm{suffix}": float(drift.max()),
+        f"penetration_mean_mm{suffix}": float(depth.mean()),
+        f"penetration_max_mm{suffix}": float(depth.max()),
+    }
 
 
 def drift_of(

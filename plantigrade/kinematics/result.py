@@ -1,11 +1,18 @@
-"""What fitting returns, whatever kind of recording was fitted."""
+"""What fitting takes and returns, whatever kind of recording is fitted."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, TypeVar
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
-from plantigrade.motion import Markers, Recording
+from plantigrade.models.person import Person
+from plantigrade.motion import Markers, Recording, Subject
+
+_Known = TypeVar("_Known", Person, Subject)
+Progress = Callable[[str, int, int], None]
+"""Called with what is done, how much of it, and out of how much."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +31,6 @@ class Fit:
         residual: Distance of each marker to its place [m]; NaN where not seen.
         kept: Which marker samples were used; False where a sample was found wrong and left out.
         attached: Markers of unknown name → the body they were put on.
-        ignored: Markers that were not used, with the reason.
         heading: Angle by which the recording was turned about the vertical [rad].
         metrics: Figures of the fit (flat, unit suffix).
         warnings: What the user should know, one sentence each.
@@ -40,7 +46,29 @@ class Fit:
     residual: Float[Array, "n_frames n_markers"] | None = None
     kept: Bool[Array, "n_frames n_markers"] | None = None
     attached: dict[str, str] = field(default_factory=dict)
-    ignored: dict[str, str] = field(default_factory=dict)
     heading: float = 0.0
     metrics: dict = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+
+
+def filled(known: _Known, other: Any) -> _Known:
+    """Return a dataclass whose fields of None are taken from another that has them."""
+    lacking = [f.name for f in fields(known) if getattr(known, f.name) is None]
+    return replace(known, **{name: getattr(other, name, None) for name in lacking})
+
+
+def human_of(person: Person, height: float, lengths: Mapping[str, float] | None = None) -> Human:
+    """Return the person at a height [m]; male, and of 22.5 kg/m² where nothing else is known."""
+    mass = person.mass or 22.5 * height**2
+    sex, joints = person.sex or "male", person.joints or "42"
+    return Human.create(height, mass, sex, joints, person.feet, lengths)
+
+
+def counter(progress: Progress | None, what: str, total: int) -> Callable[[int], None] | None:
+    """Return what to call with the number of frames done, if anybody wants to know."""
+    return (lambda k: progress(what, k, total)) if progress else None
+
+
+def listed(words: Sequence[str], most: int = 8, between: str = ", ") -> str:
+    """Return the first words for a message, and a sign where there are more."""
+    return between.join(words[:most]) + (" …" if len(words) > most else "")

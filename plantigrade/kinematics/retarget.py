@@ -20,33 +20,27 @@ motion is moved down to the ground and the feet are planted
 (:mod:`plantigrade.kinematics.planting`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from plantigrade.errors import FitError
-from plantigrade.kinematics.fit import JOINTS
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import drift_of, find_rests
-from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.rests import contact_metrics, find_rests
+from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.skeleton_targets import SkeletonTargets
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.models import Human
 from plantigrade.models.joint_names import identify
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import SkeletonMotion, rate_of
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 
-Progress = Callable[[str, int, int], None]
-
 SCALE_TOLERANCE = 0.06  # of a given stature against the skeleton's, before the file is rescaled
 UNEVEN = 0.08  # feet that sink deeper than this before they are planted are worth a word [m]
-
-_X, _Y, _Z = np.eye(3)
 
 
 def fit_skeleton(
@@ -54,7 +48,6 @@ def fit_skeleton(
     person: Person | None = None,
     *,
     names: Mapping[str, str] | None = None,
-    plant: bool = True,
     progress: Progress | None = None,
 ) -> Fit:
     """Put the motion of another skeleton on a person with its lengths.
@@ -67,7 +60,6 @@ def fit_skeleton(
             neither gives it.
         names: Our joints → the file's names, for skeletons whose names tell nothing
             (``{"hip_l": "Bone7"}``).
-        plant: Whether standing feet are held on the ground.
         progress: Called with (what, done, total).
 
     Raises:
@@ -96,46 +88,34 @@ def fit_skeleton(
         recording = turn(recording, angle)
         assert recording.skeleton is not None
         source = SkeletonSource(recording.skeleton, found)
-    person, said = person or Person(), recording.subject
-    height = said.height if person.height is None else person.height
-    stature = source.stature()
+    person = filled(person or Person(), recording.subject)
+    height, stature = person.height, source.stature()
     if height is not None and abs(height / stature - 1) > SCALE_TOLERANCE:
         notes.append(
             f"the skeleton is that of a person of {stature:.2f} m; it was scaled by "
             f"{height / stature:.3f} to the height given, {height:.2f} m."
         )
-        recording = replace(recording, skeleton=_scaled(recording.skeleton, height / stature))
-        assert recording.skeleton is not None
-        source = SkeletonSource(recording.skeleton, found)
+        skeleton = _scaled(source.skeleton, height / stature)
+        recording, source = replace(recording, skeleton=skeleton), SkeletonSource(skeleton, found)
     elif height is None:
         notes.append(
             f"the stature is not in the file; {stature:.2f} m was found from the skeleton "
             "(give --height to set it)."
         )
     height = float(np.clip(stature, 0.5, 2.5) if height is None else height)
-    sex = person.sex or said.sex or "male"
-    mass = person.mass if person.mass is not None else said.mass or 22.5 * height**2
-    lengths = source.lengths(height, sex)
-    human = Human.create(height, mass, sex, person.joints or JOINTS, person.feet, lengths)
+    human = human_of(person, height, source.lengths(height, person.sex or "male"))
     rate = rate_of(source.time)
     targets = SkeletonTargets(human, source)
     n = len(source.time)
-    report = _reporter(progress, "following the skeleton", n)
-    qpos = targets.follow(report)
+    qpos = targets.follow(counter(progress, "following the skeleton", n))
     way = source.way()
     qpos, rise = level(human, qpos, rate, way=way)
-    rests = find_rests(sole_paths(human, qpos), rate, way=way)
     before = sole_paths(human, qpos)
-    if plant and rests:
-        qpos = plant_feet(
-            human,
-            qpos,
-            rate=rate,
-            rests=rests,
-            way=way,
-            progress=_reporter(progress, "planting the feet", n),
-        )
-    elif plant:
+    rests = find_rests(before, rate, way=way)
+    if rests:
+        report = counter(progress, "planting the feet", n)
+        qpos = plant_feet(human, qpos, rate=rate, rests=rests, way=way, progress=report)
+    else:
         notes.append("no foot ever rests on the ground; the feet were left as they are.")
     after = sole_paths(human, qpos)
     middle = float(np.median(rise))
@@ -147,7 +127,7 @@ def fit_skeleton(
             "level."
         )
     sunk = float(before.penetration.max())
-    if plant and rests and sunk > UNEVEN:
+    if rests and sunk > UNEVEN:
         notes.append(
             f"feet were up to {1e3 * sunk:.0f} mm under the level ground (uneven terrain?); they "
             "were lifted onto it."
@@ -161,8 +141,8 @@ def fit_skeleton(
         "ground_shift_mm": 1e3 * middle,
         "ground_slope_mm": 1e3 * float(np.ptp(rise)),
         "stances": len(rests),
-        **_contact_metrics(before, rests, way, "_before"),
-        **_contact_metrics(after, rests, way, ""),
+        **contact_metrics(before, rests, way, "_before"),
+        **contact_metrics(after, rests, way),
         "skeleton_height_m": stature,
         "height_m": human.height,
         **{f"length_{k}_m": getattr(human.dimensions, k) for k in human.dimensions.names()},
@@ -179,26 +159,6 @@ def fit_skeleton(
     )
 
 
-def _reporter(progress: Progress | None, what: str, total: int):
-    return (lambda k: progress(what, k, total)) if progress else None
-
-
-def _contact_metrics(contact, rests, way, suffix: str) -> dict[str, float]:
-    drift = drift_of(contact, rests, way) if rests else np.zeros(1)
-    depth = contact.penetration
-    return {
-        f"foot_drift_mean_mm{suffix}": 1e3 * float(drift.mean()),
-        f"foot_drift_max_mm{suffix}": 1e3 * float(drift.max()),
-        f"penetration_mean_mm{suffix}": 1e3 * float(depth.mean()),
-        f"penetration_max_mm{suffix}": 1e3 * float(depth.max()),
-    }
-
-
-def _scaled(skeleton: SkeletonMotion | None, factor: float) -> SkeletonMotion:
-    assert skeleton is not None
-    return replace(
-        skeleton,
-        positions=skeleton.positions * factor,
-        rest_positions=skeleton.rest_positions * factor,
-        ends=skeleton.ends * factor,
-    )
+def _scaled(skeleton: SkeletonMotion, factor: float) -> SkeletonMotion:
+    lengths = ("positions", "rest_positions", "ends")
+    return replace(skeleton, **{name: getattr(skeleton, name) * factor for name in lengths})

@@ -72,11 +72,7 @@ def forward_path(
 def _falls_behind(qpos, position, sides, rate: float) -> Float[Array, "n_frames n_points"]:
     """Return 1 for points of feet that may stand, nearly 0 for those of a foot that swings past.
 
-    Args:
-        qpos: The motion with the pelvis on one spot.
-        position: Points of the soles in it [m].
-        sides: Foot of each point.
-        rate: Frames per second [Hz].
+    The motion has the pelvis on one spot.
     """
     ahead = rotation_matrix(qpos[:, 3:7])[:, :2, 0]
     ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1), 1e-9)[:, None]
@@ -86,12 +82,10 @@ def _falls_behind(qpos, position, sides, rate: float) -> Float[Array, "n_frames 
         moved = np.gradient(mine[..., :2].mean(axis=1), axis=0) * rate
         speed[:, k] = np.einsum("nd,nd->n", moved, ahead)
         low[:, k] = mine[..., 2].min(axis=1)
-    near = np.abs(low[:, 0] - low[:, 1]) < AS_LOW
-    passing = near & (np.abs(speed[:, 0] - speed[:, 1]) > PASSING)
-    behind = speed.argmin(axis=1)
-    # Walking forward, the foot that falls behind is the lower one on the mean; backward, the other.
-    rows = np.arange(len(qpos))
     apart = np.abs(speed[:, 0] - speed[:, 1]) > PASSING
+    passing = apart & (np.abs(low[:, 0] - low[:, 1]) < AS_LOW)
+    behind, rows = speed.argmin(axis=1), np.arange(len(qpos))
+    # Walking forward, the foot that falls behind is the lower one on the mean; backward, the other.
     if np.sum((low[rows, behind] - low[rows, 1 - behind])[apart]) > 0:
         behind = 1 - behind
     may = np.ones(position.shape[:2])

@@ -74,10 +74,8 @@ class SkeletonSource:
 
     def trunk(self) -> float | None:
         """Return the height of the shoulders above the hips along the rest pose's trunk [m]."""
-        if not self.found.both("shoulder"):
-            return None
-        rise = self.rest_rise()
-        return float(np.linalg.norm(rise[[0, 2]]))
+        both = self.found.both("shoulder")
+        return float(np.linalg.norm(self.rest_rise()[[0, 2]])) if both else None
 
     def stature(self) -> float:
         """Return the stature of a usual person with these legs and this trunk [m]."""
@@ -116,11 +114,9 @@ class SkeletonSource:
         if trunk is not None:
             # The head makes up for the rest of the stature, within a fifth of its usual length.
             legs = usual.ankle_height + found["thigh"] + found["shank"]
-            factor = trunk / _shoulder_height(usual)
+            low, high = height - legs - np.array([1.2, 0.8]) * usual.head
             both = usual.pelvis_height + usual.trunk
-            high = (height - legs - 0.8 * usual.head) / both
-            low = (height - legs - 1.2 * usual.head) / both
-            factor = float(np.clip(factor, low, high))
+            factor = float(np.clip(trunk / _shoulder_height(usual), low / both, high / both))
             if 0.6 < factor < 1.6:
                 found["pelvis_height"] = factor * usual.pelvis_height
                 found["trunk"] = factor * usual.trunk
@@ -159,15 +155,11 @@ class SkeletonSource:
         way = self.way()
         calm = np.ones(len(self.time), bool)
         for path in (self.at(f"ankle_{side}"), self.forefoot(side)):
-            height = path[:, 2]
-            smooth = path - way
+            height, smooth, speed = path[:, 2], path - way, np.zeros(len(path))
             if len(path) > 15 and self.rate > 25:
                 smooth = lowpass(self.time, smooth, cutoff=10.0)
-            speed = (
-                np.linalg.norm(derivative(self.time, smooth), axis=1)
-                if len(path) > 3
-                else np.zeros(len(path))
-            )
+            if len(path) > 3:
+                speed = np.linalg.norm(derivative(self.time, smooth), axis=1)
             calm &= (height < np.quantile(height, 0.03) + 0.03) & (np.nan_to_num(speed) < 0.25)
         return np.flatnonzero(calm)
 

@@ -2,15 +2,15 @@
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.directions import mean_rotation, swing, unit_vector, yaw
-from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.inverse import InverseKinematics, Terms
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.state import PointSet, integrate
-from plantigrade.kinematics.terms import Terms
 from plantigrade.models import Human
 from plantigrade.models.anatomy import hip, lumbar, shoulder
+from plantigrade.models.human import coordinate_of
 
 # Joints and the part of our anatomy that hangs on each.
 CENTRES = {
@@ -68,35 +68,25 @@ class SkeletonTargets:
         self.pairs: list[tuple[int, int]] = []
         self.values: list[np.ndarray] = []
         self.weights: list[float] = []
-        self.centres: list[tuple[str, int]] = []
+        self.centres: list[int] = []  # which of the terms are joint centres
         self._joint_centres()
-        self._pelvis_and_thorax()
-        self._head()
+        self._trunk()
         for side in SIDES:
             self._leg(side)
             self._foot(side)
             if source.arms:
                 self._arm(side)
 
-    # -- terms
-
-    def _point(self, body: str, position: np.ndarray) -> int:
-        self.points.append((body, np.asarray(position, float)))
-        return len(self.points) - 1
-
-    def _add_position(self, body: str, position, values: np.ndarray, weight: float) -> None:
-        self.pairs.append((self._point(body, position), -1))
+    def _add(self, pair: tuple[int, int], values: np.ndarray, weight: float) -> None:
+        self.pairs.append(pair)
         self.values.append(values)
         self.weights.append(weight)
 
     def _add_axis(self, part: str, axis: np.ndarray, values: np.ndarray, weight: float) -> None:
         """Ask for the axis of a part (zero pose: world axes) to point along ``values``."""
-        body = self.human.skeleton.parts[part][0]
-        start = self._point(body, np.zeros(3))
-        end = self._point(body, ARM * axis)
-        self.pairs.append((end, start))
-        self.values.append(ARM * values)
-        self.weights.append(weight)
+        body, n = self.human.skeleton.parts[part][0], len(self.points)
+        self.points += [(body, np.zeros(3)), (body, ARM * axis)]
+        self._add((n + 1, n), ARM * values, weight)
 
     def _joint_centres(self) -> None:
         moved = self._shoulder_offset()
@@ -106,9 +96,10 @@ class SkeletonTargets:
             for side in SIDES:
                 name = f"{joint}_{side}"
                 body, position = self.human.skeleton.parts[f"{part}_{side}"]
-                self.centres.append((name, len(self.pairs)))
+                self.centres.append(len(self.pairs))
+                self.points.append((body, np.asarray(position, float)))
                 path = self.source.at(name) + (moved if joint in ARM_JOINTS else 0.0)
-                self._add_position(body, position, path, WEIGHTS[joint])
+                self._add((len(self.points) - 1, -1), path, WEIGHTS[joint])
 
     def _shoulder_offset(self) -> np.ndarray:
         """Return what to add to the file's shoulders and arms in every frame [m].
@@ -120,35 +111,21 @@ class SkeletonTargets:
         if not (source.found.both("shoulder") and source.has("thorax")):
             return np.zeros((len(source.time), 3))
         rise = source.rest_rise()
-        x, z = self._neutral_trunk()
+        d = self.human.dimensions
+        x, _, z = lumbar(d) + shoulder(d) - hip(d)
         offset = float(np.clip(x - rise[0] * z / rise[2], -0.1, 0.1)) if rise[2] > 0.1 else 0.0
         return source.rotation("thorax") @ (offset * _X)
 
-    def _pelvis_and_thorax(self) -> None:
+    def _trunk(self) -> None:
         source = self.source
-        R = source.rotation("pelvis")
-        for axis in (_X, _Z):
-            self._add_axis("pelvis", axis, R @ axis, WEIGHTS["pelvis"])
-        if not source.has("thorax"):
-            return
-        R = source.rotation("thorax")
-        self._add_axis("thorax", _Y, R @ _Y, WEIGHTS["thorax"])
-        self._add_axis("thorax", _Z, R @ _Z, WEIGHTS["thorax_up"])
-
-    def _neutral_trunk(self) -> tuple[float, float]:
-        d = self.human.dimensions
-        rise = lumbar(d) + shoulder(d) - hip(d)
-        return float(rise[0]), float(rise[2])
-
-    def _head(self) -> None:
-        name = next((j for j in ("head", "neck") if self.source.has(j)), None)
-        if name is None:
-            return
-        R = self.source.rotation(name)
-        for axis in (_X, _Z):
-            self._add_axis("head", axis, R @ axis, WEIGHTS["head"])
-
-    # -- limbs
+        wanted = [("pelvis", "pelvis", _X, "pelvis"), ("pelvis", "pelvis", _Z, "pelvis")]
+        if source.has("thorax"):
+            wanted += [("thorax", "thorax", _Y, "thorax"), ("thorax", "thorax", _Z, "thorax_up")]
+        top = next((joint for joint in ("head", "neck") if source.has(joint)), None)
+        if top is not None:
+            wanted += [("head", top, _X, "head"), ("head", top, _Z, "head")]
+        for part, joint, axis, weight in wanted:
+            self._add_axis(part, axis, source.rotation(joint) @ axis, WEIGHTS[weight])
 
     def _hinge(self, a: str, b: str, c: str, side: str, backwards: bool) -> np.ndarray:
         """Return the rotation from our upper bone to the file's, ``A`` of the module's text.
@@ -159,13 +136,10 @@ class SkeletonTargets:
         source = self.source
         a, b, c = (f"{j}_{side}" for j in (a, b, c))
         down = source.rest(b) - source.rest(a)
-        A = swing(-_Z, down)
+        A = _swing(-_Z, down)
         R = source.above(b)
-        upper, lower = (
-            unit_vector(source.at(b) - source.at(a)),
-            unit_vector(source.at(c) - source.at(b)),
-        )
-        axis = np.cross(upper, lower)  # points left for a knee, right for an elbow
+        upper, lower = source.at(b) - source.at(a), source.at(c) - source.at(b)
+        axis = np.cross(_unit(upper), _unit(lower))  # points left for a knee, right for an elbow
         sine = np.linalg.norm(axis, axis=1)
         bent = sine > np.sin(BENT)
         if bent.sum() < 3:
@@ -173,19 +147,12 @@ class SkeletonTargets:
         axis = np.einsum("nji,nj->ni", R, axis)[bent].mean(axis=0)
         if np.linalg.norm(axis) < 0.7 * sine[bent].mean():
             return A  # no hinge: the axis turns with the motion
-        axis = unit_vector(A.T @ axis) * (1.0 if backwards else -1.0)
-        ours = self._bend_axis("tibia" if backwards else "ulna", side)
+        axis = _unit(A.T @ axis) * (1.0 if backwards else -1.0)
+        coordinate = "knee_angle" if backwards else "elbow_flex"
+        ours = coordinate_of(f"{coordinate}_{side}").axis_of(side)
+        ours = ours * np.sign(ours[1])  # the sense in which it points left
         turn = np.arctan2(axis[1], axis[0]) - np.arctan2(ours[1], ours[0])
-        cos, sin = np.cos(turn), np.sin(turn)
-        return A @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
-
-    def _bend_axis(self, part: str, side: str) -> np.ndarray:
-        """Return our hinge's axis in the zero pose, the sense in which it points left."""
-        coordinate = {"tibia": "knee_angle", "ulna": "elbow_flex"}[part]
-        from plantigrade.models.human import coordinate_of
-
-        axis = coordinate_of(f"{coordinate}_{side}").axis_of(side)
-        return axis * np.sign(axis[1])
+        return A @ _yaw(np.array([np.cos(turn), np.sin(turn), 0.0]))
 
     def _leg(self, side: str) -> None:
         source = self.source
@@ -196,7 +163,7 @@ class SkeletonTargets:
         # The shank's own turn counts from the thigh's: both hinges look the same way at rest.
         thigh = source.rest(f"knee_{side}") - source.rest(f"hip_{side}")
         across = A @ _Y
-        S = swing(thigh, down)
+        S = _swing(thigh, down)
         R = source.above(f"ankle_{side}")
         self._add_axis(f"tibia_{side}", _Y, R @ (S @ across), WEIGHTS["shank"])
 
@@ -208,7 +175,7 @@ class SkeletonTargets:
         R = source.above(f"elbow_{side}")
         self._add_axis(f"humerus_{side}", _Y, R @ (A @ _Y), WEIGHTS["upper_arm"])
         wrist = source.rest(f"wrist_{side}")
-        along = unit_vector(wrist - source.rest(f"elbow_{side}"))
+        along = _unit(wrist - source.rest(f"elbow_{side}"))
         R = source.rotation(f"wrist_{side}")
         thumb = self._thumb(side, along)
         outward = _Y if side == "l" else -_Y  # where the thumb points in our zero pose
@@ -216,7 +183,7 @@ class SkeletonTargets:
         distal = along
         if source.has(f"knuckle_{side}"):
             hand = source.rest(f"knuckle_{side}") - wrist
-            distal = unit_vector(hand) if np.linalg.norm(hand) > 0.02 else along
+            distal = _unit(hand) if np.linalg.norm(hand) > 0.02 else along
         self._add_axis(f"hand_{side}", -_Z, R @ distal, WEIGHTS["hand_axis"])
 
     def _thumb(self, side: str, along: np.ndarray) -> np.ndarray:
@@ -236,7 +203,7 @@ class SkeletonTargets:
         for guess in [*guesses, _X, _Y if side == "l" else -_Y]:
             square = guess - (guess @ along) * along
             if np.linalg.norm(square) > 0.3 * np.linalg.norm(guess) > 1e-4:
-                return unit_vector(square)
+                return _unit(square)
         return _X
 
     def _foot(self, side: str) -> None:
@@ -246,32 +213,26 @@ class SkeletonTargets:
         forward = source.forefoot(side) - source.at(ankle)
         at_rest = np.einsum("nji,nj->ni", R, forward).mean(axis=0)
         # In the rest pose the foot stands square to the shank, wherever that points.
-        S = swing(-_Z, source.rest(ankle) - source.rest(f"knee_{side}"))
+        S = _swing(-_Z, source.rest(ankle) - source.rest(f"knee_{side}"))
         at_rest = S.T @ at_rest
-        rest = S @ yaw(at_rest) if np.linalg.norm(at_rest[:2]) > 1e-3 else S
+        rest = S @ _yaw(at_rest) if np.linalg.norm(at_rest[:2]) > 1e-3 else S
         A = rest
         if len(flat) >= 3:
-            own = np.swapaxes(R[flat], 1, 2) @ yaw(forward[flat])
-            own = mean_rotation(own)
+            own = _mean_rotation(np.swapaxes(R[flat], 1, 2) @ _yaw(forward[flat]))
             tilt = np.arccos(np.clip((rest.T @ own)[2, 2], -1, 1))
             if tilt < FLAT_TILT:
                 A = own
         for axis in (_X, _Y):
             self._add_axis(f"foot_{side}", axis, R @ (A @ axis), WEIGHTS["foot"])
         ball = f"ball_{side}"
-        part = next(
-            (p for p in (f"toes_{side}", f"medial_phalanges_{side}") if self._moves(p)), None
-        )
+        parts = (f"toes_{side}", f"medial_phalanges_{side}")
+        skeleton, bodies = self.human.skeleton.parts, self.human.body_names
+        part = next((p for p in parts if p in skeleton and p in bodies), None)
         if source.has(ball) and part:
             T = source.rotation(ball)
             relative = np.swapaxes(R, 1, 2) @ T
-            B = mean_rotation(relative[flat]) if len(flat) >= 3 else np.eye(3)
+            B = _mean_rotation(relative[flat]) if len(flat) >= 3 else np.eye(3)
             self._add_axis(part, _X, T @ (B.T @ A @ _X), WEIGHTS["toes"])
-
-    def _moves(self, part: str) -> bool:
-        return part in self.human.skeleton.parts and part in self.human.body_names
-
-    # -- solving
 
     def follow(self, report=None) -> np.ndarray:
         """Return the configurations of all frames."""
@@ -324,21 +285,14 @@ class SkeletonTargets:
 
     def _other_arms(self, q: np.ndarray) -> list[np.ndarray]:
         """Return configurations with the arms held otherwise: down, forward, sideways, up."""
-        names = self.human.coordinates
-        if not self.source.arms:
-            return []
+        names = ("arm_flex", "arm_add", "arm_rot", "elbow_flex")
         result = []
-        for flexion, adduction, rotation in ARM_STARTS:
+        for angles in ARM_STARTS if self.source.arms else ():
             other = q.copy()
             for side in SIDES:
-                for c, v in (
-                    ("arm_flex", flexion),
-                    ("arm_add", adduction),
-                    ("arm_rot", rotation),
-                    ("elbow_flex", 0.6),
-                ):
-                    if f"{c}_{side}" in names:
-                        other[7 + self.human.hinge(f"{c}_{side}")] = v
+                for name, angle in zip(names, (*angles, 0.6), strict=True):
+                    if f"{name}_{side}" in self.human.coordinates:
+                        other[7 + self.human.hinge(f"{name}_{side}")] = angle
             result.append(other)
         return result
 
@@ -356,8 +310,37 @@ class SkeletonTargets:
 
     def errors(self, qpos: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """Return how far each joint centre is from the file's, which was lifted by ``rise`` [m]."""
-        picked = [i for _, i in self.centres]
-        bodies, places = zip(*(self.points[self.pairs[i][0]] for i in picked), strict=True)
+        bodies, places = zip(*(self.points[self.pairs[i][0]] for i in self.centres), strict=True)
         ours = PointSet(self.human, bodies, np.array(places)).path(qpos)
-        theirs = np.stack([self.values[i] for i in picked], axis=1)
+        theirs = np.stack([self.values[i] for i in self.centres], axis=1)
         return np.linalg.norm(ours - theirs - rise[:, None, None] * _Z, axis=2)
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    """Return vectors of length one; zero stays zero."""
+    size = np.linalg.norm(v, axis=-1, keepdims=True)
+    return v / np.where(size > 1e-12, size, 1.0)
+
+
+def _swing(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the smallest rotation that takes direction ``a`` to ``b``."""
+    a, b = _unit(a), _unit(b)
+    axis, cosine = np.cross(a, b), float(a @ b)
+    size = np.linalg.norm(axis)
+    if size < 1e-9:
+        return np.eye(3) if cosine > 0 else Rotation.from_rotvec(np.pi * np.eye(3)[0]).as_matrix()
+    return Rotation.from_rotvec(axis / size * np.arctan2(size, cosine)).as_matrix()
+
+
+def _yaw(direction: np.ndarray) -> np.ndarray:
+    """Return rotations about the vertical that turn x towards ``direction``."""
+    c, s = np.moveaxis(_unit(direction[..., :2]), -1, 0)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    rows = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
+    return np.stack([np.stack(r, axis=-1) for r in rows], axis=-2)
+
+
+def _mean_rotation(R: np.ndarray) -> np.ndarray:
+    """Return the rotation nearest to the mean of rotation matrices."""
+    u, _, v = np.linalg.svd(R.mean(axis=0))
+    return u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v

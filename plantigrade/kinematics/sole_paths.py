@@ -33,8 +33,7 @@ class SitePoints(PointSet):
     """
 
     def __init__(self, human: Human, sites: Sequence[ContactSite]):
-        local = np.array([site.position for site in sites])
-        super().__init__(human, [site.body for site in sites], local)
+        super().__init__(human, [s.body for s in sites], np.array([s.position for s in sites]))
         self.sites = tuple(sites)
         self.radius = np.array([site.radius for site in sites])
 
@@ -67,10 +66,8 @@ class SolePaths:
 
     def of(self, side: str, region: str | None = None) -> np.ndarray:
         """Return the indices of a foot's sites, of one region or of all."""
-        pairs = enumerate(zip(self.sites, self.region, strict=True))
-        return np.array(
-            [i for i, (s, r) in pairs if s.side == side and region in (None, r)], dtype=int
-        )
+        pairs = zip(self.sites, self.region, strict=True)
+        return np.flatnonzero([s.side == side and region in (None, r) for s, r in pairs])
 
     @property
     def penetration(self) -> Float[Array, " n_frames"]:

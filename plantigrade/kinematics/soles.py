@@ -11,18 +11,13 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.rests import Rest
 from plantigrade.kinematics.sole_paths import SolePaths
 from plantigrade.models import Human
+from plantigrade.motion.filters import runs
 
 THICKEST = 0.06  # a point that rests further from the ground than this does not rest on a sole [m]
 
 
 def on_own_soles(human: Human, contact: SolePaths, rests: list[Rest]) -> Human:
-    """Return the person with soles that touch the ground where the feet rest.
-
-    Args:
-        human: The person.
-        contact: The points of the soles over the recorded motion.
-        rests: What rests when.
-    """
+    """Return the person with soles that touch the ground where the feet of a motion rest."""
     flat = {side: _flat(contact, rests, side) for side in SIDES}
     offsets = {}
     for i, (name, side, _) in enumerate(human.contact_points):
@@ -47,10 +42,8 @@ def _flat(contact: SolePaths, rests: list[Rest], side: str) -> np.ndarray:
             if rest.side == side and rest.region == region:
                 resting[rest.start : rest.stop] = True
         flat &= resting
-    inner = flat.copy()  # without the frames in which the foot comes down or leaves
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flat.astype(int), [0]])))
-    for start, stop in edges.reshape(-1, 2):
-        quarter = (stop - start) // 4
-        inner[start : start + quarter] = False
-        inner[stop - quarter : stop] = False
+    inner = np.zeros_like(flat)  # without the frames in which the foot comes down or leaves
+    for run in runs(flat):
+        quarter = (run.stop - run.start) // 4
+        inner[run.start + quarter : run.stop - quarter] = True
     return inner

@@ -15,6 +15,8 @@ For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :
 """
 
 from collections.abc import Iterator, Sequence
+from functools import wraps
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -54,6 +56,13 @@ class PointSet:
             start = self.model.body_dofadr[body]
             above[body, start : start + self.model.body_dofnum[body]] = 1.0
         self.moved = above[self.body][:, None, :]
+
+    @classmethod
+    def of(
+        cls, human: Human, places: Sequence[Any], model: mujoco.MjModel | None = None
+    ) -> "PointSet":
+        """Return the points of whatever has a ``body`` and a ``position`` in its frame [m]."""
+        return cls(human, [p.body for p in places], np.array([p.position for p in places]), model)
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -95,6 +104,19 @@ class _Engine:
             mujoco.mj_rnePostConstraint(model, data)  # accelerations of all bodies where qacc = 0
             self.velocities = True
         return data
+
+
+def _once(compute):
+    """Remember what a method of a state found for a set of points."""
+
+    @wraps(compute)
+    def remembered(state, points):
+        key = compute, id(points)
+        if key not in state._known:  # the points are kept, so that no others get their id
+            state._known[key] = compute(state, points), points
+        return state._known[key][0]
+
+    return remembered
 
 
 class State:
@@ -183,21 +205,32 @@ class State:
     def _index(self, body: str | int) -> int:
         return body if isinstance(body, int) else self.human.body(body)
 
+    @_once
     def position(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return where points are [m]."""
-        return self._once(points, "position", self._position)
+        data = self._position_data
+        rotation = data.xmat.reshape(-1, 3, 3)[points.body]
+        return data.xpos[points.body] + (rotation @ points.local[:, :, None])[:, :, 0]
 
+    @_once
     def jacobian(self, points: PointSet) -> Float[Array, "n_points 3 nv"]:
         """Return the Jacobian of points' positions with respect to MuJoCo's velocity."""
-        return self._once(points, "jacobian", self._jacobian)
+        data = self._position_data
+        arm = self.position(points) - data.subtree_com[1]
+        turned = _skew(-arm).reshape(-1, 3) @ data.cdof[:, :3].T
+        return (turned.reshape(len(points), 3, -1) + data.cdof[:, 3:].T) * points.moved
 
+    @_once
     def velocity(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return the velocity of points [m/s]."""
-        return self._once(points, "velocity", lambda p: self.jacobian(p) @ self.qvel)
+        return self.jacobian(points) @ self.qvel
 
+    @_once
     def bias_acceleration(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return the acceleration of points where the generalised acceleration is zero [m/s²]."""
-        return self._once(points, "bias acceleration", self._bias_acceleration)
+        linear, angular = self._bodies
+        arm = self.position(points) - self._data.subtree_com[1]
+        return linear[points.body] + (angular[points.body] @ arm[:, :, None])[:, :, 0]
 
     @property
     def com(self) -> Float[Array, " 3"]:
@@ -287,36 +320,6 @@ class State:
             mujoco.mj_subtreeVel(self.model, data)
             self._known["momentum"] = data.subtree_linvel[1].copy(), data.subtree_angmom[1].copy()
         return self._known["momentum"]
-
-    def _once(self, points: PointSet, what: str, compute):
-        key = (id(points), what)
-        if key not in self._known:
-            self._known[key] = compute(points)
-            self._known[id(points)] = points  # keeps the id from being given to another set
-        return self._known[key]
-
-    def _position(self, points: PointSet):
-        data = self._position_data
-        rotation = data.xmat.reshape(-1, 3, 3)[points.body]
-        return data.xpos[points.body] + (rotation @ points.local[:, :, None])[:, :, 0]
-
-    def _jacobian(self, points: PointSet):
-        data = self._position_data
-        arm = self.position(points) - data.subtree_com[1]
-        angular, linear = data.cdof[:, :3], data.cdof[:, 3:]
-        J = np.empty((len(points), 3, self.model.nv))
-        x, y, z = arm[:, 0:1], arm[:, 1:2], arm[:, 2:3]
-        ax, ay, az = angular[:, 0], angular[:, 1], angular[:, 2]
-        J[:, 0] = linear[:, 0] + ay * z - az * y
-        J[:, 1] = linear[:, 1] + az * x - ax * z
-        J[:, 2] = linear[:, 2] + ax * y - ay * x
-        J *= points.moved
-        return J
-
-    def _bias_acceleration(self, points: PointSet):
-        linear, angular = self._bodies
-        arm = self.position(points) - self._data.subtree_com[1]
-        return linear[points.body] + (angular[points.body] @ arm[:, :, None])[:, :, 0]
 
     @property
     def _bodies(self):

@@ -35,6 +35,9 @@ class Trajectory:
             falling = range(degree, -1, -1)
             c = np.stack([spline(self._x, nu=k) / factorial(k) for k in falling], axis=1)
         self._c = c  # (n_pieces, degree + 1, dimension), highest power first
+        power = np.arange(degree, -1, -1)
+        self._factors = np.array([np.ones_like(power), power, power * (power - 1)], dtype=float)
+        self._powers = np.maximum(power - [[0], [1], [2]], 0)  # of value, velocity, acceleration
         self._asked, self._rates = np.nan, np.zeros((3, c.shape[2]))
 
     @classmethod
@@ -51,24 +54,9 @@ class Trajectory:
             max(int(np.searchsorted(self._x, inside, side="right")) - 1, 0), len(self._x) - 1
         )
         u = inside - self._x[piece]
-        basis = _powers(u, self._c.shape[1])
-        rates = basis @ self._c[piece]
+        rates = (self._factors * u**self._powers) @ self._c[piece]
         if inside != time:
             rates[1:] = 0.0
         rates.flags.writeable = False
         self._asked, self._rates = time, rates
         return rates
-
-
-def _powers(u: float, n: int) -> np.ndarray:
-    """Return u^(n-1), …, 1 and their first and second derivatives, one row each."""
-    basis = np.zeros((3, n))
-    value = 1.0
-    for k in range(n):
-        basis[0, n - 1 - k] = value
-        if k + 1 < n:
-            basis[1, n - 2 - k] = (k + 1) * value
-        if k + 2 < n:
-            basis[2, n - 3 - k] = (k + 1) * (k + 2) * value
-        value *= u
-    return basis

@@ -1,7 +1,7 @@
 r"""A gait from ordered tasks that moves by forces: joint moments and ground reactions come with it.
 
 The unknowns are joint accelerations and contact forces; the acceleration of the root follows from
-the equations of motion (:mod:`plantigrade.wbc.friction`), which therefore hold at every
+the equations of motion (:mod:`plantigrade.wbc.forces`), which therefore hold at every
 instant, and between instants nothing jumps. The hierarchy, from the top:
 
 0. friction, unilateral contact, joint limits (bounds); strength of the joints, how fast a foot may
@@ -29,7 +29,7 @@ import numpy as np
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.reproduce.gait import GaitTasks, gait_order, phase_ends
+from plantigrade.reproduce.gait import GaitTasks, Steps, gait_order, phase_ends
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.reproduce.support import carried_path
@@ -51,14 +51,8 @@ LOADING = 13.0  # steepest loading and unloading of a foot, body weights per sec
 
 
 def forced_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
-    """Return the order of tasks that rebuilds a recorded gait by forces.
-
-    Args:
-        reference: The recorded gait.
-        tasks: Which tasks.
-    """
+    """Return the order of tasks that rebuilds a recorded gait by forces."""
     schedule = ContactSchedule(reference)
-    momentum = _momentum(reference)
     carried = carried_path(reference, schedule)
     levels: list[list[Task]] = []
     for level in gait_order(reference, tasks).levels:
@@ -79,7 +73,7 @@ def forced_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
         if kept:
             levels.append(kept)
     last = max(i for i, level in enumerate(levels) if any(isinstance(t, ComTask) for t in level))
-    levels[last].append(momentum)
+    levels[last].append(_momentum(reference))
     levels.append([_landing(reference, schedule)])
     return TaskOrder(levels, _posture(reference, tasks) if tasks.posture else None)
 
@@ -103,15 +97,8 @@ def _landing(reference: Reference, schedule: ContactSchedule) -> LandingTask:
 
 def _posture(reference: Reference, tasks: GaitTasks) -> PassingPosture:
     ends = phase_ends(reference, tasks.phases)
-    postures = reference.at(ends)
-    velocities = np.array([reference.velocity_at(float(t)) for t in ends])
-
-    def phase(time: float) -> int:
-        return min(int(np.searchsorted(ends, time + 1e-9, side="right")), len(ends) - 1)
-
-    return PassingPosture(
-        lambda t: (postures[phase(t)], float(ends[phase(t)])), lambda t: velocities[phase(t)]
-    )
+    passed = Steps(ends, np.array([reference.velocity_at(float(t)) for t in ends]))
+    return PassingPosture(Steps(ends, reference.at(ends)), lambda t: passed(t)[0])
 
 
 class LoadLimit:
@@ -127,28 +114,22 @@ class LoadLimit:
 
     Args:
         reference: The recorded gait, which says when each foot stands.
-        loading: Steepest loading and unloading [body weights per second].
     """
 
-    def __init__(self, reference: Reference, loading: float = LOADING):
-        self.loading = loading
+    def __init__(self, reference: Reference):
         first, last = reference.motion.time[0], reference.motion.time[-1]
         seen = 0.03  # a stance that reaches an end of the recording was not seen whole [s]
         self.stances: dict[str, list[tuple[float, float]]] = {}
         for side in SIDES:
             merged: list[list[float]] = []
-            for c in sorted(
-                (c for c in reference.contacts if c.side == side), key=lambda c: c.start
-            ):
+            mine = [c for c in reference.contacts if c.side == side]
+            for c in sorted(mine, key=lambda c: c.start):
                 if merged and c.start <= merged[-1][1] + 0.02:
                     merged[-1][1] = max(merged[-1][1], c.stop)
                 else:
                     merged.append([c.start, c.stop])
             self.stances[side] = [
-                (
-                    a if a > first + seen else -np.inf,
-                    b if b < last - seen else np.inf,
-                )
+                (a if a > first + seen else -np.inf, b if b < last - seen else np.inf)
                 for a, b in merged
             ]
 
@@ -156,5 +137,5 @@ class LoadLimit:
         """Return the greatest vertical force [body weights]."""
         for start, stop in self.stances[side]:
             if start - 1e-9 <= time <= stop + 1e-9:
-                return max(self.loading * min(time - start, stop - time), 0.0)
+                return max(LOADING * min(time - start, stop - time), 0.0)
         return np.inf

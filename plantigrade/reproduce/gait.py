@@ -88,26 +88,15 @@ def gait_tasks(name: str) -> GaitTasks:
 
 
 def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
-    """Return the order of tasks that rebuilds a recorded gait.
-
-    Args:
-        reference: The recorded gait.
-        tasks: Which tasks.
-    """
+    """Return the order of tasks that rebuilds a recorded gait."""
     schedule = ContactSchedule(reference)
     floor = FloorTask(schedule.points, lambda t: ~schedule(t))
     contact = ContactTask(schedule.points, schedule)
 
     def heels(what: str, directions, farthest: float = np.inf) -> list[Task]:
+        points, paths = reference.heel_point, reference.heel
         return [
-            PointTask(
-                reference.heel_point[side],
-                reference.heel[side],
-                directions(side),
-                f"{what} {side}",
-                farthest=farthest,
-            )
-            for side in SIDES
+            PointTask(points[s], paths[s], directions(s), f"{what} {s}", farthest) for s in SIDES
         ]
 
     levels: list[Sequence[Task]] = [[floor], [contact], heels("swing heel", schedule.swing)]
@@ -115,30 +104,37 @@ def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
         levels += [[ComTask(reference.com, "xy")], [ComTask(reference.com, "z")]]
     else:
         levels += [[ComTask(reference.com, name="centre of mass")]]
-    levels += [heels("rolling heel", schedule.roll, FARTHEST)]
+    levels.append(heels("rolling heel", schedule.roll, FARTHEST))
     posture = posture_task(reference, tasks) if tasks.posture else None
     return TaskOrder(levels, posture, spared=UPPER_BODY)
 
 
 def posture_task(reference: Reference, tasks: GaitTasks) -> PostureTask:
-    """Return the posture task: the recorded posture at the end of each phase.
-
-    Args:
-        reference: The recorded gait.
-        tasks: Which tasks.
-    """
+    """Return the posture task: the recorded posture at the end of each phase."""
     ends = phase_ends(reference, tasks.phases)
-    postures = reference.at(ends)
-
-    def target(time: float) -> tuple[Float[Array, " nq"], float]:
-        k = min(int(np.searchsorted(ends, time + 1e-9, side="right")), len(ends) - 1)
-        return postures[k], float(ends[k])
-
     horizon = np.full(reference.human.model.nv, np.inf)
     for i, name in enumerate(reference.human.coordinates):
         if name.startswith(FOOT_JOINTS):
             horizon[6 + i] = FOOT_HORIZON
-    return PostureTask(target, horizon=horizon)
+    return PostureTask(Steps(ends, reference.at(ends)), horizon=horizon)
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The value of the present phase and the time at which it ends [s], at any time.
+
+    Attributes:
+        ends: Ends of the phases [s].
+        values: Value of each.
+    """
+
+    ends: Float[Array, " n"]
+    values: Float[Array, "n dimension"]
+
+    def __call__(self, time: float) -> tuple[Float[Array, " dimension"], float]:
+        """Return value and end of the phase at a time [s]."""
+        k = min(int(np.searchsorted(self.ends, time + 1e-9, side="right")), len(self.ends) - 1)
+        return self.values[k], float(self.ends[k])
 
 
 def phase_ends(reference: Reference, phases: str) -> Float[Array, " n_ends"]:

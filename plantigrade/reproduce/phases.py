@@ -6,6 +6,7 @@ off) and two single supports (toe off to the same foot's heel strike).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from plantigrade.motion import GaitEvent
 
@@ -17,8 +18,6 @@ _NEXT = {
     ("r", "toe_off"): ("r", "heel_strike"),
 }
 LONGEST = 1.5  # a phase that lasts longer is a stop, not a part of a stride [s]
-
-
 OVERLAP = 0.1  # a toe off this long before the other heel's strike is taken for a blurred one [s]
 SHARED = 0.02  # duration of the double support that is put in its place [s]
 
@@ -54,7 +53,7 @@ def in_order(events: Sequence[GaitEvent]) -> tuple[tuple[GaitEvent, ...], int]:
     events are put at their middle, the strike first; a run, with its flight, is left as it is.
     """
     events = sorted(events, key=lambda e: e.time)
-    pairs = list(zip(events[:-1], events[1:], strict=True))
+    pairs = list(pairwise(events))
     regular = sum(
         a.kind == "heel_strike" and b.kind == "toe_off" and a.side != b.side for a, b in pairs
     )
@@ -97,7 +96,7 @@ def walking_events(events: Sequence[GaitEvent]) -> tuple[GaitEvent, ...]:
 def phases_between(events: Sequence[GaitEvent]) -> tuple[Phase, ...]:
     """Return the phases between consecutive events of :func:`walking_events`."""
     phases = []
-    for a, b in zip(events[:-1], events[1:], strict=True):
+    for a, b in pairwise(events):
         if a.kind == "toe_off":
             phases.append(Phase(a.time, b.time, "single", a.side))
         else:

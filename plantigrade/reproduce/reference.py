@@ -24,7 +24,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import GaitEvent, Motion
 from plantigrade.motion.filters import resample
-from plantigrade.motion.recording import even_clock
+from plantigrade.motion.recording import even_clock, rate_of
 from plantigrade.reproduce.phases import Phase, phases_between, walking_events
 
 
@@ -110,20 +110,18 @@ def reference_of(
     qpos = continuous(qpos)
     if ground is not None:
         qpos[:, :3] -= ground
-    rate = (len(time) - 1) / (time[-1] - time[0])
     contact = sole_paths(human, qpos)
-    rests = find_rests(contact, rate)
+    rests = find_rests(contact, rate_of(time))
     human = on_own_soles(human, contact, rests)
     smooth = differentiate(human, time, qpos, None)
     heel_point = {side: _heel(human, contact, side) for side in SIDES}
-    com, heels = _paths(human, smooth.qpos, heel_point)
     return Reference(
         human=human,
         motion=Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, walked),
         phases=phases_between(walked),
         contacts=foot_contacts(time, events, rests),
-        com=Trajectory(time, com),
-        heel={side: Trajectory(time, heels[side]) for side in SIDES},
+        com=Trajectory(time, np.array([state.com for state in sweep(human, smooth.qpos)])),
+        heel={s: Trajectory(time, heel_point[s].path(smooth.qpos)[:, 0]) for s in SIDES},
         heel_point=heel_point,
     )
 
@@ -133,14 +131,3 @@ def _heel(human: Human, contact: SolePaths, side: str) -> PointSet:
     sites = [contact_sites(human)[i] for i in contact.of(side, "heel")]
     local = np.mean([site.position for site in sites], axis=0)
     return PointSet(human, [sites[0].body], local[None])
-
-
-def _paths(human: Human, qpos, points: dict[str, PointSet]):
-    """Return the paths of the centre of mass and of points by name."""
-    com = np.empty((len(qpos), 3))
-    paths = {name: np.empty((len(qpos), 3)) for name in points}
-    for k, state in enumerate(sweep(human, qpos)):
-        com[k] = state.com
-        for name, point in points.items():
-            paths[name][k] = state.position(point)[0]
-    return com, paths

@@ -32,12 +32,7 @@ LIGHTEST = 0.3  # a body that is carried by less than this hardly stands [body w
 
 
 def carried_path(reference: Reference, schedule: ContactSchedule) -> Trajectory:
-    """Return the path of the centre of mass nearest to the recorded one that soles can carry.
-
-    Args:
-        reference: The recorded gait.
-        schedule: Which points of the soles touch when.
-    """
+    """Return the path of the centre of mass nearest to the recorded one that soles can carry."""
     human, motion, time = reference.human, reference.motion, reference.motion.time
     whole = centroid(human, motion.qpos, motion.qvel, motion.qacc)
     assert whole.force is not None and whole.zmp is not None

@@ -10,6 +10,7 @@ beginning; they are continued with their mirror image.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -46,13 +47,7 @@ class Loop:
 def find_loop(
     human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
 ) -> Loop | None:
-    """Return how a motion closes on itself; None where it does not, or does not move.
-
-    Args:
-        human: The person.
-        time: Time of each frame [s], evenly spaced.
-        qpos: The motion.
-    """
+    """Return how an evenly sampled motion closes on itself; None if it does not, or rests."""
     n = len(time)
     if n < 10 or not np.isfinite(qpos).all():
         return None
@@ -79,12 +74,7 @@ def find_loop(
 
 
 def mirror(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n nq"]:
-    """Return a motion seen in a mirror that stands along x: right is left, left is right.
-
-    Args:
-        human: The person.
-        qpos: The motion.
-    """
+    """Return a motion seen in a mirror that stands along x: right is left, left is right."""
     image = qpos.copy()
     image[:, 1] *= -1
     image[:, [4, 6]] *= -1  # turns about x and z
@@ -118,8 +108,6 @@ def unroll(
     Returns:
         Time [s] and configurations.
     """
-    from scipy.spatial.transform import Rotation
-
     n = len(time)
     m = n - 1 if loop.ending else n  # frames until it closes
     image = mirror(human, qpos) if loop.mirrored else qpos
@@ -156,10 +144,8 @@ def unroll(
     return time[0] + loop.period / m * np.arange(len(whole)), whole
 
 
-def _root(qpos: Float[Array, "n nq"]):
+def _root(qpos: Float[Array, "n nq"]) -> Rotation:
     """Return the rotations of the root."""
-    from scipy.spatial.transform import Rotation
-
     return Rotation.from_quat(wxyz_to_xyzw(qpos[:, 3:7]))
 
 
@@ -169,8 +155,6 @@ def _heading(qpos: Float[Array, "n nq"]) -> Float[Array, " n"]:
     return np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
 
 
-def _about_vertical(angle: Float[Array, " n"]):
+def _about_vertical(angle: Float[Array, " n"]) -> Rotation:
     """Return rotations about the vertical."""
-    from scipy.spatial.transform import Rotation
-
     return Rotation.from_rotvec(angle[:, None] * [0.0, 0.0, 1.0])

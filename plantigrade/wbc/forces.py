@@ -1,10 +1,22 @@
 r"""Motion by forces: joint accelerations and contact forces, chosen together.
 
-The unknowns are joint accelerations and the shares of the friction pyramids' edges; the equations
-of motion hold by themselves (:mod:`plantigrade.wbc.friction`). Above all tasks stand the strength
-of the joints and how much a foot may carry; below them all stand the least contact forces, near
-those of the instant before. They decide what mechanics leaves open: how points of one foot, and of
-two feet, share the load.
+**Friction.** A contact force lies in a pyramid inside the cone of friction,
+:math:`f = G \lambda,\ \lambda \ge 0`, whose edges are four forces, one part up and :math:`\mu`
+sideways: whatever :math:`\lambda \ge 0` comes out, the ground only pushes and nothing slips.
+
+**Equations of motion.** With the root's rows (index 0) apart from the joints' (index j),
+
+.. math:: M_{00} \dot v_0 + M_{0j} \dot v_j + h_0 = J_0^T f, \qquad
+    M_{j0} \dot v_0 + M_{jj} \dot v_j + h_j = \tau + J_j^T f .
+
+No muscle moves the root: the first rows give :math:`\dot v_0` from joint accelerations and forces,
+:math:`\dot v = T y + t` with :math:`y = (\dot v_j, \lambda)`. In these unknowns the equations of
+motion hold by themselves, to the last digit, and every task that is a row of :math:`\dot v` is a
+row of :math:`y`. The second rows are the joint moments, which strength bounds.
+
+Above all tasks stand the strength of the joints and how much a foot may carry; below them all stand
+the least contact forces, near those of the instant before. They decide what mechanics leaves open:
+how points of one foot, and of two feet, share the load.
 """
 
 from collections.abc import Callable
@@ -16,19 +28,15 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import FRICTION, GRAVITY, SIDES
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import State
-from plantigrade.wbc.friction import (
-    EDGES,
-    GREATEST,
-    UNIT,
-    FrictionPyramid,
-    ReducedDynamics,
-    reduced_dynamics,
-)
 from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.order import TaskOrder, stacked
 from plantigrade.wbc.tasks import ContactTask
 
+EDGES = 4  # of the friction pyramid
+UNIT = 0.1  # body weights per unit of lambda: of the size of joint accelerations in y
+GREATEST = 5.0  # vertical force of one point, body weights
 REACH = 0.01  # a point higher above the ground than this carries nothing [m]
 # What the last level weighs against the squared posture error [rad²/s⁴], per squared unit of force:
 SMALL, STEADY = 1.0, 1.0  # its size, its change from the instant before
@@ -48,16 +56,95 @@ class GroundForces:
     load: Callable[[str, float], float] | None = None
 
 
+def friction_pyramid(friction: float, weight: float) -> Float[Array, "3 n_edges"]:
+    """Return the edges of the pyramid in the cone of friction, forces [N] as columns."""
+    angle = 2 * np.pi * (np.arange(EDGES) + 0.5) / EDGES
+    edges = [friction * np.cos(angle), friction * np.sin(angle), np.ones(EDGES)]
+    return UNIT * weight * np.stack(edges)
+
+
+@dataclass(frozen=True)
+class ReducedDynamics:
+    r"""The equations of motion at one state, in the unknowns :math:`y`.
+
+    Attributes:
+        matrix: :math:`T`.
+        offset: :math:`t`.
+        moment_matrix: Joint moments are ``moment_matrix @ y + moment_offset`` [N m].
+        moment_offset: The same.
+        push: Generalised force of each unit of :math:`\lambda`.
+        n_joints: Number of joint accelerations in :math:`y`.
+    """
+
+    matrix: Float[Array, "nv n"]
+    offset: Float[Array, " nv"]
+    moment_matrix: Float[Array, "n_joints n"]
+    moment_offset: Float[Array, " n_joints"]
+    push: Float[Array, "nv n_shares"]
+    n_joints: int
+
+    def rows(self, level: Level) -> Level:
+        """Return rows of the acceleration as rows of :math:`y`."""
+        off, matrix = level.matrix @ self.offset, level.matrix @ self.matrix
+        lower = level.lower - off
+        upper = lower if level.upper is level.lower else level.upper - off
+        return Level(matrix, lower, upper, level.name)
+
+    def strength(self, low, high) -> Level:
+        """Return the rows that bound joint moments [N m], of unit length."""
+        length = np.linalg.norm(self.moment_matrix, axis=1)
+        return Level(
+            self.moment_matrix / length[:, None],
+            (low - self.moment_offset) / length,
+            (high - self.moment_offset) / length,
+            "strength",
+        )
+
+    def acceleration(self, y: Float[Array, " n"]) -> Float[Array, " nv"]:
+        """Return the generalised acceleration."""
+        return self.matrix @ y + self.offset
+
+
+def reduced_dynamics(
+    state: State,
+    points: SitePoints,
+    touching: np.ndarray,
+    edges: Float[Array, "3 n_edges"],
+) -> ReducedDynamics:
+    """Return the equations of motion at a state.
+
+    Args:
+        state: The state.
+        points: The contact sites; forces act at the lowest points of their spheres.
+        touching: Indices of the points that carry.
+        edges: What forces they carry (:func:`friction_pyramid`).
+    """
+    M, h = state.mass_matrix, state.bias
+    J = state.jacobian(points)[touching].copy()
+    for i, p in enumerate(touching):
+        turn = state.angular_jacobian(int(points.body[p]))
+        J[i, 0] -= turn[1] * points.radius[p]  # below the centre: + w x (0, 0, -r)
+        J[i, 1] += turn[0] * points.radius[p]
+    G = np.einsum("kcv,cf->vkf", J, edges).reshape(len(h), -1)
+    n_joints, n_shares = len(h) - 6, G.shape[1]
+    root = np.linalg.solve(M[:6, :6], np.hstack([-M[:6, 6:], G[:6], -h[:6, None]]))
+    matrix = np.zeros((len(h), n_joints + n_shares))
+    matrix[:6] = root[:, :-1]
+    matrix[6:, :n_joints] = np.eye(n_joints)
+    offset = np.zeros(len(h))
+    offset[:6] = root[:, -1]
+    moment_matrix = M[6:] @ matrix
+    moment_matrix[:, n_joints:] -= G[6:]
+    return ReducedDynamics(matrix, offset, moment_matrix, M[6:] @ offset + h[6:], G, n_joints)
+
+
 class ForceUnknowns:
     """The hierarchical program of one tick in joint accelerations and contact forces.
 
-    Args:
-        state: The first state.
-        order: The tasks. The sites of its contact task carry the forces.
-        ground: What the ground can do.
+    Forces act at the sites of the order's contact task.
 
     Raises:
-        ParameterError: If the order has no contact task.
+        ParameterError: If the order has none.
     """
 
     impacts = False  # forces let nothing jump
@@ -71,7 +158,7 @@ class ForceUnknowns:
         self.contact, self.load, model = contact, ground.load, state.model
         self.sites = contact.points.sites
         self.sides = np.array([site.side for site in self.sites])
-        self.pyramid = FrictionPyramid(ground.friction, state.mass * GRAVITY)
+        self.edges = friction_pyramid(ground.friction, state.mass * GRAVITY)
         self.strength = np.where(
             model.jnt_actfrclimited[1:, None].astype(bool), model.jnt_actfrcrange[1:], [-1e6, 1e6]
         ).T
@@ -85,7 +172,7 @@ class ForceUnknowns:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
         height = self.contact.points.height(state)
         self.on = np.flatnonzero(self.contact.on & (height < REACH))
-        self.dynamics = reduced_dynamics(state, self.contact.points, self.on, self.pyramid)
+        self.dynamics = reduced_dynamics(state, self.contact.points, self.on, self.edges)
         hard = [self.dynamics.strength(*self.strength), *self._loads(time)]
         n_shares = self.dynamics.push.shape[1]
         preferred, metric = _preference(self.dynamics, wanted, self.before[self.on].ravel())
@@ -108,7 +195,7 @@ class ForceUnknowns:
         qacc = self.dynamics.acceleration(y)
         force = np.zeros((len(self.sites), 3))
         point = np.full((len(self.sites), 3), np.nan)
-        force[self.on] = self.pyramid.force(share)
+        force[self.on] = share.reshape(-1, EDGES) @ self.edges.T
         point[self.on] = state.position(self.contact.points)[self.on]
         point[self.on, 2] -= self.contact.points.radius[self.on]
         tau = state.mass_matrix @ qacc + state.bias - self.dynamics.push @ share

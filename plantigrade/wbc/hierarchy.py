@@ -19,9 +19,6 @@ every inequality it is the answer. Otherwise the independent equations that the 
 all inequalities go to DAQP, which solves the whole hierarchy in one call ([Arnstrom2022]_). DAQP
 scales every row to unit length, which would weigh the violations of a level against each other; one
 more unknown, fixed at zero, gives all rows of a level the same length before.
-
-References:
-    [Kanoun2009]_, [Escande2014]_, [Siciliano1991]_, [Arnstrom2022]_, [Boukheddimi]_.
 """
 
 from collections.abc import Sequence
@@ -234,7 +231,9 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
         if best is None or _before(found, missed):
             best, missed = x[:n], found
         levels_missed = np.count_nonzero(found > MISSED)
-        if not levels_missed or (levels_missed < 2 and not _repeats(A)):
+        if not levels_missed:
+            break
+        if levels_missed == 1 and len({row.tobytes() for row in A}) == len(A):  # none repeats
             break
     if best is None:
         raise SolverError(
@@ -242,11 +241,6 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
             f"(DAQP says {flag}); widen the bounds or take the last level away"
         )
     return best, iterations
-
-
-def _repeats(rows) -> bool:
-    """Return whether a row stands more than once."""
-    return len({row.tobytes() for row in rows}) < len(rows)
 
 
 def _missed(value, low, high, ends) -> Float[Array, " n_levels"]:
@@ -275,16 +269,13 @@ def _check(levels, lower, upper, n) -> None:
                 f"{level.lower.shape} and {level.upper.shape}; {n} unknowns need (rows, {n}), "
                 "(rows,) and (rows,)"
             )
-        if not _finite(level):
+        equation = level.lower is level.upper
+        finite = isfinite(level.matrix.sum())  # of all entries, told fastest by their sum
+        if equation:
+            finite &= isfinite(level.lower.sum())
+        else:
+            finite &= not (np.isnan(level.lower).any() or np.isnan(level.upper).any())
+        if not finite:
             raise ParameterError(f"{what} holds a value that is not finite")
-        if level.lower is not level.upper and (level.lower > level.upper).any():
+        if not equation and (level.lower > level.upper).any():
             raise ParameterError(f"{what} has a lower bound above its upper one")
-
-
-def _finite(level: Level) -> bool:
-    """Return whether all is finite but open bounds; sums tell it fastest."""
-    if not isfinite(level.matrix.sum()):
-        return False
-    if level.lower is level.upper:
-        return isfinite(level.lower.sum())
-    return not (np.isnan(level.lower).any() or np.isnan(level.upper).any())

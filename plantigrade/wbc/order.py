@@ -1,7 +1,7 @@
 """Tasks in strict order, and the rows that they ask for."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,27 +45,26 @@ class TaskOrder:
     spared: tuple[str, ...] = ()
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the tasks, in order."""
-        names = [task.name for level in self.levels for task in level]
-        return (*names, *([self.posture.name] if self.posture else []))
-
-    @property
     def tasks(self) -> tuple[Task, ...]:
         """All tasks above the posture, in order."""
         return tuple(task for level in self.levels for task in level)
 
     @property
-    def level_numbers(self) -> tuple[int, ...]:
-        """Level of each task, from 1."""
-        numbers = [k for k, level in enumerate(self.levels, start=1) for _ in level]
-        return (*numbers, *([len(self.levels) + 1] if self.posture else []))
+    def numbered(self) -> list[tuple[int, Task]]:
+        """All tasks in order, the posture last, with the number of their level, from 1."""
+        levels = [*self.levels, *([[self.posture]] if self.posture else [])]
+        return [(k, task) for k, level in enumerate(levels, start=1) for task in level]
 
     @property
-    def meanings(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
+        """Names of the tasks, in order."""
+        return tuple(task.name for _, task in self.numbered)
+
+    @property
+    def meanings(self) -> list[str]:
         """What each kind of task does, in one sentence."""
-        tasks = (*self.tasks, *([self.posture] if self.posture else []))
-        return tuple((type(t).__doc__ or "").strip().split("\n")[0].replace("`", "") for t in tasks)
+        docs = ((type(task).__doc__ or "").strip() for _, task in self.numbered)
+        return [doc.split("\n")[0].replace("`", "") for doc in docs]
 
     def rows(self, state: State, time: float) -> list[list[Level]]:
         """Return what each task of each level asks of the generalised acceleration."""
@@ -79,11 +78,8 @@ class TaskOrder:
 
     def readiness(self, human: Human) -> Float[Array, " nv"]:
         """Return how readily each coordinate is used by tasks that could do without it."""
-        ready = np.ones(human.model.nv)
-        for i, name in enumerate(human.coordinates):
-            if name.startswith(self.spared):
-                ready[6 + i] = RELUCTANCE
-        return ready
+        hinges = [RELUCTANCE if c.startswith(self.spared) else 1.0 for c in human.coordinates]
+        return np.array([1.0] * 6 + hinges)
 
 
 def stacked(rows: Sequence[Level]) -> Level:
@@ -103,4 +99,4 @@ def stacked(rows: Sequence[Level]) -> Level:
 
 def scaled(level: Level, by: Float[Array, " n"]) -> Level:
     """Return a level in unknowns that are divided by factors."""
-    return replace(level, matrix=level.matrix * by)
+    return Level(level.matrix * by, level.lower, level.upper, level.name)

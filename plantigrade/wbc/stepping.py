@@ -1,14 +1,12 @@
 r"""Motion from ordered tasks: at every tick, the hierarchy's acceleration, integrated.
 
-One noun and one verb: a :class:`~plantigrade.wbc.order.TaskOrder` (levels of tasks, most important
-first, and what is preferred where they leave freedom) and :func:`move`. At every tick the tasks'
-rows become a hierarchical quadratic program (Eqs. 2-9 of [Boukheddimi]_), its answer is integrated
-over the step, and so on.
+At every tick the rows of a :class:`~plantigrade.wbc.order.TaskOrder` become a hierarchical
+quadratic program (Eqs. 2-9 of [Boukheddimi]_), whose answer is integrated over the step.
 
 The unknowns are the generalised acceleration, or, where
 :class:`~plantigrade.wbc.forces.GroundForces` are given, joint accelerations and contact forces that
 satisfy the equations of motion. Without forces, velocities jump where a contact begins
-(:func:`~plantigrade.wbc.start.velocity_after_impact`).
+(:func:`velocity_after_impact`).
 
 Least squares in the coordinates would use every joint alike. Without forces the unknowns are
 scaled, so that an order can spare some (:data:`~plantigrade.wbc.order.RELUCTANCE`) where others can
@@ -17,7 +15,7 @@ do what a task asks: in walking, arms and neck.
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -25,7 +23,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import SolverError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import State, integrate
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.record import Record
@@ -33,9 +31,18 @@ from plantigrade.wbc.forces import ForceUnknowns, GroundForces
 from plantigrade.wbc.hierarchy import Level, solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, scaled, stacked
-from plantigrade.wbc.start import SINGULAR, first_state, velocity_after_impact
 
 STEP = 0.005  # [s]
+# A direction in which a task moves less than this per unit of joint acceleration is singular: a
+# straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed. It also
+# lets short toes give way a little where a foot rigid as a machine's would pull at the whole body:
+# of contacts, turns of a segment that move its points by less per radian are not held.
+SINGULAR = 0.02
+ATTEMPTS = 10  # steps at most from a recorded posture to one that is not in the ground
+LARGEST_STEP = 0.1  # of any coordinate in one of them [rad, m]
+# How readily joints move in them: the foot before the leg, the leg before the rest of the body.
+LIFTING = {("mtp", "cuboid_", "heel_"): 1.0, ("ankle_", "subtalar_"): 0.7, ("knee_", "hip_"): 0.5}
+STAYS = 0.02  # how readily all other joints move in them
 
 
 @dataclass(frozen=True)
@@ -80,11 +87,6 @@ class OrderedMotion:
     sites: tuple[ContactSite, ...] = ()
     stopped: str = ""
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the tasks, in order."""
-        return self.order.names
-
     def record(self) -> Record:
         """Return what happened, with the tasks' residuals as signals."""
         return Record(
@@ -95,8 +97,8 @@ class OrderedMotion:
             contact_force=self.contact_force,
             contact_point=self.contact_point,
             signals={
-                "tasks.names": np.array(self.names, dtype=np.str_),
-                "tasks.level": np.array(self.order.level_numbers),
+                "tasks.names": np.array(self.order.names, dtype=np.str_),
+                "tasks.level": np.array([level for level, _ in self.order.numbered]),
                 "tasks.meanings": np.array(self.order.meanings, dtype=np.str_),
                 "tasks.active": self.active,
                 "tasks.residual": self.residual,
@@ -108,30 +110,8 @@ class OrderedMotion:
         )
 
 
-@dataclass
-class _Tick:
-    """One tick of an :class:`OrderedMotion`."""
-
-    qpos: np.ndarray
-    qvel: np.ndarray
-    active: np.ndarray
-    residual: np.ndarray
-    solver_time: float
-    kinematics_time: float
-    exact: bool
-    qacc: np.ndarray
-    qfrc: np.ndarray | None = None
-    contact_force: np.ndarray | None = None
-    contact_point: np.ndarray | None = None
-
-
 class AccelerationUnknowns:
-    """The hierarchical program of one tick in the generalised acceleration.
-
-    Args:
-        state: The first state.
-        order: The tasks.
-    """
+    """The hierarchical program of one tick in the generalised acceleration."""
 
     impacts = True  # velocities jump where a contact begins
     sites: tuple[ContactSite, ...] = ()
@@ -201,17 +181,13 @@ def move(
     """
     state = State(human, qpos, qvel)
     limits = limits or JointLimits(human, step)
-    unknowns = (
-        AccelerationUnknowns(state, order)
-        if ground is None
-        else ForceUnknowns(state, order, ground)
-    )
+    unknowns = ForceUnknowns(state, order, ground) if ground else AccelerationUnknowns(state, order)
     times = start + step * np.arange(max(1, round((stop - start) / step)) + 1)
-    ticks: list[_Tick] = []
+    ticks: list[dict[str, Any]] = []
     stopped = ""
     for k, now in enumerate(times.tolist()):
         began = clock.perf_counter()
-        state = state.integrated(ticks[-1].qacc, step) if k else first_state(state, order, now)
+        state = state.integrated(ticks[-1]["qacc"], step) if k else first_state(state, order, now)
         begins = [task.begin(state, now) for task in order.tasks]
         if any(begins) and (unknowns.impacts or not k):
             state = state.moved_to(state.qpos, velocity_after_impact(state, order, now))
@@ -229,17 +205,74 @@ def move(
         solved = clock.perf_counter()
         answer = unknowns.answer(state, solution.x)
         active, residual = _missed(order, rows, wanted, answer["qacc"])
-        times_spent = solved - built, built - began
         ticks.append(
-            _Tick(state.qpos, state.qvel, active, residual, *times_spent, solution.exact, **answer)
+            {
+                "qpos": state.qpos,
+                "qvel": state.qvel,
+                "active": active,
+                "residual": residual,
+                "solver_time": solved - built,
+                "kinematics_time": built - began,
+                "exact": solution.exact,
+                **answer,
+            }
         )
         if progress is not None and k % 50 == 0:
             progress(k / len(times))
-    columns = {f.name: [getattr(tick, f.name) for tick in ticks] for f in fields(_Tick)}
-    arrays = {name: np.array(values) for name, values in columns.items() if values[0] is not None}
+    arrays = {name: np.array([tick[name] for tick in ticks]) for name in ticks[0]}
     return OrderedMotion(
         human, order, times[: len(ticks)], **arrays, sites=unknowns.sites, stopped=stopped
     )
+
+
+def first_state(state: State, order: TaskOrder, time: float) -> State:
+    """Return the state a motion begins with: lifted out of the ground.
+
+    A recorded posture has its feet some millimetres in the ground; a motion must not begin with a
+    jump. Gauss-Newton steps, by the legs. (Feet above the ground come down by themselves.)
+    """
+    for task in order.tasks:  # an order may have moved somebody before
+        task.reset()
+    human, low, high = state.human, *state.human.limits
+    share = np.full(len(state.qvel), STAYS)
+    for i, name in enumerate(human.coordinates):
+        share[6 + i] = next((s for words, s in LIFTING.items() if name.startswith(words)), STAYS)
+    tasks = [task for task in order.tasks if task.initialises]
+    for _ in range(ATTEMPTS):
+        for task in tasks:
+            task.begin(state, time)
+        rows = [task.position_level(state, time) for task in tasks]
+        lower, upper = np.full(len(share), -LARGEST_STEP), np.full(len(share), LARGEST_STEP)
+        lower[6:] = np.clip(low - state.qpos[7:], -LARGEST_STEP, 0.0)
+        upper[6:] = np.clip(high - state.qpos[7:], 0.0, LARGEST_STEP)
+        levels = [scaled(row, share) for row in rows]
+        bounds = {"lower": lower / share, "upper": upper / share}
+        step = share * solve_hierarchy(levels, **bounds, singular=SINGULAR).x
+        if np.abs(step).max() < 1e-6:
+            break
+        state = state.moved_to(integrate(state.model, state.qpos, step), state.qvel)
+    for task in order.tasks:
+        task.reset()
+    return state
+
+
+def velocity_after_impact(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
+    r"""Return the velocity right after contacts have begun: an inelastic impact.
+
+    The contacts stop their points, and the rest of the body changes its velocity as little as its
+    inertia allows,
+
+    .. math:: \min_{v^+} (v^+ - v^-)^T M (v^+ - v^-) .
+    """
+    wide = np.full(len(state.qvel), 1e4)
+    return solve_hierarchy(
+        [task.velocity_level(state, time) for task in order.tasks if task.causes_impact],
+        lower=-wide,
+        upper=wide,
+        preferred=state.qvel,
+        metric=state.mass_matrix,
+        singular=SINGULAR,
+    ).x
 
 
 def _missed(order: TaskOrder, rows: list[list[Level]], wanted, qacc) -> tuple[Array, Array]:

@@ -158,7 +158,7 @@ def test_priorities_hold_through_the_walk(tasks):
         strict.append(change.max() <= 1e-6)
     assert np.mean(strict) >= 0.95
     missed = np.median(motion.residual, axis=0)
-    assert missed[motion.names.index("centre of mass")] < 0.05  # [m/s²]
+    assert missed[motion.order.names.index("centre of mass")] < 0.05  # [m/s²]
     assert missed[-1] > 1.0  # the posture is not met on the way
 
 

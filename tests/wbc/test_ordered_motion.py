@@ -12,8 +12,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, stacked
-from plantigrade.wbc.start import SINGULAR, velocity_after_impact
-from plantigrade.wbc.stepping import STEP, move
+from plantigrade.wbc.stepping import SINGULAR, STEP, move, velocity_after_impact
 from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, PostureTask
 from tests.models.presets import person
 
@@ -241,7 +240,7 @@ def test_the_posture_takes_what_is_left(human):
     assert motion.qpos[-1, arm] == pytest.approx(goal[arm], abs=0.1)
     state = State(human, motion.qpos[-1])
     assert np.linalg.norm(state.com - here) < 1e-3
-    assert motion.names[-1] == "posture"
+    assert motion.order.names[-1] == "posture"
 
 
 def test_what_is_reported_is_what_happened(human):
@@ -250,7 +249,7 @@ def test_what_is_reported_is_what_happened(human):
     calls = []
     order = TaskOrder([[standing(human)], [ComTask(Trajectory.fixed(here), name="com")]])
     motion = move(human, order, q, start=2.0, stop=2.3, step=0.01, progress=calls.append)
-    assert motion.names == ("contact", "com") == order.names
+    assert motion.order.names == ("contact", "com") == order.names
     np.testing.assert_allclose(motion.time, 2.0 + 0.01 * np.arange(31))
     assert motion.qpos.shape == (31, human.model.nq) and motion.qacc.shape == (31, human.model.nv)
     assert motion.active.all() and motion.residual.shape == (31, 2)

@@ -4,13 +4,10 @@ A :class:`Task` gives an error, its Jacobian and its bias acceleration; an order
 a hierarchy (:mod:`plantigrade.wbc.order`).
 """
 
-from plantigrade.wbc.tasks.com import ComTask
-from plantigrade.wbc.tasks.contact import ContactTask, SoleContactTask
-from plantigrade.wbc.tasks.floor import FloorTask
+from plantigrade.wbc.tasks.contact import ContactTask, FloorTask, SoleContactTask
 from plantigrade.wbc.tasks.landing import LandingTask, PlacingHeelTask
-from plantigrade.wbc.tasks.momentum import AngularMomentumTask
-from plantigrade.wbc.tasks.orientation import OrientationTask
-from plantigrade.wbc.tasks.point import PointTask
+from plantigrade.wbc.tasks.momentum import AngularMomentumTask, ComTask
+from plantigrade.wbc.tasks.point import OrientationTask, PointTask
 from plantigrade.wbc.tasks.posture import PassingPosture, PostureTask
 from plantigrade.wbc.tasks.task import Task
 

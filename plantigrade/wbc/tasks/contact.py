@@ -1,4 +1,4 @@
-r"""Points that rest on the ground.
+r"""Points that rest on the ground, points that stay above it.
 
 A point in contact does not move: :math:`v_c = 0`, hence :math:`a_c = 0` [Baraff1993]_. A contact
 that begins stops its points at once (an inelastic impact); from then on each is held at the spot
@@ -23,6 +23,8 @@ from plantigrade.wbc.tasks.task import Task
 
 TOUCHING = 0.002  # a point no higher than this above the ground touches it [m]
 SOLE = 60.0  # rate at which a landing sole comes to rest [1/s]: 0.2 m/s stop within 2 mm
+NEAR = 0.10  # a point higher above the ground than this needs no guard [m]
+SUNK = 0.001  # a point that touches is guarded too where it is deeper than this [m]
 APPROACH = 40.0  # rate at which a point comes down that should touch already [1/s]
 
 
@@ -32,8 +34,6 @@ class ContactTask(Task):
     Args:
         points: The contact sites.
         active: Function of time that says which of them should touch.
-        name: Name.
-        gains: ``stiffness`` and ``damping``.
 
     Attributes:
         on: Which points touch.
@@ -55,7 +55,7 @@ class ContactTask(Task):
         if (np.diff(points.body) != 0).sum() != len(order) - 1:
             raise ParameterError("contact points of one segment must follow one another")
         self.points, self._schedule = points, active
-        self._bases: dict[bytes, np.ndarray] = {}
+        self._known: dict[bytes, list] = {}  # by the points that touch
         self.reset()
 
     def reset(self):
@@ -115,31 +115,32 @@ class ContactTask(Task):
         return self._reduced(state, Level.equation(full.matrix[:n], full.lower[:n], self.name))
 
     def _reduced(self, state: State, full: Level) -> Level:
-        body = self.points.body[self.on]
-        matrix, right = [full.matrix[3 * len(body) :]], [full.lower[3 * len(body) :]]
-        for segment in np.unique(body):
-            mine = np.flatnonzero(body == segment)
-            rows = slice(3 * mine[0], 3 * mine[-1] + 3)  # points of a segment are neighbours
+        n = 3 * int(self.on.sum())
+        matrix, right = [full.matrix[n:]], [full.lower[n:]]
+        for segment, rows, basis in self._segments():
             A, b = full.matrix[rows], full.lower[rows]
-            if len(mine) > 2:
-                turned = self._motions(state, int(segment), len(mine))
+            if basis is not None:
+                turned = (basis @ state.rotation(segment).T).reshape(6, -1)
                 A, b = turned @ A, turned @ b
             matrix.append(A)
             right.append(b)
         return Level.equation(np.concatenate(matrix), np.concatenate(right), self.name)
 
-    def _motions(self, state: State, segment: int, n: int) -> np.ndarray:
-        """Return an orthonormal basis of what a segment's points can do together (6, 3 n).
+    def _segments(self) -> list[tuple[int, slice, np.ndarray | None]]:
+        """Return the segments that touch, their rows, and what more than two points can do there.
 
-        It is fixed to the segment, so that it is computed once for each set of points.
+        That is an orthonormal basis (6, n, 3), fixed to the segment.
         """
-        on = self.on & (self.points.body == segment)
-        key = on.tobytes()
-        if key not in self._bases:
-            local = self.points.local[on]
-            Q = np.linalg.qr(_twist(local - local.mean(axis=0)))[0]
-            self._bases[key] = Q.T.reshape(6, n, 3)
-        return (self._bases[key] @ state.rotation(segment).T).reshape(6, 3 * n)
+        key = self.on.tobytes()
+        if key not in self._known:
+            body, local = self.points.body[self.on], self.points.local[self.on]
+            self._known[key] = []
+            for segment in np.unique(body):
+                mine = np.flatnonzero(body == segment)  # neighbours
+                arm = local[mine] - local[mine].mean(axis=0)
+                Q = np.linalg.qr(_twist(arm))[0].T.reshape(6, -1, 3) if len(mine) > 2 else None
+                self._known[key].append((int(segment), slice(3 * mine[0], 3 * mine[-1] + 3), Q))
+        return self._known[key]
 
 
 class SoleContactTask(ContactTask):
@@ -159,6 +160,68 @@ class SoleContactTask(ContactTask):
             self.spot[new, 2] = self.points.radius[new]
         self.on, self.coming = on.copy(), np.zeros_like(on)
         return bool(new.any())
+
+
+class FloorTask(Task):
+    r"""Keeps points above the ground.
+
+    An inequality, not a tracked height: with :math:`h` the height of a point,
+
+    .. math:: \ddot h \ge -\lambda_p h - \lambda_d \dot h ,
+
+    which leaves the point alone as long as it does not approach the ground too fast.
+
+    Args:
+        points: The contact sites.
+        guarded: Function of time that says which of them to guard (not those that touch, unless
+            they have sunk); all if absent.
+    """
+
+    initialises = True
+
+    def __init__(
+        self,
+        points: SitePoints,
+        guarded: Callable[[float], Bool[Array, " n_points"]] | None = None,
+        name: str = "floor",
+        stiffness: float = 1600.0,
+        **gains,
+    ):
+        super().__init__(name, stiffness=stiffness, **gains)
+        self.points, self._guarded = points, guarded
+        self._known: tuple[object, float] = (None, np.nan)
+        self._low = np.zeros(len(points), dtype=bool)
+
+    def _which(self, state, time):
+        if self._known[0] is not state or self._known[1] != time:
+            height = self.points.height(state)
+            which = height < NEAR
+            if self._guarded is not None:
+                which &= self._guarded(time) | (height < -SUNK)
+            self._known, self._low = (state, time), which
+        return self._low
+
+    def error(self, state, time):
+        """Return the heights of the points that are guarded [m]."""
+        return self.points.height(state)[self._which(state, time)]
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of these heights."""
+        return state.jacobian(self.points)[self._which(state, time), 2]
+
+    def bias_acceleration(self, state, time):
+        """Return the vertical acceleration of the points where nothing accelerates [m/s²]."""
+        return state.bias_acceleration(self.points)[self._which(state, time), 2]
+
+    def level(self, state, time):
+        """Return the rows, as inequalities."""
+        rows = super().level(state, time)
+        return Level(rows.matrix, rows.lower, np.full(len(rows.lower), np.inf), self.name)
+
+    def position_level(self, state, time):
+        """Return the rows that lift sunken points out of the ground, as inequalities."""
+        rows = super().position_level(state, time)
+        return Level(rows.matrix, rows.lower, np.full(len(rows.lower), np.inf), self.name)
 
 
 def _twist(arm: np.ndarray) -> np.ndarray:

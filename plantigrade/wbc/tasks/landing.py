@@ -34,7 +34,6 @@ class LandingTask(Task):
     Args:
         points: The contact sites.
         landings: Which points come down together, and when [s].
-        name: Name.
     """
 
     def __init__(
@@ -90,7 +89,6 @@ class PlacingHeelTask(PointTask):
         target: Its path [m].
         directions: As of :class:`~plantigrade.wbc.tasks.PointTask`.
         com: Path of the centre of mass [m].
-        name: Name.
     """
 
     def __init__(self, point: PointSet, target: Trajectory, directions, com: Trajectory, name: str):

@@ -1,8 +1,7 @@
-r"""Angular momentum.
+r"""The centre of mass and the angular momentum about it.
 
-Turning has a price: the angular momentum changes only by the moment of forces that act within the
-soles. Linear and angular momentum are the two halves of one law, and walking regulates both
-[Herr2008]_.
+Linear and angular momentum change only by forces that act within the soles, and walking regulates
+both [Herr2008]_.
 """
 
 import numpy as np
@@ -12,7 +11,43 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.spatial.conventions import rotation_matrix
 from plantigrade.wbc.tasks.task import Task
 
+_AXES = {"x": 0, "y": 1, "z": 2}
 LEVER = 0.5  # an angular momentum error counts as a force error with this lever arm [m]
+
+
+class ComTask(Task):
+    """Moves the centre of mass along a trajectory.
+
+    Args:
+        target: Its trajectory [m].
+        axes: Which world axes: ``"xyz"``, ``"xy"``, ``"z"``, …
+    """
+
+    def __init__(self, target: Trajectory, axes: str = "xyz", name: str = "", **gains):
+        super().__init__(name or f"centre of mass {axes}", **gains)
+        self.target = target
+        self._axes = [_AXES[a] for a in axes]
+
+    def error(self, state, time):
+        """Return the way from the target to the centre of mass [m]."""
+        return (state.com - self.target(time)[0])[self._axes]
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of the centre of mass."""
+        return state.com_jacobian[self._axes]
+
+    def bias_acceleration(self, state, time):
+        """Return its acceleration where nothing accelerates [m/s²]."""
+        return state.com_bias_acceleration[self._axes]
+
+    def target_rates(self, state, time):
+        """Return velocity and acceleration of the target."""
+        rates = self.target(time)[1:, self._axes]
+        return rates[0], rates[1]
+
+    def distance(self, state, time: float) -> float:
+        """Return how far the centre of mass is from its target, in the axes that count [m]."""
+        return float(np.linalg.norm(self.error(state, time)))
 
 
 class AngularMomentumTask(Task):
@@ -29,8 +64,6 @@ class AngularMomentumTask(Task):
     Args:
         target: Path of the angular momentum [kg m²/s].
         posture: Path of the configuration.
-        name: Name.
-        gains: ``stiffness`` and ``damping``.
     """
 
     def __init__(

@@ -1,8 +1,9 @@
-"""A point of the body."""
+"""A point of the body, the orientation of a segment."""
 
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import PointSet, State
@@ -22,10 +23,8 @@ class PointTask(Task):
             (rows of the identity for world axes), or a function of state and time. No rows means
             that the task rests. Where directions turn with the body their own rate is neglected:
             the error is projected on the directions of the moment.
-        name: Name.
         farthest: Error beyond which the pull grows no further [m]: a point that cannot get where
             it should must not be torn at.
-        gains: ``stiffness`` and ``damping``.
     """
 
     def __init__(
@@ -72,3 +71,41 @@ class PointTask(Task):
         """Return velocity and acceleration of the target along the directions."""
         rates = self.target(time)[1:] @ self._directions(state, time).T
         return rates[0], rates[1]
+
+
+class OrientationTask(Task):
+    r"""Holds a body at an orientation.
+
+    The error is the rotation vector :math:`e = \log(R R^{*T})`, world axes. For small errors its
+    rate is the angular velocity (the left Jacobian of the rotation group is nearly 1).
+
+    Args:
+        body: Name of the body.
+        target: Its rotation; its axes are the columns.
+        directions: World axes about which it counts, one row each; all if absent.
+    """
+
+    def __init__(
+        self,
+        body: str,
+        target: Float[Array, "3 3"],
+        directions: Float[Array, "n_rows 3"] | None = None,
+        name: str = "",
+        **gains,
+    ):
+        super().__init__(name or f"orientation of {body}", **gains)
+        self.body, self.target = body, target
+        self._directions = np.eye(3) if directions is None else directions
+
+    def error(self, state, time):
+        """Return the rotation vector from the target to the body [rad]."""
+        turn = Rotation.from_matrix(state.rotation(self.body) @ self.target.T)
+        return self._directions @ turn.as_rotvec()
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of the body's angular velocity."""
+        return self._directions @ state.angular_jacobian(self.body)
+
+    def bias_acceleration(self, state, time):
+        """Return its angular acceleration where nothing accelerates [rad/s²]."""
+        return self._directions @ state.angular_bias_acceleration(self.body)

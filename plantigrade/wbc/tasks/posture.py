@@ -31,7 +31,6 @@ class PostureTask(Task):
         gains: :math:`k_p` and :math:`k_d`.
         horizon: Longest time to go of each coordinate [s]; no limit if absent.
         shortest: Shortest time to go [s].
-        name: Name.
     """
 
     def __init__(
@@ -88,7 +87,6 @@ class PassingPosture(PostureTask):
             which the phase ends [s].
         velocity: Function of time that returns the velocity at which the posture is passed.
         shortest: Shortest time to go [s].
-        name: Name.
     """
 
     def __init__(

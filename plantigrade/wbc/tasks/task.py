@@ -12,8 +12,7 @@ satisfy
 
 .. math:: J \dot v = -\lambda_p e - \lambda_d \dot e + \ddot f^* - \dot J v.
 
-References:
-    [Boukheddimi]_, [Samson1991]_.
+See [Boukheddimi]_ and [Samson1991]_.
 """
 
 from abc import ABC, abstractmethod
@@ -30,7 +29,7 @@ class Task(ABC):
 
     Subclasses give :meth:`error`, :meth:`jacobian` and :meth:`bias_acceleration`; a task whose
     target moves gives :meth:`target_rates` too. All four may return no rows while the task is not
-    active.
+    active. Subclasses take name, stiffness and damping as well.
 
     Args:
         name: What it is called in plots and messages.
