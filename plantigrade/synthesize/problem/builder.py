@@ -170,14 +170,15 @@ class ProblemBuilder:
     def penalise(
         self,
         family: ConstraintFamily,
-        weight: Float[Array, "n_nodes n_rows"],
-        target: Float[Array, "n_nodes n_rows"] | float = 0.0,
+        weight: Float[Array, "..."] | float,
+        target: Float[Array, "..."] | float = 0.0,
     ) -> None:
         r"""Add :math:`\tfrac12 w (r - \bar r)^2` to the cost.
 
         Args:
             family: The rows :math:`r`.
-            weight: Weight :math:`w`; it is multiplied by the time each node stands for.
+            weight: Weight :math:`w` of every row, the same at all nodes or not; it is multiplied
+                by the time each node stands for.
             target: Target :math:`\bar r`.
         """
         w = np.broadcast_to(weight, family.weight.shape) * self.weights[:, None]

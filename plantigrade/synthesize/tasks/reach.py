@@ -57,7 +57,7 @@ def reach(human: Human, told: settings.Reach) -> MotionTask:
     terms: tuple[Term, ...] = (
         *basics(),
         *at_rest(human, 0.0, standing),
-        Reach(point, (float(place[0]), float(place[1]), float(place[2])), duration),
+        Reach(duration, point, target),
         Rest(duration),
         Quiet(duration),
     )

@@ -171,5 +171,5 @@ class Forces(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh forces."""
         family = b.add(site_forces(b.body, len(b.nodes)))
-        b.penalise(family, np.full(family.weight.shape, 2.0 * self.size))
+        b.penalise(family, 2.0 * self.size)
         b.force_steps += 2.0 * self.rate / b.steps[:, None]
