@@ -7,7 +7,7 @@ from typing import Any, Literal
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import Number, OptionalPath, Seconds
-from plantigrade.synthesize.tasks.settings import Basis, optional_number, whole, word
+from plantigrade.synthesize.tasks.settings import Basis, number, whole, word
 from plantigrade.workflows.settings import FitSettings
 
 DEFAULT_JOINTS = "43"
@@ -53,8 +53,9 @@ class SolveSettings(_Settings):
         word("solver", self.solver, ("interior-point", "ipopt"))
         if self.basis is not None:
             word("basis", self.basis, ("trigonometric", "polynomial"))
-        optional_number("nodes_per_second", self.nodes_per_second, 2, 500, "1/s", "a mesh")
-        whole("restarts", self.restarts, 1, 1000, "")
+        if self.nodes_per_second is not None:
+            number("nodes_per_second", self.nodes_per_second, 2, 500, "1/s", "a mesh")
+        whole("restarts", self.restarts, 1, 1000)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +82,6 @@ class TrackSettings(FitSettings):
     def __post_init__(self):
         """Refuse times out of order."""
         super().__post_init__()
-        whole("refinements", self.refinements, 0, 20, "")
+        whole("refinements", self.refinements, 0, 20)
         if self.start is not None and self.stop is not None and not self.start < self.stop:
             raise ParameterError(f"start={self.start:g} s must be before stop={self.stop:g} s")

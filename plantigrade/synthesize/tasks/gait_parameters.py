@@ -153,11 +153,8 @@ def gait_parameters(
         step = float(step_length)
     else:
         step = length * relative**STEP_EXPONENT if cadence is None else 60.0 * speed / cadence
-    if not 0.02 * length <= step <= LONGEST_STEP * length:
-        raise ParameterError(
-            f"step_length must be {0.02 * length:.2f}–{LONGEST_STEP * length:.2f} m for walking on "
-            f"legs of {length:.3g} m, not {step:.3g}: give another one, or another cadence"
-        )
+    what = f"walking on legs of {length:.3g} m at this cadence"
+    number("step_length", step, 0.02 * length, LONGEST_STEP * length, "m", what)
     step_time = step / speed
     if cadence is not None and abs(cadence * step_time / 60.0 - 1.0) > 0.01:
         raise ParameterError(
