@@ -1,17 +1,14 @@
 r"""A recorded motion as a task: near it, and on true contact forces.
 
-A recording says where the bones were, to a centimetre or a degree; its feet slide and sink a
-little, and no force of the ground explains it exactly. The task here asks for the motion nearest to
-it that forces of the ground do explain, with feet that stand where the recorded ones rested:
+A recording gives the bones to about a centimetre or a degree; its feet slide and sink a little, and
+no ground reaction explains it exactly. The task finds the nearest motion that ground reactions do
+explain, with feet that stand where the recorded ones rested:
 
 .. math:: \min \int \sum_j w_j (q_j - \bar q_j(t))^2 dt + \text{little for torques, jerk, forces},
 
-under the equations of motion, contact, friction and the person's limits. So a recorded motion is
-repaired, and the ground reactions come out without force plates.
-
-When the feet touch comes from gait events and from what rests
-(:mod:`plantigrade.kinematics.contacts`); the motion flows in at the start and out at the end, and
-feet that stand there carry.
+subject to the equations of motion, contact, friction and the person's limits. Ground reactions
+follow without force plates. When the feet touch comes from gait events and from what rests
+(:mod:`plantigrade.kinematics.contacts`).
 """
 
 from collections.abc import Mapping, Sequence
