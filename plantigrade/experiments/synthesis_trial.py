@@ -54,7 +54,7 @@ def solve(
         noise: On the first guess, root mean square [rad]; it is made outside the time.
         seed: Of the noise.
     """
-    from plantigrade.synthesize.guess.walk import perturbed
+    from plantigrade.synthesize.guess.walk import with_noise
     from plantigrade.synthesize.problem.contact_body import ContactBody
     from plantigrade.synthesize.solve import synthesize
 
@@ -63,7 +63,7 @@ def solve(
         body = ContactBody.for_plan(human, task.plan)
         problem = task.problem(body)
         start = task.start(body, problem)[0]
-        c0 = perturbed(start, seed=seed, size=noise, closure=problem.closure)
+        c0 = with_noise(start, seed=seed, size=noise, closure=problem.closure)
     wall, cpu = clock.perf_counter(), clock.process_time()
     body = ContactBody.for_plan(human, task.plan) if warm is None else warm.body
     made = synthesize(body, task, solver=solver, warm=warm, c0=c0)  # type: ignore[arg-type]

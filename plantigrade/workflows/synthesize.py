@@ -16,7 +16,7 @@ from plantigrade.models import Human
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.synthesize.diagnose.violations import Violation
-from plantigrade.synthesize.guess.walk import perturbed
+from plantigrade.synthesize.guess.walk import with_noise
 from plantigrade.synthesize.optimise_timing import optimise_timing
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.solution import Solution
@@ -172,7 +172,7 @@ def _best(
         if k:
             problem = task.problem(body)
             start = task.start(body, problem)[0]  # a warm start's mesh may be another
-            c0 = perturbed(start, seed=seed + k, size=NOISE, closure=problem.closure)
+            c0 = with_noise(start, seed=seed + k, size=NOISE, closure=problem.closure)
         made = synthesize(
             body, task, solver=how.solver, warm=None if k else warm, progress=told, c0=c0
         )
