@@ -30,16 +30,16 @@ def contact_record(
     signals: Mapping[str, Array] | None = None,
     notes: tuple[str, ...] = (),
 ) -> Record:
-    """Return what happened: motion, joint torques, forces where the sites touch the ground.
+    """Return motion, joint torques, and forces where the sites touch the ground.
 
     Args:
         body: Who moved.
         sampled: The motion.
         plan: Its contacts.
         friction: Coefficient of friction.
-        walks: Whether the feet walk, so that there are gait events.
-        limits: What the motion had to keep to.
-        conditions: What the task demanded besides.
+        walks: Whether there are gait events.
+        limits: As in :class:`~plantigrade.record.Record`, like what follows.
+        conditions: What the task demanded.
         signals: Further results by name.
         notes: What the user should know.
     """

@@ -34,7 +34,7 @@ class Dynamics(Term):
 
 @dataclass(frozen=True)
 class Contact(Term):
-    """What stands, stands still; the rest stays above the ground.
+    """Feet on the ground do not slip, and carry force within the friction cone.
 
     Attributes:
         friction: Coefficient of friction.
@@ -101,7 +101,7 @@ class Above(Term):
 class Clearance(Term):
     r"""A foot in the air is at least :math:`h \sin^2(\pi s)` high at part :math:`s` of its swing.
 
-    Steps in the ground are cleared where a foot that goes smoothly from print to print meets them.
+    Steps in the ground are cleared where a smoothly moving foot meets them.
 
     Attributes:
         height: In the middle of the swing [m].

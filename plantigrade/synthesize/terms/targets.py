@@ -63,12 +63,12 @@ class Reach(AtInstant):
 
 @dataclass(frozen=True)
 class CentreOfMass(AtInstant):
-    """Where the centre of mass is at one instant, how fast it goes, or how much that is worth.
+    """Position and velocity of the centre of mass at one instant, required or rewarded.
 
     Attributes:
         position: World [m]; NaN where free.
         velocity: World [m/s]; NaN where free.
-        gain: What a metre up and a metre a second up at this instant take from the cost.
+        gain: What 1 m and 1 m/s upwards at this instant take from the cost.
     """
 
     position: Triple = FREE
@@ -84,8 +84,8 @@ class CentreOfMass(AtInstant):
         def expression(q, v, a, u):
             return ca.vertcat(sym.com()(q), sym.momentum()(q, v)[0] / sym.mass)
 
-        names = tuple(f"{axis} of the centre of mass" for axis in AXES)
-        names = (*names, *(f"speed {n}" for n in names))
+        place = [f"{axis} of the centre of mass" for axis in AXES]
+        names = (*place, *(f"speed {n}" for n in place))
         family = b.custom_family("centre of mass", names, expression, "m")
         k, wanted = b.node(self.time), np.array([*self.position, *self.velocity], float)
         given = ~np.isnan(wanted)
