@@ -15,7 +15,22 @@ SLOWEST, FASTEST = 0.5, 500.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitSettings(Person):
+class Settings(Person):
+    """Settings that a command inherits."""
+
+    @classmethod
+    def of(cls, options: Any) -> Any:
+        """Return the settings among the options of a command, which inherits them."""
+        return cls(**{f.name: getattr(options, f.name) for f in fields(cls)})
+
+    def plain(self) -> dict[str, Any]:
+        """Return the settings as ``metrics.json`` holds them."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {k: str(v) if isinstance(v, Path) else v for k, v in values.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitSettings(Settings):
     """Everything that decides the result of a fit, as written into ``metrics.json``.
 
     Raises:
@@ -41,16 +56,6 @@ class FitSettings(Person):
             raise ParameterError(
                 f"cutoff={self.cutoff} Hz: allowed are {SLOWEST:g} to {FASTEST:g}; 6 suits walking"
             )
-
-    @classmethod
-    def of(cls, options: Any) -> Any:
-        """Return the settings among the options of a command, which inherits them."""
-        return cls(**{f.name: getattr(options, f.name) for f in fields(cls)})
-
-    def plain(self) -> dict[str, Any]:
-        """Return the settings as ``metrics.json`` holds them."""
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return {k: str(v) if isinstance(v, Path) else v for k, v in values.items()}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,6 @@ from plantigrade.workflows.synthesize_settings import (
     DEFAULT_JOINTS,
     PaperSettings,
     SolveSettings,
-    plain,
 )
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
@@ -50,14 +49,7 @@ ANGLES = ("turn", "slope")
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a run comes from, for its provenance.
-
-    Attributes:
-        title: Heading of the pages.
-        command: The command line.
-        files: Files that were read.
-        seed: Of random numbers.
-    """
+    """Where a run comes from: title of its pages, command line, files read, random seed."""
 
     title: str = ""
     command: str = ""
@@ -78,13 +70,13 @@ def synthesize_task(
     Args:
         told: What is to be done.
         how: Who does it, and how it is solved.
-        file: A task file that says more; ``told`` replaces its parameters.
-        progress: Told every iteration; returning True stops with the best so far.
+        file: A task file; ``told`` replaces its parameters.
+        progress: Called with every iteration; returning True stops with the best so far.
         origin: For the provenance.
 
     Raises:
-        ParameterError: If what is asked makes no sense for this person, or the run to start from
-            is of other joints.
+        ParameterError: If a value is out of range for this person, or the run to start from has
+            other joints.
         FileError: If the run to start from cannot be read.
     """
     how, origin, began = how or SolveSettings(), origin or Origin(), clock.perf_counter()
@@ -102,21 +94,12 @@ def synthesize_task(
         solution, tried = _best(body, task, how, warm, origin.seed, progress)
     prepared = clock.perf_counter() - began - solution.seconds
     name = next(n for n, kind in TASKS.items() if kind is type(told))
-    settings = {
-        "task": name,
-        "parameters": plain(told),
-        "file": file.toml() if file is not None else "",
-        **plain(how),
-    }
+    text = "" if file is None else file.toml()
+    settings = {"task": name, "parameters": asdict(told), "file": text, **how.plain()}
     words = ", ".join(w for k, v in told.told.items() if (w := in_words(k, v)))
-    return run_of(
-        solution,
-        settings,
-        origin,
-        strides=told.strides if isinstance(told, Walk) else 1,
-        words=words,
-        figures={"prepare_time_s": prepared, "restarts": len(tried)},
-    )
+    strides = told.strides if isinstance(told, Walk) else 1
+    figures = {"prepare_time_s": prepared, "restarts": len(tried)}
+    return run_of(solution, settings, origin, strides=strides, words=words, figures=figures)
 
 
 def person(how: SolveSettings | PaperSettings) -> Human:
@@ -135,8 +118,7 @@ def the_task(
     if file is None:
         task = task_for(human, told)
     else:
-        every = {f.name: getattr(told, f.name) for f in fields(told)}
-        task = replace(file, parameters=every).task(human)
+        task = replace(file, parameters=asdict(told)).task(human)
     return _refined(task, how)
 
 
@@ -170,12 +152,10 @@ def _best(
     for k in range(how.restarts):
         c0 = None
         if k:
-            problem = task.problem(body)
-            start = task.start(body, problem)[0]  # a warm start's mesh may be another
+            problem, warm = task.problem(body), None  # a warm start's mesh may be another
+            start = task.start(body, problem)[0]
             c0 = with_noise(start, seed=seed + k, size=NOISE, closure=problem.closure)
-        made = synthesize(
-            body, task, solver=how.solver, warm=None if k else warm, progress=told, c0=c0
-        )
+        made = synthesize(body, task, solver=how.solver, warm=warm, progress=told, c0=c0)
         tried.append(made.status)
         if best is None or _rank(made) < _rank(best):
             best = made
@@ -196,11 +176,11 @@ def _optimised(
     body: ContactBody, told: Walk, how: SolveSettings, progress: Progress | None
 ) -> tuple[Solution, tuple[str, ...]]:
     """Return a periodic walk whose times of contact cost least."""
-    human = body.human
-    start = gait_parameters(human, told.speed, step_length=told.step_length, cadence=told.cadence)
+    chosen = {"step_length": told.step_length, "cadence": told.cadence}
+    start = gait_parameters(body.human, told.speed, **chosen)
 
     def task(p: GaitParameters) -> MotionTask:
-        return _refined(periodic_walk(human, p, slope=told.slope), how)
+        return _refined(periodic_walk(body.human, p, slope=told.slope), how)
 
     found = optimise_timing(body, task, start, progress=progress)
     return found.solution, tuple(f"{c:.4g} a metre" for c in found.costs)
@@ -232,7 +212,7 @@ def synthesize_paper(
         "violation_max": result.violation,
         "nodes": len(solution.paper.problem.nodes),
     }
-    settings = {"task": "zhakatayev2023", **plain(how)}
+    settings = {"task": "zhakatayev2023", **how.plain()}
     made = f"by the stages of the paper in {result.seconds:.1f} s"
     return checked(record, f"{how.motion}, as in the paper", made, settings, origin, figures)
 
@@ -252,8 +232,8 @@ def run_of(
         solution: What the solver found.
         settings: Everything that decided it.
         origin: For the provenance.
-        strides: Strides of a periodic motion.
-        words: What the task was told.
+        strides: Of a periodic motion.
+        words: The task's parameters, in words.
         figures: Further figures.
     """
     record, name = solution.record(strides=strides), solution.task.name
@@ -281,15 +261,7 @@ def checked(
 ) -> Run:
     """Return a record as a run, with the verdict of the checker.
 
-    Args:
-        record: What happened.
-        what: What was done, in words.
-        made: How, in words.
-        settings: Everything that decided it.
-        origin: For the provenance.
-        figures: Of the solver.
-        violations: Constraints that are not kept at nodes.
-        kind: Of the run.
+    ``what`` was done, and how it was ``made``, are words for the sentence of the run.
     """
     verdict, human = check(record), record.human
     record = replace(record, signals={**record.signals, **verdict.signals()})
@@ -300,27 +272,12 @@ def checked(
         f"{human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of freedom "
         f"and {human.feet} feet, made {made}; {passed} in {record.motion.n_frames} frames."
     )
-    every = {
-        "duration_s": record.motion.duration,
-        "frames": record.motion.n_frames,
-        **figures,
-        **verdict.figures(),
-        **movement_figures(record),
-    }
-    return Run(
-        record,
-        kind,
-        title=origin.title or what,
-        sentence=sentence,
-        status=state,
-        figures=every,
-        provenance=Provenance(
-            origin.command,
-            {**settings, "friction": record.ground.friction},
-            source_files(origin.files),
-            origin.seed,
-        ),
-    )
+    size = {"duration_s": record.motion.duration, "frames": record.motion.n_frames}
+    every = {**size, **figures, **verdict.figures(), **movement_figures(record)}
+    settings = {**settings, "friction": record.ground.friction}
+    files = source_files(origin.files)
+    provenance = Provenance(origin.command, settings, files, origin.seed)
+    return Run(record, kind, origin.title or what, sentence, state, every, provenance)
 
 
 def status(verdict: Verdict, violations: Sequence[Violation]) -> str:

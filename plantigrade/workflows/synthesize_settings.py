@@ -1,36 +1,18 @@
 """How tasks are solved: dataclasses whose fields are options of ``plantigrade synthesize``."""
 
-from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 from plantigrade.errors import ParameterError
-from plantigrade.models.person import Person
 from plantigrade.options import Number, OptionalPath, Seconds
 from plantigrade.synthesize.tasks.settings import Basis, number, whole, word
-from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.settings import FitSettings, Settings
 
 DEFAULT_JOINTS = "43"
 
 
-def plain(settings: Any) -> dict[str, Any]:
-    """Return settings as ``metrics.json`` holds them."""
-    values = {f.name: getattr(settings, f.name) for f in fields(settings)}
-    return {k: str(v) if isinstance(v, Path) else v for k, v in values.items()}
-
-
 @dataclass(frozen=True, kw_only=True)
-class _Settings(Person):
-    """Settings that a command inherits."""
-
-    @classmethod
-    def of(cls, options: Any) -> Any:
-        """Return the settings among the options of a command."""
-        return cls(**{f.name: getattr(options, f.name) for f in fields(cls)})
-
-
-@dataclass(frozen=True, kw_only=True)
-class SolveSettings(_Settings):
+class SolveSettings(Settings):
     """Who does a task, and how it is solved.
 
     Raises:
@@ -59,7 +41,7 @@ class SolveSettings(_Settings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PaperSettings(_Settings):
+class PaperSettings(Settings):
     """A motion of [Zhakatayev2023]_ solved as the paper sets it."""
 
     motion: Literal["walk", "sit-to-stand", "side-step", "jump"] = "walk"

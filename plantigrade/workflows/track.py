@@ -30,7 +30,7 @@ from plantigrade.synthesize.tasks.tracking import Tracking, grounded
 from plantigrade.synthesize.tasks.tracking import track as track_task
 from plantigrade.workflows.fit import fit_trial, silent
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
-from plantigrade.workflows.synthesize_settings import TrackSettings, plain
+from plantigrade.workflows.synthesize_settings import TrackSettings
 from plantigrade.workflows.walks import RecordedWalk
 
 MARGIN = 0.1  # tracked before the first and after the last gait event [s]
@@ -69,19 +69,13 @@ class Tracked:
 
     def record(self) -> Record:
         """Return the whole motion, on its own clock, beside the recorded one."""
-        record = self._solved
-        recorded = replace(
-            self.motion,
-            time=self.motion.time - self.begin,
-            events=tuple(replace(e, time=e.time - self.begin) for e in self.motion.events),
-        )
-        signals = dict(record.signals)
+        record, signals = self._solved, {}
         if self.walk.measured is not None:
-            signals |= measured_signals(self._on_the_recordings_clock(record), self.walk.measured)
+            signals = measured_signals(self._on_the_recordings_clock(record), self.walk.measured)
         return replace(
             record,
-            signals=signals,
-            references={"recorded": recorded},
+            signals={**record.signals, **signals},
+            references={"recorded": _later(self.motion, -self.begin)},
             clock=self.begin,
             notes=(*self.walk.notes, *record.notes),
         )
@@ -91,9 +85,8 @@ class Tracked:
         record = self._on_the_recordings_clock(self._solved)
         time = record.motion.time
         keep = (time >= self.start - 1e-9) & (time <= self.stop + 1e-9)
-        arrays = {}
-        for name in ("qfrc_actuator", "contact_force", "contact_point", "contact_planned"):
-            arrays[name] = getattr(record, name)[keep]
+        names = ("qfrc_actuator", "contact_force", "contact_point", "contact_planned")
+        arrays = {name: getattr(record, name)[keep] for name in names}
         return replace(record, motion=record.motion.frames(keep), **arrays)
 
     def moved(self) -> tuple[float, float]:
@@ -136,10 +129,13 @@ class Tracked:
         return found
 
     def _on_the_recordings_clock(self, record: Record) -> Record:
-        motion = record.motion
-        events = tuple(replace(e, time=e.time + self.begin) for e in motion.events)
-        motion = replace(motion, time=motion.time + self.begin, events=events)
-        return replace(record, motion=motion, conditions=())
+        return replace(record, motion=_later(record.motion, self.begin), conditions=())
+
+
+def _later(motion: Motion, seconds: float) -> Motion:
+    """Return a motion, its events too, later by some seconds."""
+    events = tuple(replace(e, time=e.time + seconds) for e in motion.events)
+    return replace(motion, time=motion.time + seconds, events=events)
 
 
 def track(
@@ -151,13 +147,13 @@ def track(
     step: Callable[[str], contextlib.AbstractContextManager] = silent,
     origin: Origin | None = None,
 ) -> Run:
-    """Fit a recording, move it by forces of the ground, and have it checked.
+    """Fit a recording, make it physical with ground reactions, and have it checked.
 
     Args:
         path: The recording: markers, a skeleton's motion, or joint coordinates.
         settings: What decides the result.
         tracking: Weights; the default ones if absent.
-        progress: Told every iteration; returning True stops with the best so far.
+        progress: Called with every iteration; returning True stops with the best so far.
         step: Shows progress of the fit.
         origin: For the provenance.
 
@@ -184,7 +180,7 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
         tracked.record(),
         f"track ({name})",
         made,
-        {"task": "track", "file": name, **plain(settings)},
+        {"task": "track", "file": name, **settings.plain()},
         replace(origin, files=(recording.source, *recording.companions)),
         {**solver_figures(solution), **tracked.figures()},
         solution.violations,
@@ -212,12 +208,8 @@ def track_trial(
     begin = max(start - MARGIN, min(first + EDGE, start))
     end = min(stop + MARGIN, max(last - EDGE, stop))
     task = track_task(human, motion, start=begin, stop=end, tracking=tracking)
-    solution = synthesize(
-        ContactBody(human, foot_sites(human)),
-        task,
-        progress=progress,
-        refinements=settings.refinements,
-    )
+    body = ContactBody(human, foot_sites(human))
+    solution = synthesize(body, task, progress=progress, refinements=settings.refinements)
     seconds = clock.perf_counter() - began
     stop = min(stop, begin + task.plan.duration)
     return Tracked(walk, human, motion, lift, solution, begin, start, stop, seconds)
