@@ -16,13 +16,8 @@ from plantigrade.synthesize.terms.posture import Posture
 PARTS = (0.28, 0.17, 0.10, 0.17, 0.28)
 """Of the duration: weight over to the foot that stays, first swing, both feet, second swing, and
 coming to rest. In 2.4 s the swings take 0.4 s each, as in walking."""
-UPRIGHT = {
-    "pelvis_list": 5.0,
-    "pelvis_tilt": 5.0,
-    "lumbar_bending": 5.0,
-    "thorax_bending": 5.0,
-    "lower_thorax_bending": 5.0,
-}
+_TRUNK = ("pelvis_list", "pelvis_tilt", "lumbar_bending", "thorax_bending", "lower_thorax_bending")
+UPRIGHT = dict.fromkeys(_TRUNK, 5.0)
 """Weights of an upright trunk [1/(s rad²)]."""
 LEVEL = 300.0  # weight of a pelvis that stays as high as in standing [1/(s m²)]
 LONGEST = 0.45  # of leg length

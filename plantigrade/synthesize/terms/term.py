@@ -87,7 +87,7 @@ def mirrored_condition(c: Condition) -> Condition:
     x, y, z = c.position
     lower, upper = c.lower, c.upper
     if flips:
-        lower, upper = tuple(-x for x in c.upper), tuple(-x for x in c.lower)
+        lower, upper = tuple(-v for v in upper), tuple(-v for v in lower)
     name = c.name.replace(c.of, of) if c.of else c.name
     return replace(c, name=name, of=of, position=(x, -y, z), lower=lower, upper=upper)
 
