@@ -38,13 +38,8 @@ from plantigrade.workflows.synthesize_settings import (
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
 MOST_SAID = 3  # violations of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
-UNITS = {
-    "speed": "m/s", "step_length": "m", "cadence": "steps/min", "step_height": "m",
-    "duration": "s", "chair_height": "m", "distance": "m", "jump_height": "m", "depth": "m",
-    "push": "s", "landing": "s", "clearance": "m", "turn": "°", "slope": "°",
-}  # fmt: skip
-"""Of what tasks are told, by name."""
-ANGLES = ("turn", "slope")
+UNITS = {name: unit for kind in TASKS.values() for name, (_, _, unit) in kind.ranges.items()}
+"""Of the parameters of tasks, by name."""
 
 
 @dataclass(frozen=True)
@@ -89,16 +84,16 @@ def synthesize_task(
             raise ParameterError(
                 "the timing of a task file stays as it is: leave out optimise_timing"
             )
-        solution, tried = _optimised(body, told, how, progress)
+        solution, trials = _optimised(body, told, how, progress)
     else:
-        solution, tried = _best(body, task, how, warm, origin.seed, progress)
+        solution, trials = _best(body, task, how, warm, origin.seed, progress)
     prepared = clock.perf_counter() - began - solution.seconds
     name = next(n for n, kind in TASKS.items() if kind is type(told))
     text = "" if file is None else file.toml()
     settings = {"task": name, "parameters": asdict(told), "file": text, **how.plain()}
     words = ", ".join(w for k, v in told.told.items() if (w := in_words(k, v)))
     strides = told.strides if isinstance(told, Walk) else 1
-    figures = {"prepare_time_s": prepared, "restarts": len(tried)}
+    figures = {"prepare_time_s": prepared, "restarts": trials}
     return run_of(solution, settings, origin, strides=strides, words=words, figures=figures)
 
 
@@ -123,11 +118,8 @@ def the_task(
 
 
 def _refined(task: MotionTask, how: SolveSettings) -> MotionTask:
-    if how.basis is not None:
-        task = replace(task, basis=how.basis)
-    if how.nodes_per_second is not None:
-        task = replace(task, nodes_per_second=float(how.nodes_per_second))
-    return task
+    given = {"basis": how.basis, "nodes_per_second": how.nodes_per_second}
+    return replace(task, **{name: x for name, x in given.items() if x is not None})
 
 
 def _best(
@@ -137,15 +129,16 @@ def _best(
     warm: WarmStart | None,
     seed: int,
     progress: Progress | None,
-) -> tuple[Solution, tuple[str, ...]]:
-    """Return the cheapest motion of all restarts, and how each ended."""
-    best, tried, halted = None, [], False
+) -> tuple[Solution, int]:
+    """Return the cheapest motion of all restarts, and how many there were."""
+    found: list[Solution] = []
+    halted = False
 
     def told(stage: str, iterate: Any) -> bool | None:
         nonlocal halted
         if progress is None:
             return None
-        name = stage if how.restarts == 1 else f"start {len(tried) + 1}: {stage}"
+        name = stage if how.restarts == 1 else f"start {len(found) + 1}: {stage}"
         halted = bool(progress(name, iterate)) or halted
         return halted
 
@@ -155,18 +148,14 @@ def _best(
             problem, warm = task.problem(body), None  # a warm start's mesh may be another
             start = task.start(body, problem)[0]
             c0 = with_noise(start, seed=seed + k, size=NOISE, closure=problem.closure)
-        made = synthesize(body, task, solver=how.solver, warm=warm, progress=told, c0=c0)
-        tried.append(made.status)
-        if best is None or _rank(made) < _rank(best):
-            best = made
+        found.append(synthesize(body, task, solver=how.solver, warm=warm, progress=told, c0=c0))
         if halted:
             break
-    assert best is not None
-    return best, tuple(tried)
+    return min(found, key=_rank), len(found)
 
 
 def _rank(made: Solution) -> tuple[float, float]:
-    """Return what is smaller for a better motion: first whether it failed, then what it costs."""
+    """Return a key that sorts better motions first: success, then cost or violation."""
     if made.success:
         return 0.0, made.objective
     return 1.0, made.stages[-1].history[-1].violation
@@ -174,8 +163,8 @@ def _rank(made: Solution) -> tuple[float, float]:
 
 def _optimised(
     body: ContactBody, told: Walk, how: SolveSettings, progress: Progress | None
-) -> tuple[Solution, tuple[str, ...]]:
-    """Return a periodic walk whose times of contact cost least."""
+) -> tuple[Solution, int]:
+    """Return a periodic walk whose times of contact cost least, and how many were tried."""
     chosen = {"step_length": told.step_length, "cadence": told.cadence}
     start = gait_parameters(body.human, told.speed, **chosen)
 
@@ -183,7 +172,7 @@ def _optimised(
         return _refined(periodic_walk(body.human, p, slope=told.slope), how)
 
     found = optimise_timing(body, task, start, progress=progress)
-    return found.solution, tuple(f"{c:.4g} a metre" for c in found.costs)
+    return found.solution, len(found.costs)
 
 
 def synthesize_paper(
@@ -294,8 +283,7 @@ def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
 
 def solver_figures(solution: Solution) -> dict[str, Any]:
     """Return how the solver got there."""
-    problem = solution.problem
-    last = solution.stages[-1].history[-1]
+    problem, last = solution.problem, solution.stages[-1].history[-1]
     found: dict[str, Any] = {
         "task": solution.task.name,
         "solver_status": solution.status,
@@ -330,6 +318,7 @@ def in_words(name: str, value: Any) -> str:
         return words
     if isinstance(value, int | float):
         unit = UNITS.get(name, "")
-        shown = f"{np.rad2deg(value):.4g}" if name in ANGLES else f"{value:g}"
-        return f"{words} {shown}{'' if unit in ('', '°') else ' '}{unit}"
+        if unit == "degrees":
+            return f"{words} {np.rad2deg(value):.4g}°"
+        return f"{words} {value:g} {unit}".rstrip()
     return f"{words} {value}"

@@ -52,16 +52,9 @@ def walking_guess(
     parameters: GaitParameters,
     times: Float[Array, " n_times"],
 ) -> Float[Array, "n_times n_coordinates"]:
-    """Return a walk whose feet are where the plan has them.
+    """Return the coordinates of a walk whose feet follow a plan, at times [s].
 
-    Args:
-        human: The person.
-        plan: When and where the feet stand; feet in turns.
-        parameters: How the person walks.
-        times: When [s]; of a periodic plan also some steps before and after it.
-
-    Returns:
-        Coordinates [rad, m]. Pelvis angles go on past 180° in a turn.
+    Times may lie some steps before or after a periodic plan.
 
     Raises:
         ParameterError: If a foot has no stance, or there are no times.
@@ -98,14 +91,9 @@ def walking_guess(
 def crude_guess(
     human: Human, plan: ContactPlan, times: Float[Array, " n_times"]
 ) -> Float[Array, "n_times n_coordinates"]:
-    """Return a body that glides along a straight line with slightly bent legs.
+    """Return a body that glides straight from the first to the last footprints of a plan.
 
     Knees are bent by 17°, hips and ankles by 9°; nothing else moves.
-
-    Args:
-        human: The person.
-        plan: Its first and last footprints say from where to where.
-        times: When [s].
     """
     times = np.asarray(times, dtype=float)
     stances = plan.unrolled()

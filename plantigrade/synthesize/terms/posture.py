@@ -20,8 +20,8 @@ class Pose(AtInstant):
     Attributes:
         coordinates: Values [rad, m].
         at_rest: Whether all rates are zero.
-        held: Whether contact is left to the pose: rows that fix the feet are dropped at this node,
-            because they would say twice what the coordinates say.
+        held: Whether the pose fixes the feet; contact constraints at this node are then dropped
+            as redundant.
     """
 
     coordinates: Mapping[str, float]
