@@ -16,7 +16,7 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings
-from plantigrade.workflows.synthesize_settings import (
+from plantigrade.workflows.settings import (
     PaperSettings,
     SolveSettings,
     TrackSettings,

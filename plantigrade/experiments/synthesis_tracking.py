@@ -16,7 +16,7 @@ from plantigrade.experiments.gait_forces import VERTICAL, WALKS
 from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
 from plantigrade.synthesize.tasks.tracking import Tracking
 from plantigrade.workflows.fit import fit_trial
-from plantigrade.workflows.synthesize_settings import TrackSettings
+from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.track import track_trial
 
 QUICK = ("opensim/gait2392_subject01/subject01_walk1.trc",)

@@ -29,7 +29,7 @@ from plantigrade.synthesize.tasks.task_file import TaskFile
 from plantigrade.synthesize.tasks.walking import periodic_walk
 from plantigrade.synthesize.warm_start import WarmStart
 from plantigrade.synthesize.zhakatayev2023 import paper_motion
-from plantigrade.workflows.synthesize_settings import (
+from plantigrade.workflows.settings import (
     DEFAULT_JOINTS,
     PaperSettings,
     SolveSettings,

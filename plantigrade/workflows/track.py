@@ -29,8 +29,8 @@ from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.tracking import Tracking, grounded
 from plantigrade.synthesize.tasks.tracking import track as track_task
 from plantigrade.workflows.fit import fit_trial, silent
+from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
-from plantigrade.workflows.synthesize_settings import TrackSettings
 from plantigrade.workflows.walks import RecordedWalk
 
 MARGIN = 0.1  # tracked before the first and after the last gait event [s]

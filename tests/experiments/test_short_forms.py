@@ -1,7 +1,6 @@
 """The short form of every experiment: what it runs is there, and is a part of the whole."""
 
 import pytest
-from plantigrade.synthesize.zhakatayev2023 import MOTIONS
 
 from plantigrade.experiments import (
     fit_accuracy,
@@ -15,6 +14,7 @@ from plantigrade.experiments import (
 )
 from plantigrade.experiments.gait_walks import PEOPLE, Walks, reproduce_walks
 from plantigrade.experiments.table import Row
+from plantigrade.synthesize.zhakatayev2023 import MOTIONS
 
 OVER_TRIALS = (fit_accuracy, foot_segments, gait_forces, synthesis_tracking)
 

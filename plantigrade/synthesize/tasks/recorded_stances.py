@@ -101,17 +101,13 @@ def _times(group: list[ContactInterval], first: float, last: float) -> tuple[flo
     What lies outside the recording is put far beyond its ends.
     """
     near = 1e-6 + 0.5 * GRID
-    regions = {c.region for c in group}
-    when = {
-        r: (
-            min(c.start for c in group if c.region == r),
-            max(c.stop for c in group if c.region == r),
-        )
-        for r in regions
-    }
+    when: dict[str, tuple[float, float]] = {}
+    for c in group:
+        start, stop = when.get(c.region, (c.start, c.stop))
+        when[c.region] = min(start, c.start), max(stop, c.stop)
     touch, leave = min(c.start for c in group), max(c.stop for c in group)
     begun, open_ = touch <= first + near, leave >= last - near
-    if not begun and regions == {"toes"}:
+    if not begun and when.keys() == {"toes"}:
         return None
     before, after = first - BEYOND, last + BEYOND
     strike = before if begun else touch
