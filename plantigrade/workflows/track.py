@@ -1,7 +1,7 @@
-"""A recording made physical: fitted, then moved by forces of the ground along what was recorded.
+"""A recording made physical: fitted, then tracked on ground reactions.
 
-Measured forces of the ground are withheld: of the plates, at most the body mass is used, where no
-file gives it (see :mod:`plantigrade.analyze.trial`).
+Measured ground reactions are withheld; at most the body mass is taken from the plates (see
+:mod:`plantigrade.analyze.trial`).
 """
 
 import contextlib
@@ -39,18 +39,18 @@ EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too li
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A recorded motion on forces of the ground.
+    """A recorded motion on ground reactions.
 
     Attributes:
-        walk: The recorded motion, as it was fitted.
+        walk: The recorded motion, as fitted.
         human: The person, on the soles the recorded feet stand on.
-        motion: The recorded motion over level ground that rests, lifted onto its soles.
+        motion: The recorded motion over level ground, lifted onto its soles.
         lift: How far it was lifted [m].
-        solution: The motion that forces explain.
+        solution: The physical motion.
         begin: Time zero of the solution, on the clock of the recording [s].
-        start: From when it is compared: without what flows in [s].
-        stop: Until when [s].
-        seconds: How long it took, without the fit [s].
+        start: Start of the comparison, after the lead-in [s].
+        stop: End of the comparison [s].
+        seconds: Computing time without the fit [s].
     """
 
     walk: RecordedWalk
@@ -81,7 +81,7 @@ class Tracked:
         )
 
     def compared(self) -> Record:
-        """Return the motion without what flows in and out, on the clock of the recording."""
+        """Return the motion without lead-in and lead-out, on the clock of the recording."""
         record = self._on_the_recordings_clock(self._solved)
         time = record.motion.time
         keep = (time >= self.start - 1e-9) & (time <= self.stop + 1e-9)
@@ -90,10 +90,7 @@ class Tracked:
         return replace(record, motion=record.motion.frames(keep), **arrays)
 
     def moved(self) -> tuple[float, float]:
-        """Return how far the motion is from the recorded one: joints and pelvis [rad], pelvis [m].
-
-        Both are root mean squares over time and coordinates.
-        """
+        """Return the RMS distance from the recorded motion: of angles [rad], of the pelvis [m]."""
         ours = self.compared().motion
         recorded = self.human.to_coordinates(self.motion.qpos)[1]
         recorded[:, :3] = np.unwrap(recorded[:, :3], axis=0)
@@ -104,7 +101,7 @@ class Tracked:
         return float(np.sqrt((angles**2).mean())), float(np.sqrt((apart[:, 3:6] ** 2).mean()))
 
     def against_plates(self) -> ForceComparison:
-        """Hold the forces against the measured ones.
+        """Compare the forces with the measured ones.
 
         Raises:
             ReproduceError: If the recording came without force plates.
@@ -114,7 +111,7 @@ class Tracked:
         return compare_forces(self.compared(), self.walk.measured, ground=self.walk.ground)
 
     def figures(self) -> dict[str, Any]:
-        """Return how near the motion is to the recorded one, and to what plates measured."""
+        """Return how far the motion is from the recorded one, and the forces from measured ones."""
         angle, place = self.moved()
         found: dict[str, Any] = {
             "tracked_start_s": self.start,
@@ -195,7 +192,7 @@ def track_trial(
     tracking: Tracking | None = None,
     progress: Progress | None = None,
 ) -> Tracked:
-    """Move a fitted recording by forces of the ground; see :func:`track`."""
+    """Track a fitted recording on ground reactions; see :func:`track`."""
     settings, began = settings or TrackSettings(), clock.perf_counter()
     walk = RecordedWalk.of(trial)
     walk.refuse_uneven()

@@ -76,7 +76,7 @@ def foot_motion(
     times: Float[Array, " n_times"],
     curves: FootCurves,
 ) -> FootMotion:
-    """Return how a foot moves through all its stances, at rest before the first and after the last."""
+    """Return how a foot moves through all its stances; it rests before and after them."""
     stands = [_Standing(human, s, curves) for s in stances]
     out = np.full((len(times), 6), np.nan)
     for k, stand in enumerate(stands):
@@ -183,7 +183,7 @@ def _swing(
         out[:, 5] = bent * (1 - smooth_step(s / STRAIGHT))
         return out
 
-    # raised until the sole is clear, on a grid of its own so that the result is the same at any times
+    # raised until the sole is clear, on a grid so that the times asked for do not matter
     grid = np.linspace(0.0, 1.0, 41)
     levels = [x.stance.footprint.position[2] for x in (behind, ahead)]
     lacking = _ground(grid, *levels) + CLEARANCE * _bump(grid) - _lowest(human, path(grid))

@@ -2,8 +2,8 @@ r"""Inverse kinematics of a leg, for all instants at once.
 
 A hinge with axis :math:`e` through :math:`o` moves the ankle :math:`x` by :math:`e \times (x - o)`
 and turns the foot by :math:`e`. Steps are those of Levenberg and Marquardt,
-:math:`(J^\top J + \mu I)\, \Delta q = J^\top r`; the residual :math:`r` is the distance of the ankle
-and the rotation vector of the foot from their targets.
+:math:`(J^\top J + \mu I)\, \Delta q = J^\top r`, with the distance of the ankle and the rotation
+vector of the foot from their targets as residual :math:`r`.
 """
 
 from dataclasses import dataclass

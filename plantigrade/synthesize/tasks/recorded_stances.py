@@ -27,10 +27,9 @@ DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
 
 
 def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
-    """Return which part of which foot touches when, from gait events and from what rests.
+    """Return which part of which foot touches when, from gait events or else from what rests.
 
-    Where a motion has no gait events, what rests touches. What is slow but has already risen by
-    :data:`DOWN`, as a heel that takes its time, touches no more.
+    A slow part that has risen by :data:`DOWN`, such as a heel, no longer touches.
     """
     points = sole_paths(human, motion.qpos)
     rests = find_rests(points, motion.rate)
@@ -160,10 +159,7 @@ class _Paths:
             self.place[k] = state.position(points)[:, :2] + rho[:, None] * rolled
 
     def footprint(self, side: str, stance: Stance, start: float) -> Footprint:
-        """Return the footprint nearest to where a foot was while it stood [m].
-
-        The foot flat on the ground counts if it is seen so, else whatever stands.
-        """
+        """Return the footprint that fits best while the foot was flat, or else while it stood."""
         time = self.time - start
         flat = (time >= stance.foot_flat) & (time <= stance.heel_off)
         inner = flat.copy()

@@ -40,7 +40,7 @@ class TaskSettings:
         """Refuse values out of range."""
         default = {f.name: f.default for f in fields(self)}
         for name, (low, high, unit) in self.ranges.items():
-            value = getattr(self, name)
+            value: Any = getattr(self, name)
             if isinstance(default[name], int):
                 whole(name, value, low, high, f"for {self.activity}")
             elif value is not None or default[name] is not None:

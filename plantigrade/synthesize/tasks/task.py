@@ -154,7 +154,7 @@ def sample_times(problem: Problem) -> Float[Array, " n_times"]:
 def coefficients(
     problem: Problem, times: Float[Array, " n_times"], q: Float[Array, "n_times nv"]
 ) -> Float[Array, "n_coefficients nv"]:
-    """Return the coefficients of a motion nearest to samples, those of its continuation with it."""
+    """Return the coefficients that fit samples of a motion best, its continuation included."""
     basis, k = problem.basis, problem.closure
     if k is None:
         return basis.fit(times, q, smoothing=1e-9)

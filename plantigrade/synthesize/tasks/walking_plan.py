@@ -60,8 +60,8 @@ def walk_plan(
 ) -> ContactPlan:
     """Return the stances of a walk of some steps, beginning at the origin along x.
 
-    A walk that begins walking does so as the ``first`` foot strikes beside the origin, the other
-    a step behind; one that stops walking does so at the strike of its last step.
+    A walk that starts ``"walking"`` does so as the ``first`` foot strikes beside the origin; one
+    that stops ``"walking"`` does so at its last strike.
 
     Args:
         human: The person.
