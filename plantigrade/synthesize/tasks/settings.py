@@ -41,9 +41,11 @@ class TaskSettings:
         default = {f.name: f.default for f in fields(self)}
         for name, (low, high, unit) in self.ranges.items():
             value: Any = getattr(self, name)
+            if value is None and default[name] is None:
+                continue
             if isinstance(default[name], int):
                 whole(name, value, low, high, f"for {self.activity}")
-            elif value is not None or default[name] is not None:
+            else:
                 value = value * RADIAN if unit == "degrees" else value
                 number(name, value, low, high, unit, self.activity)
         if "side" in default:
