@@ -41,7 +41,7 @@ class TaskSettings:
         default = {f.name: f.default for f in fields(self)}
         for name, (low, high, unit) in self.ranges.items():
             value: Any = getattr(self, name)
-            if value is None and default[name] is None:
+            if (value, default[name]) == (None, None):
                 continue
             if isinstance(default[name], int):
                 whole(name, value, low, high, f"for {self.activity}")
