@@ -44,8 +44,8 @@ def ordered_tasks() -> None:
 def synthesized() -> None:
     """Draw a stride of a walk that was made from the task alone."""
     from plantigrade.synthesize.tasks.settings import Walk
+    from plantigrade.workflows.settings import SolveSettings
     from plantigrade.workflows.synthesize import synthesize_task
-    from plantigrade.workflows.synthesize_settings import SolveSettings
 
     told, how = Walk(periodic=True, strides=1), SolveSettings(feet="multi-segment")
     run = synthesize_task(told, how)

@@ -51,8 +51,8 @@ def synthesized(tmp_path_factory) -> Synthesized:
     from plantigrade.synthesize import ContactBody, parse_task_file, synthesize
     from plantigrade.synthesize.tasks.settings import Walk
     from plantigrade.workflows.save import save
+    from plantigrade.workflows.settings import SolveSettings
     from plantigrade.workflows.synthesize import Origin, person, run_of, the_task
-    from plantigrade.workflows.synthesize_settings import SolveSettings
 
     how = SolveSettings(
         height=1.7, mass=65.0, joints="42", basis="polynomial", nodes_per_second=28.0

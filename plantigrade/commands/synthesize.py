@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import tyro
 
@@ -16,7 +16,7 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings
-from plantigrade.workflows.synthesize_settings import (
+from plantigrade.workflows.settings import (
     PaperSettings,
     SolveSettings,
     TrackSettings,
@@ -35,23 +35,6 @@ class Command(RunOptions):
     decides whether it is valid. Ctrl-C stops with the best so far, which is checked and written.
     """
 
-    task: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="TASK")]
-    """What to do: a task, a task file (.toml), track or zhakatayev2023. Each has options of its
-    own: plantigrade synthesize TASK --help."""
-
-    def run(self) -> Outcome:
-        """Never called: a task's own command is.
-
-        Raises:
-            ParameterError: Always.
-        """
-        raise ParameterError(f"no task {self.task!r}; there are {', '.join(SUBCOMMANDS)}")
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Solving(RunOptions):
-    """What all subcommands do: watch the solver, write the run, say what the checker found."""
-
     def run(self) -> Outcome:
         """Make the motion and write its run folder."""
         from plantigrade.record.folder import refuse_existing
@@ -66,10 +49,8 @@ class _Solving(RunOptions):
         watch.close(run.figures)
         with progress.step("writing the report and the viewer"):
             run = save(run, out, overwrite=self.overwrite)
-        for line in run.record.notes:
-            progress.warn(line)
         findings = run.record.signals.get("check.findings", ())
-        for line in findings[:SAID]:
+        for line in (*run.record.notes, *findings[:SAID]):
             progress.warn(str(line))
         if len(findings) > SAID:
             progress.warn(f"{len(findings) - SAID} more of that kind are in the report")
@@ -84,46 +65,41 @@ class _Solving(RunOptions):
         """Return the run."""
         raise NotImplementedError
 
-    def origin(self, title: str, *files: Path) -> Any:
-        """Return where the run comes from."""
+    def context(self, watch: "Watch", title: str, *files: Path) -> dict[str, Any]:
+        """Return who watches, and where the run comes from."""
         from plantigrade.workflows.synthesize import Origin
 
-        return Origin(title, " ".join(["plantigrade", *sys.argv[1:]]), files, self.seed)
+        command = " ".join(["plantigrade", *sys.argv[1:]])
+        return {"progress": watch, "origin": Origin(title, command, files, self.seed)}
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Task(SolveSettings, _Solving):
+class _Task(SolveSettings, Command):
     """A task of the registry, or of a file."""
 
+    task: ClassVar[str]
     file: tyro.conf.Suppress[Path | None] = None
 
     @property
     def name(self) -> str:
         """The task, or the file."""
-        own = next(n for n, kind in TASKS.items() if isinstance(self, SUBCOMMANDS[n]))
-        return own if self.file is None else self.file.stem
+        return self.task if self.file is None else self.file.stem
 
     def make(self, watch: "Watch") -> Any:
         """Solve the task."""
         from plantigrade.synthesize.tasks.task_file import read_task_file
         from plantigrade.workflows.synthesize import synthesize_task
 
-        kind = next(k for n, k in TASKS.items() if isinstance(self, SUBCOMMANDS[n]))
-        told = kind(**{f.name: getattr(self, f.name) for f in fields(kind)})
-        return synthesize_task(
-            told,
-            SolveSettings.of(self),
-            file=None if self.file is None else read_task_file(self.file),
-            progress=watch,
-            origin=self.origin(
-                f"{self.name.replace('-', ' ').capitalize()}, from the task alone",
-                *(() if self.file is None else (self.file,)),
-            ),
-        )
+        kind, files = TASKS[self.task], () if self.file is None else (self.file,)
+        task = kind(**{f.name: getattr(self, f.name) for f in fields(kind)})
+        title = f"{self.name.replace('-', ' ').capitalize()}, from the task alone"
+        file = None if self.file is None else read_task_file(self.file)
+        how = SolveSettings.of(self)
+        return synthesize_task(task, how, file=file, **self.context(watch, title, *files))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Paper(PaperSettings, _Solving):
+class Paper(PaperSettings, Command):
     """Solve a motion of Zhakatayev et al. (2023) as the paper sets it."""
 
     @property
@@ -136,12 +112,11 @@ class Paper(PaperSettings, _Solving):
         from plantigrade.workflows.synthesize import synthesize_paper
 
         title = f"{self.motion.replace('-', ' ').capitalize()}, as in the paper"
-        how = PaperSettings.of(self)
-        return synthesize_paper(how, progress=watch, origin=self.origin(title))
+        return synthesize_paper(PaperSettings.of(self), **self.context(watch, title))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Track(TrackSettings, _Solving):
+class Track(TrackSettings, Command):
     """Make a recorded motion physical: near it, and on true contact forces."""
 
     recording: Annotated[Path, tyro.conf.arg(metavar="FILE", help_behavior_hint="(required)")]
@@ -157,23 +132,22 @@ class Track(TrackSettings, _Solving):
         from plantigrade.workflows.track import track
 
         title = f"{self.recording.name}, on forces of the ground"
-        how = TrackSettings.of(self)
-        return track(self.recording, how, progress=watch, origin=self.origin(title))
+        return track(self.recording, TrackSettings.of(self), **self.context(watch, title))
 
 
-def _subcommand(kind: type[TaskSettings]) -> type:
+def _subcommand(name: str, kind: type[TaskSettings]) -> type:
     """Return the command of a task: its own options, then those of all tasks."""
 
     def check(self: Any) -> None:
         kind.__post_init__(self)  # type: ignore[attr-defined]
         SolveSettings.__post_init__(self)
 
-    own = {"__doc__": kind.__doc__, "__module__": __name__, "__post_init__": check}
+    own = {"__doc__": kind.__doc__, "__module__": __name__, "__post_init__": check, "task": name}
     return dataclass(frozen=True, kw_only=True)(type(kind.__name__, (_Task, kind), own))
 
 
 SUBCOMMANDS: dict[str, type] = {
-    **{name: _subcommand(kind) for name, kind in TASKS.items()},
+    **{name: _subcommand(name, kind) for name, kind in TASKS.items()},
     TRACK: Track,
     PAPER: Paper,
 }
@@ -188,7 +162,7 @@ def parse(words: Sequence[str], config: Any) -> Any:
         ParameterError: If there is no such task, or a value is out of range.
         FileError: If a task file cannot be read.
     """
-    first, default = words[0] if words else "--help", None
+    first, options = words[0] if words else "--help", {}
     if first.startswith("-"):
         print(usage())
         if first in ("-h", "--help"):
@@ -200,13 +174,11 @@ def parse(words: Sequence[str], config: Any) -> Any:
 
         file = read_task_file(first)
         kind = SUBCOMMANDS[file.base]
-        default = kind(**file.parameters, file=Path(first))
+        options["default"] = kind(**file.parameters, file=Path(first))
     if kind is None:
         raise ParameterError(f"no task {first!r}; there are {', '.join(SUBCOMMANDS)}")
-    prog, args = f"plantigrade synthesize {first}", list(words[1:])
-    if default is not None:
-        return tyro.cli(kind, prog=prog, args=args, config=config, default=default)
-    return tyro.cli(kind, prog=prog, args=args, config=config)
+    prog = f"plantigrade synthesize {first}"
+    return tyro.cli(kind, prog=prog, args=list(words[1:]), config=config, **options)
 
 
 def usage() -> str:
@@ -229,13 +201,7 @@ class Watch:
     """Says what the solver does, and stops it when asked from the keyboard."""
 
     def __init__(self, progress: Progress):
-        """Open.
-
-        Args:
-            progress: Where to say it.
-        """
-        self.progress = progress
-        self.asked = False
+        self.progress, self.asked = progress, False
         self._stage, self._said = "", -EVERY
         self._last: Any = None
 
@@ -243,8 +209,7 @@ class Watch:
         """Say where the solver is, now and then; return whether it shall stop."""
         now = time.perf_counter()
         if stage != self._stage:
-            if self._last is not None:
-                self._say()
+            self._say()
             self._stage, self._said = stage, -EVERY
         self._last = iterate
         if now - self._said >= EVERY:
@@ -254,8 +219,7 @@ class Watch:
 
     def close(self, figures: dict[str, Any]) -> None:
         """Say how it ended."""
-        if self._last is not None:
-            self._say()
+        self._say()
         self.progress.say(
             f"{figures['solver_status']}: {figures['iterations']} iterations, "
             f"{figures['solve_time_s']:.1f} s; checked in {figures['frames']} frames"
@@ -263,6 +227,8 @@ class Watch:
 
     def _say(self) -> None:
         it = self._last
+        if it is None:
+            return
         worst = getattr(it, "worst", "")
         named = f" ({worst.replace('_', ' ')})" if worst else ""
         self.progress.say(
@@ -272,7 +238,7 @@ class Watch:
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Take the first Ctrl-C as the wish to stop with the best so far, the second as ever."""
+        """Stop with the best so far at the first Ctrl-C, and at once at the second."""
 
         def ask(*_: Any) -> None:
             if self.asked:
@@ -293,27 +259,24 @@ class Watch:
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:
     """Return what a reader wants to know first."""
-    ok = metrics["status"] == "ok"
-    lines = [f"{folder}: {metrics['sentence']}"]
-    lines.append(f"  verdict          {'passed the check' if ok else 'DID NOT PASS THE CHECK'}")
-    rms, most = (metrics[f"check_root_force_{n}_bw_percent"] for n in ("rms", "max"))
-    lines.append(
-        f"  unexplained      {rms:.2f} % of body weight RMS, {most:.2f} % at most; "
-        f"slip {metrics['check_slip_max_mm']:.2f} mm, "
-        f"{metrics['check_penetration_max_mm']:.2f} mm in the ground"
-    )
-    if metrics.get("walking_speed_m_s") is not None:
-        lines.append(
-            f"  walk             {metrics['walking_speed_m_s']:.2f} m/s, "
-            f"{metrics['cadence_steps_min']:.0f} steps/min, "
-            f"stance {metrics['stance_r_pct']:.0f} %, "
-            f"step width {100 * metrics['step_width_m']:.0f} cm"
+    m, ok = metrics, metrics["status"] == "ok"
+    rows = {
+        "verdict": "passed the check" if ok else "DID NOT PASS THE CHECK",
+        "unexplained": f"{m['check_root_force_rms_bw_percent']:.2f} % of body weight RMS, "
+        f"{m['check_root_force_max_bw_percent']:.2f} % at most; "
+        f"slip {m['check_slip_max_mm']:.2f} mm, "
+        f"{m['check_penetration_max_mm']:.2f} mm in the ground",
+    }
+    if m.get("walking_speed_m_s") is not None:
+        rows["walk"] = (
+            f"{m['walking_speed_m_s']:.2f} m/s, {m['cadence_steps_min']:.0f} steps/min, "
+            f"stance {m['stance_r_pct']:.0f} %, step width {100 * m['step_width_m']:.0f} cm"
         )
-    if metrics.get("cost_of_transport") is not None:
-        lines.append(
-            f"  cost             {metrics['cost_of_transport']:.2f} of transport (joint work "
-            f"{metrics['joint_work_absolute_j']:.0f} J over {metrics['displacement_m']:.2f} m)"
+    if m.get("cost_of_transport") is not None:
+        rows["cost"] = (
+            f"{m['cost_of_transport']:.2f} of transport (joint work "
+            f"{m['joint_work_absolute_j']:.0f} J over {m['displacement_m']:.2f} m)"
         )
-    lines += [f"  report           {folder / 'report.html'}"]
-    lines += [f"  viewer           {folder / 'viewer.html'}"]
-    return "\n".join(lines)
+    rows |= {page: str(folder / f"{page}.html") for page in ("report", "viewer")}
+    lines = (f"  {name:15}  {text}" for name, text in rows.items())
+    return "\n".join([f"{folder}: {m['sentence']}", *lines])

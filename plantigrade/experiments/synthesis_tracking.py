@@ -17,7 +17,7 @@ from plantigrade.experiments.gait_forces import force_rows
 from plantigrade.experiments.table import ResultTable, Row, over_trials
 from plantigrade.synthesize.tasks.tracking import Tracking
 from plantigrade.workflows.fit import fit_trial
-from plantigrade.workflows.synthesize_settings import TrackSettings
+from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.track import track_trial
 
 QUICK = ("opensim/gait2392_subject01/subject01_walk1.trc",)

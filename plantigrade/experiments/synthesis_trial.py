@@ -10,7 +10,7 @@ from plantigrade.experiments.kept_results import Result
 from plantigrade.experiments.table import Row
 from plantigrade.models import Human
 from plantigrade.record import Run
-from plantigrade.synthesize.guess.walk import crude_guess, perturbed
+from plantigrade.synthesize.guess.walk import crude_guess, with_noise
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solve import synthesize
@@ -51,7 +51,7 @@ def solve(
         body = ContactBody.for_plan(human, task.plan)
         problem = task.problem(body)
         start = task.start(body, problem)[0]
-        c0 = perturbed(start, seed=seed, size=noise, closure=problem.closure)
+        c0 = with_noise(start, seed=seed, size=noise, closure=problem.closure)
     wall, cpu = clock.perf_counter(), clock.process_time()
     body = ContactBody.for_plan(human, task.plan) if warm is None else warm.body
     made = synthesize(body, task, solver=solver, warm=warm, c0=c0)  # type: ignore[arg-type]

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
@@ -10,7 +9,7 @@ from plantigrade.contact.events import alternates, gait_events
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import ContactSite
-from plantigrade.dynamics.centroid import without_constraints
+from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Condition, Limits, Record
@@ -30,16 +29,16 @@ def contact_record(
     signals: Mapping[str, Array] | None = None,
     notes: tuple[str, ...] = (),
 ) -> Record:
-    """Return what happened: motion, joint torques, forces where the sites touch the ground.
+    """Return motion, joint torques, and forces where the sites touch the ground.
 
     Args:
         body: Who moved.
         sampled: The motion.
         plan: Its contacts.
         friction: Coefficient of friction.
-        walks: Whether the feet walk, so that there are gait events.
-        limits: What the motion had to keep to.
-        conditions: What the task demanded besides.
+        walks: Whether there are gait events.
+        limits: As in :class:`~plantigrade.record.Record`, like what follows.
+        conditions: What the task demanded.
         signals: Further results by name.
         notes: What the user should know.
     """
@@ -77,24 +76,16 @@ def _points_and_torques(
 
     Seats are level; the lowest point of a foot is the one nearest to the ground.
     """
-    model = without_constraints(human)
-    data = mujoco.MjData(model)
-    at = np.array([human.body(s.body) for s in sites], int)
-    local = np.array([s.position for s in sites], float).reshape(-1, 3)
+    points = PointSet(human, [s.body for s in sites], np.array([s.position for s in sites]))
     level = np.array([not s.side for s in sites], bool)[:, None]
     down = np.where(level, [0.0, 0.0, 1.0], ground.normal)
     down = down * np.array([s.radius for s in sites]).reshape(-1, 1)
-    point = np.empty((motion.n_frames, len(sites), 3))
-    torque = np.empty_like(motion.qvel)
-    none = np.zeros(3)
+    point, torque, none = np.empty(force.shape), np.empty_like(motion.qvel), np.zeros(3)
     assert motion.qacc is not None
-    for f in range(motion.n_frames):
-        data.qpos[:], data.qvel[:], data.qacc[:] = motion.qpos[f], motion.qvel[f], motion.qacc[f]
-        mujoco.mj_inverse(model, data)
-        R = data.xmat[at].reshape(-1, 3, 3)
-        point[f] = data.xpos[at] + np.einsum("kij,kj->ki", R, local) - down
-        explained = np.zeros(model.nv)
+    for f, state in enumerate(sweep(human, motion)):
+        point[f] = state.position(points) - down
+        torque[f] = state.inverse_dynamics(motion.qacc[f])
         for i in np.flatnonzero(force[f].any(axis=1)):
-            mujoco.mj_applyFT(model, data, force[f, i], none, point[f, i], int(at[i]), explained)
-        torque[f] = data.qfrc_inverse - explained
+            body = int(points.body[i])
+            torque[f] -= state.generalised_force(body, point[f, i], force[f, i], none)
     return point, torque

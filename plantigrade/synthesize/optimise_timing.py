@@ -1,9 +1,8 @@
-r"""Times of contact as unknowns: the walk whose steps, stances and heel rises cost least.
+"""Times of contact as unknowns: the walk whose steps, stances and heel rises cost least.
 
-Inside one problem the times of contact are fixed, because nodes and knots lie on them. Here they
-are varied within bounds around what people prefer, every trial a warm start of the one before: few
-unknowns, so a linear model of the cost over a shrinking simplex [Powell1994]_ needs some twenty
-motions. The cost compared is that of a metre walked.
+Inside one problem the times of contact are fixed, because nodes and knots lie on them. Here an
+outer search [Powell1994]_ varies them within bounds around what people prefer, each trial
+warm-started from the best; some twenty motions suffice. It compares the cost per metre.
 """
 
 from collections.abc import Callable
@@ -13,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solution import Solution, Stage
+from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.gait_parameters import FLAT, GaitParameters
 from plantigrade.synthesize.tasks.task import MotionTask
@@ -27,7 +26,7 @@ class OptimisedTiming:
     """A walk on times of its own.
 
     Attributes:
-        solution: The motion that costs least; its stages are those of all trials.
+        solution: The motion that costs least; its stages are those of the last solve.
         parameters: Its lengths and times.
         costs: Cost of a metre of every trial, in order; inf where none was found.
     """
@@ -50,18 +49,14 @@ def optimise_timing(
     Args:
         body: The person.
         task_of: Makes the task of lengths and times.
-        start: What people prefer; the bounds are around it.
-        trials: Most motions that are tried.
-        progress: Told every iteration; returning True stops with the best so far.
-
-    Returns:
-        The best motion; that of ``start`` if nothing is better.
+        start: Centre of the bounds, and the result if nothing is better.
+        trials: Motions to try at most.
+        progress: Called with every iteration; returning True stops with the best so far.
     """
     from scipy.optimize import minimize
 
     best: list[tuple[float, Solution, GaitParameters]] = []
     costs: list[float] = []
-    stages: list[Stage] = []
     halted = False
 
     def told(stage, iterate) -> bool:
@@ -73,12 +68,9 @@ def optimise_timing(
         if halted:
             return np.inf
         p = _varied(start, np.clip(x, -1.0, 1.0))
-        warm = best[0][1] if best else None
-        made = synthesize(
-            body, task_of(p), warm=warm, progress=told, refinements=0, rescue=not best
-        )
-        way = p.speed * made.task.plan.duration
-        value = made.objective / way if made.success else np.inf
+        warm, task = best[0][1] if best else None, task_of(p)
+        made = synthesize(body, task, warm=warm, progress=told, refinements=0, rescue=not best)
+        value = made.objective / (p.speed * task.plan.duration) if made.success else np.inf
         costs.append(value)
         if made.success and (not best or value < best[0][0]) or not best:
             best[:] = [(value, made, p)]
@@ -94,9 +86,8 @@ def optimise_timing(
     )
     _, made, p = best[0]
     last = synthesize(body, task_of(p), warm=made, progress=progress)
-    chosen = last if last.success else made
-    every = (*stages, *last.stages)
-    return OptimisedTiming(replace(chosen, stages=every), p, tuple(costs))
+    chosen = replace(last if last.success else made, stages=last.stages)
+    return OptimisedTiming(chosen, p, tuple(costs))
 
 
 def _varied(p: GaitParameters, x: Array) -> GaitParameters:

@@ -33,13 +33,8 @@ MOST_SAID = 5
 class Stage:
     """One run of a solver on the way to a motion.
 
-    Attributes:
-        name: What was solved: ``"first try"``, ``"more nodes"``, ``"IPOPT"``.
-        solver: ``"interior-point"`` or ``"ipopt"``.
-        nodes: Number of nodes.
-        status: How it ended.
-        seconds: How long it took [s].
-        history: Its iterations.
+    ``name`` says what was solved (``"first try"``, ``"more nodes"``, ``"IPOPT"``), ``solver`` is
+    ``"interior-point"`` or ``"ipopt"``, ``nodes`` the size of the mesh, ``status`` how it ended.
     """
 
     name: str
@@ -61,9 +56,8 @@ class Solution:
         coefficients: Coefficients of the spline.
         forces: Contact forces at nodes [body weights].
         status: How the last solver ended.
-        success: Whether every row of the problem is kept at the nodes; the checker has the last
-            word on what is between them.
-        stages: The way there.
+        success: Whether every constraint is met at the nodes; the checker judges between them.
+        stages: Every run of a solver.
         multipliers: For a warm start.
     """
 
@@ -76,8 +70,6 @@ class Solution:
     success: bool
     stages: tuple[Stage, ...]
     multipliers: Multipliers | None = None
-
-    # What the solver found --------------------------------------------------------------------
 
     @cached_property
     def objective(self) -> float:
@@ -119,17 +111,10 @@ class Solution:
         """Coefficient of friction of the task's ground."""
         return next((t.friction for t in self.task.terms if isinstance(t, Contact)), FRICTION)
 
-    # The motion -------------------------------------------------------------------------------
-
     def times(
         self, samples_per_interval: int = SAMPLES_PER_INTERVAL, periods: int = 1
     ) -> Float[Array, " n_times"]:
-        """Return the times of a grid finer than the nodes [s].
-
-        Args:
-            samples_per_interval: Samples for each interval between nodes.
-            periods: Periods of a periodic motion.
-        """
+        """Return the times of a grid finer than the nodes, over some periods [s]."""
         ends = self.nodes
         part = np.arange(samples_per_interval) / samples_per_interval
         inner = (ends[:-1, None] + np.diff(ends)[:, None] * part).ravel()
@@ -138,40 +123,25 @@ class Solution:
 
     def sample(self, times: Float[Array, " n_times"]) -> Sampled:
         """Return the motion at times [s], also beyond the end of a periodic one."""
-        return sample(
-            self.body,
-            self.task.plan,
-            self.problem,
-            self.coefficients,
-            self.forces,
-            times,
-            self.friction,
-        )
+        spline = self.problem, self.coefficients, self.forces
+        return sample(self.body, self.task.plan, *spline, times, self.friction)
 
     def unexplained(
         self, samples_per_interval: int = 6
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-        """Return times between the nodes [s], and the wrench there that no contact can give.
+        """Return times between the nodes [s], and the wrench there that no contact can provide.
 
-        Returns:
-            Times, and the larger of force [body weights] and moment [body weight · m].
+        It is the larger of force [body weights] and moment [body weight · m].
         """
         times = self.times(samples_per_interval)[:-1]
         q, v, a = self.problem.states(self.coefficients, times)
         force = self.sample(times).force @ self.task.plan.to_world
         return times, remainder(self.body, q, v, a, force)
 
-    # For others -------------------------------------------------------------------------------
-
     def record(
         self, *, samples_per_interval: int = SAMPLES_PER_INTERVAL, strides: int = 2
     ) -> Record:
-        """Return what happened, sampled on a grid finer than the nodes.
-
-        Args:
-            samples_per_interval: Frames for each interval between nodes.
-            strides: Strides of a periodic motion.
-        """
+        """Return the motion on a grid finer than the nodes, over some strides if periodic."""
         plan, name = self.task.plan, self.task.name
         periods = strides * (2 if plan.mirrored else 1) if plan.periodic else 1
         return contact_record(
@@ -194,13 +164,8 @@ class Solution:
             if isinstance(term, Contact):
                 limits = replace(limits, force=term.force * self.body.weight)
             elif isinstance(term, Limits):
-                human = self.body.human
-                limits = replace(
-                    limits,
-                    coordinate=term.coordinates(human),
-                    velocity=term.speed,
-                    torque=term.torques(human),
-                )
+                ranges, torque = (f(self.body.human) for f in (term.coordinates, term.torques))
+                limits = replace(limits, coordinate=ranges, velocity=term.speed, torque=torque)
         return limits
 
     @property
@@ -208,13 +173,11 @@ class Solution:
         """What the user should know where the solver did not succeed."""
         if self.success:
             return ()
+        broken = [v.sentence() + "." for v in self.violations[:MOST_SAID]]
         if self.status == "stopped":
-            how = "The solver was stopped; this is the best so far."
-        else:
-            how = f"The solver ended with “{self.status}”."
-        found = [how, *(v.sentence() + "." for v in self.violations[:MOST_SAID])]
-        pushed = pressing(self.problem, self.multipliers)
-        if pushed and self.status != "stopped":
+            return ("The solver was stopped; this is the best so far.", *broken)
+        found = [f"The solver ended with “{self.status}”.", *broken]
+        if pushed := pressing(self.problem, self.multipliers):
             found.append(f"Limits the solver pushed against hardest: {'; '.join(pushed)}.")
         return tuple(found)
 
@@ -241,17 +204,15 @@ def solver_signals(stages: Sequence[Stage], broken: Sequence[Violation]) -> dict
     """Return how a solver got there, as signals of a Record."""
     every = [(k, it) for k, stage in enumerate(stages) for it in stage.history]
     history = [(k, i.number, i.objective, i.violation, i.optimality, i.seconds) for k, i in every]
-    return {
-        "solver.stage_names": _words([s.name for s in stages]),
-        "solver.stage_solvers": _words([s.solver for s in stages]),
-        "solver.stage_status": _words([s.status for s in stages]),
+    words = {
+        "stage_names": [s.name for s in stages],
+        "stage_solvers": [s.solver for s in stages],
+        "stage_status": [s.status for s in stages],
+        "history_worst": [it.worst for _, it in every],
+        "broken": [b.sentence() for b in broken],
+    }
+    return {f"solver.{name}": np.array(x, dtype=np.str_) for name, x in words.items()} | {
         "solver.stage_nodes": np.array([s.nodes for s in stages]),
         "solver.stage_seconds": np.array([s.seconds for s in stages], float),
         "solver.history": np.array(history, float).reshape(-1, 6),
-        "solver.history_worst": _words([it.worst for _, it in every]),
-        "solver.broken": _words([b.sentence() for b in broken]),
     }
-
-
-def _words(words: Sequence[str]) -> Array:
-    return np.array(list(words), dtype=np.str_)

@@ -42,8 +42,7 @@ class WarmStart:
             ParameterError: If it holds none, or one that does not fit together.
         """
         kept = record.group("spline")
-        missing = [name for name in _NEEDED if name not in kept]
-        if missing:
+        if any(name not in kept for name in _NEEDED):
             raise ParameterError(
                 "cannot warm-start: the run holds no solved spline; name a folder that plantigrade "
                 "synthesize wrote"
@@ -65,12 +64,10 @@ class WarmStart:
             if c.shape != (basis.n_coefficients, len(names)) or u.shape != none.shape:
                 raise ParameterError("coefficients and nodes do not belong together")
         except (ValueError, TypeError, IndexError) as error:
-            problem = f"cannot warm-start: the spline of the run is broken ({error})"
-            raise ParameterError(problem) from error
-        pushing = {
-            name.removeprefix("multipliers."): np.asarray(value, float)
-            for name, value in kept.items()
-            if name.startswith("multipliers.")
-        }
+            raise ParameterError(
+                f"cannot warm-start: the spline of the run is broken ({error})"
+            ) from error
+        multipliers = record.group("spline.multipliers")
+        pushing = {name: np.asarray(value, float) for name, value in multipliers.items()}
         switches = np.asarray(kept["switches"], float)
         return cls(problem, c, u, nodes, switches, Multipliers(pushing) if pushing else None)

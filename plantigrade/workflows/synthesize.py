@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from plantigrade.models import Human
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.synthesize.diagnose.violations import Violation
-from plantigrade.synthesize.guess.walk import perturbed
+from plantigrade.synthesize.guess.walk import with_noise
 from plantigrade.synthesize.optimise_timing import optimise_timing
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.solution import Solution
@@ -29,35 +29,22 @@ from plantigrade.synthesize.tasks.task_file import TaskFile
 from plantigrade.synthesize.tasks.walking import periodic_walk
 from plantigrade.synthesize.warm_start import WarmStart
 from plantigrade.synthesize.zhakatayev2023 import paper_motion
-from plantigrade.workflows.synthesize_settings import (
+from plantigrade.workflows.settings import (
     DEFAULT_JOINTS,
     PaperSettings,
     SolveSettings,
-    plain,
 )
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
 MOST_SAID = 3  # violations of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
-UNITS = {
-    "speed": "m/s", "step_length": "m", "cadence": "steps/min", "step_height": "m",
-    "duration": "s", "chair_height": "m", "distance": "m", "jump_height": "m", "depth": "m",
-    "push": "s", "landing": "s", "clearance": "m", "turn": "°", "slope": "°",
-}  # fmt: skip
-"""Of what tasks are told, by name."""
-ANGLES = ("turn", "slope")
+UNITS = {name: unit for kind in TASKS.values() for name, (_, _, unit) in kind.ranges.items()}
+"""Of the parameters of tasks, by name."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a run comes from, for its provenance.
-
-    Attributes:
-        title: Heading of the pages.
-        command: The command line.
-        files: Files that were read.
-        seed: Of random numbers.
-    """
+    """Where a run comes from: title of its pages, command line, files read, random seed."""
 
     title: str = ""
     command: str = ""
@@ -78,13 +65,13 @@ def synthesize_task(
     Args:
         told: What is to be done.
         how: Who does it, and how it is solved.
-        file: A task file that says more; ``told`` replaces its parameters.
-        progress: Told every iteration; returning True stops with the best so far.
+        file: A task file; ``told`` replaces its parameters.
+        progress: Called with every iteration; returning True stops with the best so far.
         origin: For the provenance.
 
     Raises:
-        ParameterError: If what is asked makes no sense for this person, or the run to start from
-            is of other joints.
+        ParameterError: If a value is out of range for this person, or the run to start from has
+            other joints.
         FileError: If the run to start from cannot be read.
     """
     how, origin, began = how or SolveSettings(), origin or Origin(), clock.perf_counter()
@@ -97,26 +84,17 @@ def synthesize_task(
             raise ParameterError(
                 "the timing of a task file stays as it is: leave out optimise_timing"
             )
-        solution, tried = _optimised(body, told, how, progress)
+        solution, trials = _optimised(body, told, how, progress)
     else:
-        solution, tried = _best(body, task, how, warm, origin.seed, progress)
+        solution, trials = _best(body, task, how, warm, origin.seed, progress)
     prepared = clock.perf_counter() - began - solution.seconds
     name = next(n for n, kind in TASKS.items() if kind is type(told))
-    settings = {
-        "task": name,
-        "parameters": plain(told),
-        "file": file.toml() if file is not None else "",
-        **plain(how),
-    }
+    text = "" if file is None else file.toml()
+    settings = {"task": name, "parameters": asdict(told), "file": text, **how.plain()}
     words = ", ".join(w for k, v in told.told.items() if (w := in_words(k, v)))
-    return run_of(
-        solution,
-        settings,
-        origin,
-        strides=told.strides if isinstance(told, Walk) else 1,
-        words=words,
-        figures={"prepare_time_s": prepared, "restarts": len(tried)},
-    )
+    strides = told.strides if isinstance(told, Walk) else 1
+    figures = {"prepare_time_s": prepared, "restarts": trials}
+    return run_of(solution, settings, origin, strides=strides, words=words, figures=figures)
 
 
 def person(how: SolveSettings | PaperSettings) -> Human:
@@ -135,17 +113,13 @@ def the_task(
     if file is None:
         task = task_for(human, told)
     else:
-        every = {f.name: getattr(told, f.name) for f in fields(told)}
-        task = replace(file, parameters=every).task(human)
+        task = replace(file, parameters=asdict(told)).task(human)
     return _refined(task, how)
 
 
 def _refined(task: MotionTask, how: SolveSettings) -> MotionTask:
-    if how.basis is not None:
-        task = replace(task, basis=how.basis)
-    if how.nodes_per_second is not None:
-        task = replace(task, nodes_per_second=float(how.nodes_per_second))
-    return task
+    given = {"basis": how.basis, "nodes_per_second": how.nodes_per_second}
+    return replace(task, **{name: x for name, x in given.items() if x is not None})
 
 
 def _best(
@@ -155,38 +129,33 @@ def _best(
     warm: WarmStart | None,
     seed: int,
     progress: Progress | None,
-) -> tuple[Solution, tuple[str, ...]]:
-    """Return the cheapest motion of all restarts, and how each ended."""
-    best, tried, halted = None, [], False
+) -> tuple[Solution, int]:
+    """Return the cheapest motion of all restarts, and how many there were."""
+    found: list[Solution] = []
+    halted = False
 
     def told(stage: str, iterate: Any) -> bool | None:
         nonlocal halted
         if progress is None:
             return None
-        name = stage if how.restarts == 1 else f"start {len(tried) + 1}: {stage}"
+        name = stage if how.restarts == 1 else f"start {len(found) + 1}: {stage}"
         halted = bool(progress(name, iterate)) or halted
         return halted
 
     for k in range(how.restarts):
         c0 = None
         if k:
-            problem = task.problem(body)
-            start = task.start(body, problem)[0]  # a warm start's mesh may be another
-            c0 = perturbed(start, seed=seed + k, size=NOISE, closure=problem.closure)
-        made = synthesize(
-            body, task, solver=how.solver, warm=None if k else warm, progress=told, c0=c0
-        )
-        tried.append(made.status)
-        if best is None or _rank(made) < _rank(best):
-            best = made
+            problem, warm = task.problem(body), None  # a warm start's mesh may be another
+            start = task.start(body, problem)[0]
+            c0 = with_noise(start, seed=seed + k, size=NOISE, closure=problem.closure)
+        found.append(synthesize(body, task, solver=how.solver, warm=warm, progress=told, c0=c0))
         if halted:
             break
-    assert best is not None
-    return best, tuple(tried)
+    return min(found, key=_rank), len(found)
 
 
 def _rank(made: Solution) -> tuple[float, float]:
-    """Return what is smaller for a better motion: first whether it failed, then what it costs."""
+    """Return a key that sorts better motions first: success, then cost or violation."""
     if made.success:
         return 0.0, made.objective
     return 1.0, made.stages[-1].history[-1].violation
@@ -194,16 +163,16 @@ def _rank(made: Solution) -> tuple[float, float]:
 
 def _optimised(
     body: ContactBody, told: Walk, how: SolveSettings, progress: Progress | None
-) -> tuple[Solution, tuple[str, ...]]:
-    """Return a periodic walk whose times of contact cost least."""
-    human = body.human
-    start = gait_parameters(human, told.speed, step_length=told.step_length, cadence=told.cadence)
+) -> tuple[Solution, int]:
+    """Return a periodic walk whose times of contact cost least, and how many were tried."""
+    chosen = {"step_length": told.step_length, "cadence": told.cadence}
+    start = gait_parameters(body.human, told.speed, **chosen)
 
     def task(p: GaitParameters) -> MotionTask:
-        return _refined(periodic_walk(human, p, slope=told.slope), how)
+        return _refined(periodic_walk(body.human, p, slope=told.slope), how)
 
     found = optimise_timing(body, task, start, progress=progress)
-    return found.solution, tuple(f"{c:.4g} a metre" for c in found.costs)
+    return found.solution, len(found.costs)
 
 
 def synthesize_paper(
@@ -232,7 +201,7 @@ def synthesize_paper(
         "violation_max": result.violation,
         "nodes": len(solution.paper.problem.nodes),
     }
-    settings = {"task": "zhakatayev2023", **plain(how)}
+    settings = {"task": "zhakatayev2023", **how.plain()}
     made = f"by the stages of the paper in {result.seconds:.1f} s"
     return checked(record, f"{how.motion}, as in the paper", made, settings, origin, figures)
 
@@ -252,8 +221,8 @@ def run_of(
         solution: What the solver found.
         settings: Everything that decided it.
         origin: For the provenance.
-        strides: Strides of a periodic motion.
-        words: What the task was told.
+        strides: Of a periodic motion.
+        words: The task's parameters, in words.
         figures: Further figures.
     """
     record, name = solution.record(strides=strides), solution.task.name
@@ -281,15 +250,7 @@ def checked(
 ) -> Run:
     """Return a record as a run, with the verdict of the checker.
 
-    Args:
-        record: What happened.
-        what: What was done, in words.
-        made: How, in words.
-        settings: Everything that decided it.
-        origin: For the provenance.
-        figures: Of the solver.
-        violations: Constraints that are not kept at nodes.
-        kind: Of the run.
+    ``what`` was done, and how it was ``made``, are words for the sentence of the run.
     """
     verdict, human = check(record), record.human
     record = replace(record, signals={**record.signals, **verdict.signals()})
@@ -300,27 +261,12 @@ def checked(
         f"{human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of freedom "
         f"and {human.feet} feet, made {made}; {passed} in {record.motion.n_frames} frames."
     )
-    every = {
-        "duration_s": record.motion.duration,
-        "frames": record.motion.n_frames,
-        **figures,
-        **verdict.figures(),
-        **movement_figures(record),
-    }
-    return Run(
-        record,
-        kind,
-        title=origin.title or what,
-        sentence=sentence,
-        status=state,
-        figures=every,
-        provenance=Provenance(
-            origin.command,
-            {**settings, "friction": record.ground.friction},
-            source_files(origin.files),
-            origin.seed,
-        ),
-    )
+    size = {"duration_s": record.motion.duration, "frames": record.motion.n_frames}
+    every = {**size, **figures, **verdict.figures(), **movement_figures(record)}
+    settings = {**settings, "friction": record.ground.friction}
+    files = source_files(origin.files)
+    provenance = Provenance(origin.command, settings, files, origin.seed)
+    return Run(record, kind, origin.title or what, sentence, state, every, provenance)
 
 
 def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
@@ -337,8 +283,7 @@ def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
 
 def solver_figures(solution: Solution) -> dict[str, Any]:
     """Return how the solver got there."""
-    problem = solution.problem
-    last = solution.stages[-1].history[-1]
+    problem, last = solution.problem, solution.stages[-1].history[-1]
     found: dict[str, Any] = {
         "task": solution.task.name,
         "solver_status": solution.status,
@@ -373,6 +318,7 @@ def in_words(name: str, value: Any) -> str:
         return words
     if isinstance(value, int | float):
         unit = UNITS.get(name, "")
-        shown = f"{np.rad2deg(value):.4g}" if name in ANGLES else f"{value:g}"
-        return f"{words} {shown}{'' if unit in ('', '°') else ' '}{unit}"
+        if unit == "degrees":
+            return f"{words} {np.rad2deg(value):.4g}°"
+        return f"{words} {value:g} {unit}".rstrip()
     return f"{words} {value}"

@@ -1,7 +1,7 @@
-"""A recording made physical: fitted, then moved by forces of the ground along what was recorded.
+"""A recording made physical: fitted, then tracked on ground reactions.
 
-Measured forces of the ground are withheld: of the plates, at most the body mass is used, where no
-file gives it (see :mod:`plantigrade.analyze.trial`).
+Measured ground reactions are withheld; at most the body mass is taken from the plates (see
+:mod:`plantigrade.analyze.trial`).
 """
 
 import contextlib
@@ -29,8 +29,8 @@ from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.tracking import Tracking, grounded
 from plantigrade.synthesize.tasks.tracking import track as track_task
 from plantigrade.workflows.fit import fit_trial, silent
+from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
-from plantigrade.workflows.synthesize_settings import TrackSettings, plain
 from plantigrade.workflows.walks import RecordedWalk
 
 MARGIN = 0.1  # tracked before the first and after the last gait event [s]
@@ -39,18 +39,18 @@ EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too li
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A recorded motion on forces of the ground.
+    """A recorded motion on ground reactions.
 
     Attributes:
-        walk: The recorded motion, as it was fitted.
+        walk: The recorded motion, as fitted.
         human: The person, on the soles the recorded feet stand on.
-        motion: The recorded motion over level ground that rests, lifted onto its soles.
+        motion: The recorded motion over level ground, lifted onto its soles.
         lift: How far it was lifted [m].
-        solution: The motion that forces explain.
+        solution: The physical motion.
         begin: Time zero of the solution, on the clock of the recording [s].
-        start: From when it is compared: without what flows in [s].
-        stop: Until when [s].
-        seconds: How long it took, without the fit [s].
+        start: Start of the comparison, after the lead-in [s].
+        stop: End of the comparison [s].
+        seconds: Computing time without the fit [s].
     """
 
     walk: RecordedWalk
@@ -69,38 +69,28 @@ class Tracked:
 
     def record(self) -> Record:
         """Return the whole motion, on its own clock, beside the recorded one."""
-        record = self._solved
-        recorded = replace(
-            self.motion,
-            time=self.motion.time - self.begin,
-            events=tuple(replace(e, time=e.time - self.begin) for e in self.motion.events),
-        )
-        signals = dict(record.signals)
+        record, signals = self._solved, {}
         if self.walk.measured is not None:
-            signals |= measured_signals(self._on_the_recordings_clock(record), self.walk.measured)
+            signals = measured_signals(self._on_the_recordings_clock(record), self.walk.measured)
         return replace(
             record,
-            signals=signals,
-            references={"recorded": recorded},
+            signals={**record.signals, **signals},
+            references={"recorded": _later(self.motion, -self.begin)},
             clock=self.begin,
             notes=(*self.walk.notes, *record.notes),
         )
 
     def compared(self) -> Record:
-        """Return the motion without what flows in and out, on the clock of the recording."""
+        """Return the motion without lead-in and lead-out, on the clock of the recording."""
         record = self._on_the_recordings_clock(self._solved)
         time = record.motion.time
         keep = (time >= self.start - 1e-9) & (time <= self.stop + 1e-9)
-        arrays = {}
-        for name in ("qfrc_actuator", "contact_force", "contact_point", "contact_planned"):
-            arrays[name] = getattr(record, name)[keep]
+        names = ("qfrc_actuator", "contact_force", "contact_point", "contact_planned")
+        arrays = {name: getattr(record, name)[keep] for name in names}
         return replace(record, motion=record.motion.frames(keep), **arrays)
 
     def moved(self) -> tuple[float, float]:
-        """Return how far the motion is from the recorded one: joints and pelvis [rad], pelvis [m].
-
-        Both are root mean squares over time and coordinates.
-        """
+        """Return the RMS distance from the recorded motion: of angles [rad], of the pelvis [m]."""
         ours = self.compared().motion
         recorded = self.human.to_coordinates(self.motion.qpos)[1]
         recorded[:, :3] = np.unwrap(recorded[:, :3], axis=0)
@@ -111,7 +101,7 @@ class Tracked:
         return float(np.sqrt((angles**2).mean())), float(np.sqrt((apart[:, 3:6] ** 2).mean()))
 
     def against_plates(self) -> ForceComparison:
-        """Hold the forces against the measured ones.
+        """Compare the forces with the measured ones.
 
         Raises:
             ReproduceError: If the recording came without force plates.
@@ -121,7 +111,7 @@ class Tracked:
         return compare_forces(self.compared(), self.walk.measured, ground=self.walk.ground)
 
     def figures(self) -> dict[str, Any]:
-        """Return how near the motion is to the recorded one, and to what plates measured."""
+        """Return how far the motion is from the recorded one, and the forces from measured ones."""
         angle, place = self.moved()
         found: dict[str, Any] = {
             "tracked_start_s": self.start,
@@ -136,10 +126,13 @@ class Tracked:
         return found
 
     def _on_the_recordings_clock(self, record: Record) -> Record:
-        motion = record.motion
-        events = tuple(replace(e, time=e.time + self.begin) for e in motion.events)
-        motion = replace(motion, time=motion.time + self.begin, events=events)
-        return replace(record, motion=motion, conditions=())
+        return replace(record, motion=_later(record.motion, self.begin), conditions=())
+
+
+def _later(motion: Motion, seconds: float) -> Motion:
+    """Return a motion, its events too, later by some seconds."""
+    events = tuple(replace(e, time=e.time + seconds) for e in motion.events)
+    return replace(motion, time=motion.time + seconds, events=events)
 
 
 def track(
@@ -151,13 +144,13 @@ def track(
     step: Callable[[str], contextlib.AbstractContextManager] = silent,
     origin: Origin | None = None,
 ) -> Run:
-    """Fit a recording, move it by forces of the ground, and have it checked.
+    """Fit a recording, make it physical with ground reactions, and have it checked.
 
     Args:
         path: The recording: markers, a skeleton's motion, or joint coordinates.
         settings: What decides the result.
         tracking: Weights; the default ones if absent.
-        progress: Told every iteration; returning True stops with the best so far.
+        progress: Called with every iteration; returning True stops with the best so far.
         step: Shows progress of the fit.
         origin: For the provenance.
 
@@ -184,7 +177,7 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
         tracked.record(),
         f"track ({name})",
         made,
-        {"task": "track", "file": name, **plain(settings)},
+        {"task": "track", "file": name, **settings.plain()},
         replace(origin, files=(recording.source, *recording.companions)),
         {**solver_figures(solution), **tracked.figures()},
         solution.violations,
@@ -199,7 +192,7 @@ def track_trial(
     tracking: Tracking | None = None,
     progress: Progress | None = None,
 ) -> Tracked:
-    """Move a fitted recording by forces of the ground; see :func:`track`."""
+    """Track a fitted recording on ground reactions; see :func:`track`."""
     settings, began = settings or TrackSettings(), clock.perf_counter()
     walk = RecordedWalk.of(trial)
     walk.refuse_uneven()
@@ -212,12 +205,8 @@ def track_trial(
     begin = max(start - MARGIN, min(first + EDGE, start))
     end = min(stop + MARGIN, max(last - EDGE, stop))
     task = track_task(human, motion, start=begin, stop=end, tracking=tracking)
-    solution = synthesize(
-        ContactBody(human, foot_sites(human)),
-        task,
-        progress=progress,
-        refinements=settings.refinements,
-    )
+    body = ContactBody(human, foot_sites(human))
+    solution = synthesize(body, task, progress=progress, refinements=settings.refinements)
     seconds = clock.perf_counter() - began
     stop = min(stop, begin + task.plan.duration)
     return Tracked(walk, human, motion, lift, solution, begin, start, stop, seconds)

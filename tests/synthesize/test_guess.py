@@ -13,7 +13,7 @@ from plantigrade.models import Human
 from plantigrade.models.textbook_gait import textbook_gait
 from plantigrade.spatial.conventions import PELVIS
 from plantigrade.synthesize.guess.legs import Leg
-from plantigrade.synthesize.guess.walk import crude_guess, perturbed, walking_guess
+from plantigrade.synthesize.guess.walk import crude_guess, walking_guess, with_noise
 from plantigrade.synthesize.problem.nlp import PeriodicClosure
 from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
 from plantigrade.synthesize.tasks.walking_plan import periodic_walk_plan, walk_plan
@@ -254,16 +254,16 @@ def test_crude_guess_is_a_straight_line():
 def test_noise_has_the_size_asked_for_and_goes_on_as_the_motion_does():
     human = person()
     c = np.zeros((80, 6 + len(human.coordinates)))
-    noise = perturbed(c, seed=3, size=0.1)
+    noise = with_noise(c, seed=3, size=0.1)
     angles = np.delete(noise, [3, 4, 5], axis=1)
     assert np.sqrt(np.mean(angles**2)) == pytest.approx(0.1, rel=0.2)
     assert np.sqrt(np.mean(noise[:, 3:6] ** 2)) < 0.1
     # smooth: neighbours differ by far less than the noise itself
     assert np.sqrt(np.mean(np.diff(angles, axis=0) ** 2)) < 0.02
-    np.testing.assert_array_equal(noise, perturbed(c, seed=3, size=0.1))
-    assert np.abs(noise - perturbed(c, seed=4, size=0.1)).max() > 0.05
+    np.testing.assert_array_equal(noise, with_noise(c, seed=3, size=0.1))
+    assert np.abs(noise - with_noise(c, seed=4, size=0.1)).max() > 0.05
     k = mirror(human, 0.0)
-    noise = perturbed(c, seed=3, size=0.1, closure=k)
+    noise = with_noise(c, seed=3, size=0.1, closure=k)
     assert np.sqrt(np.mean(np.delete(noise, [3, 4, 5], axis=1) ** 2)) == pytest.approx(0.1, rel=0.3)
     after = k.sign * noise[:1, k.source]
     assert np.abs(after - noise[-1:]).max() < 3 * np.abs(np.diff(noise, axis=0)).max()
@@ -281,4 +281,4 @@ def test_what_is_no_walk_is_refused():
     with pytest.raises(ParameterError, match="the left foot has no stance"):
         crude_guess(human, one, np.array([0.5]))
     with pytest.raises(ParameterError, match="zero or more"):
-        perturbed(np.zeros((3, 8)), seed=0, size=-1.0)
+        with_noise(np.zeros((3, 8)), seed=0, size=-1.0)

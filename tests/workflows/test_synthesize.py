@@ -17,6 +17,7 @@ from plantigrade.synthesize.tasks.settings import Walk
 from plantigrade.synthesize.warm_start import WarmStart
 from plantigrade.synthesize.zhakatayev2023 import MOTIONS, paper_human
 from plantigrade.synthesize.zhakatayev2023.solve import equal_shares, plan_of
+from plantigrade.workflows.settings import SolveSettings
 from plantigrade.workflows.synthesize import (
     in_words,
     person,
@@ -25,7 +26,6 @@ from plantigrade.workflows.synthesize import (
     synthesize_task,
     the_task,
 )
-from plantigrade.workflows.synthesize_settings import SolveSettings
 from tests.conftest import QUICK_WALK
 
 

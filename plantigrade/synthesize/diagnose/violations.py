@@ -1,6 +1,6 @@
-"""Which constraints a motion violates, in words: what, where, when, by how much, what to relax.
+"""Which constraints a motion violates: what, where, when, by how much, and what to relax.
 
-Rows are evaluated anew at the nodes; nothing a solver says of itself is used.
+They are evaluated anew at the nodes, whatever the solver reported.
 """
 
 from collections.abc import Iterator
@@ -54,15 +54,15 @@ FIXED = {
 
 @dataclass(frozen=True)
 class Violation:
-    """The worst row of one family.
+    """The worst constraint of one family, such as ``"z of toe_1_r"`` of ``"contact"``.
 
     Attributes:
-        family: Family it belongs to: ``"contact"``.
-        name: Its name: ``"z of toe_1_r"``.
+        family: Family it belongs to.
+        name: Its name.
         time: When it is violated worst [s].
         amount: By how much, in ``unit``.
         unit: As shown to people.
-        relative: The same in the row's own unit, where 1 is large.
+        relative: The same in the problem's unit, where 1 is large.
         others: How many more rows of the family are violated, all nodes counted.
         advice: What to relax.
     """
@@ -107,11 +107,7 @@ def violations(
 ) -> tuple[Violation, ...]:
     """Return the worst violated row of every family, worst first; empty where all are kept.
 
-    Args:
-        problem: What was asked.
-        c: Coefficients.
-        u: Unknowns at nodes.
-        tolerance: Rows less far off are kept, in their own unit.
+    Rows that are off by no more than ``tolerance``, in the problem's unit, count as kept.
     """
     q, v, a = problem.states(c, problem.nodes)
     u = u[:, : problem.n_unknowns]
@@ -133,13 +129,7 @@ def violations(
 
 
 def pressing(problem: Problem, multipliers: Multipliers | None, count: int = 3) -> tuple[str, ...]:
-    """Return which limits a solver pushed against hardest, in words: what to relax first.
-
-    Args:
-        problem: What was asked.
-        multipliers: What rows pushed with; None where that is unknown.
-        count: How many limits at most, one of each family.
-    """
+    """Return the limits with the largest multipliers, at most one per family, in words."""
     if multipliers is None:
         return ()
     found = []
@@ -200,11 +190,11 @@ def _worst(
     if not off.size:
         return None
     k, i = np.unravel_index(int(np.argmax(off)), off.shape)
-    worst, others = float(off[k, i]), int((off > tolerance).sum()) - 1
+    worst, name, time = float(off[k, i]), names[int(i)], float(nodes[k])
     if not worst > tolerance:
         return None
-    advice = ADVICE.get(family, "")
-    return Violation(family, names[int(i)], float(nodes[k]), worst, "", worst, others, advice)
+    others, advice = int((off > tolerance).sum()) - 1, ADVICE.get(family, "")
+    return Violation(family, name, time, worst, "", worst, others, advice)
 
 
 def _in_units(worst: Violation, family: ConstraintFamily) -> Violation:

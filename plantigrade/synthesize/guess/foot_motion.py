@@ -1,12 +1,10 @@
-r"""How a foot moves from footprint to footprint, before anything is optimised.
+r"""A first guess of how a foot moves from footprint to footprint.
 
-On the ground it turns about the back of the heel until it is flat, then about the hinge of the toes
-(a rigid foot: about the toes' ends) while the toes stay flat. The angle between foot and ground
-falls as :math:`(1 - s)^2 (1 + s)` from strike to flat and rises as :math:`s^2` from heel off to toe
-off, so that it sets in and ends without a jerk. In between ankle and foot go as in the mean curves
-of :mod:`~plantigrade.models.textbook_gait`; a polynomial of degree five is added with which they
-leave and arrive where and as fast as the turning foot does, and the middle is raised until the sole
-clears the ground.
+In stance it turns about the back of the heel until it is flat, then about the hinge of the toes (a
+rigid foot: about the tips of the toes). Its pitch falls as :math:`(1 - s)^2 (1 + s)` from strike to
+flat and rises as :math:`s^2` from heel off to toe off. In swing, ankle and foot follow the mean
+curves of :mod:`~plantigrade.models.textbook_gait`, plus a quintic polynomial that matches position
+and velocity at both ends, and are raised until the sole clears the ground.
 """
 
 from collections.abc import Sequence
@@ -18,6 +16,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import Stance
 from plantigrade.models import Human
 from plantigrade.models.feet import point, sphere_radius
+from plantigrade.synthesize.guess.postures import smooth_step
 
 STRIKE = tuple(np.deg2rad([3.0, 30.0]))  # least and largest toe-up angle at heel strike [rad]
 OFF = tuple(np.deg2rad([10.0, 50.0]))  # the same of the heel-up angle at toe off
@@ -29,13 +28,13 @@ _STEP = 1e-4  # of differences in time [s]
 
 @dataclass(frozen=True)
 class FootMotion:
-    """Where a foot is over time.
+    """A foot over time.
 
     Attributes:
         ankle: Ankle joint centre, world [m].
         heading: Where the foot points, from x towards y [rad].
-        pitch: How far the heel is up (positive) or the toes are (negative) [rad].
-        toes: How far the toes are bent up against the foot [rad].
+        pitch: Heel up positive, toes up negative [rad].
+        toes: Dorsiflexion of the toes [rad].
     """
 
     ankle: Float[Array, "n_times 3"]
@@ -54,14 +53,14 @@ class FootMotion:
 
 @dataclass(frozen=True)
 class FootCurves:
-    """How a foot goes in walking; curves at even parts of the swing from toe off to heel strike.
+    """How a foot moves in walking, evenly sampled over the swing from toe off to heel strike.
 
     Attributes:
         strike: Toe-up angle at heel strike [rad].
         off: Heel-up angle at toe off [rad].
         pitch: Heel-up angle in swing [rad].
-        forward: Part of the way the ankle has gone, 0 to 1.
-        up: Height of the ankle, from any level [m].
+        forward: Forward travel of the ankle, 0 to 1.
+        up: Height of the ankle above any level [m].
     """
 
     strike: float
@@ -75,18 +74,9 @@ def foot_motion(
     human: Human,
     stances: Sequence[Stance],
     times: Float[Array, " n_times"],
-    *,
     curves: FootCurves,
 ) -> FootMotion:
-    """Return how one foot goes through its stances.
-
-    Args:
-        human: The person.
-        stances: All stances of one foot, in order of time; before the first and after the last the
-            foot rests.
-        times: When [s].
-        curves: How a foot goes in walking.
-    """
+    """Return how a foot moves through all its stances; it rests before and after them."""
     stands = [_Standing(human, s, curves) for s in stances]
     out = np.full((len(times), 6), np.nan)
     for k, stand in enumerate(stands):
@@ -103,16 +93,12 @@ def foot_motion(
 
 
 def toe_coordinates(human: Human, toes: Float[Array, " n"]) -> dict[str, Float[Array, " n"]]:
-    r"""Return the coordinates of one foot, without side, with which its toes lie flat.
+    r"""Return the coordinates of one foot, without side, with which bent toes lie flat [rad].
 
     The fourth metatarsal is shorter than the third: as the foot turns by :math:`\theta` about the
-    head of the third, the lateral metatarsals turn a little further, by :math:`\theta + \delta`
-    with :math:`\sin(\theta + \delta) / \sin\theta` the ratio of the distances of both heads from
-    the cuboid, so that both lie on the ground.
-
-    Args:
-        human: The person.
-        toes: How far the toes are bent up against the foot [rad].
+    head of the third, the lateral metatarsals turn by :math:`\theta + \delta` with
+    :math:`\sin(\theta + \delta) / \sin\theta` the ratio of the distances of both heads from the
+    cuboid, so that both lie on the ground.
     """
     if human.feet == "rigid":
         return {}
@@ -159,16 +145,10 @@ class _Standing:
         forward = pivot[:, 0] - (c * pivot[:, 0] + sn * pivot[:, 1])
         forward += np.where((pitch < 0) | (not self.bends), self.radius * pitch, 0.0)
         up = self.ankle_height + pivot[:, 1] - (-sn * pivot[:, 0] + c * pivot[:, 1])
-        x, y, z = s.footprint.position
-        heading = s.footprint.heading
-        out = np.empty((len(t), 6))
-        out[:, 0] = x + np.cos(heading) * forward
-        out[:, 1] = y + np.sin(heading) * forward
-        out[:, 2] = z + up
-        out[:, 3] = heading
-        out[:, 4] = pitch
-        out[:, 5] = np.maximum(pitch, 0.0) if self.bends else 0.0
-        return out
+        (x, y, z), heading = s.footprint.position, np.full_like(t, s.footprint.heading)
+        x, y = x + np.cos(heading) * forward, y + np.sin(heading) * forward
+        toes = np.maximum(pitch, 0.0) if self.bends else np.zeros_like(t)
+        return np.column_stack([x, y, z + up, heading, pitch, toes])
 
 
 def _swing(
@@ -178,14 +158,14 @@ def _swing(
     curves: FootCurves,
     times: Float[Array, " n"],
 ) -> Float[Array, "n 6"]:
-    """Return the way through the air between two footprints."""
+    """Return ankle, heading, pitch and toe angle between two footprints."""
     off, strike = behind.stance.toe_off, ahead.stance.heel_strike
     span = strike - off
     before, begin = behind.at(np.array([off - _STEP, off]))
     end, after = ahead.at(np.array([strike, strike + _STEP]))
     v0, v1 = (begin - before) / _STEP, (after - end) / _STEP
     end[3] = begin[3] + (end[3] - begin[3] + np.pi) % (2 * np.pi) - np.pi
-    # A mean curve, and a polynomial that makes both of its ends fit.
+    # the mean curve, and a polynomial that matches both ends
     bent, begin[5] = begin[5], 0.0
     v0[5] = v1[5] = end[5] = 0.0
     even = np.linspace(0.0, 1.0, len(curves.pitch))
@@ -200,10 +180,10 @@ def _swing(
         out = _quintic(s, span, first, v0, last, v1)
         for i in (0, 1, 2, 4):
             out[:, i] += np.interp(s, even, mean[:, i])
-        out[:, 5] = bent * _settle(s / STRAIGHT)
+        out[:, 5] = bent * (1 - smooth_step(s / STRAIGHT))
         return out
 
-    # Raised until the sole is clear, judged on a grid so that the times asked for do not matter.
+    # raised until the sole is clear, on a grid so that the times asked for do not matter
     grid = np.linspace(0.0, 1.0, 41)
     levels = [x.stance.footprint.position[2] for x in (behind, ahead)]
     lacking = _ground(grid, *levels) + CLEARANCE * _bump(grid) - _lowest(human, path(grid))
@@ -231,14 +211,8 @@ def _quintic(s, span, x0, v0, x1, v1):
     return x0 + s * (a + s * s * (c3 + s * (c4 + s * c5)))
 
 
-def _settle(s):
-    """Return a smooth fall from 1 at 0 to 0 at 1."""
-    s = np.clip(s, 0.0, 1.0)
-    return 1 - s**3 * (10 - 15 * s + 6 * s * s)
-
-
 def _ground(s, behind, ahead):
-    """Return how high the ground must be taken to be along a swing from one level to another."""
+    """Return the height to clear along a swing from one level to another."""
     if ahead > behind:  # up before the edge
         return np.where(s > 0.35, ahead, behind)
     return np.where(s < 0.65, behind, ahead)

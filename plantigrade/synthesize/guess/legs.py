@@ -1,10 +1,9 @@
-r"""A leg that reaches where its foot shall be: all instants at once.
+r"""Inverse kinematics of a leg, for all instants at once.
 
-The chain from the pelvis to the foot is a product of rotations about hinges; a hinge with axis
-:math:`e` through :math:`o` moves the ankle :math:`x` by :math:`e \times (x - o)` and turns the foot
-by :math:`e`. Steps are those of Levenberg and Marquardt,
+A hinge with axis :math:`e` through :math:`o` moves the ankle :math:`x` by :math:`e \times (x - o)`
+and turns the foot by :math:`e`. Steps are those of Levenberg and Marquardt,
 :math:`(J^\top J + \mu I)\, \Delta q = J^\top r`, with the distance of the ankle and the rotation
-vector from the foot as it is to the foot as it shall be as residual :math:`r`.
+vector of the foot from their targets as residual :math:`r`.
 """
 
 from dataclasses import dataclass
@@ -41,7 +40,7 @@ class Leg:
     """The chain from the pelvis to one foot.
 
     Attributes:
-        columns: Hinges that reach, as indices within :attr:`Human.coordinates`.
+        columns: Hinges that move, as indices within :attr:`Human.coordinates`.
         limits: Their limits [rad].
         hip: Hip joint centre in the pelvis' axes [m].
         length: Thigh and shank, stretched [m].
@@ -74,17 +73,17 @@ class Leg:
     def forward(
         self,
         pelvis: Float[Array, "n 3"],
-        turned: Float[Array, "n 3 3"],
+        rotation: Float[Array, "n 3 3"],
         hinges: Float[Array, "n n_hinges"],
     ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"], Float[Array, "n 6 6"]]:
-        """Return ankle, rotation of the foot, and how both move with the hinges that reach.
+        """Return ankle [m], rotation of the foot, and their Jacobian with respect to the leg.
 
         Args:
             pelvis: Position of the pelvis, world [m].
-            turned: Its rotation to world axes.
+            rotation: Of the pelvis to world axes.
             hinges: All hinges of the person [rad].
         """
-        x, R = pelvis, turned
+        x, R = pelvis, rotation
         n = len(pelvis)
         axes, origins = np.zeros((n, 6, 3)), np.zeros((n, 6, 3))
         for offset, fixed, joints in self._bodies:
@@ -100,28 +99,28 @@ class Leg:
     def reach(
         self,
         pelvis: Float[Array, "n 3"],
-        turned: Float[Array, "n 3 3"],
+        rotation: Float[Array, "n 3 3"],
         hinges: Float[Array, "n n_hinges"],
         ankle: Float[Array, "n 3"],
         foot: Float[Array, "n 3 3"],
         *,
         iterations: int = 25,
     ) -> Float[Array, "n n_hinges"]:
-        """Return hinges with which the foot is where it shall be, as near as the limits let it.
+        """Return hinges that bring the foot as near to its target as the limits allow.
 
         Args:
             pelvis: Position of the pelvis, world [m].
-            turned: Its rotation to world axes.
+            rotation: Of the pelvis to world axes.
             hinges: All hinges [rad], the leg's near the answer.
-            ankle: Where the ankle shall be, world [m].
-            foot: Rotation to world axes that the foot shall have.
+            ankle: Target of the ankle, world [m].
+            foot: Target of the foot's rotation to world axes.
             iterations: Steps at most.
         """
         q = hinges.copy()
         q[:, self.columns] = np.clip(q[:, self.columns], *self.limits)
         weight = np.array([1.0, 1.0, 1.0, _TURN, _TURN, _TURN])
         for _ in range(iterations):
-            x, R, J = self.forward(pelvis, turned, q)
+            x, R, J = self.forward(pelvis, rotation, q)
             r = np.concatenate([ankle - x, _rotvec(foot @ R.swapaxes(1, 2))], axis=1) * weight
             if np.abs(r).max() < 1e-7:
                 break

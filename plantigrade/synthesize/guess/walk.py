@@ -1,10 +1,9 @@
-r"""First guesses: a walk that is roughly right, a crude one, and noise to make either worse.
+"""First guesses of a walk.
 
-:func:`walking_guess` puts published mean angles (:mod:`~plantigrade.models.textbook_gait`) on a
-pelvis that goes from footprint to footprint, and bends the legs until the feet are where the plan
-has them. :func:`crude_guess` knows nothing of walking: a straight line and a slight bend.
-
-Both return coordinates in the order of :meth:`Human.to_coordinates`.
+:func:`walking_guess` moves the pelvis from footprint to footprint with published mean joint angles
+(:mod:`~plantigrade.models.textbook_gait`); the legs then reach for the feet of the plan by inverse
+kinematics. :func:`crude_guess` is a straight line with slightly bent legs. :func:`with_noise` makes
+either worse. Coordinates are in the order of :meth:`Human.to_coordinates`.
 """
 
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -35,6 +34,7 @@ from plantigrade.synthesize.guess.foot_motion import (
     toe_coordinates,
 )
 from plantigrade.synthesize.guess.legs import Leg
+from plantigrade.synthesize.guess.postures import level_rotations, stances_of, standing_hinges
 from plantigrade.synthesize.problem.nlp import PeriodicClosure
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters
 
@@ -52,16 +52,9 @@ def walking_guess(
     parameters: GaitParameters,
     times: Float[Array, " n_times"],
 ) -> Float[Array, "n_times n_coordinates"]:
-    """Return a walk whose feet are where the plan has them.
+    """Return the coordinates of a walk whose feet follow a plan, at times [s].
 
-    Args:
-        human: The person.
-        plan: When and where the feet stand; feet in turns.
-        parameters: How the person walks.
-        times: When [s]; of a periodic plan also some steps before and after it.
-
-    Returns:
-        Coordinates [rad, m]. Pelvis angles go on past 180° in a turn.
+    Times may lie some steps before or after a periodic plan.
 
     Raises:
         ParameterError: If a foot has no stance, or there are no times.
@@ -72,66 +65,54 @@ def walking_guess(
     laps = 2 + int(np.ceil(max(-times.min(), times.max() - plan.duration, 0.0) / plan.duration))
     stances = plan.unrolled(before=laps, after=laps)
     supports = _supports(plan, stances)
-    way = _Way(human, supports, stances, parameters)
-    book = _Book(human, parameters, _phases(stances, supports), _walking(supports))
-    curves = book.foot_curves(parameters)
+    gait = _MeanGait(human, parameters, _phases(stances, supports), _walking(supports))
+    path = _PelvisPath(human, supports, stances, parameters)
+    curves = gait.foot_curves(parameters)
     begin, end = min(0.0, float(times.min())), max(plan.duration, float(times.max()))
     margin = plan.duration if plan.periodic else 0.0
     n = int(np.ceil((end - begin + 2 * margin) * _RATE)) + 1
     grid = np.linspace(begin - margin, end + margin, n)
 
     def feet(at: np.ndarray) -> dict[str, FootMotion]:
-        out = {}
-        for side in ("r", "l"):
-            own = [s for s in stances if s.footprint.side == side]
-            if not own:
-                raise ParameterError(f"the {'right' if side == 'r' else 'left'} foot has no stance")
-            out[side] = foot_motion(human, own, at, curves=curves)
-        return out
+        return {s: foot_motion(human, stances_of(stances, s), at, curves) for s in SIDES}
 
-    legs = {side: Leg(human, side) for side in ("r", "l")}
-    heights = _height(legs, *way.pelvis(book, grid), feet(grid))
-    position, turned = way.pelvis(book, times)
+    legs = {side: Leg(human, side) for side in SIDES}
+    heights = _height(legs, *path.pelvis(gait, grid), feet(grid))
+    position, rotation = path.pelvis(gait, times)
     position[:, 2] = np.interp(times, grid, heights)
-    hinges = book.hinges(times)
+    hinges = gait.hinges(times)
     for side, motion in feet(times).items():
         for name, values in toe_coordinates(human, motion.toes).items():
             hinges[:, human.hinge(f"{name}_{side}")] = values
-        hinges = legs[side].reach(position, turned, hinges, motion.ankle, motion.rotations())
-    return np.hstack([_angles(turned), position @ OPENSIM_TO_WORLD, hinges])
+        hinges = legs[side].reach(position, rotation, hinges, motion.ankle, motion.rotations())
+    return np.hstack([_angles(rotation), position @ OPENSIM_TO_WORLD, hinges])
 
 
 def crude_guess(
     human: Human, plan: ContactPlan, times: Float[Array, " n_times"]
 ) -> Float[Array, "n_times n_coordinates"]:
-    """Return a body that glides along a straight line with slightly bent legs.
+    """Return a body that glides straight from the first to the last footprints of a plan.
 
     Knees are bent by 17°, hips and ankles by 9°; nothing else moves.
-
-    Args:
-        human: The person.
-        plan: Its first and last footprints say from where to where.
-        times: When [s].
     """
     times = np.asarray(times, dtype=float)
     stances = plan.unrolled()
     begin, end = _between(stances, 0.0), _between(stances, plan.duration)
     end[3] = begin[3] + _wrapped(end[3] - begin[3])
     place = begin + (times / plan.duration)[:, None] * (end - begin)
-    standing = human.standing()
-    hinges = np.tile(standing[7:], (len(times), 1))
-    for side in ("r", "l"):
-        for name, bend in (("hip_flexion", 9.0), ("knee_angle", 17.0), ("ankle_angle", 9.0)):
+    hinges = standing_hinges(human, len(times))
+    for side in SIDES:
+        for name, bend in zip(_SAGITTAL, (9.0, 17.0, 9.0), strict=True):
             hinges[:, human.hinge(f"{name}_{side}")] = np.deg2rad(bend)
-    upright = np.eye(3)[None]
-    ankle, _, _ = Leg(human, "r").forward(np.zeros((1, 3)), upright, hinges[:1])
+    ankle, _, _ = Leg(human, "r").forward(np.zeros((1, 3)), np.eye(3)[None], hinges[:1])
     position = _ahead(place[:, :2], place[:, 3], -ankle[0, 0])
     height = place[:, 2] + human.dimensions.ankle_height - ankle[0, 2]
     position = np.column_stack([position, height])
-    return np.hstack([_angles(_headed(place[:, 3])), position @ OPENSIM_TO_WORLD, hinges])
+    rotation = level_rotations(place[:, 3])
+    return np.hstack([_angles(rotation), position @ OPENSIM_TO_WORLD, hinges])
 
 
-def perturbed(
+def with_noise(
     c: Float[Array, "n n_coordinates"],
     *,
     seed: int,
@@ -140,15 +121,15 @@ def perturbed(
     harmonics: int = 4,
     closure: PeriodicClosure | None = None,
 ) -> Float[Array, "n n_coordinates"]:
-    """Return coefficients, or samples, with smooth noise added to every coordinate.
+    """Return spline coefficients, or samples, with smooth noise added to every coordinate.
 
     Args:
-        c: Coefficients, coordinates in the order of :meth:`Human.to_coordinates`.
+        c: Coefficients or samples.
         seed: Of the noise.
         size: Root mean square of the noise of angles [rad].
-        reach: Of that of the pelvis' translations, for each radian [m/rad].
-        harmonics: Waves along all coefficients at most; the noise is made of 1 to so many.
-        closure: How the motion goes on; noise that goes on in the same way is then made.
+        reach: The same of the pelvis translations, per radian [m/rad].
+        harmonics: Number of waves that make up the noise.
+        closure: How a periodic motion goes on; the noise goes on in the same way.
 
     Raises:
         ParameterError: If the size is negative or there are no harmonics.
@@ -170,8 +151,8 @@ def perturbed(
     return c + scale * noise[:n]
 
 
-class _Book:
-    """Published mean angles over the time of a plan, standing where it stands."""
+class _MeanGait:
+    """Published mean joint angles over the time of a plan, blended into standing at rest."""
 
     def __init__(
         self,
@@ -200,11 +181,11 @@ class _Book:
         return np.interp(times, t, p) + (before + after) / self._stride
 
     def walking(self, times: Float[Array, " n"]) -> Float[Array, " n"]:
-        """Return how much of a walk it is at times, 0 standing to 1."""
+        """Return the share of walking at times, from 0 (standing) to 1."""
         share = np.interp(times, *self._walking)
         return share * share * (3 - 2 * share)
 
-    def pelvis(self, times: Float[Array, " n"]) -> Float[Array, "n 3"]:
+    def pelvis_angles(self, times: Float[Array, " n"]) -> Float[Array, "n 3"]:
         """Return pelvis tilt, list and rotation [rad]."""
         phase, share = self.phase(times), self.walking(times)
         return np.stack([share * self.curve(name, phase) for name in PELVIS[:3]], axis=1)
@@ -212,14 +193,14 @@ class _Book:
     def hinges(self, times: Float[Array, " n"]) -> Float[Array, "n n_hinges"]:
         """Return all hinges of the person [rad]."""
         phase, share = self.phase(times), self.walking(times)
-        hinges = np.tile(self.human.standing()[7:], (len(times), 1))
+        hinges = standing_hinges(self.human, len(times))
         for i, name in enumerate(self.human.coordinates):
             if name in self._curves:
                 hinges[:, i] += share * (self.curve(name, phase) - hinges[:, i])
         return hinges
 
     def foot_curves(self, parameters: GaitParameters) -> FootCurves:
-        """Return how a foot goes; it turns more in longer steps."""
+        """Return how a foot moves in walking; its pitch grows with step length."""
         d = self.human.dimensions
         swing = np.linspace(self.foot_off, 1.0, 61)
         phase = np.where(swing < 1.0, swing, 0.0)
@@ -241,12 +222,10 @@ class _Book:
 
 
 @dataclass(frozen=True)
-class _Support:
-    """Both feet on the ground.
+class _DoubleSupport:
+    """Both feet on the ground [s].
 
     Attributes:
-        start: [s].
-        stop: [s].
         place: Between the feet: x, y, ground [m], heading [rad].
         rest: ``"before"`` or ``"after"`` the walk, or empty in between.
     """
@@ -257,12 +236,13 @@ class _Support:
     rest: str = ""
 
     @property
-    def middle(self) -> float:
-        """[s]."""
-        return (self.start + self.stop) / 2
+    def held(self) -> float:
+        """From or until when the body is still, in a rest [s]."""
+        hold = HOLD * (self.stop - self.start)
+        return self.start + hold if self.rest == "before" else self.stop - hold
 
 
-def _supports(plan: ContactPlan, stances: Sequence[Stance]) -> list[_Support]:
+def _supports(plan: ContactPlan, stances: Sequence[Stance]) -> list[_DoubleSupport]:
     """Return the double supports of a plan, in order; no two at the same time."""
     out = []
     for k, s in enumerate(stances):
@@ -280,81 +260,69 @@ def _supports(plan: ContactPlan, stances: Sequence[Stance]) -> list[_Support]:
                 start, rest = 0.0, "before"
             if min(s.heel_off, p.heel_off) >= plan.duration:
                 stop, rest = plan.duration, "after"
-        out.append(_Support(start, stop, _midway(s, p), rest))
+        out.append(_DoubleSupport(start, stop, _midway(s, p), rest))
     if not out:
         raise ParameterError("a walk needs a moment with both feet on the ground")
     return out
 
 
-class _Way:
+class _PelvisPath:
     """Where the pelvis goes."""
 
     def __init__(
         self,
         human: Human,
-        supports: Sequence[_Support],
+        supports: Sequence[_DoubleSupport],
         stances: Sequence[Stance],
         parameters: GaitParameters,
     ):
         from scipy.interpolate import PchipInterpolator
 
-        standing = human.standing()
-        ankle = human.skeleton.origins["foot_r"]
-        self._forward = float(-ankle[0])
-        knots: list[tuple[float, np.ndarray]] = []
+        p = parameters
+        self._ahead, self._height = -human.skeleton.origins["foot_r"][0], human.standing()[2]
+        times, places = [], []
         for s in supports:
-            if s.rest == "before":
-                knots += [(s.start, s.place), (s.start + HOLD * (s.stop - s.start), s.place)]
-            elif s.rest == "after":
-                knots += [(s.stop - HOLD * (s.stop - s.start), s.place), (s.stop, s.place)]
-            else:
-                knots.append((s.start, s.place))
-        times = np.array([t for t, _ in knots])
-        places = np.array([p for _, p in knots])
+            rest = {"before": [s.start, s.held], "after": [s.held, s.stop]}.get(s.rest, [s.start])
+            times += rest
+            places += [s.place] * len(rest)
+        places = np.array(places)
         places[:, 3] = np.unwrap(places[:, 3])
-        forward = parameters.step_length * np.array([np.cos(places[:, 3]), np.sin(places[:, 3])])
+        step = np.zeros_like(places)
+        step[:, :2] = _ahead(step[:, :2], places[:, 3], p.step_length)
         if not supports[0].rest:
-            before = places[0] - [*forward[:, 0], 0.0, 0.0]
-            times, places = (
-                np.r_[times[0] - parameters.step_time, times],
-                np.vstack([before, places]),
-            )
+            times = [times[0] - p.step_time, *times]
+            places = np.vstack([places[0] - step[0], places])
         if not supports[-1].rest:
-            after = places[-1] + [*forward[:, -1], 0.0, 0.0]
-            times, places = (
-                np.r_[times, times[-1] + parameters.step_time],
-                np.vstack([places, after]),
-            )
+            times = [*times, times[-1] + p.step_time]
+            places = np.vstack([places, places[-1] + step[-1]])
         self._span = times[0], times[-1]
         self._place = PchipInterpolator(times, places)
-        size = SWAY * parameters.leg_length * np.clip(FREE / parameters.relative_speed, 0.6, 2.0)
-        swings = [(t, 0.0) for t in times]
-        for side, sign in (("r", 1.0), ("l", -1.0)):
-            own = [s for s in stances if s.footprint.side == side]
+        size = float(SWAY * p.leg_length * np.clip(FREE / p.relative_speed, 0.6, 2.0))
+        sways = [(t, 0.0) for t in times]
+        for side, sway in (("r", size), ("l", -size)):
+            own = stances_of(stances, side)
             for a, b in zip(own[:-1], own[1:], strict=True):
-                swings.append(((a.toe_off + b.heel_strike) / 2, sign * float(size)))
-        swings = sorted(swings)
-        self._sway = PchipInterpolator([t for t, _ in swings], [y for _, y in swings])
-        self._height = float(standing[2])
+                sways.append(((a.toe_off + b.heel_strike) / 2, sway))
+        self._sway = PchipInterpolator(*np.array(sorted(sways)).T)
 
     def pelvis(
-        self, book: _Book, times: Float[Array, " n"]
+        self, gait: _MeanGait, times: Float[Array, " n"]
     ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
-        """Return where the pelvis is, its height still that of standing, and how it is turned."""
+        """Return position, at the height of standing, and rotation of the pelvis."""
         t = np.clip(times, *self._span)
         place, sway = self._place(t), self._sway(t)
         heading = place[:, 3]
         position = np.empty((len(t), 3))
-        position[:, :2] = _ahead(place[:, :2], heading, self._forward)
+        position[:, :2] = _ahead(place[:, :2], heading, self._ahead)
         position[:, 0] -= np.sin(heading) * sway
         position[:, 1] += np.cos(heading) * sway
         position[:, 2] = place[:, 2] + self._height
-        own = rotation_matrix(pelvis_angles_to_quaternion(book.pelvis(times)))
-        return position, _headed(heading) @ own
+        own = rotation_matrix(pelvis_angles_to_quaternion(gait.pelvis_angles(times)))
+        return position, level_rotations(heading) @ own
 
 
 def _phases(
-    stances: Sequence[Stance], supports: Sequence[_Support]
+    stances: Sequence[Stance], supports: Sequence[_DoubleSupport]
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Return times of heel strikes and the phase of the right foot's stride at each."""
     begin = supports[0].stop if supports[0].rest == "before" else -np.inf
@@ -363,29 +331,22 @@ def _phases(
     return np.array([s.heel_strike for s in strikes]), first + 0.5 * np.arange(len(strikes))
 
 
-def _walking(supports: Sequence[_Support]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Return times and how much of a walk it is then."""
-    middle = [s.middle for s in supports if not s.rest]
-    knots = [(t, 1.0) for t in middle]
-    first, last = supports[0], supports[-1]
-    if first.rest == "before":
-        knots.insert(0, (first.start + HOLD * (first.stop - first.start), 0.0))
-    if last.rest == "after":
-        knots.append((last.stop - HOLD * (last.stop - last.start), 0.0))
-    knots = knots or [(0.0, 0.0)]
+def _walking(supports: Sequence[_DoubleSupport]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Return times and the share of walking then."""
+    knots = [(s.held, 0.0) if s.rest else ((s.start + s.stop) / 2, 1.0) for s in supports]
     return np.array([t for t, _ in knots]), np.array([w for _, w in knots])
 
 
 def _height(
     legs: dict[str, Leg],
     position: Float[Array, "n 3"],
-    turned: Float[Array, "n 3 3"],
+    rotation: Float[Array, "n 3 3"],
     feet: dict[str, FootMotion],
 ) -> Float[Array, " n"]:
     """Return a smooth height of the pelvis at which both legs reach their feet [m]."""
     limits = []
     for side, leg in legs.items():
-        hip = turned @ leg.hip
+        hip = rotation @ leg.hip
         gap = position[:, :2] + hip[:, :2] - feet[side].ankle[:, :2]
         most = STRETCH * leg.length
         above = np.sqrt(np.maximum(most**2 - np.sum(gap**2, axis=1), (0.5 * most) ** 2))
@@ -398,7 +359,7 @@ def _height(
 
 
 def _smooth(x: Float[Array, " n"], width: float = 0.06) -> Float[Array, " n"]:
-    """Return a curve on the grid without its fast parts; ``width`` is that of a Gaussian [s]."""
+    """Return a curve on the grid smoothed by a Gaussian of a standard deviation [s]."""
     reach = int(np.ceil(4 * width * _RATE))
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (width * _RATE)) ** 2)
     return np.convolve(np.pad(x, reach, mode="edge"), kernel / kernel.sum(), mode="valid")
@@ -416,13 +377,7 @@ def _between(stances: Sequence[Stance], time: float) -> Float[Array, " 4"]:
     def away(s: Stance) -> float:
         return max(s.heel_strike - time, time - s.toe_off, 0.0)
 
-    nearest = []
-    for side in ("r", "l"):
-        own = [s for s in stances if s.footprint.side == side]
-        if not own:
-            raise ParameterError(f"the {'right' if side == 'r' else 'left'} foot has no stance")
-        nearest.append(min(own, key=away))
-    return _midway(*nearest)
+    return _midway(*(min(stances_of(stances, side), key=away) for side in SIDES))
 
 
 def _midway(a: Stance, b: Stance) -> Float[Array, " 4"]:
@@ -444,17 +399,8 @@ def _ahead(
     return place + distance * np.stack([np.cos(heading), np.sin(heading)], axis=1)
 
 
-def _headed(heading: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
-    """Return rotations about the vertical."""
-    out = np.tile(np.eye(3), (len(heading), 1, 1))
-    out[:, 0, 0] = out[:, 1, 1] = np.cos(heading)
-    out[:, 1, 0] = np.sin(heading)
-    out[:, 0, 1] = -out[:, 1, 0]
-    return out
-
-
-def _angles(turned: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:
+def _angles(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:
     """Return pelvis tilt, list and rotation of rotations to world axes [rad]."""
     from scipy.spatial.transform import Rotation
 
-    return quaternion_to_pelvis_angles(xyzw_to_wxyz(Rotation.from_matrix(turned).as_quat()))
+    return quaternion_to_pelvis_angles(xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat()))

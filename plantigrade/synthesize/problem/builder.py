@@ -159,8 +159,8 @@ class ProblemBuilder:
     def penalise(
         self,
         family: ConstraintFamily,
-        weight: Float[Array, "n_nodes n_rows"],
-        target: Float[Array, "n_nodes n_rows"] | float = 0.0,
+        weight: Float[Array, "..."] | float,
+        target: Float[Array, "..."] | float = 0.0,
     ) -> None:
         r"""Add :math:`\tfrac12 w (r - \bar r)^2` to the cost, times the time of each node."""
         w = np.broadcast_to(weight, family.weight.shape) * self.weights[:, None]

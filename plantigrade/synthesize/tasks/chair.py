@@ -1,14 +1,10 @@
-r"""Rising from a chair and sitting down on it.
-
-Both begin and end at rest: rates and accelerations are zero there, so that forces balance.
-"""
+"""Rising from a chair and sitting down on it."""
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan, Support
 from plantigrade.contact.site import ContactSite
-from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
@@ -23,8 +19,8 @@ from plantigrade.synthesize.guess.postures import (
     standing_posture,
     standing_stances,
 )
-from plantigrade.synthesize.tasks.settings import SitToStand, StandToSit
-from plantigrade.synthesize.tasks.standing import at_rest, basics
+from plantigrade.synthesize.tasks.settings import SitToStand, StandToSit, number
+from plantigrade.synthesize.tasks.standing import at_rest, basics, bent
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Above
 from plantigrade.synthesize.terms.posture import Symmetry
@@ -67,14 +63,10 @@ def resting_place(
 
 
 def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
-    """Return the coordinates of sitting upright on a chair, feet where they are in standing.
-
-    Args:
-        human: The person.
-        chair_height: Of the seat [m].
+    """Return the coordinates of sitting upright on a seat [m], feet where they are in standing.
 
     Raises:
-        ParameterError: If the legs cannot do that.
+        ParameterError: If the seat is too high or too low.
     """
     d = human.dimensions
     feet = standing_feet(human)
@@ -82,22 +74,18 @@ def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
     hip = chair_height + H_POINT * human.height
     knee = d.ankle_height + d.shank * np.cos(SHANK_LEAN)
     rise = (hip - knee) / d.thigh
-    if not -0.5 <= rise <= 0.75:
-        low, high = (knee + k * d.thigh - H_POINT * human.height for k in (-0.5, 0.75))
-        raise ParameterError(
-            f"chair_height must be {low:.2f}–{high:.2f} m for a person of {human.height:.2f} m, "
-            f"not {chair_height:g}"
-        )
+    low, high = (knee + k * d.thigh - H_POINT * human.height for k in (-0.5, 0.75))
+    number("chair_height", chair_height, low, high, "m", f"a person of {human.height:.2f} m")
     x = ankle + d.shank * np.sin(SHANK_LEAN) - d.thigh * np.sqrt(1 - rise**2)
-    joints = {n: v for n, v in {"lumbar_extension": -SEATED_TILT}.items() if n in human.coordinates}
+    joints = bent(human, -SEATED_TILT)
     return posture(human, feet, hip=(float(x), hip), tilt=SEATED_TILT, joints=joints)
 
 
 def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
     """Return the task of rising from a chair, or of sitting down on it.
 
-    The pelvis rests on two points below the hip joints, which roll on the seat without slipping;
-    they carry until seat-off, or from when the seat is met on.
+    The pelvis rests on two points below the hip joints, which roll on the seat without slipping
+    and carry force until seat-off, or from seat contact on.
 
     Raises:
         ParameterError: If the chair is too high or too low for this person.

@@ -10,14 +10,12 @@ With leg length :math:`l` (hip to ground) and dimensionless speed :math:`v^* = v
   norms show no trend with speed, so it is taken as constant.
 - **Toe-out** 5°: foot progression in mid-stance lies between 4° and 5.7° at all five speeds of
   [Schwartz2008]_.
-- **Foot flat** two thirds through the first double support, 6 % of the stride at free speed. That
-  it goes with double support is an *estimate*; heel-only support is said to last 6 to 12 %
-  [Perry1992]_.
+- **Foot flat** two thirds through the first double support, 6 % of the stride at free speed
+  (*estimate*; heel-only support lasts 6 to 12 % [Perry1992]_).
 - **Heel off** at 55 % of stance: 32 % of the stride at free speed, as in [Whittle2007]_ (31 % in
-  [Perry1992]_). That the share of stance is the same at all speeds is an *estimate*.
-- **Ball off**, when only the toes are left: as the other foot gets flat. That the toes are last is
-  known [Perry1992]_; the instant is an *estimate* that keeps two changes of contact from falling
-  a few milliseconds apart.
+  [Perry1992]_); the same share at all speeds is an *estimate*.
+- **Ball off**, when only the toes are left [Perry1992]_: as the other foot gets flat, an *estimate*
+  that keeps two changes of contact from falling a few milliseconds apart.
 """
 
 from dataclasses import dataclass
@@ -47,7 +45,7 @@ class GaitParameters:
 
     Attributes:
         speed: Walking speed [m/s].
-        step_length: From foot to foot along the way [m].
+        step_length: From foot to foot along the path [m].
         step_time: From heel strike to the other foot's heel strike [s].
         stance_fraction: Foot off as a fraction of the stride.
         step_width: Between the lines on which the ankles step [m].
@@ -153,11 +151,8 @@ def gait_parameters(
         step = float(step_length)
     else:
         step = length * relative**STEP_EXPONENT if cadence is None else 60.0 * speed / cadence
-    if not 0.02 * length <= step <= LONGEST_STEP * length:
-        raise ParameterError(
-            f"step_length must be {0.02 * length:.2f}–{LONGEST_STEP * length:.2f} m for walking on "
-            f"legs of {length:.3g} m, not {step:.3g}: give another one, or another cadence"
-        )
+    what = f"walking on legs of {length:.3g} m at this cadence"
+    number("step_length", step, 0.02 * length, LONGEST_STEP * length, "m", what)
     step_time = step / speed
     if cadence is not None and abs(cadence * step_time / 60.0 - 1.0) > 0.01:
         raise ParameterError(

@@ -1,27 +1,23 @@
 r"""A jump from standing: countermovement, push, flight, landing, and standing again.
 
-While nothing touches the ground the centre of mass falls freely. The height :math:`h` of a jump is
-how far it rises after take-off, so it leaves with
+The height :math:`h` of a jump is how far the centre of mass rises after take-off. It sets the speed
+at take-off and the time of flight, after which the toes land:
 
 .. math:: v = \sqrt{2 g h}, \qquad t = 2 v / g = 2 \sqrt{2 h / g}
 
-later it is as high as at take-off again, and then the toes land. Height thus fixes how long the
-flight takes and with it every time of the plan; it is a target (:func:`jump`). The body is
-stretched at take-off, its centre of mass a little above that of standing: a crouched take-off costs
-less, but nobody would call that a jump of this height.
+The body is required to be stretched at take-off, because a crouched take-off would cost less.
 """
 
 import numpy as np
 
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
-from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
-from plantigrade.synthesize.tasks.settings import Jump, Pushing, TakeOff
-from plantigrade.synthesize.tasks.squat import crouch
-from plantigrade.synthesize.tasks.standing import at_rest, basics
+from plantigrade.synthesize.tasks.settings import Jump, Pushing, TakeOff, number
+from plantigrade.synthesize.tasks.standing import at_rest, basics, crouch
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.limits import Limits, PowerLimit, Within
 from plantigrade.synthesize.terms.posture import Pose, Posture, Symmetry
@@ -50,11 +46,8 @@ def jump(human: Human, told: Jump) -> MotionTask:
         ParameterError: If a value is out of range for this person.
     """
     height, distance, push, landing = told.jump_height, told.distance, told.push, told.landing
-    if abs(distance) > 0.5 * human.height:
-        raise ParameterError(
-            f"distance must be at most {0.5 * human.height:.2f} m for a jump of a person of "
-            f"{human.height:.2f} m, not {distance:g}"
-        )
+    most, what = 0.5 * human.height, f"a jump of a person of {human.height:.2f} m"
+    number("distance", distance, -most, most, "m", what)
     depth = _depth(human, told)
     speed = float(np.sqrt(2 * GRAVITY * height))
     flight = 2 * speed / GRAVITY
@@ -69,7 +62,7 @@ def jump(human: Human, told: Jump) -> MotionTask:
         stances.append(Stance(there, down, down + HEEL_DOWN, end, end, end, toes_first=True))
     plan = ContactPlan(duration, tuple(stances))
     before = standing_posture(human)
-    after = _moved(before, distance, 0.0)
+    after = _moved(human, before, ahead=distance)
     terms: tuple[Term, ...] = (
         *basics(),
         *at_rest(human, 0.0, before),
@@ -88,11 +81,11 @@ def jump(human: Human, told: Jump) -> MotionTask:
         (0.0, LOWEST * push, push, push + flight / 2, down, down + 0.3 * landing, duration),
         (
             before,
-            _with_arms(human, low, -40.0),
-            _with_arms(human, _moved(before, 0.0, rise), 90.0),
-            _with_arms(human, _moved(before, distance / 2, rise + height), 90.0),
-            _with_arms(human, _moved(before, distance, rise), 60.0),
-            _with_arms(human, _moved(low, distance, 0.0), 20.0),
+            _moved(human, low, arms=-40.0),
+            _moved(human, before, up=rise, arms=90.0),
+            _moved(human, before, ahead=distance / 2, up=rise + height, arms=90.0),
+            _moved(human, before, ahead=distance, up=rise, arms=60.0),
+            _moved(human, low, ahead=distance, arms=20.0),
             after,
         ),
         lift=height,
@@ -129,9 +122,9 @@ def take_off(human: Human, told: TakeOff) -> MotionTask:
         (0.0, LOWEST * push, push, duration),
         (
             before,
-            _with_arms(human, low, -40.0),
-            _with_arms(human, _moved(before, 0.0, rise), 90.0),
-            _with_arms(human, _moved(before, 0.0, rise + 0.15), 90.0),
+            _moved(human, low, arms=-40.0),
+            _moved(human, before, up=rise, arms=90.0),
+            _moved(human, before, up=rise + 0.15, arms=90.0),
         ),
         lift=0.0,
     )
@@ -158,12 +151,8 @@ def _depth(human: Human, told: Pushing) -> float:
         ParameterError: If that is out of range for this person.
     """
     depth = DEPTH * human.height if told.depth is None else told.depth
-    low, high = 0.05 * human.height, 0.3 * human.height
-    if not low <= depth <= high:
-        raise ParameterError(
-            f"depth must be {low:.2f}–{high:.2f} m for a jump of a person of {human.height:.2f} "
-            f"m, not {depth:g}"
-        )
+    what = f"a jump of a person of {human.height:.2f} m"
+    number("depth", depth, 0.05 * human.height, 0.3 * human.height, "m", what)
     return depth
 
 
@@ -178,24 +167,13 @@ def _habits(human: Human) -> tuple[Term, ...]:
 
 def _stretched(human: Human) -> float:
     """Return the height of the centre of mass at take-off [m]."""
-    import mujoco
-
-    data = mujoco.MjData(human.model)
-    data.qpos[:] = human.standing()
-    mujoco.mj_forward(human.model, data)
-    return float(data.subtree_com[0, 2]) + EXTENDED * human.height
+    return float(State(human, human.standing()).com[2]) + EXTENDED * human.height
 
 
-def _with_arms(human: Human, q, flexion: float):
-    """Return a posture with both arms forward [°]."""
-    out = q.copy()
-    for side in ("r", "l"):
-        out[6 + human.hinge(f"arm_flex_{side}")] = np.deg2rad(flexion)
-    return out
-
-
-def _moved(q, ahead: float, up: float):
-    """Return a posture at another place [m]."""
+def _moved(human: Human, q, *, ahead: float = 0.0, up: float = 0.0, arms: float | None = None):
+    """Return a posture at another place [m], with both arms raised forward [°]."""
     out = q.copy()
     out[3:6] += np.array([ahead, 0.0, up]) @ OPENSIM_TO_WORLD
+    if arms is not None:
+        out[[6 + human.hinge(f"arm_flex_{side}") for side in SIDES]] = np.deg2rad(arms)
     return out

@@ -32,23 +32,18 @@ def reach(human: Human, told: settings.Reach) -> MotionTask:
     d = human.dimensions
     hand = attachments(human)[f"hand_{side}"]
     point = Point(hand.body, tuple(map(float, hand.position)))
-    shoulder = human.skeleton.origins[f"humerus_{side}"] + [
-        0.0,
-        0.0,
-        float(human.standing()[2]),
-    ]
+    shoulder = human.skeleton.origins[f"humerus_{side}"] + [0.0, 0.0, float(human.standing()[2])]
     arm = d.upper_arm + d.forearm + 0.44 * d.hand
     if target is None:
         ahead = arm + 0.1 * human.height
         target = (float(shoulder[0] + ahead), float(shoulder[1]), float(shoulder[2]))
     place = np.asarray(target, dtype=float)
     away = float(np.hypot(*(place - shoulder)[:2]))
-    furthest = arm + 0.25 * human.height
-    if away > furthest or not 0.0 <= place[2] <= shoulder[2] + arm + 0.05 * human.height:
+    furthest, highest = arm + 0.25 * human.height, shoulder[2] + arm + 0.05 * human.height
+    if away > furthest or not 0.0 <= place[2] <= highest:
         raise ParameterError(
             f"the target {target} m is {away:.2f} m from the shoulder along the ground; this "
-            f"person reaches about {furthest:.2f} m, from the ground up to "
-            f"{shoulder[2] + arm + 0.05 * human.height:.2f} m"
+            f"person reaches about {furthest:.2f} m, from the ground up to {highest:.2f} m"
         )
     feet, standing = standing_feet(human), standing_posture(human)
     low = _reaching(human, side, place - shoulder, arm)
@@ -57,15 +52,15 @@ def reach(human: Human, told: settings.Reach) -> MotionTask:
     terms: tuple[Term, ...] = (
         *basics(),
         *at_rest(human, 0.0, standing),
-        Reach(point, (float(place[0]), float(place[1]), float(place[2])), duration),
+        Reach(duration, point, target),
         Rest(duration),
         Quiet(duration),
     )
     if told.back:
         terms = (*terms, *at_rest(human, total, standing))
-    keys = [standing, low, standing] if told.back else [standing, low]
-    times = (0.0, duration, total) if told.back else (0.0, duration)
-    return MotionTask("reach", plan, terms, KeyPostures(times, tuple(keys)))
+    n = 3 if told.back else 2
+    guess = KeyPostures((0.0, duration, total)[:n], (standing, low, standing)[:n])
+    return MotionTask("reach", plan, terms, guess)
 
 
 def _reaching(human: Human, side: str, away: Float[Array, " 3"], arm: float) -> Float[Array, " nv"]:

@@ -13,6 +13,7 @@ from plantigrade.contact.site import foot_sites
 from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 
@@ -26,10 +27,9 @@ DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
 
 
 def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
-    """Return which part of which foot touches when, from gait events and from what rests.
+    """Return which part of which foot touches when, from gait events or else from what rests.
 
-    Where a motion has no gait events, what rests touches. What is slow but has already risen by
-    :data:`DOWN`, as a heel that takes its time, touches no more.
+    A slow part that has risen by :data:`DOWN`, such as a heel, no longer touches.
     """
     points = sole_paths(human, motion.qpos)
     rests = find_rests(points, motion.rate)
@@ -61,14 +61,9 @@ def _settled(
 def stances_of(
     human: Human, motion: Motion, contacts: Sequence[ContactInterval], start: float, duration: float
 ) -> tuple[Stance, ...]:
-    """Return the stances of both feet, times from ``start`` on and on the grid of nodes.
+    """Return the stances of both feet within ``duration`` [s] from ``start`` on.
 
-    Args:
-        human: The person.
-        motion: The motion.
-        contacts: Which part of which foot touches when [s].
-        start: Time zero [s].
-        duration: How long the motion that is asked for lasts [s].
+    Their times count from ``start`` and lie on the grid of nodes.
     """
     first, last = float(motion.time[0]), float(motion.time[-1])
     paths = _Paths(human, motion)
@@ -105,24 +100,21 @@ def _times(group: list[ContactInterval], first: float, last: float) -> tuple[flo
     What lies outside the recording is put far beyond its ends.
     """
     near = 1e-6 + 0.5 * GRID
-    when = {
-        region: (
-            min(c.start for c in group if c.region == region),
-            max(c.stop for c in group if c.region == region),
-        )
-        for region in {c.region for c in group}
-    }
-    begun = min(a for a, _ in when.values()) <= first + near
-    open_ = max(b for _, b in when.values()) >= last - near
-    if not begun and "heel" not in when and "ball" not in when:
+    when: dict[str, tuple[float, float]] = {}
+    for c in group:
+        start, stop = when.get(c.region, (c.start, c.stop))
+        when[c.region] = min(start, c.start), max(stop, c.stop)
+    touch, leave = min(c.start for c in group), max(c.stop for c in group)
+    begun, open_ = touch <= first + near, leave >= last - near
+    if not begun and when.keys() == {"toes"}:
         return None
     before, after = first - BEYOND, last + BEYOND
-    strike = before if begun else min(a for a, _ in when.values())
+    strike = before if begun else touch
     ball = when.get("ball", when.get("toes"))
     flat = before if begun and (ball is None or ball[0] <= first + near) else None
     if flat is None:
         flat = after if ball is None else ball[0]
-    off = after if open_ else max(b for _, b in when.values())
+    off = after if open_ else leave
 
     def end(region: str, otherwise: float) -> float:
         if region not in when:
@@ -151,31 +143,23 @@ class _Paths:
     """Where the sites of the feet were on the ground in every frame."""
 
     def __init__(self, human: Human, motion: Motion):
-        import mujoco
-
         self.sites, self.time = foot_sites(human), np.asarray(motion.time, float)
         self.flat = {side: flat_sites(human, self.sites, side) for side in SIDES}
-        data, at = mujoco.MjData(human.model), [human.body(s.body) for s in self.sites]
+        bodies = [s.body for s in self.sites]
+        points = PointSet(human, bodies, np.array([s.position for s in self.sites]))
         rho = np.array([s.radius for s in self.sites])
-        local = np.array([s.position for s in self.sites])
         self.place = np.empty((len(self.time), len(self.sites), 2))
-        for k, qpos in enumerate(motion.qpos):
-            data.qpos[:] = qpos
-            mujoco.mj_kinematics(human.model, data)
-            R = data.xmat[at].reshape(-1, 3, 3)
-            centre = data.xpos[at] + np.einsum("kij,kj->ki", R, local)
+        for k, state in enumerate(sweep(human, motion.qpos)):
+            R = state.rotations[points.body]
             heading = np.arctan2(R[:, 1, 0], R[:, 0, 0])
             along = np.stack([np.cos(heading), np.sin(heading)], axis=1)
             left = np.stack([-along[:, 1], along[:, 0]], axis=1)
             pitch, roll = np.arcsin(R[:, 2, 0]), np.arctan2(R[:, 2, 1], R[:, 2, 2])
-            roll_off = pitch[:, None] * along + roll[:, None] * left
-            self.place[k] = centre[:, :2] + rho[:, None] * roll_off
+            rolled = pitch[:, None] * along + roll[:, None] * left
+            self.place[k] = state.position(points)[:, :2] + rho[:, None] * rolled
 
     def footprint(self, side: str, stance: Stance, start: float) -> Footprint:
-        """Return the footprint nearest to where a foot was while it stood [m].
-
-        The foot flat on the ground counts if it is seen so, else whatever stands.
-        """
+        """Return the footprint that fits best while the foot was flat, or else while it stood."""
         time = self.time - start
         flat = (time >= stance.foot_flat) & (time <= stance.heel_off)
         inner = flat.copy()

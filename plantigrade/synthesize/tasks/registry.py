@@ -10,8 +10,7 @@ from plantigrade.synthesize.tasks.jumping import jump, take_off
 from plantigrade.synthesize.tasks.reach import reach
 from plantigrade.synthesize.tasks.settings import TaskSettings, settings_for
 from plantigrade.synthesize.tasks.side_step import side_step
-from plantigrade.synthesize.tasks.squat import squat
-from plantigrade.synthesize.tasks.standing import stand
+from plantigrade.synthesize.tasks.standing import squat, stand
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.tasks.walking import walk
 

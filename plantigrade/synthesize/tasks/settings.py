@@ -4,9 +4,10 @@ Nothing here loads NumPy. Angles are in radians; the command line takes degrees.
 person (how high is a chair?) is checked where the task is made.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from numbers import Integral, Real
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from plantigrade.errors import ParameterError
 from plantigrade.options import Cadence, Degrees, Flag, Metres, optional
@@ -14,26 +15,41 @@ from plantigrade.options import Cadence, Degrees, Flag, Metres, optional
 Side = Literal["r", "l"]
 Heights = Annotated[tuple[float, ...] | None, optional("METRES [METRES ...]")]
 Target = Annotated[tuple[float, float, float] | None, optional("X Y Z")]
-Formulation = Literal["default", "zhakatayev2023"]
 Basis = Annotated[
     Literal["trigonometric", "polynomial"] | None, optional("{trigonometric,polynomial}")
 ]
 
 SLOWEST, FASTEST = 0.3, 2.2
 """Walking speeds [m/s]."""
-STEEPEST = 20.0
-"""Slope people walk straight up or down [deg]."""
 LONGEST = 20.0
 """Of a movement in place [s]."""
-HIGHEST = 1.2
-"""Of a jump [m]."""
 RADIAN = 57.29577951308232
 """A radian [deg]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskSettings:
-    """What every task may be told."""
+    """What every task may be told; values out of range raise a ParameterError."""
+
+    activity: ClassVar[str] = ""
+    """What messages call the task."""
+    ranges: ClassVar[Mapping[str, tuple[float, float, str]]] = {}
+    """Smallest and largest value and unit of each number; that of an angle is ``"degrees"``."""
+
+    def __post_init__(self):
+        """Refuse values out of range."""
+        default = {f.name: f.default for f in fields(self)}
+        for name, (low, high, unit) in self.ranges.items():
+            value: Any = getattr(self, name)
+            if (value, default[name]) == (None, None):
+                continue
+            if isinstance(default[name], int):
+                whole(name, value, low, high, f"for {self.activity}")
+            else:
+                value = value * RADIAN if unit == "degrees" else value
+                number(name, value, low, high, unit, self.activity)
+        if "side" in default:
+            word("side", getattr(self, "side"), ("r", "l"))  # noqa: B009
 
     @property
     def told(self) -> dict[str, Any]:
@@ -45,6 +61,18 @@ class TaskSettings:
 @dataclass(frozen=True, kw_only=True)
 class Walk(TaskSettings):
     """Walk from standing to standing, or periodically; straight, turning, up and down."""
+
+    activity = "walking"
+    ranges = {
+        "speed": (SLOWEST, FASTEST, "m/s"),
+        "step_length": (0.01, 3, "m"),
+        "cadence": (10, 400, "steps/min"),
+        "steps": (2, 200, ""),
+        "turn": (-720, 720, "degrees"),
+        "slope": (-20, 20, "degrees"),
+        "step_height": (-1, 1, "m"),
+        "strides": (1, 100, ""),
+    }
 
     speed: float = 1.3
     """Walking speed [m/s]."""
@@ -71,14 +99,7 @@ class Walk(TaskSettings):
 
     def __post_init__(self):
         """Refuse what nobody walks."""
-        number("speed", self.speed, SLOWEST, FASTEST, "m/s", "walking")
-        optional_number("step_length", self.step_length, 0.01, 3, "m", "walking")
-        optional_number("cadence", self.cadence, 10, 400, "steps/min", "walking")
-        whole("steps", self.steps, 2, 200, "from standing to standing")
-        number("turn", self.turn * RADIAN, -720, 720, "degrees", "walking")
-        number("slope", self.slope * RADIAN, -STEEPEST, STEEPEST, "degrees", "walking")
-        number("step_height", self.step_height, -1, 1, "m", "walking")
-        whole("strides", self.strides, 1, 100, "")
+        super().__post_init__()
         if self.optimise_timing and not self.periodic:
             raise ParameterError("only a periodic walk chooses its own timing: add periodic")
         uneven = self.step_height or self.heights is not None
@@ -99,18 +120,19 @@ class Walk(TaskSettings):
 class SitToStand(TaskSettings):
     """Rise from a chair."""
 
+    activity = "standing up or sitting down"
+    ranges = {
+        "chair_height": (0.1, 2, "m"),
+        "duration": (0.5, LONGEST, "s"),
+        "seat_off": (0.1, 0.8, "of the duration"),
+    }
+
     chair_height: Metres = None
     """Height of the seat [m]; nine tenths of the knee's height if absent."""
     duration: float = 2.0
     """From sitting still to standing still [s]; 1.5 to 3.5 s in studies."""
     seat_off: float = 0.35
     """When the seat is left, as a part of the duration."""
-
-    def __post_init__(self):
-        """Refuse what nobody does."""
-        optional_number("chair_height", self.chair_height, 0.1, 2, "m", "a seat")
-        number("duration", self.duration, 0.5, LONGEST, "s", "standing up or sitting down")
-        number("seat_off", self.seat_off, 0.1, 0.8, "of the duration", "standing up")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,20 +144,21 @@ class StandToSit(SitToStand):
 class Squat(TaskSettings):
     """Squat and come up again."""
 
+    activity = "a squat"
+    ranges = {"depth": (0.01, 1, "m"), "duration": (0.6, LONGEST, "s")}
+
     depth: Metres = None
     """How far the pelvis goes down [m]; a fifth of stature if absent."""
     duration: float = 2.5
     """From standing to standing [s]."""
 
-    def __post_init__(self):
-        """Refuse what nobody does."""
-        optional_number("depth", self.depth, 0.01, 1, "m", "a squat")
-        number("duration", self.duration, 0.6, LONGEST, "s", "a squat")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Reach(TaskSettings):
     """Reach for a place with one hand, the feet where they are."""
+
+    activity = "reaching"
+    ranges = {"duration": (0.3, LONGEST, "s")}
 
     target: Target = None
     """Place of the middle of the hand, world [m]; straight ahead at shoulder height, a tenth of
@@ -149,8 +172,7 @@ class Reach(TaskSettings):
 
     def __post_init__(self):
         """Refuse what nobody does."""
-        word("side", self.side, ("r", "l"))
-        number("duration", self.duration, 0.3, LONGEST, "s", "reaching")
+        super().__post_init__()
         if self.target is not None:
             if not isinstance(self.target, tuple) or len(self.target) != 3:
                 raise ParameterError(f"target must be three numbers [m], not {self.target!r}")
@@ -162,6 +184,13 @@ class Reach(TaskSettings):
 class SideStep(TaskSettings):
     """Step to the side: one foot, then the other beside it."""
 
+    activity = "a side step"
+    ranges = {
+        "distance": (0.02, 1, "m"),
+        "duration": (0.8, LONGEST, "s"),
+        "clearance": (0, 0.3, "m"),
+    }
+
     distance: float = 0.3
     """How far [m]."""
     side: Side = "r"
@@ -171,32 +200,30 @@ class SideStep(TaskSettings):
     clearance: float = 0.02
     """Height of the sole in the middle of a swing [m]."""
 
-    def __post_init__(self):
-        """Refuse what nobody does."""
-        word("side", self.side, ("r", "l"))
-        number("distance", self.distance, 0.02, 1.0, "m", "a side step")
-        number("duration", self.duration, 0.8, LONGEST, "s", "a side step")
-        number("clearance", self.clearance, 0.0, 0.3, "m", "a side step")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Pushing(TaskSettings):
     """How a jump starts."""
+
+    activity = "a jump"
+    ranges = {"depth": (0.01, 1, "m"), "push": (0.4, 10, "s")}
 
     depth: Metres = None
     """How far the pelvis goes down before the push [m]; 0.15 of stature if absent."""
     push: float = 0.9
     """From standing still to take-off [s]."""
 
-    def __post_init__(self):
-        """Refuse what nobody does."""
-        optional_number("depth", self.depth, 0.01, 1, "m", "a jump")
-        number("push", self.push, 0.4, 10, "s", "a jump")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Jump(Pushing):
     """Jump from standing and land."""
+
+    ranges = {
+        **Pushing.ranges,
+        "jump_height": (0.02, 1.2, "m"),
+        "distance": (-1.2, 1.2, "m"),
+        "landing": (0.4, 10, "s"),
+    }
 
     jump_height: float = 0.25
     """How far the centre of mass rises after take-off [m]; 0.3 to 0.4 m is a good jump."""
@@ -205,40 +232,32 @@ class Jump(Pushing):
     landing: float = 0.9
     """From landing to standing still [s]."""
 
-    def __post_init__(self):
-        """Refuse what nobody does."""
-        super().__post_init__()
-        number("jump_height", self.jump_height, 0.02, HIGHEST, "m", "a jump")
-        number("distance", self.distance, -1.2, 1.2, "m", "a jump")
-        number("landing", self.landing, 0.4, 10, "s", "a jump")
-
 
 @dataclass(frozen=True, kw_only=True)
 class TakeOff(Pushing):
     """Leave the ground as high as can be; ends in the air."""
+
+    ranges = {
+        **Pushing.ranges,
+        "strength": (0.1, 2, "of a strong person's strength"),
+        "gain": (0, 1e6, "1/m"),
+    }
 
     strength: float = 0.62
     """Part of the joint strengths that may be used; 1 is a strong person, 0.62 an average one."""
     gain: float = 150.0
     """What a metre of height takes from the cost."""
 
-    def __post_init__(self):
-        """Refuse what nobody does."""
-        super().__post_init__()
-        number("strength", self.strength, 0.1, 2, "of a strong person's strength", "a jump")
-        number("gain", self.gain, 0, 1e6, "1/m", "a jump")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Stand(TaskSettings):
     """Stand on both feet: nothing else, to build a task of your own on."""
 
+    activity = "standing"
+    ranges = {"duration": (0.1, 60, "s")}
+
     duration: float = 2.0
     """How long [s]."""
-
-    def __post_init__(self):
-        """Refuse what nobody does."""
-        number("duration", self.duration, 0.1, 60, "s", "standing")
 
 
 TASKS: dict[str, type[TaskSettings]] = {
@@ -279,16 +298,10 @@ def number(name: str, value: Any, low: float, high: float, unit: str, what: str)
     """Refuse what is no number from ``low`` to ``high``."""
     if isinstance(value, bool) or not isinstance(value, Real) or not low <= float(value) <= high:
         shown = f"{float(value):g}" if isinstance(value, Real) else repr(value)
-        raise ParameterError(f"{name} must be {low:g}–{high:g} {unit} for {what}, not {shown}")
+        raise ParameterError(f"{name} must be {low:.3g}–{high:.3g} {unit} for {what}, not {shown}")
 
 
-def optional_number(name: str, value: Any, low: float, high: float, unit: str, what: str) -> None:
-    """Refuse what is neither absent nor a number from ``low`` to ``high``."""
-    if value is not None:
-        number(name, value, low, high, unit, what)
-
-
-def whole(name: str, value: Any, low: int, high: int, what: str) -> None:
+def whole(name: str, value: Any, low: float, high: float, what: str = "") -> None:
     """Refuse what is no whole number from ``low`` to ``high``."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:
         raise ParameterError(f"{name} must be a whole number from {low} to {high} {what}".rstrip())

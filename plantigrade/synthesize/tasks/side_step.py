@@ -3,11 +3,10 @@
 import numpy as np
 
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
-from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
-from plantigrade.synthesize.tasks.settings import SideStep
+from plantigrade.synthesize.tasks.settings import SideStep, number
 from plantigrade.synthesize.tasks.standing import at_rest, basics
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Clearance
@@ -17,13 +16,8 @@ from plantigrade.synthesize.terms.posture import Posture
 PARTS = (0.28, 0.17, 0.10, 0.17, 0.28)
 """Of the duration: weight over to the foot that stays, first swing, both feet, second swing, and
 coming to rest. In 2.4 s the swings take 0.4 s each, as in walking."""
-UPRIGHT = {
-    "pelvis_list": 5.0,
-    "pelvis_tilt": 5.0,
-    "lumbar_bending": 5.0,
-    "thorax_bending": 5.0,
-    "lower_thorax_bending": 5.0,
-}
+_TRUNK = ("pelvis_list", "pelvis_tilt", "lumbar_bending", "thorax_bending", "lower_thorax_bending")
+UPRIGHT = dict.fromkeys(_TRUNK, 5.0)
 """Weights of an upright trunk [1/(s rad²)]."""
 LEVEL = 300.0  # weight of a pelvis that stays as high as in standing [1/(s m²)]
 LONGEST = 0.45  # of leg length
@@ -37,12 +31,8 @@ def side_step(human: Human, told: SideStep) -> MotionTask:
     """
     distance, side, duration, clearance = told.distance, told.side, told.duration, told.clearance
     d = human.dimensions
-    longest = LONGEST * (d.thigh + d.shank)
-    if distance > longest:
-        raise ParameterError(
-            f"distance must be 0.02–{longest:.2f} m for a side step of a person of "
-            f"{human.height:.2f} m, not {distance:g}"
-        )
+    what = f"a side step of a person of {human.height:.2f} m"
+    number("distance", distance, 0.02, LONGEST * (d.thigh + d.shank), "m", what)
     way = distance if side == "l" else -distance
     t = np.cumsum(PARTS) * duration
     leave = {side: (t[0], t[1]), "l" if side == "r" else "r": (t[2], t[3])}
@@ -57,19 +47,17 @@ def side_step(human: Human, told: SideStep) -> MotionTask:
     stances.sort(key=lambda s: s.heel_strike)
     plan = ContactPlan(duration, tuple(stances))
     before = standing_posture(human)
-    after = before.copy()
-    after[3:6] += np.array([0.0, way, 0.0]) @ OPENSIM_TO_WORLD
-    half_width = abs(standing_feet(human)["r"].position[1])
-    over = np.sign(way) * half_width
+    over = np.sign(way) * abs(standing_feet(human)["r"].position[1])
 
-    def between(shift: float):
+    def moved(left: float, up: float = -0.015 * human.height):
         out = before.copy()
-        out[3:6] += np.array([0.0, shift, -0.015 * human.height]) @ OPENSIM_TO_WORLD
+        out[3:6] += np.array([0.0, left, up]) @ OPENSIM_TO_WORLD
         return out
 
+    after = moved(way, 0.0)
     guess = KeyPostures(
         (0.0, float(t[0]), float((t[1] + t[2]) / 2), float(t[3]), duration),
-        (before, between(-0.7 * over), between(way / 2), between(way + 0.7 * over), after),
+        (before, moved(-0.7 * over), moved(way / 2), moved(way + 0.7 * over), after),
         lift=max(clearance, 0.03),
     )
     terms = (

@@ -30,9 +30,8 @@ Guess = Callable[[ContactBody, ContactPlan, Array], Array]
 class MotionTask:
     """What is to be done.
 
-    A periodic plan whose period is half a stride, mirrored, becomes one of a whole stride where a
-    term is about one side only: what holds of the right knee would otherwise be asked of the left
-    knee in every other half-stride.
+    A periodic plan of half a stride, mirrored, becomes one of a whole stride where a term is about
+    one side only, because the term would otherwise also apply to the other side.
 
     Attributes:
         name: What it is called.
@@ -99,22 +98,13 @@ class MotionTask:
         return nodes
 
     def problem(self, body: ContactBody, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:
-        """Return the problem of a person who does it.
-
-        Args:
-            body: The person.
-            nodes: Times of nodes, see :meth:`nodes`.
-        """
+        """Return the problem of a person who does it, on the given or the task's own nodes [s]."""
         nodes = self.nodes(nodes)
-        basis, closure = spline_basis(self.basis, nodes, self.plan.periodic), None
-        if self.plan.periodic:
-            nodes, names = nodes[:-1], body.symbolic.names
-            closure = closure_of(
-                names,
-                [s.name for s in body.sites],
-                mirrored=self.plan.mirrored,
-                advance=self.plan.advance,
-            )
+        plan, names, sites = self.plan, body.symbolic.names, [s.name for s in body.sites]
+        basis, closure = spline_basis(self.basis, nodes, plan.periodic), None
+        if plan.periodic:
+            nodes = nodes[:-1]
+            closure = closure_of(names, sites, mirrored=plan.mirrored, advance=plan.advance)
         builder = ProblemBuilder(body, self.plan, nodes)
         for term in self.terms:
             term.add_to(builder)
@@ -139,14 +129,7 @@ def spline_basis(name: str, nodes: Float[Array, " n"], periodic: bool) -> Basis:
 def closure_of(
     names: Sequence[str], sites: Sequence[str], *, mirrored: bool, advance: float
 ) -> PeriodicClosure:
-    """Return how a gait goes on after its period: translated, and mirrored after half a stride.
-
-    Args:
-        names: Coordinates.
-        sites: Names of the contact sites.
-        mirrored: Whether the period is half a stride.
-        advance: How far the gait goes in a period [m].
-    """
+    """Return how a gait goes on after its period: ``advance`` [m] further, mirrored or not."""
     source, sign = np.arange(len(names)), np.ones(len(names))
     pair, across = list(range(len(sites))), 1.0
     if mirrored:
@@ -171,48 +154,31 @@ def sample_times(problem: Problem) -> Float[Array, " n_times"]:
 def coefficients(
     problem: Problem, times: Float[Array, " n_times"], q: Float[Array, "n_times nv"]
 ) -> Float[Array, "n_coefficients nv"]:
-    """Return the coefficients of a motion nearest to samples, those of its continuation with it."""
-    basis = problem.basis
-    if problem.closure is None:
+    """Return the coefficients that fit samples of a motion best, its continuation included."""
+    basis, k = problem.basis, problem.closure
+    if k is None:
         return basis.fit(times, q, smoothing=1e-9)
-    k = problem.closure
     q = q - problem.drift(times)
-    n = basis.n_coefficients
+    n, nt = basis.n_coefficients, len(times)
     band = basis.band(times)
-    raw = band.first[:, None] + np.arange(band.values.shape[1])
-    lap, index = np.divmod(raw, n)
-    nv = q.shape[1]
-    c = np.zeros((n, nv))
-    done = np.zeros(nv, bool)
-    for j in range(nv):  # a coordinate and its mirror image continue each other
-        pair = sorted({j, int(k.source[j])})
-        if done[j]:
-            continue
-        m = len(pair)
-        rows = np.zeros((len(times) * m, n * m))
-        wanted = np.zeros(len(times) * m)
-        for a, coordinate in enumerate(pair):
-            wanted[a * len(times) : (a + 1) * len(times)] = q[:, coordinate]
-            for i in range(len(times)):
-                r = a * len(times) + i
-                for value, over, at in zip(band.values[i], lap[i], index[i], strict=True):
-                    if over:
-                        b = pair.index(int(k.source[coordinate]))
-                        rows[r, b * n + at] += value * k.sign[coordinate]
-                    else:
-                        rows[r, a * n + at] += value
-        found = np.linalg.lstsq(rows, wanted, rcond=None)[0]
-        for b, coordinate in enumerate(pair):
-            c[:, coordinate] = found[b * n : (b + 1) * n]
-            done[coordinate] = True
+    lap, index = np.divmod(band.first[:, None] + np.arange(band.values.shape[1]), n)
+    row = np.broadcast_to(np.arange(nt)[:, None], index.shape)
+    c = np.zeros((n, q.shape[1]))
+    # a coordinate and its mirror image continue each other
+    for pair in sorted({tuple(sorted({j, int(s)})) for j, s in enumerate(k.source)}):
+        rows = np.zeros((len(pair), nt, len(pair), n))
+        for a, j in enumerate(pair):
+            b = np.where(lap, pair.index(int(k.source[j])), a)
+            np.add.at(rows[a], (row, b, index), band.values * np.where(lap, k.sign[j], 1.0))
+        wanted = q[:, pair].T.ravel()
+        found = np.linalg.lstsq(rows.reshape(len(wanted), -1), wanted, rcond=None)[0]
+        c[:, pair] = found.reshape(-1, n).T
     return c
 
 
 def shared_weight(problem: Problem) -> Float[Array, "n_nodes n_unknowns"]:
     """Return body weight shared equally by the sites that may carry."""
     u = np.zeros((len(problem.nodes), problem.n_unknowns))
-    vertical = slice(2, None, 3)
-    free = problem.u_active[:, vertical]
-    count = free.sum(axis=1, keepdims=True)
-    u[:, vertical] = np.where(free, 1.0 / np.maximum(count, 1), 0.0)
+    free = problem.u_active[:, 2::3]
+    u[:, 2::3] = free / np.maximum(free.sum(axis=1, keepdims=True), 1)
     return u

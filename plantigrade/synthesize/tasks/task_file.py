@@ -18,11 +18,11 @@ A file names a task to start from, sets its parameters, and adds or takes away t
     type = "head-stability"
     turning = 0.2
 
-The base ``"standing"`` is nothing but a person on both feet for a while: with stances and postures
-of one's own anything is built on it. All numbers are SI; a key with ``_deg`` behind it is in
-degrees.
+The base ``"standing"``, a person on both feet, is the one to build on with stances and postures of
+one's own. All numbers are in SI units; a key ending in ``_deg`` is in degrees.
 """
 
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
@@ -41,28 +41,14 @@ from plantigrade.synthesize.tasks.toml_values import as_field, in_radians, is_nu
 from plantigrade.synthesize.terms import contact, effort, limits, posture, targets
 from plantigrade.synthesize.terms.term import Term
 
-TERMS: Mapping[str, type[Term]] = {
-    "dynamics": contact.Dynamics,
-    "contact": contact.Contact,
-    "above": contact.Above,
-    "clearance": contact.Clearance,
-    "forces": contact.Forces,
-    "limits": limits.Limits,
-    "within": limits.Within,
-    "power-limit": limits.PowerLimit,
-    "torque": effort.Torque,
-    "work": effort.Work,
-    "acceleration": effort.Acceleration,
-    "jerk": effort.Jerk,
-    "pose": posture.Pose,
-    "rest": posture.Rest,
-    "quiet": posture.Quiet,
-    "posture": posture.Posture,
-    "head-stability": posture.HeadStability,
-    "symmetry": posture.Symmetry,
-    "reach": targets.Reach,
-    "centre-of-mass": targets.CentreOfMass,
-}
+_KINDS: tuple[type[Term], ...] = (
+    *(contact.Dynamics, contact.Contact, contact.Above, contact.Clearance, contact.Forces),
+    *(limits.Limits, limits.Within, limits.PowerLimit),
+    *(effort.Torque, effort.Work, effort.Acceleration, effort.Jerk),
+    *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture),
+    *(posture.HeadStability, posture.Symmetry, targets.Reach, targets.CentreOfMass),
+)
+TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _KINDS}
 """Name of a term in a file → its class, whose fields are the keys."""
 
 STANDING = "standing"
@@ -77,13 +63,13 @@ class TaskFile:
     """What a task file says.
 
     Attributes:
-        name: What the task is called.
+        name: Of the task.
         base: A task of :data:`~plantigrade.synthesize.tasks.settings.TASKS`.
         parameters: Of the base.
         without: Names of terms of the base that are left out.
         added: Names and arguments of terms that are added.
-        stances: Stances as they are written, instead of the base's.
-        nodes_per_second: Nodes a second; the base's if None.
+        stances: Stances as written; the base's if empty.
+        nodes_per_second: The base's if None.
         basis: ``"trigonometric"`` or ``"polynomial"``; the base's if None.
     """
 
@@ -106,25 +92,22 @@ class TaskFile:
         left_out = tuple(TERMS[n] for n in self.without)
         kept = tuple(t for t in task.terms if not isinstance(t, left_out))
         more = tuple(TERMS[n](**dict(arguments)) for n, arguments in self.added)
-        task = replace(task, name=self.name, terms=(*kept, *more))
         if self.stances:
             ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.heel_strike)
             task = replace(task, plan=replace(task.plan, stances=tuple(ordered)))
-        if self.nodes_per_second is not None:
-            task = replace(task, nodes_per_second=float(self.nodes_per_second))
-        if self.basis is not None:
-            task = replace(task, basis=self.basis)
-        return task
+        return replace(task, name=self.name, terms=(*kept, *more), **self._mesh())
+
+    def _mesh(self) -> dict[str, Any]:
+        """Return what the file says of mesh and basis."""
+        given = {"nodes_per_second": self.nodes_per_second, "basis": self.basis}
+        return {key: value for key, value in given.items() if value is not None}
 
     def toml(self) -> str:
         """Return the file's text; reading it gives the same."""
         head: dict[str, Any] = {"name": self.name, "base": self.base}
         if self.without:
             head["without"] = list(self.without)
-        for key in ("nodes_per_second", "basis"):
-            if getattr(self, key) is not None:
-                head[key] = getattr(self, key)
-        parts = [table("[task]", head)]
+        parts = [table("[task]", head | self._mesh())]
         if self.parameters:
             parts.append(table("[parameters]", self.parameters))
         parts += [table("[[stance]]", s) for s in self.stances]
@@ -147,11 +130,7 @@ def read_task_file(path: str | Path) -> TaskFile:
 
 
 def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
-    """Return what the text of a task file says.
-
-    Args:
-        text: TOML.
-        path: Named in errors.
+    """Return what the text of a task file says; ``path`` is named in errors.
 
     Raises:
         FileError: If a key or value is not allowed.
@@ -164,9 +143,8 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     reader.known("top level", document, _TOP)
     head = document.get("task")
     if not head:
-        raise reader.wrong(
-            "[task]", "is missing", 'write [task] with base = "squat" or another task'
-        )
+        remedy = 'write [task] with base = "squat" or another task'
+        raise reader.wrong("[task]", "is missing", remedy)
     for key in ("task", "parameters"):
         if not isinstance(document.get(key, {}), dict):
             raise reader.wrong(key, "must be a table", f"write it as [{key}]")
@@ -177,13 +155,12 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     told = reader.head(head)
     parameters = in_radians(document.get("parameters", {}))
     reader.known("[parameters]", parameters, [f.name for f in fields(TASKS[told["base"]])])
+    terms, stances = (enumerate(document.get(key, []), start=1) for key in ("term", "stance"))
     return TaskFile(
         **told,
         parameters={k: tuple(v) if isinstance(v, list) else v for k, v in parameters.items()},
-        added=tuple(reader.term(i, e) for i, e in enumerate(document.get("term", []), start=1)),
-        stances=tuple(
-            reader.stance(i, e) for i, e in enumerate(document.get("stance", []), start=1)
-        ),
+        added=tuple(reader.term(i, entry) for i, entry in terms),
+        stances=tuple(reader.stance(i, entry) for i, entry in stances),
     )
 
 
@@ -220,13 +197,8 @@ class _Reader:
             isinstance(n, str) and n in TERMS for n in without
         ):
             raise self.wrong("[task] without", f"is {without!r}", f"a list of {', '.join(TERMS)}")
-        return {
-            "name": name,
-            "base": base,
-            "without": tuple(without),
-            "nodes_per_second": rate,
-            "basis": basis,
-        }
+        mesh = {"nodes_per_second": None if rate is None else float(rate), "basis": basis}
+        return {"name": name, "base": base, "without": tuple(without), **mesh}
 
     def term(self, i: int, entry: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         """Return kind and arguments of a term."""

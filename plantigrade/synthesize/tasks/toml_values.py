@@ -13,6 +13,7 @@ from plantigrade.errors import ParameterError
 
 MOST = 1e300
 """Numbers beyond this are refused: they become infinite where they are used."""
+_NEEDED = {bool: "true or false", str: "a word in quotes", float: "a number"}
 
 
 def is_number(value: Any, *, nan: bool = False) -> bool:
@@ -45,18 +46,10 @@ def as_field(kind: Any, value: Any) -> Any:
     Raises:
         ParameterError: If it is something else; the message says what is needed.
     """
-    if kind is bool:
-        if not isinstance(value, bool):
-            raise ParameterError(f"is {value!r}; true or false is needed")
-        return value
-    if kind is str:
-        if not isinstance(value, str):
-            raise ParameterError(f"is {value!r}; a word in quotes is needed")
-        return value
-    if kind is float:
-        if not is_number(value):
-            raise ParameterError(f"is {value!r}; a number is needed")
-        return float(value)
+    if kind in _NEEDED:
+        if not (is_number(value) if kind is float else isinstance(value, kind)):
+            raise ParameterError(f"is {value!r}; {_NEEDED[kind]} is needed")
+        return kind(value)
     if kind is Point:
         if not isinstance(value, dict) or set(value) - {"body", "position", "radius"}:
             raise ParameterError(
@@ -66,24 +59,18 @@ def as_field(kind: Any, value: Any) -> Any:
     if get_origin(kind) is abc.Mapping:
         if not isinstance(value, dict):
             raise ParameterError(f"is {value!r}; a table {{ knee_angle = 1.0 }} is needed")
-        return {k: _entry(k, get_args(kind)[1], v) for k, v in value.items()}
+        out = {}
+        for key, entry in value.items():
+            try:
+                out[key] = as_field(get_args(kind)[1], entry)
+            except ParameterError as error:
+                raise ParameterError(f"{key} {error}") from error
+        return out
     n = len(get_args(kind))
     numbers = isinstance(value, list) and all(is_number(x, nan=True) for x in value)
     if not numbers or len(value) != n:
         raise ParameterError(f"is {value!r}; {n} numbers in brackets are needed")
     return tuple(float(v) for v in value)
-
-
-def _entry(key: str, kind: Any, value: Any) -> Any:
-    """Return a value of a table.
-
-    Raises:
-        ParameterError: As :func:`as_field`; the key is named.
-    """
-    try:
-        return as_field(kind, value)
-    except ParameterError as error:
-        raise ParameterError(f"{key} {error}") from error
 
 
 def table(title: str, content: Mapping[str, Any]) -> str:

@@ -1,17 +1,14 @@
 r"""A recorded motion as a task: near it, and on true contact forces.
 
-A recording says where the bones were, to a centimetre or a degree; its feet slide and sink a
-little, and no force of the ground explains it exactly. The task here asks for the motion nearest to
-it that forces of the ground do explain, with feet that stand where the recorded ones rested:
+A recording gives the bones to about a centimetre or a degree; its feet slide and sink a little, and
+no ground reaction explains it exactly. The task finds the nearest motion that ground reactions do
+explain, with feet that stand where the recorded ones rested:
 
 .. math:: \min \int \sum_j w_j (q_j - \bar q_j(t))^2 dt + \text{little for torques, jerk, forces},
 
-under the equations of motion, contact, friction and the person's limits. So a recorded motion is
-repaired, and the ground reactions come out without force plates.
-
-When the feet touch comes from gait events and from what rests
-(:mod:`plantigrade.kinematics.contacts`); the motion flows in at the start and out at the end, and
-feet that stand there carry.
+subject to the equations of motion, contact, friction and the person's limits. Ground reactions
+follow without force plates. When the feet touch comes from gait events and from what rests
+(:mod:`plantigrade.kinematics.contacts`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -58,19 +55,19 @@ TOES = {"mtp_angle": 10.0}  # what torque of the toes costs beside that of other
 
 @dataclass(frozen=True)
 class Tracking:
-    """How a motion is tracked.
+    """Weights of the squares of what is penalised.
 
     Attributes:
-        weight: Weight of a coordinate's squared distance [1/(s rad²), 1/(s m²)].
+        weight: Of the distance of a coordinate [1/(s rad²), 1/(s m²)].
         joints: Factors of single coordinates, by name without or with side.
-        acceleration: Weight of the squared distance of accelerations [s³/rad²].
-        push: Weight of the squared distance of the ground's force from the one that the recorded
-            motion of the centre of mass asks for [1/s, forces in body weights].
-        turning: The same of its moment about the centre of mass [1/(s m²)].
-        torque: Weight of squared torques.
-        jerk: Weight of squared jerk.
-        force_size: Weight of squared contact forces.
-        force_rate: Weight of their squared rates.
+        acceleration: Of the distance of accelerations [s³/rad²].
+        push: Of the distance of the ground reaction from the one that the recorded motion of the
+            centre of mass requires [1/s, forces in body weights].
+        turning: Of that of its moment about the centre of mass [1/(s m²)].
+        torque: Of torques.
+        jerk: Of jerk.
+        force_size: Of contact forces.
+        force_rate: Of their rates.
     """
 
     weight: float = 100.0
@@ -84,7 +81,7 @@ class Tracking:
     force_rate: float = 2e-2
 
     def terms(self, times: Array, q: Array, force: Array, moment: Array) -> tuple[Term, ...]:
-        """Return conditions and costs of being near a motion."""
+        """Return conditions and costs of tracking a motion."""
         return (
             Dynamics(),
             OnGround(),
@@ -108,23 +105,19 @@ def track(
     tracking: Tracking | None = None,
     name: str = "track",
 ) -> MotionTask:
-    """Return the task of moving as a motion does, as far as forces of the ground allow.
+    """Return the task of tracking a motion as far as ground reactions allow.
 
     Args:
         human: The person, on soles the motion stands on (see :func:`grounded`).
-        motion: The motion, over level ground that rests at height zero.
-        contacts: Which part of which foot touches when [s, as in the motion]; from the motion's
-            gait events and from what rests where not given.
-        start: From when [s]; its first frame if absent.
-        stop: To when [s]; its last frame if absent.
+        motion: The motion, over level ground at height zero.
+        contacts: Which part of which foot touches when [s]; from the motion itself if absent.
+        start: From when [s], time zero of the task; the first frame if absent.
+        stop: To when [s]; the last frame if absent.
         tracking: Weights.
-        name: What the task is called.
-
-    Returns:
-        The task; its time zero is ``start``.
+        name: Of the task.
 
     Raises:
-        ParameterError: If there are fewer frames than four between start and stop, or no foot
+        ParameterError: If there are fewer than four frames between start and stop, or no foot
             touches the ground.
     """
     time = np.asarray(motion.time, float)
@@ -169,18 +162,11 @@ def wrenches(
 
 
 def grounded(human: Human, motion: Motion) -> tuple[Human, Motion, float]:
-    """Return the person on soles that touch the ground where the feet rest, and the motion on them.
+    """Return the person on soles that touch the ground where the feet rest, motion, and lift [m].
 
-    Soles are as in :func:`~plantigrade.kinematics.soles.on_own_soles`. A sphere on the hinge of the
-    toes that went up would sink as the heel rises; where one had to, the whole motion is lifted
-    instead, and all soles are that much thicker.
-
-    Args:
-        human: The person.
-        motion: The motion, over ground at height zero.
-
-    Returns:
-        The person, the motion, and how far it was lifted [m].
+    Soles are as in :func:`~plantigrade.kinematics.soles.on_own_soles`. A sphere at the hinge of the
+    toes that was moved up would sink as the heel rises; where this occurs, the whole motion is
+    lifted instead, and all soles are that much thicker.
     """
     points = sole_paths(human, motion.qpos)
     own = on_own_soles(human, points, find_rests(points, motion.rate))

@@ -1,31 +1,28 @@
-r"""Walking as a task: periodic, or from standing to standing; straight, turning, up and down.
+"""Walking as a task: periodic, or from standing to standing; straight, turning, up and down.
 
-What a walk costs is the same at every speed, for every person and every foot:
+The cost is the same at every speed, for every person and every foot:
 
-- torques of muscles squared (Eq. 15 of [Zhakatayev2023]_), the ankle's at a fifth: what a muscle
-  costs goes with the volume of it that is active, and short fibres on a long tendon make the
-  ankle's torque cheaper than the knee's or the hip's [Griffin2003]_;
-- work of muscles, positive and negative alike;
-- jerk, which keeps the spline quiet between nodes;
+- muscle torques squared (Eq. 15 of [Zhakatayev2023]_), the ankle's at a fifth: cost goes with
+  active muscle volume, and short fibres on a long tendon make the ankle's torque cheaper
+  [Griffin2003]_;
+- positive and negative work of muscles;
+- jerk, which keeps the spline smooth between nodes;
 - rates of contact forces;
-- trunk and head away from upright, arms away from hanging: weakly, and the legs not at all.
+- weakly, deviations of trunk and head from upright, and of the arms from hanging.
 
-The relations between these weights were settled while looking at norms of walking at free speed
-([Schwartz2008]_); no recording and no norm is in the problem.
+The weights were set with norms of walking at free speed in view ([Schwartz2008]_); the problem
+itself contains no recording and no norm.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from plantigrade.arrays import Array
-from plantigrade.contact.plan import ContactPlan
 from plantigrade.models import Human
 from plantigrade.synthesize.guess.walk import walking_guess
-from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters, gait_parameters
 from plantigrade.synthesize.tasks.settings import Walk
-from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize.tasks.task import Guess, MotionTask
 from plantigrade.synthesize.tasks.walking_plan import periodic_walk_plan, walk_plan
 from plantigrade.synthesize.terms.contact import Clearance, Contact, Dynamics, Forces
 from plantigrade.synthesize.terms.effort import Jerk, Torque, Work
@@ -70,11 +67,7 @@ USUAL = 1.3
 
 
 def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
-    """Return conditions and costs of every walk.
-
-    Args:
-        slope: Of the ground [rad]: upright is as far from its normal.
-    """
+    """Return conditions and costs of every walk, on a slope [rad]."""
     return (
         Dynamics(),
         Contact(),
@@ -103,41 +96,21 @@ def walk(human: Human, told: Walk) -> MotionTask:
     plan = walk_plan(human, p, steps=told.steps, turn=told.turn, heights=heights)
     plan = replace(plan, slope=told.slope)
 
-    def guess_from_standing(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
-        return walking_guess(body.human, plan, p, times)
-
     ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
     ends[:, 0] -= told.slope  # pelvis tilt: upright
     terms: list[Term] = [*walking_terms(told.slope)]
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
     faster = max(1.0, told.speed / USUAL)
-    return MotionTask(
-        "walk",
-        plan,
-        tuple(terms),
-        guess_from_standing,
-        nodes_per_second=NODES_PER_SECOND[False] * faster,
-    )
+    return MotionTask("walk", plan, tuple(terms), _guess(p), NODES_PER_SECOND[False] * faster)
 
 
 def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> MotionTask:
-    """Return the task of a periodic walk, of which half a stride is solved.
-
-    Args:
-        human: The person.
-        parameters: Lengths and times of the walk.
-        slope: How far the ground rises along the way [rad].
-    """
+    """Return the task of a periodic walk up a slope [rad], of which half a stride is solved."""
     plan = replace(periodic_walk_plan(human, parameters), slope=slope)
+    rate = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL)
+    return MotionTask("walk", plan, walking_terms(slope), _guess(parameters), rate)
 
-    def guess(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
-        return walking_guess(body.human, plan, parameters, times)
 
-    return MotionTask(
-        "walk",
-        plan,
-        walking_terms(slope),
-        guess,
-        nodes_per_second=NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL),
-    )
+def _guess(parameters: GaitParameters) -> Guess:
+    return lambda body, plan, times: walking_guess(body.human, plan, parameters, times)

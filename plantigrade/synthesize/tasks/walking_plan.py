@@ -1,14 +1,14 @@
-r"""Where and when feet stand in a walk: from standing, into standing, in between, and for ever.
+r"""Where and when the feet stand in a walk, periodic or from and to standing.
 
-Footprints lie beside a way, which goes on along x or turns at a constant rate; the :math:`k`-th is
-:math:`k` step lengths along it, half a step width to its side. From a strike on, a foot rolls as
-:class:`~plantigrade.synthesize.tasks.gait_parameters.GaitParameters` say.
+Footprints lie beside a path, straight along x or turning at a constant rate; the :math:`k`-th is
+:math:`k` step lengths along it and half a step width to its side. How a foot rolls is in
+:class:`~plantigrade.synthesize.tasks.gait_parameters.GaitParameters`.
 
-A walk from standing begins with a rest on both feet in which the weight goes over to the foot that
-stays: :math:`2 \sqrt{l / g}`, two time constants of the body as an inverted pendulum, 0.6 s for an
-adult, which is about what is measured from the first change of the forces to the first foot off
-[Breniere1986]_. The first and the last swing are half as long as the others; the last foot is put
-down flat beside the other, and there is a rest of the same length.
+A walk from standing begins with both feet on the ground for :math:`2 \sqrt{l / g}`, two time
+constants of the body as an inverted pendulum, while the weight shifts to the stance foot: 0.6 s for
+an adult, about the measured time from the first change of the forces to the first foot off
+[Breniere1986]_. The first and last swings are half as long as the others. The last foot is put down
+flat beside the other, and both feet rest for the same time.
 """
 
 from collections.abc import Sequence
@@ -17,13 +17,13 @@ from typing import Literal
 
 import numpy as np
 
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters
+from plantigrade.synthesize.tasks.settings import Side, word
 
-Side = Literal["r", "l"]
 End = Literal["standing", "walking"]
 TIGHTEST = float(np.deg2rad(60.0))  # turn from one step to the next [rad]
 HIGHEST = 0.4  # step up or down, of leg length
@@ -60,14 +60,14 @@ def walk_plan(
 ) -> ContactPlan:
     """Return the stances of a walk of some steps, beginning at the origin along x.
 
-    A walk that begins walking does so as the ``first`` foot strikes beside the origin, the other
-    a step behind; one that stops walking does so at the strike of its last step.
+    A walk that starts ``"walking"`` does so as the ``first`` foot strikes beside the origin; one
+    that stops ``"walking"`` does so at its last strike.
 
     Args:
         human: The person.
         parameters: Lengths and times of the walk.
-        steps: How many times a foot is put down, 2 or more from standing to standing; not counting
-            the strike at the start of a walk that begins walking.
+        steps: How many times a foot is put down, without the strike at the start of a walk that
+            begins walking; at least 2 from standing to standing.
         start: ``"standing"`` or ``"walking"``.
         stop: ``"standing"`` or ``"walking"``.
         first: The foot that steps first, or that strikes as the walk begins.
@@ -91,16 +91,12 @@ def walk_plan(
     still, closing = start == "standing", stop == "standing"
     back = other(first)
     if still:
-        begin, side = rest + p.swing_time, first
-        width = standing_width
-        falls = [_Fall(0.0, 0.0, back, width), _Fall(0.0, 0.0, first, width)]
+        begin, side, width = rest + p.swing_time, first, standing_width
+        falls = [_Fall(0.0, 0.0, back, width)]
     else:
-        begin, side = p.step_time, back
-        width = p.step_width
-        falls = [
-            _Fall(-p.step_time, -p.step_length, back, width),
-            _Fall(0.0, 0.0, first, width),
-        ]
+        begin, side, width = p.step_time, back, p.step_width
+        falls = [_Fall(-p.step_time, -p.step_length, back, width)]
+    falls.append(_Fall(0.0, 0.0, first, width))
     for k in range(steps):
         place = (k if closing and k == steps - 1 else k + 1) * p.step_length
         width = standing_width if closing and k >= steps - 2 else p.step_width
@@ -134,15 +130,10 @@ def walk_plan(
 
 
 def periodic_walk_plan(human: Human, parameters: GaitParameters) -> ContactPlan:
-    """Return the stances of half a stride of a walk that goes on for ever along x.
+    """Return the stances of half a stride of a periodic walk along x.
 
-    It begins as the right heel strikes and ends as the left one does; then it goes on as its
-    mirror image, a step further: the left foot, behind at the start, stands there since a step
-    time before zero, and the right foot's stance lasts beyond the end.
-
-    Args:
-        human: The person.
-        parameters: Lengths and times of the walk.
+    It lasts from right to left heel strike and continues as its mirror image, a step further; both
+    stances extend beyond it.
     """
     plan = walk_plan(human, parameters, steps=1, start="walking", stop="walking", first="r")
     behind, ahead = plan.stances[:2]
@@ -188,16 +179,15 @@ def _check_way(falls: list[_Fall], distance: float, turn: float, p: GaitParamete
 def _check(steps, start, stop, first, heights, rest) -> None:
     """Refuse settings that make no walk."""
     for name, value in (("start", start), ("stop", stop)):
-        if value not in ("standing", "walking"):
-            raise ParameterError(f"{name} is {value!r}; allowed are 'standing' and 'walking'")
-    if first not in ("r", "l"):
-        raise ParameterError(f"first is {first!r}; allowed are 'r' and 'l'")
+        word(name, value, ("standing", "walking"))
+    word("first", first, SIDES)
     least = 2 if start == stop == "standing" else 1
     if not (steps == int(steps) and steps >= least):
         raise ParameterError(f"{steps=}: a walk from {start} to {stop} takes at least {least}")
-    if heights is not None and len(heights) != steps:
-        raise ParameterError(f"{len(heights)} heights for {steps} steps: give one for each")
-    if heights is not None and not np.isfinite(heights).all():
-        raise ParameterError("every height must be a finite number [m]")
+    if heights is not None:
+        if len(heights) != steps:
+            raise ParameterError(f"{len(heights)} heights for {steps} steps: give one for each")
+        if not np.isfinite(heights).all():
+            raise ParameterError("every height must be a finite number [m]")
     if rest is not None and not 0.05 <= rest <= 10.0:
         raise ParameterError(f"{rest=} [s] must lie between 0.05 and 10")

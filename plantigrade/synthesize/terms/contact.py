@@ -1,12 +1,14 @@
 r"""Terms of contact: equations of motion, what stands, what swings, what forces cost."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.plan import SAME, ContactPlan, Footprint
+from plantigrade.contact.plan import SAME, ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.record.conditions import Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
@@ -34,7 +36,7 @@ class Dynamics(Term):
 
 @dataclass(frozen=True)
 class Contact(Term):
-    """What stands, stands still; the rest stays above the ground.
+    """Feet on the ground do not slip, and carry force within the friction cone.
 
     Attributes:
         friction: Coefficient of friction.
@@ -101,7 +103,7 @@ class Above(Term):
 class Clearance(Term):
     r"""A foot in the air is at least :math:`h \sin^2(\pi s)` high at part :math:`s` of its swing.
 
-    Steps in the ground are cleared where a foot that goes smoothly from print to print meets them.
+    Steps in the ground are cleared where a smoothly moving foot meets them.
 
     Attributes:
         height: In the middle of the swing [m].
@@ -112,48 +114,49 @@ class Clearance(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit heights of the sites of a swinging foot."""
         family, ground = b.family("contact"), Ground.of_plan(b.plan)
-        for side in SIDES:
-            flat = site_targets(b.body, Footprint(side, (0.0, 0.0, 0.0)))
-            reach = {name: float(at[0]) for name, at in flat.items()}
-            stances = [s for s in b.plan.unrolled() if s.footprint.side == side]
-            for one, two in zip(stances[:-1], stances[1:], strict=True):
-                swing = (b.nodes > one.toe_off) & (b.nodes < two.heel_strike)
-                part = (b.nodes[swing] - one.toe_off) / (two.heel_strike - one.toe_off)
-                way = two.footprint.position[0] - one.footprint.position[0]
-                gone = one.footprint.position[0] + way * part**3 * (10 - 15 * part + 6 * part**2)
-                above = self.height * np.sin(np.pi * part) ** 2
-                for k, site in enumerate(b.body.sites):
-                    if site.side == side:
-                        ahead = reach[site.name]
-                        margin = np.where((part > 0.02) & (part < 0.98), BESIDE, 0.0)
-                        low = ground.along(gone + ahead, margin) + above
-                        at = np.flatnonzero(swing).tolist()
-                        b.limit(family, low[:, None], columns=[3 * k + 2], nodes=at)
-                        if two.footprint.position[2] < one.footprint.position[2]:
-                            back = (gone + ahead - BESIDE)[:, None]  # it does not lag behind
-                            b.limit(family, back, columns=[3 * k], nodes=at)
+        flat = {s: site_targets(b.body, Footprint(s, (0.0, 0.0, 0.0))) for s in SIDES}
+        for side, one, two in _swings(b.plan):
+            swing = (b.nodes > one.toe_off) & (b.nodes < two.heel_strike)
+            at = np.flatnonzero(swing).tolist()
+            part = (b.nodes[swing] - one.toe_off) / (two.heel_strike - one.toe_off)
+            (here, _, before), (there, _, after) = one.footprint.position, two.footprint.position
+            gone = here + (there - here) * part**3 * (10 - 15 * part + 6 * part**2)
+            above = self.height * np.sin(np.pi * part) ** 2
+            margin = np.where((part > 0.02) & (part < 0.98), BESIDE, 0.0)
+            for k, site in enumerate(b.body.sites):
+                if site.side == side:
+                    x = gone + float(flat[side][site.name][0])
+                    low = ground.along(x, margin) + above
+                    b.limit(family, low[:, None], columns=[3 * k + 2], nodes=at)
+                    if after < before:  # it does not lag behind
+                        b.limit(family, (x - BESIDE)[:, None], columns=[3 * k], nodes=at)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return how high each site is at least over its swings."""
         part = np.linspace(0.0, 1.0, 17)
         low = tuple(float(x) for x in self.height * np.sin(np.pi * part) ** 2)
         found = []
-        for side in SIDES:
-            stances = [s for s in plan.unrolled() if s.footprint.side == side]
-            for one, two in zip(stances[:-1], stances[1:], strict=True):
-                # of a periodic plan, each swing once: in the period in which it begins
-                if plan.periodic and not 0.0 <= one.toe_off < plan.duration:
-                    continue
-                time = one.toe_off + part * (two.heel_strike - one.toe_off)
-                found += [
-                    Condition(
-                        f"clearance of {site.name}", "clearance", tuple(map(float, time)), low,
-                        (np.inf,) * len(low), site.body, "", site.position, site.radius,
-                    )
-                    for site in body.sites
-                    if site.side == side
-                ]  # fmt: skip
+        for side, one, two in _swings(plan):
+            # of a periodic plan, each swing once: in the period in which it begins
+            if plan.periodic and not 0.0 <= one.toe_off < plan.duration:
+                continue
+            time = one.toe_off + part * (two.heel_strike - one.toe_off)
+            found += [
+                Condition(
+                    f"clearance of {site.name}", "clearance", tuple(map(float, time)), low,
+                    (np.inf,) * len(low), site.body, "", site.position, site.radius,
+                )
+                for site in body.sites
+                if site.side == side
+            ]  # fmt: skip
         return tuple(found)
+
+
+def _swings(plan: ContactPlan) -> Iterator[tuple[str, Stance, Stance]]:
+    """Yield the side of every swing, and the stances before and after it."""
+    for side in SIDES:
+        stances = [s for s in plan.unrolled() if s.footprint.side == side]
+        yield from ((side, one, two) for one, two in pairwise(stances))
 
 
 @dataclass(frozen=True)
@@ -171,5 +174,5 @@ class Forces(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh forces."""
         family = b.add(site_forces(b.body, len(b.nodes)))
-        b.penalise(family, np.full(family.weight.shape, 2.0 * self.size))
+        b.penalise(family, 2.0 * self.size)
         b.force_steps += 2.0 * self.rate / b.steps[:, None]

@@ -1,82 +1,69 @@
-"""Costs of effort and of haste: torque, work, acceleration, jerk."""
+"""Costs of effort and abruptness: torque, work, acceleration, jerk."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
+from plantigrade.arrays import Array, Float
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.terms.term import Term, per_coordinate
 
 
 @dataclass(frozen=True)
-class Torque(Term):
-    r"""Cost :math:`\int \sum w_j (\tau_j / \tau_1)^2 dt` of muscles' torques (Eq. 15).
-
-    Attributes:
-        weight: Weight of every joint [1/s].
-        joints: Factor of single coordinates, by name without or with side.
-    """
-
-    weight: float = 1.0
-    joints: Mapping[str, float] = field(default_factory=dict)
-
-    def add_to(self, b: ProblemBuilder) -> None:
-        """Weigh torques."""
-        family = b.family("muscle torque")
-        w = 2.0 * self.weight * per_coordinate(b.names[6:], self.joints)
-        b.penalise(family, np.broadcast_to(w, family.weight.shape))
-
-
-@dataclass(frozen=True)
-class Work(Term):
-    r"""Cost :math:`\int \sum w_j |\tau_j \dot q_j| dt` of what muscles work, per 100 J.
+class Effort(Term):
+    """A cost of every joint.
 
     Attributes:
         weight: Weight of every joint.
         joints: Factor of single coordinates, by name without or with side.
     """
 
-    weight: float = 0.1
+    weight: float
     joints: Mapping[str, float] = field(default_factory=dict)
 
-    def add_to(self, b: ProblemBuilder) -> None:
-        """Weigh work rates."""
-        w = self.weight * per_coordinate(b.names[6:], self.joints)
-        b.family("work rate").gain[:] += w * b.weights[:, None]
+    def weights(self, names: tuple[str, ...]) -> Float[Array, " n"]:
+        """Return the weight of every coordinate."""
+        return self.weight * per_coordinate(names, self.joints)
 
 
 @dataclass(frozen=True)
-class Acceleration(Term):
-    r"""Cost :math:`\int \sum w_j \ddot q_j^2 dt`: what keeps a spline quiet between its nodes.
+class Torque(Effort):
+    r"""Cost :math:`\int \sum w_j (\tau_j / \tau_1)^2 dt` of muscle torques (Eq. 15); [1/s]."""
 
-    Attributes:
-        weight: Weight [s³/rad²].
-        joints: Factor of single coordinates, by name without or with side.
-    """
+    weight: float = 1.0
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weight torques."""
+        b.penalise(b.family("muscle torque"), 2.0 * self.weights(b.names[6:]))
+
+
+@dataclass(frozen=True)
+class Work(Effort):
+    r"""Cost :math:`\int \sum w_j |\tau_j \dot q_j| dt` of the work of muscles, per 100 J."""
+
+    weight: float = 0.1
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weight work rates."""
+        b.family("work rate").gain[:] += self.weights(b.names[6:]) * b.weights[:, None]
+
+
+@dataclass(frozen=True)
+class Acceleration(Effort):
+    r"""Cost :math:`\int \sum w_j \ddot q_j^2 dt`, which keeps a spline smooth; [s³/rad²]."""
 
     weight: float = 1e-3
-    joints: Mapping[str, float] = field(default_factory=dict)
 
     def add_to(self, b: ProblemBuilder) -> None:
-        """Weigh accelerations."""
-        family = b.family("accelerations")
-        w = 2.0 * self.weight * per_coordinate(b.names, self.joints)
-        b.penalise(family, np.broadcast_to(w, family.weight.shape))
+        """Weight accelerations."""
+        b.penalise(b.family("accelerations"), 2.0 * self.weights(b.names))
 
 
 @dataclass(frozen=True)
-class Jerk(Term):
-    r"""Cost :math:`\int \sum w_j \dddot q_j^2 dt`: quiet between nodes, and free to be quick.
-
-    Attributes:
-        weight: Weight [s⁵/rad²].
-        joints: Factor of single coordinates, by name without or with side.
-    """
+class Jerk(Effort):
+    r"""Cost :math:`\int \sum w_j \dddot q_j^2 dt`: smooth, but free to be quick; [s⁵/rad²]."""
 
     weight: float = 1e-8
-    joints: Mapping[str, float] = field(default_factory=dict)
 
     def add_to(self, b: ProblemBuilder) -> None:
-        """Weigh jerk."""
-        b.jerk += 2.0 * self.weight * per_coordinate(b.names, self.joints)
+        """Weight jerk."""
+        b.jerk += 2.0 * self.weights(b.names)

@@ -104,10 +104,9 @@ class Within(Term):
 
 @dataclass(frozen=True)
 class PowerLimit(Term):
-    """No joint works faster than muscles can, generating or absorbing.
+    """Limits the power of every joint, which isometric strength alone does not.
 
-    Isometric strength alone lets a joint be as strong when it moves fast. In good jumps the whole
-    body reaches 50 to 60 W/kg, which six joints share (estimate).
+    In good jumps the whole body reaches 50 to 60 W/kg, which six joints share (estimate).
 
     Attributes:
         limit: Of each joint, per body mass [W/kg].

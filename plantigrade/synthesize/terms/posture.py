@@ -10,30 +10,23 @@ from plantigrade.models.mirror import mirrored_name
 from plantigrade.record.conditions import Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.terms.term import Term, mirrored_values, per_coordinate
+from plantigrade.synthesize.terms.term import AtInstant, Term, mirrored_values, per_coordinate
 
 
 @dataclass(frozen=True)
-class Pose(Term):
+class Pose(AtInstant):
     """Coordinates, and rest, at one instant.
 
     Attributes:
-        time: When [s].
         coordinates: Values [rad, m].
         at_rest: Whether all rates are zero.
-        held: Whether contact is left to the pose: rows that fix the feet are dropped at this node,
-            because they would say twice what the coordinates say.
+        held: Whether the pose fixes the feet; contact constraints at this node are then dropped
+            as redundant.
     """
 
-    time: float
     coordinates: Mapping[str, float]
     at_rest: bool = True
     held: bool = True
-
-    @property
-    def instants(self) -> tuple[float, ...]:
-        """Its time."""
-        return (self.time,)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Fix coordinates and rates."""
@@ -64,19 +57,8 @@ class Pose(Term):
 
 
 @dataclass(frozen=True)
-class Rest(Term):
-    """No speed at an instant, in whatever posture.
-
-    Attributes:
-        time: When [s].
-    """
-
-    time: float
-
-    @property
-    def instants(self) -> tuple[float, ...]:
-        """Its time."""
-        return (self.time,)
+class Rest(AtInstant):
+    """Zero velocity at an instant, in any posture."""
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Fix rates."""
@@ -89,30 +71,23 @@ class Rest(Term):
 
 
 @dataclass(frozen=True)
-class Quiet(Term):
-    r"""Cost :math:`\sum w \ddot q_j^2` at one instant: what is at rest there sets in softly.
+class Quiet(AtInstant):
+    r"""Cost :math:`\sum w \ddot q_j^2` at one instant, so that a movement starts or ends smoothly.
 
-    A cost, because the equation :math:`\ddot q = 0` at a straight leg would leave the nodes beside
-    it next to no freedom.
+    It is a cost because requiring :math:`\ddot q = 0` of a straight leg would leave the
+    neighbouring nodes hardly any freedom.
 
     Attributes:
-        time: When [s].
         weight: Weight [s⁴/rad²].
     """
 
-    time: float
     weight: float = 1e-2
-
-    @property
-    def instants(self) -> tuple[float, ...]:
-        """Its time."""
-        return (self.time,)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh accelerations."""
         family, k = b.family("accelerations"), b.node(self.time)
         w = np.zeros(family.weight.shape)
-        w[k] = 2.0 * self.weight / b.weights[k]  # an instant's, not an integral's
+        w[k] = 2.0 * self.weight / b.weights[k]  # at an instant, not an integral
         b.penalise(family, w)
 
 
@@ -131,10 +106,8 @@ class Posture(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh coordinates."""
         family = b.family("coordinates")
-        w, t = np.zeros(family.weight.shape), np.zeros(family.weight.shape)
-        w[:] = 2.0 * per_coordinate(b.names, self.weights, 0.0)
-        t[:] = per_coordinate(b.names, self.targets, 0.0)
-        b.penalise(family, w, t)
+        w = 2.0 * per_coordinate(b.names, self.weights, 0.0)
+        b.penalise(family, w, per_coordinate(b.names, self.targets, 0.0))
 
     def mirrored(self) -> "Posture":
         """Return the posture in the mirror."""
@@ -143,32 +116,25 @@ class Posture(Term):
 
 
 @dataclass(frozen=True)
-class PostureAt(Term):
-    r"""Cost :math:`w \sum (q_j - \bar q_j)^2` at one instant: a posture to start from or end in.
+class PostureAt(AtInstant):
+    r"""Cost :math:`w \sum (q_j - \bar q_j)^2` of a posture to start from or end in.
 
-    A cost and no equation, so that feet that stand and a posture that nearly fits them agree.
+    It is a cost, not an equation, because the posture may not quite fit the feet on the ground.
 
     Attributes:
-        time: When [s].
         q: The posture, in the order of the person's coordinates [rad, m].
         weight: Weight.
     """
 
-    time: float
     q: tuple[float, ...]
     weight: float = 0.5
-
-    @property
-    def instants(self) -> tuple[float, ...]:
-        """Its time."""
-        return (self.time,)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh coordinates at a node."""
         k, family = b.node(self.time), b.family("coordinates")
-        w, target = np.zeros(family.weight.shape), np.zeros(family.weight.shape)
-        w[k], target[k] = 2.0 * self.weight / b.weights[k], self.q  # an instant's, no integral's
-        b.penalise(family, w, target)
+        w = np.zeros(family.weight.shape)
+        w[k] = 2.0 * self.weight / b.weights[k]  # at an instant, not an integral
+        b.penalise(family, w, np.array(self.q))
 
 
 @dataclass(frozen=True)
@@ -196,9 +162,7 @@ class HeadStability(Term):
 
         names = (*(f"turning of the head about {x}" for x in "xyz"), "head forward", "head left")
         family = b.custom_family("head", names, expression)
-        w = np.zeros(family.weight.shape)
-        w[:, :3], w[:, 3:] = 2.0 * self.turning, 2.0 * self.leaning
-        b.penalise(family, w)
+        b.penalise(family, 2.0 * np.repeat([self.turning, self.leaning], [3, 2]))
 
 
 @dataclass(frozen=True)
@@ -219,14 +183,8 @@ class Symmetry(Term):
 
         names = b.names
         pairs = [(i, names.index(n[:-2] + "_l")) for i, n in enumerate(names) if n.endswith("_r")]
-        middle = [
-            i
-            for i, n in enumerate(names)
-            if n in ("pelvis_list", "pelvis_rotation")
-            or n.endswith(("_bending", "neck_rotation"))
-            or n.endswith("_rotation")
-            and n[:-9] in ("lumbar", "thorax", "lower_thorax")
-        ]
+        lateral = ("_list", "_bending", "_rotation")
+        middle = [i for i, n in enumerate(names) if mirrored_name(n) == n and n.endswith(lateral)]
 
         def expression(q, v, a, u):
             return ca.vertcat(*(q[i] - q[j] for i, j in pairs), *(q[i] for i in middle))
@@ -236,4 +194,4 @@ class Symmetry(Term):
             (*(f"difference of {names[i][:-2]}" for i, _ in pairs), *(names[i] for i in middle)),
             expression,
         )
-        b.penalise(family, np.full(family.weight.shape, 2.0 * self.weight))
+        b.penalise(family, 2.0 * self.weight)

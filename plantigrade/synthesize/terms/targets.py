@@ -10,30 +10,23 @@ from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.record.conditions import AXES, Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.terms.term import Term
+from plantigrade.synthesize.terms.term import AtInstant
 
 Triple = tuple[float, float, float]
 FREE: Triple = (np.nan, np.nan, np.nan)
 
 
 @dataclass(frozen=True)
-class Reach(Term):
+class Reach(AtInstant):
     """A point of the body is at a place at one instant: a hand at its target.
 
     Attributes:
         point: The point.
         target: Where it shall be, world [m]; NaN for an axis that is free.
-        time: When [s].
     """
 
     point: Point
     target: Triple
-    time: float
-
-    @property
-    def instants(self) -> tuple[float, ...]:
-        """Its time."""
-        return (self.time,)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Fix the position."""
@@ -65,30 +58,22 @@ class Reach(Term):
     def mirrored(self) -> "Reach":
         """Return the target of the other side's point."""
         x, y, z = self.target
-        point = super().mirrored().point  # type: ignore[attr-defined]
-        return replace(self, point=point, target=(x, -y, z))
+        return replace(super().mirrored(), target=(x, -y, z))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
-class CentreOfMass(Term):
-    """Where the centre of mass is at one instant, how fast it goes, or how much that is worth.
+class CentreOfMass(AtInstant):
+    """Position and velocity of the centre of mass at one instant, required or rewarded.
 
     Attributes:
-        time: When [s].
         position: World [m]; NaN where free.
         velocity: World [m/s]; NaN where free.
-        gain: What a metre up and a metre a second up at this instant take from the cost.
+        gain: What 1 m and 1 m/s upwards at this instant take from the cost.
     """
 
-    time: float
     position: Triple = FREE
     velocity: Triple = FREE
     gain: tuple[float, float] = (0.0, 0.0)
-
-    @property
-    def instants(self) -> tuple[float, ...]:
-        """Its time."""
-        return (self.time,)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Fix or reward rows of the centre of mass."""
@@ -99,8 +84,8 @@ class CentreOfMass(Term):
         def expression(q, v, a, u):
             return ca.vertcat(sym.com()(q), sym.momentum()(q, v)[0] / sym.mass)
 
-        names = tuple(f"{axis} of the centre of mass" for axis in AXES)
-        names = (*names, *(f"speed {n}" for n in names))
+        place = [f"{axis} of the centre of mass" for axis in AXES]
+        names = (*place, *(f"speed {n}" for n in place))
         family = b.custom_family("centre of mass", names, expression, "m")
         k, wanted = b.node(self.time), np.array([*self.position, *self.velocity], float)
         given = ~np.isnan(wanted)

@@ -1,8 +1,8 @@
-"""What every term has: it is added to a problem, and says what it demands as data."""
+"""What all terms share: each adds itself to a problem and states its demands as data."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -17,10 +17,9 @@ from plantigrade.synthesize.problem.contact_body import ContactBody
 
 
 class Term(ABC):
-    """A condition or a cost: a frozen dataclass that knows how to add itself to a problem.
+    """A condition or a cost, independent of the task it is part of.
 
-    Nothing in a term knows which task it is in; a task of one's own is a list of terms, and a term
-    of one's own is a class with :meth:`add_to`.
+    Terms are frozen dataclasses; to write a new one, implement :meth:`add_to`.
     """
 
     @abstractmethod
@@ -40,6 +39,22 @@ class Term(ABC):
         """Return the same term for the other side."""
         changed = {f.name: _mirrored(getattr(self, f.name)) for f in fields(self)}  # type: ignore[arg-type]
         return replace(self, **changed)  # type: ignore[type-var]
+
+
+@dataclass(frozen=True)
+class AtInstant(Term):
+    """A term about one instant.
+
+    Attributes:
+        time: When [s].
+    """
+
+    time: float
+
+    @property
+    def instants(self) -> tuple[float, ...]:
+        """Its time."""
+        return (self.time,)
 
 
 def one_sided(terms: tuple[Term, ...]) -> tuple[Term, ...]:
@@ -72,7 +87,7 @@ def mirrored_condition(c: Condition) -> Condition:
     x, y, z = c.position
     lower, upper = c.lower, c.upper
     if flips:
-        lower, upper = tuple(-x for x in c.upper), tuple(-x for x in c.lower)
+        lower, upper = tuple(-v for v in upper), tuple(-v for v in lower)
     name = c.name.replace(c.of, of) if c.of else c.name
     return replace(c, name=name, of=of, position=(x, -y, z), lower=lower, upper=upper)
 

@@ -1,4 +1,4 @@
-"""Costs of being away from a recorded motion: coordinates, accelerations, the ground's wrench."""
+"""Costs of departing from a recorded motion: coordinates, accelerations, ground wrench."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from plantigrade.synthesize.terms.term import Term, per_coordinate
 
 @dataclass(frozen=True)
 class Track(Term):
-    r"""Cost :math:`\int \sum w_j (q_j - \bar q_j(t))^2 dt` of being away from a motion.
+    r"""Cost :math:`\int \sum w_j (q_j - \bar q_j(t))^2 dt` of departing from a motion.
 
     Attributes:
         times: Times of the motion [s].
@@ -30,15 +30,14 @@ class Track(Term):
         """Weigh the distance."""
         family = b.family("coordinates")
         w = 2.0 * self.weight * per_coordinate(b.names, self.joints)
-        target = _at(b.nodes, self.times, self.q)
-        b.penalise(family, np.broadcast_to(w, family.weight.shape), target)
+        b.penalise(family, w, _at(b.nodes, self.times, self.q))
 
 
 @dataclass(frozen=True)
 class TrackAcceleration(Term):
-    r"""Cost :math:`\int w \sum_j (\ddot q_j - \bar{\ddot q}_j(t))^2 dt`: as swift as recorded.
+    r"""Cost :math:`\int w \sum_j (\ddot q_j - \bar{\ddot q}_j(t))^2 dt`.
 
-    Where feet are moved to their footprints, that is done gently.
+    It keeps the correction smooth where feet are moved to their footprints.
 
     Attributes:
         times: Times of the motion [s].
@@ -56,7 +55,7 @@ class TrackAcceleration(Term):
 
         family = b.family("accelerations")
         target = CubicSpline(self.times, self.q)(b.nodes, 2)
-        b.penalise(family, np.full(family.weight.shape, 2.0 * self.weight), target)
+        b.penalise(family, 2.0 * self.weight, target)
 
 
 @dataclass(frozen=True)
@@ -64,9 +63,8 @@ class TrackWrench(Term):
     r"""Cost :math:`\int w_f |F - \bar F(t)|^2 + w_m |M - \bar M(t)|^2 dt` of the ground's wrench.
 
     :math:`F = \sum_k f_k` and :math:`M = \sum_k (p_k - c) \times f_k`, about the centre of mass
-    :math:`c`. By Newton and Euler these are how the centre of mass accelerates and the angular
-    momentum changes: what a recording shows best, while single joints may give way where the
-    recorded feet slide.
+    :math:`c`, which set the acceleration of the centre of mass and the rate of angular momentum:
+    a recording shows these better than single joints where the recorded feet slide.
 
     Attributes:
         times: Times [s].
@@ -97,8 +95,7 @@ class TrackWrench(Term):
 
         family = b.custom_family("wrench", names, wrench, "body weights")
         target = _at(b.nodes, self.times, np.hstack([self.force, self.moment]))
-        w = np.repeat([2.0 * self.weight, 2.0 * self.turning], 3)
-        b.penalise(family, np.broadcast_to(w, family.weight.shape), target)
+        b.penalise(family, 2.0 * np.repeat([self.weight, self.turning], 3), target)
 
 
 def _at(nodes: Array, times: Array, values: Array) -> Array:
