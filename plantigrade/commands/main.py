@@ -70,7 +70,7 @@ def usage() -> str:
     listed = "\n".join(f"  {name:{width}}  {what}" for name, what in COMMANDS.items())
     return (
         "usage: plantigrade COMMAND [OPTIONS]\n\n"
-        "A human body that moves by the laws of physics, on feet that are feet.\n\n"
+        "A human body that moves by the laws of physics, on multi-segment feet.\n\n"
         f"commands:\n{listed}\n\n"
         "`plantigrade COMMAND --help` lists the options of a command;\n"
         "`plantigrade --version` prints the version.\n"

@@ -1,6 +1,6 @@
 """Left and right: names and coordinates of the mirror image of a person."""
 
-TRUNK = ("pelvis_", "lumbar_", "thorax_", "lower_thorax_", "neck_")
+TRUNK = ("pelvis_", "lumbar_", "thorax_", "lower_thorax_", "neck_", "lower_neck_", "upper_neck_")
 LATERAL = ("_list", "_rotation", "_bending", "_tz")
 
 

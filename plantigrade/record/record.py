@@ -71,12 +71,12 @@ class Record:
         contact_force: Ground reaction on the body at each site, world [N].
         contact_point: Where it acts, world [m]; NaN where the force is zero.
         contact_torque: Free moment at that point, world [N m], where known.
-        contact_known: Where the force at a site is known at all; None: everywhere. A foot that
-            stands beside its force plate has a force, but nobody knows it.
+        contact_known: Where the force at a site is known at all; None: everywhere. A foot
+            beside its force plate carries a force that was not measured.
         contact_planned: When each site was planned to stand; None where there was no plan.
         ground: What the body stood on.
         limits: What the motion had to keep to.
-        conditions: What the task demanded besides, at times of ``motion``.
+        conditions: Conditions of the task, on the clock of ``motion``.
         signals: Further results by name, as arrays of numbers or words: residuals of tasks, the
             history of a solver, the state of a controller. Names have dots: ``"solver.history"``.
         references: Other motions of the same Human by name, on clocks of their own: the recorded
@@ -111,8 +111,8 @@ class Record:
         n, k, nv = self.motion.n_frames, len(self.sites), self.human.model.nv
         if self.motion.joint_names != self.human.joint_names:
             raise ParameterError(
-                f"a motion of {len(self.motion.joint_names) - 1} hinges is none of this person "
-                f"with {len(self.human.coordinates)}"
+                f"the motion has {len(self.motion.joint_names) - 1} hinges, this person has "
+                f"{len(self.human.coordinates)}"
             )
         shapes = {
             "qfrc_actuator": (n, nv),
@@ -131,7 +131,7 @@ class Record:
 
     @property
     def has_forces(self) -> bool:
-        """Whether forces of the ground are part of it."""
+        """Whether it holds ground reactions."""
         return self.contact_force is not None and len(self.sites) > 0
 
     def torque(self, hinge: str) -> Float[Array, " n_frames"]:
