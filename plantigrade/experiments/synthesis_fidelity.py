@@ -26,6 +26,7 @@ from plantigrade.experiments.synthesis_trial import (
     chosen_parts,
     failures,
     judge,
+    motion_rows,
     outcome,
     solve,
     task_of,
@@ -85,7 +86,7 @@ class Extent:
     nodes_per_second: float | None = None
 
 
-QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat",))
+QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat", "reach", "jump"))
 QUICK_PARTS = ("speeds", "tasks")
 
 
@@ -322,6 +323,7 @@ def rows_of(results: Mapping[str, Result]) -> Iterator[Row]:
     good = sum(bool(r["good"]) for r in results.values())
     yield at_least("all", "made with the same settings", good, len(results))
     for key, r in results.items():
+        yield from motion_rows(key, r)
         speed = r.get("told", {}).get("speed")
         if "check" in r and (speed is None or speed <= FREE):
             yield from check_rows(key, r["check"])
