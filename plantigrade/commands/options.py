@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, OptionalPath, OptionalWord
 
 Backend = Literal["loky", "threading", "multiprocessing", "ray", "dask"]
@@ -42,6 +43,15 @@ class JobOptions:
     """Where they run: joblib's backend."""
     address: OptionalWord = None
     """Address of a running Ray or Dask cluster; one on this machine is started if absent."""
+
+    def refuse_no_jobs(self) -> None:
+        """Refuse to compute nothing, before any work.
+
+        Raises:
+            ParameterError: If ``jobs`` is zero.
+        """
+        if self.jobs == 0:
+            raise ParameterError("jobs=0 does nothing; allowed are 1, 2, … or -1 for one per core")
 
     def side_by_side(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         """Yield what became of each item, in order."""

@@ -36,6 +36,7 @@ class Run:
         provenance: Where it comes from.
         others: Further records by name (``"forces"``), kept as ``NAME.npz``.
         folder: Where it lies; None as long as it is not saved.
+        files: Names of the files beside ``metrics.json``, once it is saved.
 
     Example:
         >>> run = Run.load("runs/fit-walk")  # doctest: +SKIP
@@ -51,6 +52,7 @@ class Run:
     provenance: Provenance = field(default_factory=Provenance)
     others: Mapping[str, Record] = field(default_factory=dict)
     folder: Path | None = None
+    files: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -76,6 +78,7 @@ class Run:
             "source_files": dict(p.source_files),
             **self.figures,
             "notes": list(self.record.notes),
+            **({"files": list(self.files)} if self.files else {}),
         }
 
     def save(
@@ -114,7 +117,7 @@ class Run:
         folder = write_folder(
             out, metrics=self.metrics, files=files or {}, overwrite=overwrite, more=contents
         )
-        return replace(self, folder=folder)
+        return replace(self, folder=folder, files=tuple(read_metrics(folder)["files"]))
 
     @classmethod
     def load(cls, folder: str | Path) -> "Run":
@@ -155,6 +158,7 @@ class Run:
             ),
             others=others,
             folder=folder,
+            files=tuple(map(str, metrics.get("files", ()))),
         )
 
     def _repr_html_(self) -> str:
