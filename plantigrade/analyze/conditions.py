@@ -1,6 +1,7 @@
 """Whether a motion meets the conditions of its task: at every frame, not only at the nodes."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -61,7 +62,7 @@ def _judge(
     findings = []
     for start, stop in runs(excess > 1.0, time):
         i = start + int(np.argmax(excess[start:stop]))
-        span = {"start": float(time[start]), "end": float(time[stop - 1])}
+        span: dict[str, Any] = {"start": float(time[start]), "end": float(time[stop - 1])}
         findings.append(Finding(**vars(measure(i)), **span, excess=float(excess[i])))
     i = int(np.argmax(excess))
     return float(excess[i]), measure(i), findings

@@ -63,7 +63,8 @@ def foot_segment_signals(
         return FootSegments()
     if fitted.human.feet != FEET:
         short, cycles = _cut(recording, cycles)
-        person = Person(**known | {"joints": JOINTS, "feet": FEET})
+        own: dict[str, Any] = {**known, "joints": JOINTS, "feet": FEET}
+        person = Person(**own)
         try:
             fitted = fit_markers(short, person, static=recording.static, marker_set=chosen)
         except FitError:  # the markers of these few cycles alone are too few

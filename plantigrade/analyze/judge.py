@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -100,7 +101,7 @@ class Judge:
     def _report(
         self, worst: Measure, start: float, end: float, others: tuple[str, ...], excess: float
     ) -> None:
-        times = {"start": float(start), "end": float(end)}
+        times: dict[str, Any] = {"start": float(start), "end": float(end)}
         self.findings.append(Finding(**vars(worst), **times, others=others, excess=excess))
 
 

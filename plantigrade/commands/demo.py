@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from plantigrade.commands import fit, reproduce
 from plantigrade.commands.options import RunOptions, command_line
@@ -61,9 +61,8 @@ class Command(Person, RunOptions):
             path = Path(folder) / "textbook_walk.c3d"
             with progress.step("writing it as a marker recording"):
                 write(recorded(walk, path, seed=self.seed), path)
-            settings = ReproduceSettings(
-                sex=human.sex, joints=human.joints, feet=human.feet, companions=False
-            )
+            own: Any = {"sex": human.sex, "joints": human.joints, "feet": human.feet}
+            settings = ReproduceSettings(**own, companions=False)
             recording, trial = fitting.fit_trial(path, settings, progress.step)
             fitted = fitting.run_of(recording, trial, settings, title="Textbook walk", **told)
             with progress.step("rebuilding the gait from ordered tasks"):

@@ -41,11 +41,11 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
         self.refuse_no_jobs()
         if not self.files:
             raise ParameterError("no recording was named; write plantigrade reproduce FILE")
-        progress = Progress(quiet=self.quiet)
-        if len(self.files) > 1 or self.files[0].is_dir():
+        progress, files = Progress(quiet=self.quiet), list(self.files)
+        if len(files) > 1 or files[0].is_dir():
             return self._study(progress)
-        out = self.out or Path("runs") / f"reproduce-{self.files[0].stem}"
-        run = reproduce_one(self, (self.files[0], out), progress)
+        out = self.out or Path("runs") / f"reproduce-{files[0].stem}"
+        run = reproduce_one(self, (files[0], out), progress)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
             progress.warn(sentence)
         return Outcome(summary(out, run.metrics), run.metrics)

@@ -148,7 +148,7 @@ def assign_plates(
         )
         for loading in loadings
     )
-    return FootForces(force, point, torque, valid_side, valid, uses, tuple(notes))
+    return FootForces(force, point, torque, valid_side, np.asarray(valid), uses, tuple(notes))
 
 
 def over_plates(

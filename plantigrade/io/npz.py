@@ -2,7 +2,7 @@
 
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -125,7 +125,7 @@ class Arrays:
             )
         return Markers(names, self.increasing("marker_time", clock), positions)
 
-    def refuse(self, problem: str, key: str) -> None:
+    def refuse(self, problem: str, key: str) -> NoReturn:
         """Raise a FileError that names the array ``key`` and what is wrong with it."""
         raise FileError(self.path, problem, where=key, remedy=_REMEDY)
 
@@ -141,7 +141,8 @@ def read_npz(path: str | Path) -> Recording:
     """
     arrays = Arrays(path)
     time, names = arrays.time(), arrays.words("joint_names")[1:]
-    qpos, coordinates = arrays.numbers("qpos", len(time), None), None
+    qpos = arrays.numbers("qpos", len(time), None)
+    coordinates = None
     if qpos is None:
         arrays.refuse("is missing", "qpos")
     if qpos.shape[1] - 7 == len(names) > 0:  # the root has a position and a quaternion

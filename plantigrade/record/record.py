@@ -169,8 +169,8 @@ class Record:
         torque[np.isnan(centre[:, 0])] = 0.0
         known = np.ones(n, dtype=bool)
         if self.contact_known is not None:
-            known = self.contact_known[:, mine].all(axis=1)
-        return FootForce(total, centre, torque, known)
+            known = np.all(self.contact_known[:, mine], axis=1)
+        return FootForce(total, centre, torque, np.asarray(known))
 
     def group(self, prefix: str) -> dict[str, Any]:
         """Return the signals whose names start with ``prefix`` and a dot, by what follows it."""

@@ -129,7 +129,7 @@ def fit(
     settings = settings or FitSettings()
     began = time.perf_counter()
     run = run_of(*fit_trial(path, settings, step), settings, command=command, seed=seed)
-    return replace(run, figures=run.figures | {"fit_time_s": time.perf_counter() - began})
+    return replace(run, figures={**run.figures, "fit_time_s": time.perf_counter() - began})
 
 
 def run_of(

@@ -66,10 +66,10 @@ class ConstraintFamily:
     ) -> "ConstraintFamily":
         """Return rows without limits and without cost; fill the arrays to give them some."""
         shape = (n_nodes, len(names))
-        limits = np.full(shape, -np.inf), np.full(shape, np.inf)
-        costs = (np.zeros(shape) for _ in range(3))
+        low, high = np.full(shape, -np.inf), np.full(shape, np.inf)
+        weight, target, gain = (np.zeros(shape) for _ in range(3))
         p = np.zeros((n_nodes, 0)) if parameters is None else parameters
-        return cls(name, function, names, *limits, *costs, p, unit, scale)
+        return cls(name, function, names, low, high, weight, target, gain, p, unit, scale)
 
     @classmethod
     def stacked(
