@@ -28,17 +28,27 @@ class JointLimits:
         human: The person.
         step: Time step of the motion [s].
         fastest: Greatest speed of any hinge [rad/s].
+        acceleration: Greatest acceleration of any coordinate.
+        ranges: Lower and upper limit of each hinge [rad]; the person's own if absent.
     """
 
-    def __init__(self, human: Human, step: float, *, fastest: float = FASTEST):
-        self.low, self.high = human.limits
-        self.step, self.fastest = step, fastest
+    def __init__(
+        self,
+        human: Human,
+        step: float,
+        *,
+        fastest: float = FASTEST,
+        acceleration: float = FASTEST_ACCELERATION,
+        ranges: Float[Array, "2 n_hinges"] | None = None,
+    ):
+        self.low, self.high = human.limits if ranges is None else ranges
+        self.step, self.fastest, self.acceleration = step, fastest, acceleration
         self.rate = min(RATE, 0.25 / step)
 
     def bounds(self, state: State) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
         """Return the lower and upper bounds at a state; never crossed."""
         q, v = state.qpos[7:], state.qvel[6:]
-        most = FASTEST_ACCELERATION
+        most = self.acceleration
         low, high = np.full(len(state.qvel), -most), np.full(len(state.qvel), most)
         slow, pull = v / self.step, -(self.rate**2) * q - 2 * self.rate * v
         swift, stiff = self.fastest / self.step, self.rate**2

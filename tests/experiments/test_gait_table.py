@@ -113,7 +113,7 @@ def test_one_walk_of_each_or_all(two, monkeypatch):
     assert walks.study(one_each=True).names == ("HC038A", "CMU 16")
     assert walks.study(one_each=False).n == 3
     # a first walk that failed is not replaced by one that did not
-    without = replace(walks, done=(walks.done[0], walks.done[2]))
+    without = replace(walks, done=[walks.done[0], walks.done[2]])
     assert without.study(one_each=True).names == ("HC038A",)
     nothing = replace(walks.done[0], comparison=replace(walks.done[0].comparison, cycles=()))
     assert math.isnan(nothing.seconds_per_cycle)
@@ -186,7 +186,7 @@ def test_what_fails_is_named_and_the_rest_goes_on(tmp_path, monkeypatch):
     monkeypatch.setattr(gait_walks, "walk_to_reproduce", walk_to_reproduce)
     walks = reproduce_walks(tmp_path, ["default"])["default"]
     assert walks.failed == {"a.c3d": "no markers", "b.c3d": "nobody walks"}
-    assert walks.absent == ("c.c3d",) and walks.done == ()
+    assert walks.absent == ("c.c3d",) and walks.done == []
     table = gait_table.run(tmp_path)
     assert "c.c3d is not there" in table.text() and "nobody walks" in table.text()
     assert table.metrics()["goals_met"] == 0

@@ -162,7 +162,7 @@ def test_jumps_and_hops_of_the_collection(data):
     from plantigrade.workflows.fit import fit_trial
 
     jump = fit_trial(data / "cmu_asfamc" / "02_04.amc")[1]
-    assert jump.record.motion.events == ()
+    assert jump.motion.events == ()
     # Kicks, a leap and a few real steps: each lands well after the other foot's.
     hop = fit_trial(data / "cmu_asfamc" / "131_03.amc")[1].record().motion.events
     landings = [e for e in hop if e.kind == "heel_strike"]

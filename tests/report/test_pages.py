@@ -96,8 +96,12 @@ def test_play_speed_and_follow(browser, page):
         "s.dispatchEvent(new Event('change')); document.getElementById('play').click(); })()"
     )
     start, wall = browser.evaluate("[plantigrade.state.t, performance.now()]")
-    time.sleep(1.0)
-    end, later = browser.evaluate("[plantigrade.state.t, performance.now()]")
+    end = start
+    for _ in range(60):  # a busy machine draws a frame now and then
+        time.sleep(0.5)
+        end, later = browser.evaluate("[plantigrade.state.t, performance.now()]")
+        if end > start:
+            break
     assert 0 < end - start <= 0.1 * (later - wall) / 1000 + 0.02
     browser.evaluate("document.getElementById('play').click()")
     assert browser.evaluate("plantigrade.state.playing") is False

@@ -399,7 +399,7 @@ def test_matrices_are_computed_once_and_cannot_be_changed(kind, monkeypatch):
     for _ in range(200):
         monkeypatch.undo()
         basis.matrix(times + np.random.default_rng(_).uniform(-1e-12, 1e-12))
-    assert len(basis._matrices) <= 64
+    assert len(basis._bands) <= 64
 
 
 @pytest.mark.parametrize("kind", KINDS)
