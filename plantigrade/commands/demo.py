@@ -73,8 +73,8 @@ class Command(Person, RunOptions):
         more |= errors(walk, trial) | {"demo_time_s": time.perf_counter() - started}
         fitted = replace(fitted, figures={**fitted.figures, **more})
         with progress.step("writing the reports and the viewers"):
-            save(gait, rebuilt, overwrite=overwrite)
-            save(fitted, out, overwrite=overwrite)
+            gait = save(gait, rebuilt, overwrite=overwrite)
+            fitted = save(fitted, out, overwrite=overwrite)
         metrics = fitted.metrics
         text = (
             f"{fit.summary(out, metrics)}\n  against the truth, joint angles off by "
