@@ -70,7 +70,9 @@ def test_a_posture_is_passed_at_its_speed():
     steady = PassingPosture(lambda t: (target, 0.2), lambda t: velocity)
     state = state.moved_to(state.qpos, velocity)
     np.testing.assert_allclose(steady.acceleration(state, 0.0), 0.0, atol=1e-8)
-    np.testing.assert_allclose(steady.acceleration(state.moved_to(target, velocity), 0.2), 0.0)
+    np.testing.assert_allclose(
+        steady.acceleration(state.moved_to(target, velocity), 0.2), 0.0, atol=1e-8
+    )
 
 
 def test_a_heel_is_placed_further_where_the_body_is_off_its_path():
