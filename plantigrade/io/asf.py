@@ -208,12 +208,22 @@ class _AsfParser:
                         f"dof is {' '.join(rest)}; allowed are {' '.join(_BONE_CHANNELS)}"
                     )
                 bone["dof"] = dof
-            # limits, id, bodymass, cofmass and whatever else describe no motion
+            elif key == "limits" or words[0].startswith("("):
+                self.check_limits(" ".join(words))
+            # id, bodymass, cofmass and whatever else describe no motion
         if bone is not None:
             raise self.error("the last bone has no end: the file is truncated", bone["line"])
         if not bones:
             raise self.error("there are no bones in :bonedata")
         return bones
+
+    def check_limits(self, line: str) -> None:
+        """Refuse joint limits that are not pairs of numbers; they are not used otherwise."""
+        for text in re.findall(r"\(([^()]*)\)", line):
+            try:
+                _, _ = (float(word) for word in text.replace(",", " ").split())
+            except ValueError:
+                raise self.error(f"limits ({text}) are not two numbers") from None
 
     def add(self, bone: dict, bones: dict[str, dict]) -> None:
         for field in ("name", "direction", "length"):

@@ -247,6 +247,11 @@ def test_bad_motion(leg, old, new, match):
         ("    lfemur ltibia\n", "", "not connected to the root: ltibia"),
         ("axis 0 0 20 XYZ", "axis 0 0 20 XXZ", "'XXZ'; it must contain"),
         ("dof rx\n", "dof qx\n", "dof is qx; allowed"),
+        (
+            "limits (-160.0 20.0)",
+            "limits (-160.0 wide)",
+            r"limits \(-160.0 wide\) are not two numbers",
+        ),
         ("direction 0 1 0", "direction 0 0 0", "no direction"),
         ("length 0.45", "length 0", "must be positive"),
         ("  end\n:hier", ":hier", "has no end"),
