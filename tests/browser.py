@@ -14,6 +14,7 @@ The flags that make it draw WebGL without a graphics card, as root in a containe
 - ``--disable-dev-shm-usage``: ``/dev/shm`` is small in containers.
 """
 
+import atexit
 import base64
 import io
 import json
@@ -22,7 +23,6 @@ import shutil
 import subprocess
 import tempfile
 import time
-import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -49,30 +49,10 @@ def find_browser() -> str | None:
     return named or next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
-class Browser:
-    """One headless browser with one page; a context manager.
+class _Chromium:
+    """One process for all pages of a test run: starting one costs as much as many pages."""
 
-    Attributes:
-        errors: Console errors, uncaught exceptions and failed requests of the page so far.
-        requests: Every address the page asked for, other than itself and ``data:``.
-    """
-
-    def __init__(self, *, width: int = 1280, height: int = 800, dark: bool = False):
-        """Start the browser.
-
-        Args:
-            width: Of the page [px].
-            height: Of the page [px].
-            dark: Whether the reader prefers dark pages.
-        """
-        self.errors: list[str] = []
-        self.requests: list[str] = []
-        self._size, self._dark, self._next = (width, height), dark, 0
-
-    def __enter__(self) -> "Browser":
-        """Start the process and connect to its page."""
-        from websockets.sync.client import connect
-
+    def __init__(self):
         path = find_browser()
         if path is None:
             raise RuntimeError("no Chromium found: apt-get install chromium")
@@ -85,26 +65,107 @@ class Browser:
         try:
             port_file = Path(self._folder) / "DevToolsActivePort"
             _wait(lambda: port_file.exists() and port_file.read_text().count("\n"), 60)
-            port = int(port_file.read_text().splitlines()[0])
-            opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+            port, path = port_file.read_text().splitlines()[:2]
+            self._host = f"ws://127.0.0.1:{port}"
+            self.session = _Session(f"{self._host}{path}")
+        except BaseException:
+            self.stop()
+            raise
 
-            def page():
-                with opener.open(f"http://127.0.0.1:{port}/json") as answer:
-                    found = [t for t in json.load(answer) if t["type"] == "page"]
-                return found[0] if found else None
+    def page(self, target: str) -> "_Session":
+        """Connect to the page ``target``."""
+        return _Session(f"{self._host}/devtools/page/{target}")
 
-            address = _wait(page, 30)["webSocketDebuggerUrl"]
-            self._socket = connect(address, max_size=None, proxy=None)
-            for domain in ("Page", "Runtime", "Log", "Network"):
-                self.call(f"{domain}.enable")
-            width, height = self._size
-            self.call(
-                "Emulation.setDeviceMetricsOverride",
+    def stop(self) -> None:
+        """Stop the process and remove its folder."""
+        if hasattr(self, "session"):
+            self.session.close()
+        self._process.terminate()
+        try:
+            self._process.wait(10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+class _Session:
+    """A line to the browser or to one page: commands go, answers and events come."""
+
+    def __init__(self, address: str, note=lambda message: None):
+        from websockets.sync.client import connect
+
+        self._socket, self._next, self.note = connect(address, max_size=None, proxy=None), 0, note
+        self.close = self._socket.close
+
+    def call(self, method: str, **params):
+        """Send one DevTools command and return its result."""
+        self._next += 1
+        self._socket.send(json.dumps({"id": self._next, "method": method, "params": params}))
+        while True:
+            message = json.loads(self._socket.recv(timeout=60))
+            self.note(message)
+            if message.get("id") == self._next:
+                if "error" in message:
+                    raise RuntimeError(f"{method}: {message['error']['message']}")
+                return message["result"]
+
+
+_running: list[_Chromium] = []
+
+
+def stop() -> None:
+    """Stop the process that the pages share, if one runs."""
+    while _running:
+        _running.pop().stop()
+
+
+atexit.register(stop)
+
+
+class Browser:
+    """One page of a headless browser, with a profile of its own; a context manager.
+
+    All pages share one process, which the first of them starts and :func:`stop` ends.
+
+    Attributes:
+        errors: Console errors, uncaught exceptions and failed requests of the page so far.
+        requests: Every address the page asked for, other than itself and ``data:``.
+    """
+
+    def __init__(self, *, width: int = 1280, height: int = 800, dark: bool = False):
+        """Say what the page is like.
+
+        Args:
+            width: Of the page [px].
+            height: Of the page [px].
+            dark: Whether the reader prefers dark pages.
+        """
+        self.errors: list[str] = []
+        self.requests: list[str] = []
+        self._size, self._dark = (width, height), dark
+
+    def __enter__(self) -> "Browser":
+        """Open the page and connect to it."""
+        if not _running:
+            _running.append(_Chromium())
+        ask = _running[-1].session.call
+        width, height = self._size
+        self._profile = ask("Target.createBrowserContext")["browserContextId"]
+        try:
+            target = ask(
+                "Target.createTarget",
+                url="about:blank",
+                browserContextId=self._profile,
+                newWindow=True,  # a page behind another is not drawn
                 width=width,
                 height=height,
-                deviceScaleFactor=1,
-                mobile=False,
-            )
+            )["targetId"]
+            self._page = _running[-1].page(target)
+            self._page.note = self._note
+            for domain in ("Page", "Runtime", "Log", "Network"):
+                self.call(f"{domain}.enable")
+            self.resize(width, height)
             scheme = "dark" if self._dark else "light"
             self.call(
                 "Emulation.setEmulatedMedia",
@@ -116,28 +177,24 @@ class Browser:
         return self
 
     def __exit__(self, *_) -> None:
-        """Stop the process and remove its folder."""
-        if hasattr(self, "_socket"):
-            self._socket.close()
-        self._process.terminate()
-        try:
-            self._process.wait(10)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        """Close the page."""
+        if hasattr(self, "_page"):
+            self._page.close()
+        _running[-1].session.call("Target.disposeBrowserContext", browserContextId=self._profile)
+
+    def resize(self, width: int, height: int) -> None:
+        """Give the page another size [px]."""
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
 
     def call(self, method: str, **params):
-        """Send one DevTools command and return its result."""
-        self._next += 1
-        self._socket.send(json.dumps({"id": self._next, "method": method, "params": params}))
-        while True:
-            message = json.loads(self._socket.recv(timeout=60))
-            self._note(message)
-            if message.get("id") == self._next:
-                if "error" in message:
-                    raise RuntimeError(f"{method}: {message['error']['message']}")
-                return message["result"]
+        """Send one DevTools command to the page and return its result."""
+        return self._page.call(method, **params)
 
     def _note(self, message: dict) -> None:
         method, params = message.get("method"), message.get("params", {})
@@ -203,7 +260,7 @@ class Browser:
             path: Where to write it, if anywhere.
             whole: The whole page, not only the part in the window.
         """
-        import matplotlib.image
+        from PIL import Image
 
         self.settle()
         picture = base64.b64decode(
@@ -211,8 +268,18 @@ class Browser:
         )
         if path is not None:
             Path(path).write_bytes(picture)
-        pixels = matplotlib.image.imread(io.BytesIO(picture), format="png")
-        return np.round(255 * pixels[..., :3]).astype(np.uint8)
+        return np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"))
+
+
+def colours(picture: np.ndarray) -> int:
+    """Return how many different colours a picture ``(height, width, 3)`` has: few if blank."""
+    red, green, blue = np.moveaxis(picture.astype(np.uint32), -1, 0)
+    return int(np.count_nonzero(np.bincount((red << 16 | green << 8 | blue).ravel())))
+
+
+def moved(before: np.ndarray, after: np.ndarray) -> float:
+    """Return the share of pixels that changed visibly from one picture to another."""
+    return float((np.abs(before.astype(np.int16) - after).max(axis=2) > 24).mean())
 
 
 def _wait(condition, seconds: float):

@@ -12,6 +12,8 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import pytest  # noqa: E402
 
+from tests.browser import Browser, find_browser, stop  # noqa: E402
+
 DATA_VARIABLE = "PLANTIGRADE_DATA"
 
 
@@ -34,6 +36,37 @@ def data() -> Path:
     if folder is None:
         pytest.skip(f"no folder of recordings: set {DATA_VARIABLE} to one (see docs/usage.md)")
     return folder
+
+
+@pytest.fixture
+def browser():
+    """A fresh page of a headless Chromium; skips where there is none.
+
+    The process is shared by all pages of a worker, and ``browser.resize`` gives the page another
+    size. A page may stay open for several tests: see ``open_browser``.
+    """
+    with open_browser() as page:
+        yield page
+
+
+def open_browser(**options) -> Browser:
+    """Return a page to be entered, for a fixture of wider scope than ``browser``; may skip."""
+    if find_browser() is None:
+        pytest.skip("no Chromium here: apt-get install chromium, or set CHROMIUM to its path")
+    return Browser(**options)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what uses recordings or a browser, directly or through another fixture."""
+    for item in items:
+        for name in ("data", "browser"):
+            if name in getattr(item, "fixturenames", ()):
+                item.add_marker(name)
+
+
+def pytest_sessionfinish() -> None:
+    """End the browser that the pages shared."""
+    stop()
 
 
 @dataclass(frozen=True)

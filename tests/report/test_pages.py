@@ -3,22 +3,16 @@
 import threading
 import time
 
-import numpy as np
 import pytest
 
 from plantigrade.record import Record, Run
 from plantigrade.report.live import LiveViewer
 from plantigrade.report.pages import report_html
 from plantigrade.report.viewer import viewer_html
-from tests.browser import Browser, find_browser
+from tests.browser import colours, moved
 from tests.report.runs import fitted, from_tasks, solved
 
 READY = "document.body.dataset.ready === '1' && document.body.dataset.time"
-
-
-def moved(before, after) -> float:
-    """Return the share of pixels that changed visibly."""
-    return float((np.abs(before.astype(int) - after).max(axis=2) > 24).mean())
 
 
 @pytest.fixture
@@ -38,7 +32,7 @@ def test_viewer_draws_and_is_silent(browser, page):
     open_still(browser, page)
     picture = browser.screenshot()
     stage = picture[60:740, :900]
-    assert len(np.unique(stage.reshape(-1, 3), axis=0)) > 1000, "the stage is (nearly) blank"
+    assert colours(stage) > 1000, "the stage is (nearly) blank"
     blue = (stage[..., 2].astype(int) - stage[..., 0] > 40).sum()
     assert blue > 2000, "the right leg's colour is not to be seen"
     assert browser.evaluate("document.querySelector('h1').textContent") == "Walk & <more>"
@@ -126,7 +120,7 @@ def test_report_renders_and_is_silent(browser, tmp_path, record, make):
     browser.open(path)
     picture = browser.screenshot(whole=True)
     assert picture.shape[0] > 3000
-    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 200
+    assert colours(picture) > 200
     broken = browser.evaluate(
         "[...document.querySelectorAll('svg path')].filter(p => !p.getAttribute('d')"
         " || /NaN|Infinity/.test(p.getAttribute('d'))).length"
@@ -138,14 +132,12 @@ def test_report_renders_and_is_silent(browser, tmp_path, record, make):
     assert browser.requests == []
 
 
-def test_a_report_fits_a_phone(tmp_path, record):
-    if find_browser() is None:
-        pytest.skip("no Chromium here: apt-get install chromium, or set CHROMIUM to its path")
+def test_a_report_fits_a_phone(browser, tmp_path, record):
     path = tmp_path / "report.html"
     path.write_text(report_html(solved(record)), encoding="utf-8")
-    with Browser(width=500) as browser:
-        browser.open(path)
-        assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    browser.resize(500, 800)
+    browser.open(path)
+    assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def test_bare_report_renders(browser, tmp_path, record):

@@ -9,7 +9,6 @@ from plantigrade.analyze.gait_study import FIGURES, PAPER_TABLE, study
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.report.study import Gait, study_html
-from tests.browser import Browser, find_browser
 
 
 def comparison(seed: int) -> Comparison:
@@ -97,15 +96,13 @@ def test_a_study_without_a_valid_gait_is_still_a_page():
     assert "Gait by gait" in page and "Table I" not in page and "it fell" in page
 
 
-def test_the_page_in_a_browser(page, tmp_path):
-    if find_browser() is None:
-        pytest.skip("no Chromium here: apt-get install chromium, or set CHROMIUM to its path")
+def test_the_page_in_a_browser(browser, page, tmp_path):
     path = tmp_path / "study.html"
     path.write_text(page, encoding="utf-8")
-    with Browser(width=1180) as browser:
-        browser.open(path)
-        text = browser.evaluate("document.body.innerText")
-        assert not re.search(r"\b(NaN|nan|None)\b", text)
-        wide = browser.evaluate("document.documentElement.scrollWidth - innerWidth")
-        assert wide <= 0, "the page is wider than its window"
-        assert browser.errors == [] and browser.requests == []
+    browser.resize(1180, 800)
+    browser.open(path)
+    text = browser.evaluate("document.body.innerText")
+    assert not re.search(r"\b(NaN|nan|None)\b", text)
+    wide = browser.evaluate("document.documentElement.scrollWidth - innerWidth")
+    assert wide <= 0, "the page is wider than its window"
+    assert browser.errors == [] and browser.requests == []
