@@ -1,14 +1,24 @@
-"""How settings are spelled on the command line: the word for a value, no default where none is.
+"""Settings: how they are spelled on the command line, and what types they take from Python.
 
 Settings are dataclasses; a command inherits them, and each field becomes an option with the line
-under it as its help.
+under it as its help. From Python the same fields are keywords.
 """
 
+import difflib
 import math
+import os
+import textwrap
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from functools import cache
+from numbers import Integral, Real
 from pathlib import Path
-from typing import Annotated, Literal
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import tyro
+
+from plantigrade.errors import ParameterError
 
 
 def optional(metavar: str):
@@ -41,3 +51,119 @@ Degrees = Annotated[
     ),
 ]
 """An angle in radians that the command line takes and shows in degrees."""
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    """Return the types of the fields of a dataclass, without the marks of the command line."""
+    hints = get_type_hints(kind)
+    return {f.name: hints[f.name] for f in fields(kind)}
+
+
+def check_types(settings: Any) -> None:
+    """Give every field of a frozen dataclass the type it is annotated with.
+
+    Numbers of NumPy, whole numbers for floats, words for paths and lists for tuples are welcome.
+
+    Raises:
+        ParameterError: If a value is of another type.
+    """
+    for name, hint in _hints(type(settings)).items():
+        value = getattr(settings, name)
+        try:
+            converted = _as(hint, value)
+        except (TypeError, ValueError, OverflowError):
+            raise ParameterError(f"{name} must be {_in_words(hint)}, not {_shown(value)}") from None
+        if converted is not value:
+            object.__setattr__(settings, name, converted)
+
+
+def as_path(value: Any, what: str) -> Path:
+    """Return the path of a file or folder.
+
+    Raises:
+        ParameterError: If it is none; ``what`` says what is needed.
+    """
+    if isinstance(value, str | os.PathLike) and str(value):
+        return Path(value)
+    raise ParameterError(f"{what} must be the path of a file or folder, not {_shown(value)}")
+
+
+def refuse_unknown(what: str, given: Iterable[str], allowed: Iterable[str]) -> None:
+    """Refuse options that do not exist.
+
+    Raises:
+        ParameterError: If there is one; the message names the nearest and all that are allowed.
+    """
+    names = list(allowed)
+    for name in given:
+        if name not in names:
+            near = difflib.get_close_matches(name, names, n=1)
+            hint = f"did you mean {near[0]!r}? " if near else ""
+            has = f"it has {', '.join(names)}" if names else "it has none"
+            raise ParameterError(f"{what} has no option {name!r}; {hint}{has}")
+
+
+def _as(hint: Any, value: Any) -> Any:
+    """Return a value as a type needs it; a TypeError or ValueError says that it is none."""
+    kind, arguments = get_origin(hint), get_args(hint)
+    if kind in (Union, UnionType):
+        if value is None and NoneType in arguments:
+            return None
+        (hint,) = (each for each in arguments if each is not NoneType)
+        return _as(hint, value)
+    if kind is Literal:
+        if isinstance(value, Integral) and not isinstance(value, bool):
+            value = str(value)  # a joint set is named by its number of coordinates
+        return _only(value, isinstance(value, str) and value in arguments)
+    if kind is tuple:
+        _only(value, not isinstance(value, str | bytes | Mapping))
+        values = tuple(value)
+        if len(arguments) == 2 and arguments[1] is Ellipsis:
+            arguments = arguments[:1] * len(values)
+        converted = tuple(_as(h, v) for h, v in zip(arguments, values, strict=True))
+        return value if type(value) is tuple and converted == value else converted
+    if hint is bool:
+        return value if isinstance(value, bool) else _only(value, _is_numpy_bool(value)).item()
+    if hint in (int, float):
+        real = Integral if hint is int else Real
+        return hint(_only(value, isinstance(value, real) and not isinstance(value, bool)))
+    if hint is Path:
+        return Path(_only(value, isinstance(value, str | os.PathLike) and str(value) != ""))
+    return _only(value, hint is not str or isinstance(value, str))
+
+
+def _only(value: Any, allowed: bool) -> Any:
+    if not allowed:
+        raise TypeError
+    return value
+
+
+def _shown(value: Any) -> str:
+    """Return a value for a message: not all of a long one."""
+    try:
+        return textwrap.shorten(repr(value), 80, placeholder=" …")
+    except ValueError:  # of a whole number, all of whose digits Python will not write
+        return "a number of thousands of digits"
+
+
+def _is_numpy_bool(value: Any) -> bool:
+    return type(value).__module__ == "numpy" and type(value).__name__ in ("bool", "bool_")
+
+
+def _in_words(hint: Any) -> str:
+    """Return what a type takes.
+
+    Example:
+        >>> _in_words(float | None), _in_words(tuple[float, float, float])
+        ('a number', '3 numbers')
+    """
+    kind, arguments = get_origin(hint), get_args(hint)
+    if kind in (Union, UnionType):
+        return " or ".join(_in_words(each) for each in arguments if each is not NoneType)
+    if kind is Literal:
+        return " or ".join(map(repr, arguments))
+    if kind is tuple:
+        return "numbers" if Ellipsis in arguments else f"{len(arguments)} numbers"
+    words = {bool: "True or False", int: "a whole number", float: "a number", str: "a text"}
+    return words.get(hint, "the path of a file or folder" if hint is Path else "another value")

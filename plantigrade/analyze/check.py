@@ -36,25 +36,30 @@ from plantigrade.analyze.sweep import Sweep, cross, sweep
 from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.analyze.verdict import Measure, Slip, Verdict
 from plantigrade.arrays import Array, Float
-from plantigrade.record import Record
+from plantigrade.errors import ParameterError
+from plantigrade.record import Record, Run
 
 _SAME = 1e-4  # a sphere and a site no further apart than this are one place [m]
 _ROOT = ("root x", "root y", "root z", "root turn x", "root turn y", "root turn z")
 _FEET = ("the feet", "the right foot", "the left foot")
 
 
-def check(record: Record, tolerances: Tolerances | None = None) -> Verdict:
+def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict:
     """Return the verdict on a motion, its forces, its limits and the conditions of its task.
 
     Sample it finely: ten frames between two nodes of what made it, nodes among the frames.
 
     Args:
-        record: What happened; needs accelerations.
+        record: What happened, or the run of it; needs accelerations.
         tolerances: What is allowed.
 
     Raises:
         ParameterError: If the motion cannot be checked.
     """
+    if isinstance(record, Run):
+        record = record.record
+    if not isinstance(record, Record):
+        raise ParameterError(f"only a Record or a Run can be checked, not {type(record).__name__}")
     tol = tolerances or Tolerances()
     s = sweep(record)
     least = 0.01 * tol.negligible * s.weight

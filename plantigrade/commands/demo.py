@@ -8,6 +8,7 @@ from plantigrade.commands import fit, reproduce
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.models.person import Person
+from plantigrade.synthesize.tasks.settings import whole
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
@@ -17,6 +18,7 @@ KEPT = (  # of the reproduced gait's figures, in those of the demo
     "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "contact_drift_max_mm",
     "sole_lowest_mm", "cycles_count",
 )  # fmt: skip
+NAME, BESIDE, RECORDING = "demo", "-reproduced", "textbook_walk.c3d"
 COMPARED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 
@@ -31,36 +33,41 @@ class Command(Person, RunOptions):
 
     speed: float = 1.25
     """Walking speed [m/s]."""
+    seed: int = 0
+    """Seed of the faults of the recording."""
 
     def run(self) -> Outcome:
         """Walk, record, fit, reproduce."""
+        import shlex
         import tempfile
         import time
 
         from plantigrade.commands.progress import Progress
         from plantigrade.io import write
         from plantigrade.record.folder import refuse_existing
+        from plantigrade.record.run import RUNS
         from plantigrade.workflows import fit as fitting
         from plantigrade.workflows import reproduce as reproducing
         from plantigrade.workflows.save import save
-        from plantigrade.workflows.settings import ReproduceSettings
+        from plantigrade.workflows.settings import LARGEST_SEED, ReproduceSettings
         from plantigrade.workflows.textbook import recorded, textbook_walk
 
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet)
-        out = self.out or Path("runs") / "demo"
-        rebuilt = out.parent / f"{out.name}-reproduced"
-        overwrite = self.overwrite or self.out is None
-        for folder in (out, rebuilt):
-            refuse_existing(folder, overwrite)
+        whole("seed", self.seed, 0, LARGEST_SEED)
+        if self.out is not None or self.overwrite:
+            out = self.out or RUNS / NAME
+            for folder in (out, out.with_name(out.name + BESIDE)):
+                refuse_existing(folder, self.overwrite)
         told = {"command": command_line(), "seed": self.seed}
         human = Person(**{**self.known, "joints": self.joints or "42"}).human()
         with progress.step("walking by the textbook"):
             walk = textbook_walk(human, speed=self.speed)
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "textbook_walk.c3d"
+            path = Path(folder) / RECORDING
             with progress.step("writing it as a marker recording"):
                 write(recorded(walk, path, seed=self.seed), path)
+            kept = {RECORDING: path.read_bytes()}
             own: Any = {"sex": human.sex, "joints": human.joints, "feet": human.feet}
             settings = ReproduceSettings(**own, companions=False)
             recording, trial = fitting.fit_trial(path, settings, progress.step)
@@ -70,17 +77,26 @@ class Command(Person, RunOptions):
                     recording, trial, settings, title="Textbook walk, reproduced", **told
                 )
         more = {f"reproduced_{k}": gait.figures[k] for k in KEPT if k in gait.figures}
-        more |= errors(walk, trial) | {"demo_time_s": time.perf_counter() - started}
-        fitted = replace(fitted, figures={**fitted.figures, **more})
+        fitted = replace(
+            fitted,
+            figures={**fitted.figures, **more, **errors(walk, trial)},
+            seconds={"demo": time.perf_counter() - started},
+            name=NAME,
+        )
         with progress.step("writing the reports and the viewers"):
-            gait = save(gait, rebuilt, overwrite=overwrite)
-            fitted = save(fitted, out, overwrite=overwrite)
-        metrics = fitted.metrics
+            fitted = save(fitted, self.out, overwrite=self.overwrite, files=kept, beside=BESIDE)
+            out = fitted.folder or Path()
+            rebuilt = out.with_name(out.name + BESIDE)
+            save(gait, rebuilt, overwrite=self.overwrite)
+        metrics, kept_file = fitted.metrics, shlex.quote(str(out / RECORDING))
         text = (
             f"{fit.summary(out, metrics)}\n  against the truth, joint angles off by "
             f"{metrics['angle_error_mean_deg']:.1f}° (offset removed "
             f"{metrics['angle_error_offset_removed_deg']:.1f}°)\n"
-            f"{reproduce.summary(rebuilt, gait.metrics)}"
+            f"{reproduce.summary(rebuilt, gait.metrics)}\n"
+            f"next, the same recording by itself, and then your own:\n"
+            f"  plantigrade fit {kept_file}\n"
+            f"  plantigrade reproduce {kept_file}"
         )
         if not gait.ok:
             metrics["status"] = f"of the reproduced gait: {gait.status}"

@@ -1,7 +1,7 @@
 """Fit recordings to scaled humans."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -30,8 +30,6 @@ class Command(FitSettings, RunOptions, JobOptions):
 
     def run(self) -> Outcome:
         """Fit one recording, or each of several on its own."""
-        from plantigrade.record.folder import refuse_existing
-
         self.refuse_no_jobs()
         if not self.files:
             raise ParameterError("no recording was named; write plantigrade fit FILE")
@@ -40,16 +38,14 @@ class Command(FitSettings, RunOptions, JobOptions):
                 "--out names one folder but several recordings were given; leave it out (each goes "
                 "to runs/fit-<name>) or fit them one by one"
             )
-        names = run_names(self.files)
-        folders = [self.out or Path("runs") / f"fit-{name}" for name in names]
-        for folder in folders:
-            refuse_existing(folder, self.overwrite)
+        names = [f"fit-{name}" for name in run_names(self.files)]
+        self.refuse_existing(*names)
         if len(self.files) == 1:
-            return fit_one(self, (self.files[0], folders[0]))
-        return self._several(folders)
+            return fit_one(self, (self.files[0], names[0]))
+        return self._several(names)
 
-    def _several(self, folders: Sequence[Path]) -> Outcome:
-        items = zip(self.files, folders, strict=True)
+    def _several(self, names: Sequence[str]) -> Outcome:
+        items = zip(self.files, names, strict=True)
         done = self.side_by_side(partial(fit_one, self, quiet=True), items)
         lines: list[str] = []
         metrics: dict[str, Any] = {}
@@ -66,22 +62,21 @@ class Command(FitSettings, RunOptions, JobOptions):
         return Outcome("\n".join(lines), {"status": status, **metrics})
 
 
-def fit_one(options: Command, item: tuple[Path, Path], quiet: bool = False) -> Outcome:
-    """Fit one recording and write its run folder."""
+def fit_one(options: Command, item: tuple[Path, str], quiet: bool = False) -> Outcome:
+    """Fit one recording and write its run folder, called so where ``--out`` is absent."""
     from plantigrade.commands.progress import Progress
     from plantigrade.workflows.fit import fit
     from plantigrade.workflows.save import save
 
-    path, folder = item
+    path, name = item
     progress = Progress(quiet=options.quiet or quiet)
-    told = {"command": command_line(), "seed": options.seed}
-    run = fit(path, FitSettings.of(options), step=progress.step, **told)
+    run = fit(path, FitSettings.of(options), step=progress.step, command=command_line())
     with progress.step("writing the report and the viewer"):
-        run = save(run, folder, overwrite=options.overwrite)
+        run = save(replace(run, name=name), options.out, overwrite=options.overwrite)
     of = f"{path.name}: " if len(options.files) > 1 else ""
     for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
         progress.warn(of + sentence)
-    return Outcome(summary(folder, run.metrics), run.metrics)
+    return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
 
 def run_names(files: Sequence[Path]) -> list[str]:

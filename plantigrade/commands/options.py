@@ -23,14 +23,30 @@ class PrintOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions(PrintOptions):
-    """Where the run folder goes and how the work is done."""
+    """Where the run folder goes."""
 
     out: OptionalPath = None
-    """Run folder to write; runs/<command>-<name> if absent."""
+    """Run folder to write; runs/<command>-<name> if absent, numbered where that is taken."""
     overwrite: Flag = False
     """Replace the run folder if it exists."""
-    seed: int = 0
-    """Seed of everything random."""
+
+    def refuse_existing(self, *names: str) -> None:
+        """Refuse, before any work, what could not be written.
+
+        Args:
+            names: Folders in ``runs`` that are written where ``--out`` is absent.
+
+        Raises:
+            RunExists: If the folder of ``--out``, or one to be replaced, may not be written.
+        """
+        from plantigrade.record.folder import refuse_existing
+        from plantigrade.record.run import RUNS
+
+        if self.out is not None:
+            refuse_existing(self.out, self.overwrite)
+        elif self.overwrite:
+            for name in names:
+                refuse_existing(RUNS / name, overwrite=True)
 
 
 @dataclass(frozen=True, kw_only=True)

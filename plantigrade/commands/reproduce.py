@@ -44,33 +44,37 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
         progress, files = Progress(quiet=self.quiet), list(self.files)
         if len(files) > 1 or files[0].is_dir():
             return self._study(progress)
-        out = self.out or Path("runs") / f"reproduce-{files[0].stem}"
-        run = reproduce_one(self, (files[0], out), progress)
+        self.refuse_existing(f"reproduce-{files[0].stem}")
+        run = reproduce_one(self, (files[0], self.out), progress)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
             progress.warn(sentence)
-        return Outcome(summary(out, run.metrics), run.metrics)
+        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
     def _study(self, progress: "Progress") -> Outcome:
         from plantigrade.record.folder import refuse_existing
+        from plantigrade.record.run import RUNS
         from plantigrade.workflows import study as gait_study
 
         files, named = recordings(self.files)
-        out = self.out or Path("runs") / f"reproduce-study-{study_name(self.files)}"
+        default = f"reproduce-study-{study_name(self.files)}"
         names = run_names(files)
+        self.refuse_existing(default)
+        out = self.out or RUNS / default
         folders = [out.parent / f"reproduce-{name}" for name in names]
-        for folder in (out, *folders):
-            refuse_existing(folder, self.overwrite)
+        if self.overwrite:
+            for folder in folders:
+                refuse_existing(folder, overwrite=True)
         items = zip(files, folders, strict=True)
         done = self.side_by_side(partial(_reproduce_member, self), items)
         members, left_out, of = [], {}, len(files)
         for k, (name, each) in enumerate(zip(names, done, strict=True), start=1):
-            path, folder = each.item
+            path, _ = each.item
             if each.result is None:
                 left_out[str(path)] = each.problem
                 say = progress.warn if path in named else progress.say
                 say(f"{k}/{of} {path}: {each.problem}")
                 continue
-            members.append(gait_study.Member(name, path, folder, *each.result))
+            members.append(gait_study.Member(name, path, *each.result))
             progress.say(f"{k}/{of} {path}: {members[-1].words}")
         if not members:
             raise ParameterError(
@@ -86,35 +90,36 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
                 out,
                 command=command_line(),
                 settings=ReproduceSettings.of(self),
-                seed=self.seed,
                 overwrite=self.overwrite,
+                numbered=self.out is None and not self.overwrite,
             )
         return Outcome(study_summary(folder, found), metrics)
 
 
-def reproduce_one(options: Command, item: tuple[Path, Path], progress: "Progress") -> "Run":
+def reproduce_one(
+    options: Command, item: tuple[Path, Path | None], progress: "Progress", numbered: bool = False
+) -> "Run":
     """Reproduce one recording, write its run folder and return the run."""
-    from plantigrade.record.folder import refuse_existing
     from plantigrade.workflows.reproduce import reproduce
     from plantigrade.workflows.save import save
 
     path, folder = item
-    refuse_existing(folder, options.overwrite)
-    told = {"command": command_line(), "seed": options.seed}
-    run = reproduce(path, ReproduceSettings.of(options), step=progress.step, **told)
+    settings = ReproduceSettings.of(options)
+    run = reproduce(path, settings, step=progress.step, command=command_line())
     with progress.step("writing the report and the viewer"):
-        return save(run, folder, overwrite=options.overwrite)
+        numbered = numbered and not options.overwrite
+        return save(run, folder, overwrite=options.overwrite, numbered=numbered)
 
 
 def _reproduce_member(
     options: Command, item: tuple[Path, Path]
-) -> "tuple[Comparison, dict[str, Any]]":
-    """Reproduce one recording of a study: its comparison and metrics."""
+) -> "tuple[Path, Comparison, dict[str, Any]]":
+    """Reproduce one recording of a study: its folder, comparison and metrics."""
     from plantigrade.analyze.reproduction import compare
     from plantigrade.commands.progress import Progress
 
-    run = reproduce_one(options, item, Progress(quiet=True))
-    return compare(run.record), run.metrics
+    run = reproduce_one(options, item, Progress(quiet=True), numbered=True)
+    return run.folder or item[1], compare(run.record), run.metrics
 
 
 def recordings(given: Sequence[Path]) -> tuple[list[Path], set[Path]]:
@@ -197,8 +202,8 @@ def figures(metrics: dict[str, Any]) -> list[str]:
         )
     if metrics.get("dynamics_status", "ok") != "ok":
         lines.append(f"  moved by forces  {metrics['dynamics_status']}")
-    if "time_per_cycle_s" in metrics:
-        lines.append(f"  time             {metrics['time_per_cycle_s']:.2f} s per gait cycle")
+    if "cycle" in metrics["seconds"]:
+        lines.append(f"  time             {metrics['seconds']['cycle']:.2f} s per gait cycle")
     return lines
 
 

@@ -1,7 +1,6 @@
 """Make a motion from a task alone, or a recorded one physical: one subcommand for each task."""
 
 import signal
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,12 +10,14 @@ from typing import Annotated, Any, ClassVar
 
 import tyro
 
-from plantigrade.commands.options import RunOptions
+from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings
 from plantigrade.workflows.settings import (
+    PAPER,
+    TRACK,
     PaperSettings,
     SolveSettings,
     TrackSettings,
@@ -24,7 +25,6 @@ from plantigrade.workflows.settings import (
 
 SAID = 8  # findings that are printed
 EVERY = 0.5  # between two lines of progress [s]
-TRACK, PAPER = "track", "zhakatayev2023"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,90 +35,84 @@ class Command(RunOptions):
     decides whether it is valid. Ctrl-C stops with the best so far, which is checked and written.
     """
 
+    word: ClassVar[str] = ""
+    told: ClassVar[tuple[type, ...]] = ()
+
     def run(self) -> Outcome:
         """Make the motion and write its run folder."""
-        from plantigrade.record.folder import refuse_existing
+        from plantigrade.workflows.motions import synthesize
         from plantigrade.workflows.save import save
 
         progress = Progress(quiet=self.quiet)
-        out = self.out or Path("runs") / f"synthesize-{self.name}"
-        refuse_existing(out, self.overwrite)
+        self.refuse_existing(f"synthesize-{self.name}")
         watch = Watch(progress)
         with watch.listening():
-            run = self.make(watch)
-        watch.close(run.figures)
+            run = synthesize(
+                self.task,
+                progress=watch,
+                step=progress.step,
+                command=command_line(),
+                **self.given(),
+            )
+        watch.close(run.metrics)
         with progress.step("writing the report and the viewer"):
-            run = save(run, out, overwrite=self.overwrite)
+            run = save(run, self.out, overwrite=self.overwrite)
         findings = run.record.signals.get("check.findings", ())
         for line in (*run.record.notes, *findings[:SAID]):
             progress.warn(str(line))
         if len(findings) > SAID:
             progress.warn(f"{len(findings) - SAID} more of that kind are in the report")
-        return Outcome(summary(out, run.metrics), run.metrics)
+        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+
+    @property
+    def task(self) -> str | Path:
+        """What is to be made, as :func:`~plantigrade.workflows.motions.synthesize` takes it."""
+        return self.word
 
     @property
     def name(self) -> str:
         """What the run is called."""
-        raise NotImplementedError
+        return self.word
 
-    def make(self, watch: "Watch") -> Any:
-        """Return the run."""
-        raise NotImplementedError
-
-    def context(self, watch: "Watch", title: str, *files: Path) -> dict[str, Any]:
-        """Return who watches, and where the run comes from."""
-        from plantigrade.workflows.synthesize import Origin
-
-        command = " ".join(["plantigrade", *sys.argv[1:]])
-        return {"progress": watch, "origin": Origin(title, command, files, self.seed)}
+    def given(self) -> dict[str, Any]:
+        """Every option that decides the result, by name."""
+        return {f.name: getattr(self, f.name) for kind in self.told for f in fields(kind)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Task(SolveSettings, Command):
     """A task of the registry, or of a file."""
 
-    task: ClassVar[str]
     file: tyro.conf.Suppress[Path | None] = None
 
     @property
+    def task(self) -> str | Path:
+        """The task, or its file."""
+        return self.word if self.file is None else self.file
+
+    @property
     def name(self) -> str:
-        """The task, or the file."""
-        return self.task if self.file is None else self.file.stem
-
-    def make(self, watch: "Watch") -> Any:
-        """Solve the task."""
-        from plantigrade.synthesize.tasks.task_file import read_task_file
-        from plantigrade.workflows.synthesize import synthesize_task
-
-        kind, files = TASKS[self.task], () if self.file is None else (self.file,)
-        task = kind(**{f.name: getattr(self, f.name) for f in fields(kind)})
-        title = f"{self.name.replace('-', ' ').capitalize()}, from the task alone"
-        file = None if self.file is None else read_task_file(self.file)
-        how = SolveSettings.of(self)
-        return synthesize_task(task, how, file=file, **self.context(watch, title, *files))
+        """The task, or its file."""
+        return self.word if self.file is None else self.file.stem
 
 
 @dataclass(frozen=True, kw_only=True)
 class Paper(PaperSettings, Command):
     """Solve a motion of Zhakatayev et al. (2023) as the paper sets it."""
 
+    word, told = PAPER, (PaperSettings,)
+
     @property
     def name(self) -> str:
         """The paper and its motion."""
         return f"{PAPER}-{self.motion}"
-
-    def make(self, watch: "Watch") -> Any:
-        """Solve the paper's problem."""
-        from plantigrade.workflows.synthesize import synthesize_paper
-
-        title = f"{self.motion.replace('-', ' ').capitalize()}, as in the paper"
-        return synthesize_paper(PaperSettings.of(self), **self.context(watch, title))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Track(TrackSettings, Command):
     """Make a recorded motion physical: near it, and on true contact forces."""
 
+    word, told = TRACK, (TrackSettings,)
     recording: Annotated[Path, tyro.conf.arg(metavar="FILE", help_behavior_hint="(required)")]
     """Recording to track: C3D, TRC, BVH, AMC or MOT."""
 
@@ -127,12 +121,9 @@ class Track(TrackSettings, Command):
         """The recording."""
         return f"{TRACK}-{self.recording.stem}"
 
-    def make(self, watch: "Watch") -> Any:
-        """Fit the recording and move it by forces."""
-        from plantigrade.workflows.track import track
-
-        title = f"{self.recording.name}, on forces of the ground"
-        return track(self.recording, TrackSettings.of(self), **self.context(watch, title))
+    def given(self) -> dict[str, Any]:
+        """The recording, and how it is tracked."""
+        return {"recording": self.recording, **super().given()}
 
 
 def _subcommand(name: str, kind: type[TaskSettings]) -> type:
@@ -142,7 +133,8 @@ def _subcommand(name: str, kind: type[TaskSettings]) -> type:
         kind.__post_init__(self)  # type: ignore[attr-defined]
         SolveSettings.__post_init__(self)
 
-    own = {"__doc__": kind.__doc__, "__module__": __name__, "__post_init__": check, "task": name}
+    own = {"__doc__": kind.__doc__, "__module__": __name__, "__post_init__": check}
+    own |= {"word": name, "told": (kind, SolveSettings)}
     return dataclass(frozen=True, kw_only=True)(type(kind.__name__, (_Task, kind), own))
 
 
@@ -217,12 +209,12 @@ class Watch:
             self._say()
         return self.asked
 
-    def close(self, figures: dict[str, Any]) -> None:
+    def close(self, metrics: dict[str, Any]) -> None:
         """Say how it ended."""
         self._say()
         self.progress.say(
-            f"{figures['solver_status']}: {figures['iterations']} iterations, "
-            f"{figures['solve_time_s']:.1f} s; checked in {figures['frames']} frames"
+            f"{metrics['solver_status']}: {metrics['iterations']} iterations, "
+            f"{metrics['seconds']['solve']:.1f} s; checked in {metrics['frames']} frames"
         )
 
     def _say(self) -> None:

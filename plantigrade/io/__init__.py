@@ -14,6 +14,7 @@ from pathlib import Path
 from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
 from plantigrade.io.text import reading
 from plantigrade.motion.recording import Recording
+from plantigrade.options import as_path
 
 __all__ = ["FORMATS", "Format", "convert", "format_of", "read", "write"]
 
@@ -84,9 +85,9 @@ def read(path: str | Path, **options) -> Recording:
     Raises:
         UnsupportedFormat: If no format fits the file.
         FileError: If the file cannot be read.
-        ParameterError: If the format has no such option.
+        ParameterError: If the format has no such option, or ``path`` is no path.
     """
-    path = Path(path)
+    path = as_path(path, "a recording")
     kind = format_of(path)
     function = _function(kind.reader)
     known = [name for name in inspect.signature(function).parameters if name != "path"]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from plantigrade.options import Feet, Joints, Kilograms, Metres, Sex
+from plantigrade.options import Feet, Joints, Kilograms, Metres, Sex, check_types
 
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
@@ -14,6 +14,9 @@ class Person:
     """What is known of a person; what is left open comes from the recording or the average adult.
 
     Every settings class that is about a person inherits these fields.
+
+    Raises:
+        ParameterError: If a value is of another type than its field.
     """
 
     height: Metres = None
@@ -26,6 +29,10 @@ class Person:
     """Joint set, by its number of coordinates."""
     feet: Feet = None
     """Foot model: one box, a box with hinged toes, or 16 bones in five segments."""
+
+    def __post_init__(self):
+        """Refuse values of another type."""
+        check_types(self)
 
     @property
     def known(self) -> dict[str, Any]:

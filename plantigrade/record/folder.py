@@ -1,7 +1,8 @@
 """A folder of results, written whole or not at all.
 
 Everything is written to a temporary sibling that is renamed once complete, so a folder under its
-final name is whole. ``metrics.json`` marks a folder as ours: it holds the ``format`` and lists the
+final name is whole; where that name is taken and no other was asked for, the folder is numbered.
+``metrics.json`` marks a folder as ours: it holds the ``format`` and lists the
 other ``files``. With ``overwrite`` an existing folder of results is moved aside, the new one takes
 its name, and only then is the old one deleted; a folder that holds anything else is never replaced.
 """
@@ -14,6 +15,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,8 @@ def write_folder(
     metrics: Mapping[str, Any],
     files: Mapping[str, str | bytes],
     overwrite: bool = False,
+    numbered: bool = False,
+    beside: str = "",
     more: Callable[[Path], None] | None = None,
 ) -> Path:
     """Write a folder of results, whole or not at all: ``metrics.json`` and other files.
@@ -45,6 +49,9 @@ def write_folder(
             added.
         files: The other files, by name.
         overwrite: Replace an existing folder of results.
+        numbered: Write ``out-2``, ``out-3``, … where ``out`` is taken.
+        beside: Ending of the name of a second folder that will be written beside this one; a number
+            is passed over if that is taken.
         more: Writes further files into the folder it is given.
 
     Returns:
@@ -60,7 +67,8 @@ def write_folder(
         if not _NAME.fullmatch(name) or name == METRICS:
             problem = "is not allowed as the name of an extra file"
             raise FileError(out / name, problem, remedy="use letters, digits and . _ + - only")
-    refuse_existing(out, overwrite)
+    if not numbered:
+        refuse_existing(out, overwrite)
     metrics_json(metrics)  # fails before anything is written
     temporary = None
     try:
@@ -74,8 +82,11 @@ def write_folder(
         marked = {"format": FORMAT, **metrics, "files": sorted(_contents(temporary))}
         (temporary / METRICS).write_text(metrics_json(marked) + "\n", encoding="utf-8")
         os.chmod(temporary, 0o777 & ~_umask())  # mkdtemp makes it private
-        refuse_existing(out, overwrite)  # another run may have finished meanwhile
-        _put_in_place(temporary, out)
+        if numbered:
+            out = _put_in_next_place(temporary, out, beside)
+        else:
+            refuse_existing(out, overwrite)  # another run may have finished meanwhile
+            _put_in_place(temporary, out)
         temporary = None
     except RunExists:
         raise
@@ -215,6 +226,26 @@ def _put_in_place(temporary: Path, out: Path) -> None:
     finally:
         if out.exists():  # the old one is deleted only where a whole one stands in its place
             shutil.rmtree(aside, ignore_errors=True)
+
+
+def _put_in_next_place(temporary: Path, out: Path, beside: str) -> Path:
+    """Rename ``temporary`` to ``out``, or to ``out-2``, ``out-3``, … where that is taken.
+
+    A folder that is not empty cannot be renamed over: of two processes that want one name at once,
+    one takes the next number.
+    """
+    for n in count(1):
+        place = out if n == 1 else out.with_name(f"{out.name}-{n}")
+        if any(os.path.lexists(p) for p in (place, place.with_name(place.name + beside))):
+            continue
+        try:
+            temporary.rename(place)
+        except OSError:
+            if os.path.lexists(place):  # taken since
+                continue
+            raise
+        return place
+    raise AssertionError("numbers do not end")
 
 
 def _plain(value: Any) -> Any:

@@ -10,6 +10,7 @@ from plantigrade.errors import FileError
 from plantigrade.io.mot import write_mot
 from plantigrade.motion.recording import Table
 from plantigrade.motion.views import table_html
+from plantigrade.options import as_path
 from plantigrade.record.folder import FORMAT, METRICS, read_metrics, write_folder
 from plantigrade.record.npz import read_npz, write_npz
 from plantigrade.record.provenance import Provenance
@@ -18,8 +19,11 @@ from plantigrade.record.views import run_summary
 
 MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
 
+RUNS = Path("runs")
+"""Where a run goes for which no folder is named."""
+
 _META = ("status", "format", "version", "kind", "title", "sentence", "command", "settings", "seed",
-         "source_files", "notes", "files")  # fmt: skip
+         "source_files", "notes", "files", "seconds")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +37,11 @@ class Run:
         sentence: What was done, in one sentence.
         status: ``"ok"``, or what is wrong, where and when.
         figures: Every figure: flat keys in snake_case, unit as suffix.
+        seconds: Computing times by what was computed [s]; the only thing that differs between
+            equal runs.
         provenance: Where it comes from.
         others: Further records by name (``"forces"``), kept as ``NAME.npz``.
+        name: Of its folder, where none is named: ``"fit-walk"``; its kind if empty.
         folder: Where it lies; None as long as it is not saved.
         files: Names of the files beside ``metrics.json``, once it is saved.
 
@@ -51,6 +58,8 @@ class Run:
     figures: Mapping[str, Any] = field(default_factory=dict)
     provenance: Provenance = field(default_factory=Provenance)
     others: Mapping[str, Record] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    name: str = ""
     folder: Path | None = None
     files: tuple[str, ...] = ()
 
@@ -76,6 +85,7 @@ class Run:
             "settings": dict(p.settings),
             "seed": p.seed,
             "source_files": dict(p.source_files),
+            "seconds": dict(self.seconds),
             **self.figures,
             "notes": list(self.record.notes),
             **({"files": list(self.files)} if self.files else {}),
@@ -83,26 +93,33 @@ class Run:
 
     def save(
         self,
-        out: str | Path,
+        out: str | Path | None = None,
         *,
         files: Mapping[str, str | bytes] | None = None,
         overwrite: bool = False,
+        numbered: bool = False,
+        beside: str = "",
     ) -> "Run":
         """Write the run folder, whole or not at all, and return the run in it.
 
         Args:
-            out: The folder.
+            out: The folder; ``runs/<name>`` if absent, numbered where that is taken.
             files: Pages and other files, by name.
-            overwrite: Replace an existing run.
+            overwrite: Replace an existing run, also ``runs/<name>``.
+            numbered: Number the folder where ``out`` is taken, too.
+            beside: Ending of the name of a second folder that will lie beside this one; a number
+                is passed over if that is taken.
 
         Raises:
             RunExists: If the folder exists and is not to be replaced, or is no run.
             FileError: If the place cannot be written, or a name is taken.
+            ParameterError: If ``out`` is not the path of a folder.
         """
+        place = RUNS / (self.name or self.kind) if out is None else as_path(out, "out")
         names = {MODEL, MOTION, COORDINATES, METRICS, *(f"{name}.npz" for name in self.others)}
         if taken := names & set(files or {}):
-            place, remedy = Path(out) / min(taken), "use a plain new name"
-            raise FileError(place, "is a file of every run", remedy=remedy)
+            remedy = "use a plain new name"
+            raise FileError(place / min(taken), "is a file of every run", remedy=remedy)
 
         def contents(folder: Path) -> None:
             record = self.record
@@ -115,9 +132,30 @@ class Run:
                 write_npz(other, folder / f"{name}.npz")
 
         folder = write_folder(
-            out, metrics=self.metrics, files=files or {}, overwrite=overwrite, more=contents
+            place,
+            metrics=self.metrics,
+            files=files or {},
+            overwrite=overwrite,
+            numbered=(numbered or out is None) and not overwrite,
+            beside=beside,
+            more=contents,
         )
         return replace(self, folder=folder, files=tuple(read_metrics(folder)["files"]))
+
+    def report(self, out: str | Path | None = None, *, overwrite: bool = False) -> Path:
+        """Write report and viewer, and return the path of ``report.html``.
+
+        A run that is not saved yet, or is given another folder, is saved first, as :meth:`save`
+        does; in a saved one the two pages are written anew.
+
+        Raises:
+            RunExists: If the folder exists and is not to be replaced, or is no run.
+            FileError: If the place cannot be written.
+            ParameterError: If the record cannot be drawn.
+        """
+        import plantigrade  # the face: pages lie in a room below this one
+
+        return plantigrade.report(self, out, overwrite=overwrite)
 
     @classmethod
     def load(cls, folder: str | Path) -> "Run":
@@ -126,8 +164,9 @@ class Run:
         Raises:
             FileError: If the folder is no run, is of another version, or one of its files is
                 broken.
+            ParameterError: If ``folder`` is not the path of a folder.
         """
-        folder = Path(folder).expanduser()
+        folder = as_path(folder, "a run").expanduser()
         metrics = read_metrics(folder)
         if metrics.get("format") != FORMAT:
             problem = f"is of format {metrics.get('format', 1)}; this version reads format {FORMAT}"
@@ -142,6 +181,7 @@ class Run:
         kept = sorted(folder.glob("*.npz"))
         others = {path.stem: read_npz(path) for path in kept if path.name != MOTION}
         settings, sources = metrics.get("settings"), metrics.get("source_files")
+        seconds = metrics.get("seconds")
         seed = metrics.get("seed")
         return cls(
             read_npz(folder / MOTION),
@@ -157,6 +197,8 @@ class Run:
                 seed if isinstance(seed, int) else None,
             ),
             others=others,
+            seconds=seconds if isinstance(seconds, dict) else {},
+            name=folder.resolve().name,
             folder=folder,
             files=tuple(map(str, metrics.get("files", ()))),
         )
@@ -168,3 +210,8 @@ class Run:
         """Return what it is in a few lines."""
         where = f" in {self.folder}" if self.folder else ""
         return f"Run({self.kind}{where}, {self.status}: {self.sentence or self.record!r})"
+
+
+def load_run(folder: str | Path) -> Run:
+    """Return the run of a folder: :meth:`Run.load`."""
+    return Run.load(folder)

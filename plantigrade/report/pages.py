@@ -27,7 +27,6 @@ FROM_TASKS = (
     ("centre of mass error, largest", " mm", "com_error_max_mm", 1),
     ("contact drift, largest", " mm", "contact_drift_max_mm", 1),
     ("lowest point of the soles", " mm", "sole_lowest_mm", 1),
-    ("time per gait cycle", " s", "time_per_cycle_s", 2),
     ("vertical force error, RMS", " BW", "vertical_force_rmse_bw", 3),
 )
 SOLVED = (
@@ -41,7 +40,6 @@ SOLVED = (
     ("vertical force, largest", " BW", "ground_force_max_bw", 2),
     ("cost of transport", "", "cost_of_transport", 2),
     ("unexplained force, RMS", " % BW", "check_root_force_rms_bw_percent", 2),
-    ("solved in", " s", "solve_time_s", 1),
 )
 
 

@@ -161,7 +161,6 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
         ("contact drift [mm]", "contact_drift_max_mm", 1),
         ("lowest sole [mm]", "sole_lowest_mm", 1),
         ("vertical force error [BW]", "vertical_force_rmse_bw", 3),
-        ("s per cycle", "time_per_cycle_s", 2),
     )
     columns = [c for c in columns if any(gait.metrics.get(c[1]) is not None for gait in gaits)]
     rows = []

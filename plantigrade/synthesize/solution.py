@@ -203,7 +203,7 @@ class Solution:
 def solver_signals(stages: Sequence[Stage], broken: Sequence[Violation]) -> dict[str, Array]:
     """Return how a solver got there, as signals of a Record."""
     every = [(k, it) for k, stage in enumerate(stages) for it in stage.history]
-    history = [(k, i.number, i.objective, i.violation, i.optimality, i.seconds) for k, i in every]
+    history = [(k, i.number, i.objective, i.violation, i.optimality) for k, i in every]
     words = {
         "stage_names": [s.name for s in stages],
         "stage_solvers": [s.solver for s in stages],
@@ -213,6 +213,5 @@ def solver_signals(stages: Sequence[Stage], broken: Sequence[Violation]) -> dict
     }
     return {f"solver.{name}": np.array(x, dtype=np.str_) for name, x in words.items()} | {
         "solver.stage_nodes": np.array([s.nodes for s in stages]),
-        "solver.stage_seconds": np.array([s.seconds for s in stages], float),
-        "solver.history": np.array(history, float).reshape(-1, 6),
+        "solver.history": np.array(history, float).reshape(-1, 5),
     }

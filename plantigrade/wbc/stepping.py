@@ -102,8 +102,6 @@ class OrderedMotion:
                 "tasks.meanings": np.array(self.order.meanings, dtype=np.str_),
                 "tasks.active": self.active,
                 "tasks.residual": self.residual,
-                "solver.time": self.solver_time,
-                "kinematics.time": self.kinematics_time,
                 "exact": self.exact,
                 "stopped": np.array(self.stopped, dtype=np.str_),
             },

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.trial import Trial, analyse
@@ -20,6 +21,7 @@ from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
+from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.workflows.settings import FitSettings
@@ -93,11 +95,12 @@ def fit_trial(
     """Read, fit and analyse a recording; return it as it was read, and the trial.
 
     Raises:
+        ParameterError: If ``path`` is no path.
         FileError: If a file cannot be read.
         FitError: If it cannot be fitted; the message says why.
     """
-    settings = settings or FitSettings()
-    with step(f"reading {Path(path).name}"):
+    settings, path = settings or FitSettings(), as_path(path, "a recording")
+    with step(f"reading {path.name}"):
         recording = load(path, settings)
     with step("fitting"):
         fitted = fit_recording(recording, settings)
@@ -111,25 +114,31 @@ def fit(
     *,
     step: Step = silent,
     command: str = "",
-    seed: int | None = None,
+    **options: Any,
 ) -> Run:
     """Fit a recording to a scaled Human: its motion, and joint moments where forces were measured.
 
     Args:
-        path: The recording.
+        path: The recording: C3D, TRC, MOT, AMC, BVH, DeepMimic JSON or CSV.
         settings: What decides the result.
         step: Shows progress.
         command: The command line, for the provenance.
-        seed: Likewise.
+        options: Fields of ``settings`` by name, such as ``height=1.80`` [m], ``mass=75`` [kg],
+            ``feet="multi-segment"`` or ``cutoff=8`` [Hz]; they replace those of ``settings``.
 
     Raises:
+        ParameterError: If there is no such option, or a value is not allowed.
         FileError: If a file cannot be read.
         FitError: If the recording cannot be fitted; the message says why.
+
+    Example:
+        >>> import plantigrade as pg
+        >>> run = pg.fit("walk.c3d", feet="multi-segment")  # doctest: +SKIP
     """
-    settings = settings or FitSettings()
+    how = FitSettings.given("fit", settings, options)
     began = time.perf_counter()
-    run = run_of(*fit_trial(path, settings, step), settings, command=command, seed=seed)
-    return replace(run, figures={**run.figures, "fit_time_s": time.perf_counter() - began})
+    run = run_of(*fit_trial(path, how, step), how, command=command)
+    return replace(run, seconds={"fit": time.perf_counter() - began})
 
 
 def run_of(
@@ -158,6 +167,7 @@ def run_of(
         status=status(trial),
         figures={**trial.figures, **feet.figures},
         provenance=provenance(recording, settings, command, seed),
+        name=f"fit-{recording.source.stem}",
     )
 
 

@@ -16,6 +16,7 @@ from plantigrade.record import Record, Run
 from plantigrade.reproduce.gait import gait_tasks
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.result import rebuild
+from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.fit import Step, fit_trial, provenance, silent
 from plantigrade.workflows.settings import ReproduceSettings
 from plantigrade.workflows.walks import RecordedWalk, walk_to_reproduce
@@ -30,26 +31,32 @@ def reproduce(
     *,
     step: Step = silent,
     command: str = "",
-    seed: int | None = None,
+    **options: Any,
 ) -> Run:
     """Rebuild the recorded gait of a file from ordered tasks.
 
     Args:
-        path: The recording.
+        path: The recording, as :func:`plantigrade.workflows.fit.fit` takes it.
         settings: What decides the result.
         step: Shows progress.
         command: The command line, for the provenance.
-        seed: Likewise.
+        options: Fields of ``settings`` by name, such as ``height=1.80`` [m], ``tasks="paper"`` or
+            ``no_dynamics=True``; they replace those of ``settings``.
 
     Raises:
+        ParameterError: If there is no such option, or a value is not allowed.
         FileError: If the file cannot be read.
         FitError: If it cannot be fitted; the message says why.
         ReproduceError: If it shows no walking, or uneven ground.
+
+    Example:
+        >>> import plantigrade as pg
+        >>> run = pg.reproduce("walk.c3d", no_dynamics=True)  # doctest: +SKIP
     """
-    settings = settings or ReproduceSettings()
-    recording, trial = fit_trial(path, settings, step)
+    how = ReproduceSettings.given("reproduce", settings, options)
+    recording, trial = fit_trial(path, how, step)
     with step("reproducing"):
-        return run_of(recording, trial, settings, command=command, seed=seed)
+        return run_of(recording, trial, how, command=command)
 
 
 def run_of(
@@ -73,7 +80,8 @@ def run_of(
     walk = walk_to_reproduce(trial)
     reference = walk.reference()
     started = clock.perf_counter()
-    record = rebuild(reference, tasks).record()
+    made = rebuild(reference, tasks)
+    record = made.record()
     seconds = clock.perf_counter() - started
     held = compare(record)
     figures: dict[str, Any] = {
@@ -81,7 +89,7 @@ def run_of(
         "frames": record.motion.n_frames,
         "duration_s": record.motion.duration,
         "tasks": settings.tasks,
-        **gait_figures(record, held, seconds),
+        **gait_figures(record, held),
     }
     notes = [*walk.notes, *_notes(walk, reference)]
     others: dict[str, Record] = {}
@@ -106,7 +114,22 @@ def run_of(
         figures=figures,
         provenance=provenance(recording, settings, command, seed),
         others=others,
+        seconds=_seconds(made.motion, held, seconds),
+        name=f"reproduce-{recording.source.stem}",
     )
+
+
+def _seconds(motion: OrderedMotion, held: Comparison, seconds: float) -> dict[str, float]:
+    """Return the computing times: of the motion, of a gait cycle, medians of a tick [s]."""
+    found = {
+        "reproduce": seconds,
+        "tick_solver": float(np.median(motion.solver_time)),
+        "tick_kinematics": float(np.median(motion.kinematics_time)),
+    }
+    if held.cycles:
+        stride = float(np.mean([c.duration for c in held.cycles]))
+        found["cycle"] = seconds * stride / float(motion.time[-1] - motion.time[0])
+    return found
 
 
 def _sentence(name: str, record: Record, held: Comparison, tasks: str) -> str:

@@ -1,6 +1,7 @@
 """The settings of jobs: dataclasses whose fields are options of the commands."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -8,11 +9,14 @@ import tyro
 
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
-from plantigrade.options import Flag, Number, OptionalPath, Seconds
+from plantigrade.options import Flag, Number, OptionalPath, Seconds, refuse_unknown
 from plantigrade.synthesize.tasks.settings import Basis, number, whole, word
 
+TRACK, PAPER = "track", "zhakatayev2023"
+"""Motions that are made from something else than a task."""
 DEFAULT_JOINTS = "43"
 """Of a person who does a task."""
+LARGEST_SEED = 2**32 - 1
 SLOWEST, FASTEST = 0.5, 500.0
 """Cut-off frequencies that are allowed [Hz]: a stride takes about a second."""
 
@@ -25,6 +29,18 @@ class Settings(Person):
     def of(cls, options: Any) -> Any:
         """Return the settings among the options of a command, which inherits them."""
         return cls(**{f.name: getattr(options, f.name) for f in fields(cls)})
+
+    @classmethod
+    def given(cls, what: str, settings: Any, options: Mapping[str, Any]) -> Any:
+        """Return settings with options, by name, in place of their fields.
+
+        Raises:
+            ParameterError: If there is no such option, or a value is not allowed; ``what`` has it.
+        """
+        if settings is not None and not isinstance(settings, cls):
+            raise ParameterError(f"settings must be {cls.__name__}, not {settings!r:.80}")
+        refuse_unknown(what, options, (f.name for f in fields(cls)))
+        return cls(**options) if settings is None else replace(settings, **options)
 
     def plain(self) -> dict[str, Any]:
         """Return the settings as ``metrics.json`` holds them."""
@@ -55,6 +71,7 @@ class FitSettings(Settings):
 
     def __post_init__(self):
         """Refuse a cut-off that would leave nothing, or everything."""
+        super().__post_init__()
         if not SLOWEST <= self.cutoff <= FASTEST:  # also catches NaN
             raise ParameterError(
                 f"cutoff={self.cutoff} Hz: allowed are {SLOWEST:g} to {FASTEST:g}; 6 suits walking"
@@ -89,15 +106,21 @@ class SolveSettings(Settings):
     """Run folder of a similar motion to start from."""
     restarts: int = 1
     """First guesses, all but the first with noise; the cheapest motion is taken."""
+    seed: int = 0
+    """Seed of the noise of restarts."""
 
     def __post_init__(self):
         """Refuse what cannot be."""
+        super().__post_init__()
         word("solver", self.solver, ("interior-point", "ipopt"))
         if self.basis is not None:
             word("basis", self.basis, ("trigonometric", "polynomial"))
         if self.nodes_per_second is not None:
             number("nodes_per_second", self.nodes_per_second, 2, 500, "1/s", "a mesh")
         whole("restarts", self.restarts, 1, 1000)
+        whole("seed", self.seed, 0, LARGEST_SEED)
+        if self.seed and self.restarts == 1:
+            raise ParameterError("seed is that of restarts: add restarts, or leave seed out")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,7 +23,7 @@ KEPT = (  # of each gait, in the study's metrics
     "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "com_error_rms_mm",
     "contact_drift_max_mm", "sole_lowest_mm", "toe_clearance_r_mm", "toe_clearance_reference_r_mm",
     "toe_clearance_l_mm", "toe_clearance_reference_l_mm", "vertical_force_rmse_bw",
-    "vertical_force_correlation", "time_per_cycle_s",
+    "vertical_force_correlation",
 )  # fmt: skip
 
 
@@ -93,10 +93,12 @@ class GaitStudy:
         }
         if self.study is not None:
             found |= self.study.metrics()
-        for key in ("time_per_cycle_s", "tick_solver_median_us", "tick_kinematics_median_us"):
-            values = [m.metrics[key] for m in self.counted if m.metrics.get(key) is not None]
-            if values:
-                found[key] = sum(values) / len(values)
+        times = [m.metrics.get("seconds", {}) for m in self.counted]
+        found["seconds"] = {
+            key: sum(values) / len(values)
+            for key in ("cycle", "tick_solver", "tick_kinematics")
+            if (values := [time[key] for time in times if key in time])
+        }
         found["gaits"] = {
             m.name: {"file": m.path, "folder": m.folder}
             | {key: m.metrics[key] for key in KEPT if key in m.metrics}
@@ -162,10 +164,13 @@ def write(
     *,
     command: str,
     settings: ReproduceSettings,
-    seed: int = 0,
     overwrite: bool = False,
+    numbered: bool = False,
 ) -> Path:
-    """Write the folder of a study: page, table and figures; ``settings`` are those of all gaits."""
+    """Write the folder of a study: page, table and figures; ``settings`` are those of all gaits.
+
+    Where ``out`` is taken it is numbered, if that is asked for.
+    """
     base = out.expanduser().absolute()
 
     def path_to(member: Member) -> str:
@@ -188,9 +193,10 @@ def write(
     )
     return write_folder(
         out,
-        metrics={**provenance, "seed": seed, **metrics},
+        metrics={**provenance, **metrics},
         files={PAGE: page, TABLE: found.table_csv()},
         overwrite=overwrite,
+        numbered=numbered,
     )
 
 

@@ -44,12 +44,12 @@ UNITS = {name: unit for kind in TASKS.values() for name, (_, _, unit) in kind.ra
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a run comes from: title of its pages, command line, files read, random seed."""
+    """Where a run comes from: title of its pages, command line, files read; and its name."""
 
     title: str = ""
     command: str = ""
     files: tuple[Path, ...] = ()
-    seed: int = 0
+    name: str = ""
 
 
 def synthesize_task(
@@ -75,26 +75,36 @@ def synthesize_task(
         FileError: If the run to start from cannot be read.
     """
     how, origin, began = how or SolveSettings(), origin or Origin(), clock.perf_counter()
+    if isinstance(told, Walk) and told.optimise_timing:
+        _refuse_beside_timing(how, file)
     warm = None if how.warm is None else WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
     task = the_task(human, told, how, file)
     body = ContactBody.for_plan(human, task.plan)
     if isinstance(told, Walk) and told.optimise_timing:
-        if file is not None:
-            raise ParameterError(
-                "the timing of a task file stays as it is: leave out optimise_timing"
-            )
         solution, trials = _optimised(body, told, how, progress)
     else:
-        solution, trials = _best(body, task, how, warm, origin.seed, progress)
+        solution, trials = _best(body, task, how, warm, progress)
     prepared = clock.perf_counter() - began - solution.seconds
     name = next(n for n, kind in TASKS.items() if kind is type(told))
     text = "" if file is None else file.toml()
     settings = {"task": name, "parameters": asdict(told), "file": text, **how.plain()}
     words = ", ".join(w for k, v in told.told.items() if (w := in_words(k, v)))
     strides = told.strides if isinstance(told, Walk) else 1
-    figures = {"prepare_time_s": prepared, "restarts": trials}
-    return run_of(solution, settings, origin, strides=strides, words=words, figures=figures)
+    run = run_of(
+        solution, settings, origin, strides=strides, words=words, figures={"restarts": trials}
+    )
+    return replace(run, seconds={**run.seconds, "prepare": prepared})
+
+
+def _refuse_beside_timing(how: SolveSettings, file: TaskFile | None) -> None:
+    """Refuse what means nothing where the timing is optimised: every trial is solved one way."""
+    if file is not None:
+        raise ParameterError("the timing of a task file stays as it is: leave out optimise_timing")
+    plain = SolveSettings()
+    for name in ("solver", "warm", "restarts"):
+        if getattr(how, name) != getattr(plain, name):
+            raise ParameterError(f"{name} means nothing beside optimise_timing: leave out one")
 
 
 def person(how: SolveSettings | PaperSettings) -> Human:
@@ -127,7 +137,6 @@ def _best(
     task: MotionTask,
     how: SolveSettings,
     warm: WarmStart | None,
-    seed: int,
     progress: Progress | None,
 ) -> tuple[Solution, int]:
     """Return the cheapest motion of all restarts, and how many there were."""
@@ -147,7 +156,7 @@ def _best(
         if k:
             problem, warm = task.problem(body), None  # a warm start's mesh may be another
             start = task.start(body, problem)[0]
-            c0 = with_noise(start, seed=seed + k, size=NOISE, closure=problem.closure)
+            c0 = with_noise(start, seed=how.seed + k, size=NOISE, closure=problem.closure)
         found.append(synthesize(body, task, solver=how.solver, warm=warm, progress=told, c0=c0))
         if halted:
             break
@@ -196,14 +205,14 @@ def synthesize_paper(
         "solver_success": result.success,
         "solver_stages": len(result.stages),
         "iterations": result.iterations,
-        "solve_time_s": result.seconds,
         "objective": result.objective,
         "violation_max": result.violation,
         "nodes": len(solution.paper.problem.nodes),
     }
     settings = {"task": "zhakatayev2023", **how.plain()}
-    made = f"by the stages of the paper in {result.seconds:.1f} s"
-    return checked(record, f"{how.motion}, as in the paper", made, settings, origin, figures)
+    what, made = f"{how.motion}, as in the paper", "by the stages of the paper"
+    seconds = {"solve": result.seconds}
+    return checked(record, what, made, settings, origin, figures, seconds=seconds)
 
 
 def run_of(
@@ -229,12 +238,13 @@ def run_of(
     stages = {s.solver for s in solution.stages}
     solver = "IPOPT" if stages == {"ipopt"} else "the banded interior point"
     made = (
-        f"from the task alone by {solver} in {solution.seconds:.1f} s "
+        f"from the task alone by {solver} "
         f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
     )
     what = f"{name} ({words})" if words else name
     every = solver_figures(solution) | dict(figures or {})
-    return checked(record, what, made, settings, origin or Origin(), every, solution.violations)
+    origin, seconds, broken = origin or Origin(), {"solve": solution.seconds}, solution.violations
+    return checked(record, what, made, settings, origin, every, broken, seconds=seconds)
 
 
 def checked(
@@ -247,10 +257,12 @@ def checked(
     violations: Sequence[Violation] = (),
     *,
     kind: str = "synthesize",
+    seconds: Mapping[str, float] | None = None,
 ) -> Run:
     """Return a record as a run, with the verdict of the checker.
 
-    ``what`` was done, and how it was ``made``, are words for the sentence of the run.
+    ``what`` was done, and how it was ``made``, are words for the sentence of the run; ``seconds``
+    are computing times.
     """
     verdict, human = check(record), record.human
     record = replace(record, signals={**record.signals, **verdict.signals()})
@@ -265,8 +277,17 @@ def checked(
     every = {**size, **figures, **verdict.figures(), **movement_figures(record)}
     settings = {**settings, "friction": record.ground.friction}
     files = source_files(origin.files)
-    provenance = Provenance(origin.command, settings, files, origin.seed)
-    return Run(record, kind, origin.title or what, sentence, state, every, provenance)
+    return Run(
+        record,
+        kind,
+        origin.title or what,
+        sentence,
+        state,
+        every,
+        Provenance(origin.command, settings, files, settings.get("seed")),
+        seconds=dict(seconds or {}),
+        name=origin.name,
+    )
 
 
 def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
@@ -290,7 +311,6 @@ def solver_figures(solution: Solution) -> dict[str, Any]:
         "solver_success": solution.success,
         "solver_stages": len(solution.stages),
         "iterations": solution.iterations,
-        "solve_time_s": solution.seconds,
         "objective": solution.objective,
         "violation_max": last.violation,
         "optimality": last.optimality,

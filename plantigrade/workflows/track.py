@@ -21,6 +21,7 @@ from plantigrade.errors import ReproduceError
 from plantigrade.models import Human
 from plantigrade.motion import Motion, Recording
 from plantigrade.motion.filters import resample
+from plantigrade.options import as_path
 from plantigrade.record import Record, Run
 from plantigrade.reproduce.phases import walking_events
 from plantigrade.synthesize.problem.contact_body import ContactBody
@@ -119,7 +120,6 @@ class Tracked:
             "tracking_angle_rms_deg": float(np.rad2deg(angle)),
             "tracking_pelvis_rms_mm": 1000.0 * place,
             "lift_mm": 1000.0 * self.lift,
-            "prepare_time_s": self.seconds - self.solution.seconds,
         }
         if self.walk.measured is not None:
             found |= self.against_plates().metrics()
@@ -160,7 +160,8 @@ def track(
         ReproduceError: If it is not on level ground.
         ParameterError: If no foot is on the ground between start and stop.
     """
-    settings, origin = settings or TrackSettings(), origin or Origin()
+    settings, path = settings or TrackSettings(), as_path(path, "a recording")
+    origin = origin or Origin(name=f"synthesize-track-{path.stem}")
     recording, trial = fit_trial(path, settings, step)
     tracked = track_trial(trial, settings, tracking=tracking, progress=progress)
     return run_of(recording, tracked, settings, origin)
@@ -170,7 +171,7 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
     """Return the run of a tracked recording; its provenance names all files that were read."""
     solution, name = tracked.solution, recording.source.name
     made = (
-        f"from the recording by the banded interior point in {solution.seconds:.1f} s "
+        f"from the recording by the banded interior point "
         f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
     )
     return checked(
@@ -182,6 +183,7 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
         {**solver_figures(solution), **tracked.figures()},
         solution.violations,
         kind="track",
+        seconds={"solve": solution.seconds, "prepare": tracked.seconds - solution.seconds},
     )
 
 

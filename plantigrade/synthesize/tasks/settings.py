@@ -10,7 +10,15 @@ from numbers import Integral, Real
 from typing import Annotated, Any, ClassVar, Literal
 
 from plantigrade.errors import ParameterError
-from plantigrade.options import Cadence, Degrees, Flag, Metres, optional
+from plantigrade.options import (
+    Cadence,
+    Degrees,
+    Flag,
+    Metres,
+    check_types,
+    optional,
+    refuse_unknown,
+)
 
 Side = Literal["r", "l"]
 Heights = Annotated[tuple[float, ...] | None, optional("METRES [METRES ...]")]
@@ -37,7 +45,8 @@ class TaskSettings:
     """Smallest and largest value and unit of each number; that of an angle is ``"degrees"``."""
 
     def __post_init__(self):
-        """Refuse values out of range."""
+        """Refuse values of another type, or out of range."""
+        check_types(self)
         default = {f.name: f.default for f in fields(self)}
         for name, (low, high, unit) in self.ranges.items():
             value: Any = getattr(self, name)
@@ -174,8 +183,6 @@ class Reach(TaskSettings):
         """Refuse what nobody does."""
         super().__post_init__()
         if self.target is not None:
-            if not isinstance(self.target, tuple) or len(self.target) != 3:
-                raise ParameterError(f"target must be three numbers [m], not {self.target!r}")
             for x in self.target:
                 number("target", x, -10, 10, "m", "reaching")
 
@@ -282,16 +289,8 @@ def settings_for(name: str, **told: Any) -> TaskSettings:
     """
     if name not in TASKS:
         raise ParameterError(f"no task {name!r}; there are {', '.join(TASKS)}")
-    known = [f.name for f in fields(TASKS[name])]
-    unknown = [key for key in told if key not in known]
-    if unknown:
-        raise ParameterError(
-            f"{name} has no parameter {unknown[0]!r}; it has {', '.join(known) or 'none'}"
-        )
-    try:
-        return TASKS[name](**{k: tuple(v) if isinstance(v, list) else v for k, v in told.items()})
-    except TypeError as error:  # a word where a number is needed
-        raise ParameterError(f"a value of {name} is of the wrong kind: {error}") from error
+    refuse_unknown(name, told, (f.name for f in fields(TASKS[name])))
+    return TASKS[name](**told)
 
 
 def number(name: str, value: Any, low: float, high: float, unit: str, what: str) -> None:

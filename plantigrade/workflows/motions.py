@@ -1,0 +1,105 @@
+"""Whatever ``plantigrade synthesize`` makes: a task, a task file, a paper's motion, or tracking."""
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from plantigrade.errors import ParameterError
+from plantigrade.options import as_path, refuse_unknown
+from plantigrade.record import Run
+from plantigrade.synthesize.solve import Progress
+from plantigrade.synthesize.tasks.settings import TASKS
+from plantigrade.synthesize.tasks.task_file import read_task_file
+from plantigrade.workflows.fit import silent
+from plantigrade.workflows.settings import (
+    PAPER,
+    TRACK,
+    PaperSettings,
+    Settings,
+    SolveSettings,
+    TrackSettings,
+)
+from plantigrade.workflows.synthesize import Origin, synthesize_paper, synthesize_task
+from plantigrade.workflows.track import track
+
+
+def synthesize(
+    task: str | Path,
+    settings: Settings | None = None,
+    *,
+    progress: Progress | None = None,
+    step: Callable[[str], contextlib.AbstractContextManager] = silent,
+    command: str = "",
+    **options: Any,
+) -> Run:
+    """Make a motion from a task alone by trajectory optimisation, and have it checked.
+
+    Args:
+        task: A task of :data:`~plantigrade.synthesize.tasks.settings.TASKS` (``"walk"``,
+            ``"sit-to-stand"``, …), a task file (``"mine.toml"``), ``"zhakatayev2023"`` for a
+            motion as the paper sets it, or ``"track"`` to move a ``recording`` by forces.
+        settings: How it is solved: ``SolveSettings``, for the last two ``PaperSettings`` or
+            ``TrackSettings``.
+        progress: Called with every iteration; returning True stops with the best so far.
+        step: Shows progress of the fit, for ``"track"``.
+        command: The command line, for the provenance.
+        options: The options of ``plantigrade synthesize TASK`` with underscores: parameters of the
+            task, such as ``speed=1.3`` (SI units and radians), and fields of ``settings``, such as
+            ``height=1.60`` or ``solver="ipopt"``.
+
+    Raises:
+        ParameterError: If there is no such task or option, or a value is not allowed.
+        FileError: If a file or the run to start from cannot be read.
+        FitError: If a recording to track cannot be fitted.
+        ReproduceError: If a recording to track is not on level ground.
+
+    Example:
+        >>> import plantigrade as pg
+        >>> run = pg.synthesize("walk", speed=1.3, periodic=True)  # doctest: +SKIP
+    """
+    word = str(as_path(task, "a task"))
+    told: dict[str, Any] = {"command": command}
+    if word == TRACK:
+        recording = options.pop("recording", None)
+        if recording is None:
+            raise ParameterError("track needs a recording: give recording=FILE")
+        path = as_path(recording, "recording")
+        refuse_unknown(word, options, ["recording", *_names(TrackSettings)])
+        how = TrackSettings.given(word, settings, options)
+        title = f"{path.name}, on forces of the ground"
+        origin = Origin(title, name=_folder(word, path.stem), **told)
+        return track(path, how, progress=progress, step=step, origin=origin)
+    if word == PAPER:
+        how = PaperSettings.given(word, settings, options)
+        title = f"{how.motion.replace('-', ' ').capitalize()}, as in the paper"
+        origin = Origin(title, name=_folder(word, how.motion), **told)
+        return synthesize_paper(how, progress=progress, origin=origin)
+    file = read_task_file(word) if word.lower().endswith(".toml") else None
+    base = word if file is None else file.base
+    if base not in TASKS:
+        raise ParameterError(f"no task {word!r}; there are {', '.join((*TASKS, TRACK, PAPER))}")
+    own = _names(TASKS[base])
+    refuse_unknown(word, options, [*own, *_names(SolveSettings)])
+    parameters = {} if file is None else dict(file.parameters)
+    parameters |= {name: value for name, value in options.items() if name in own}
+    how = {name: value for name, value in options.items() if name not in own}
+    name = base if file is None else Path(word).stem
+    title = f"{name.replace('-', ' ').capitalize()}, from the task alone"
+    files = () if file is None else (Path(word),)
+    return synthesize_task(
+        TASKS[base](**parameters),
+        SolveSettings.given(word, settings, how),
+        file=file,
+        progress=progress,
+        origin=Origin(title, files=files, name=_folder(name), **told),
+    )
+
+
+def _names(kind: type) -> list[str]:
+    return [f.name for f in fields(kind)]
+
+
+def _folder(*words: str) -> str:
+    return "-".join(("synthesize", *words))

@@ -1,0 +1,230 @@
+"""The public face: ``import plantigrade as pg`` and what a stranger does with it."""
+
+import importlib
+import inspect
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import plantigrade as pg
+from plantigrade.errors import FileError, ParameterError, RunExists
+
+ROOMS = ("report", "reproduce", "synthesize")
+
+
+def python(program: str, **options) -> str:
+    """Run a program in a fresh interpreter and return what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=120, **options
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory) -> Path:
+    """A recording: the textbook walk."""
+    from plantigrade.io import write
+    from plantigrade.workflows.textbook import recorded, textbook_walk
+
+    path = tmp_path_factory.mktemp("face") / "walk.c3d"
+    human = pg.Human.create(1.74, 71.0, "male", joints="42")
+    write(recorded(textbook_walk(human, cycles=2), path), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def fitted(walk):
+    return pg.fit(walk)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_face_is_what_the_design_says():
+    assert set(pg.__all__) == {
+        "Human", "Person", "Recording", "Motion", "Record", "Run", "ContactPlan", "Ground", "read",
+        "fit", "reproduce", "synthesize", "check", "report", "load_run", "PlantigradeError",
+        "__version__",
+    }  # fmt: skip
+    assert set(pg.__all__) <= set(dir(pg))
+
+
+@pytest.mark.parametrize("name", sorted(set(pg.__all__) - {"__version__"}))
+def test_every_name_is_there_and_documented(name):
+    thing = getattr(pg, name)
+    if name in ROOMS:
+        assert thing is importlib.import_module(f"plantigrade.{name}")
+        thing = getattr(importlib.import_module(f"plantigrade.{pg._HOMES[name]}"), name)
+        assert inspect.signature(getattr(pg, name)) == inspect.signature(thing)
+    else:
+        assert thing.__name__ == name
+    assert inspect.getdoc(thing)
+
+
+def test_another_name_is_not_there():
+    with pytest.raises(AttributeError, match="plantigrade.*no attribute 'simulate'"):
+        pg.simulate  # noqa: B018
+
+
+def test_what_the_checker_of_types_sees_is_what_is_loaded():
+    """The names under TYPE_CHECKING come from the modules they are loaded from."""
+    import ast
+
+    tree = ast.parse(Path(pg.__file__).read_text("utf-8"))
+    (block,) = [n for n in tree.body if isinstance(n, ast.If)]
+    seen = {a.name: node.module for node in block.body for a in node.names}
+    assert seen == {name: f"plantigrade.{home}" for name, home in pg._HOMES.items()}
+
+
+# Every order in which function and room of one name may be met, each in a fresh interpreter.
+@pytest.mark.parametrize(
+    "program",
+    [
+        "import plantigrade as pg; from plantigrade.synthesize import make_task; pg.synthesize",
+        "from plantigrade.synthesize import make_task; import plantigrade as pg; pg.synthesize",
+        "import plantigrade as pg; pg.synthesize; import plantigrade.synthesize.solve as s; s",
+        "import plantigrade.synthesize.solve as s, plantigrade as pg; pg.synthesize.solve.Stage",
+        "from plantigrade import synthesize; from plantigrade.synthesize.solve import Stage",
+        "import plantigrade as pg; pg.reproduce; from plantigrade.reproduce.gait import gait_tasks",
+        "import plantigrade.reproduce.gait as gait, plantigrade as pg; pg.reproduce; gait",
+        "import plantigrade.report.pages; plantigrade.report.pages.pages",
+        "import plantigrade; plantigrade.report; import plantigrade.report.pages as p; p.pages",
+        "from plantigrade import *; import plantigrade.report.text; report, reproduce, synthesize",
+        "import importlib; importlib.import_module('plantigrade.workflows.motions')",
+    ],
+)  # fmt: skip
+def test_functions_and_rooms_of_one_name(program):
+    """A name that is called with nonsense answers with an error of its own function."""
+    check = """
+import plantigrade
+from plantigrade.errors import ParameterError
+for name in ("report", "reproduce", "synthesize"):
+    try:
+        getattr(plantigrade, name)(None)
+    except ParameterError as error:
+        print(name, "answers:", error)
+"""
+    said = python(program + "\n" + check).splitlines()
+    assert [line.split()[0] for line in said] == list(ROOMS)
+    assert all("must be the path" in line for line in said)
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_a_callable_room_can_be_pickled_and_looked_at(name):
+    room = getattr(pg, name)
+    assert pickle.loads(pickle.dumps(room)) is room
+    assert callable(room) and inspect.ismodule(room)
+    assert "options" in inspect.signature(room).parameters or name == "report"
+
+
+def test_nothing_is_loaded_before_it_is_used():
+    program = "import plantigrade, sys; plantigrade.__all__; dir(plantigrade); "
+    program += "print([m for m in sys.modules if m.startswith('plantigrade.') or m == 'numpy'])"
+    assert python(program) == "[]"
+
+
+def test_ten_minutes_of_a_stranger(walk, here):
+    recording = pg.read(walk)
+    assert isinstance(recording, pg.Recording) and recording.markers is not None
+    run = pg.fit(walk)
+    assert isinstance(run, pg.Run) and run.ok and run.folder is None
+    knee = run.record.motion["knee_angle_r"]
+    assert 0.9 < knee.max() < 1.3  # [rad]
+    page = run.report()
+    assert page == Path("runs/fit-walk/report.html") and page.is_file()
+    again = pg.load_run(page.parent)
+    np.testing.assert_array_equal(again.record.motion["knee_angle_r"], knee)
+    assert again.metrics["seconds"].keys() == {"fit"}
+
+
+def test_options_are_keywords_or_settings(walk):
+    from plantigrade.workflows.settings import FitSettings
+
+    by_name = pg.fit(walk, height=np.float32(1.8), feet="rigid", joints=42, cutoff=8)
+    assert by_name.record.human.height == pytest.approx(1.8)
+    assert by_name.provenance.settings["cutoff"] == 8.0
+    settings = FitSettings(height=1.8, feet="multi-segment", joints="42", cutoff=8)
+    both = pg.fit(str(walk), settings, feet="rigid")
+    assert both.record.human.feet == "rigid" and both.record.human.height == 1.8
+
+
+WRONG = [
+    (lambda p: pg.fit(p, heigth=1.8), "no option 'heigth'; did you mean 'height'"),
+    (lambda p: pg.fit(p, height="tall"), "height must be a number, not 'tall'"),
+    (lambda p: pg.fit(p, height=True), "height must be a number, not True"),
+    (lambda p: pg.fit(p, cutoff=None), "cutoff must be a number, not None"),
+    (lambda p: pg.fit(p, cutoff=10**5000), "cutoff must be a number"),
+    (lambda p: pg.fit(p, feet="flat"), "feet must be 'rigid' or"),
+    (lambda p: pg.fit(p, static=3), "static must be the path"),
+    (lambda p: pg.fit(p, {"height": 1.8}), "settings must be FitSettings"),
+    (lambda p: pg.fit(None), "must be the path of a file"),
+    (lambda p: pg.fit(""), "must be the path of a file"),
+    (lambda p: pg.reproduce(p, tasks="all"), "tasks must be 'default' or"),
+    (lambda p: pg.reproduce(p, no_dynamics=1), "no_dynamics must be True or False, not 1"),
+    (lambda p: pg.synthesize("wlak"), "no task 'wlak'; there are walk"),
+    (lambda p: pg.synthesize("walk", speed="fast"), "speed must be a number, not 'fast'"),
+    (lambda p: pg.synthesize("walk", spede=1.3), "did you mean 'speed'"),
+    (lambda p: pg.synthesize("squat", speed=1.3), "squat has no option 'speed'"),
+    (lambda p: pg.synthesize("walk", solver="snopt"), "solver must be 'interior-point' or"),
+    (lambda p: pg.synthesize("walk", seed=3), "seed is that of restarts"),
+    (lambda p: pg.synthesize("walk", seed=-1, restarts=2), "seed must be a whole number from 0"),
+    (lambda p: pg.synthesize("zhakatayev2023", motion="run"), "motion must be 'walk' or"),
+    (lambda p: pg.synthesize("zhakatayev2023", speed=1.0), "has no option 'speed'"),
+    (lambda p: pg.synthesize("track"), "give recording=FILE"),
+    (lambda p: pg.synthesize("track", recording=p, speed=1.0), "has no option 'speed'"),
+    (lambda p: pg.synthesize(None), "a task must be the path"),
+    (lambda p: pg.check(p), "only a Record or a Run can be checked"),
+    (lambda p: pg.report(None), "a run must be the path"),
+    (lambda p: pg.load_run(3), "a run must be the path"),
+    (lambda p: pg.read(None), "must be the path"),
+    (lambda p: pg.Person(mass="70"), "mass must be a number"),
+]
+
+
+@pytest.mark.parametrize(("call", "words"), WRONG)
+def test_what_is_wrong_is_said_at_once(call, words, walk):
+    with pytest.raises(ParameterError, match=words):
+        call(walk)
+
+
+@pytest.mark.parametrize("call", [pg.fit, lambda p: pg.reproduce(p), pg.load_run, pg.read])
+def test_a_file_that_is_not_there(call, here):
+    with pytest.raises(FileError, match="nowhere"):
+        call("nowhere.c3d")
+
+
+def test_a_run_is_checked(fitted):
+    verdict = pg.check(fitted)
+    assert type(verdict).__name__ == "Verdict" and not verdict.ok  # no forces: nothing explains it
+    assert pg.check(fitted.record).status == verdict.status
+
+
+def test_report_saves_first_and_numbers(fitted, here):
+    assert fitted.report() == Path("runs/fit-walk/report.html")
+    assert fitted.report() == Path("runs/fit-walk-2/report.html")
+    assert fitted.report(overwrite=True) == Path("runs/fit-walk/report.html")
+    assert fitted.report("mine") == Path("mine/report.html")
+    with pytest.raises(RunExists, match="mine exists"):
+        fitted.report("mine")
+    assert sorted(p.name for p in Path("runs").iterdir()) == ["fit-walk", "fit-walk-2"]
+
+
+def test_report_of_a_saved_run_writes_its_pages_anew(fitted, here):
+    run = fitted.save()
+    assert run.folder == Path("runs/fit-walk") and "report.html" not in run.files
+    page = run.report()
+    assert page == run.folder / "report.html" and page.is_file()
+    page.write_text("spoiled")
+    assert pg.report(run.folder) == page
+    assert "spoiled" not in page.read_text("utf-8")
+    assert "report.html" in pg.load_run(run.folder).files
+    run.save(run.folder, overwrite=True)  # every file of it is still known as its own
