@@ -29,6 +29,9 @@ class Command(Person, RunOptions):
     ordered tasks and held against the recorded one.
     """
 
+    activity = "walking"
+    ranges = {"speed": (0.1, 3, "m/s")}
+
     speed: float = 1.25
     """Walking speed [m/s]."""
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from plantigrade.bounds import Bounded
 from plantigrade.options import Feet, Joints, Kilograms, Metres, Sex
 
 if TYPE_CHECKING:
@@ -10,11 +11,17 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Person:
+class Person(Bounded):
     """What is known of a person; what is left open comes from the recording or the average adult.
 
     Every settings class that is about a person inherits these fields.
+
+    Raises:
+        ParameterError: If height or mass are out of range.
     """
+
+    activity = "a person"
+    ranges = {"height": (0.5, 2.5, "m"), "mass": (5, 300, "kg")}
 
     height: Metres = None
     """Body height [m]."""

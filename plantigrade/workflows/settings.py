@@ -6,10 +6,11 @@ from typing import Any, Literal
 
 import tyro
 
+from plantigrade.bounds import word
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import Flag, Number, OptionalPath, Seconds
-from plantigrade.synthesize.tasks.settings import Basis, number, whole, word
+from plantigrade.synthesize.tasks.settings import Basis
 
 DEFAULT_JOINTS = "43"
 """Of a person who does a task."""
@@ -40,6 +41,9 @@ class FitSettings(Settings):
         ParameterError: If the cut-off frequency is out of range.
     """
 
+    activity = "motion (6 suits walking)"
+    ranges = {"cutoff": (SLOWEST, FASTEST, "Hz")}
+
     static: OptionalPath = None
     """Standing trial of the same person."""
     skeleton: OptionalPath = None
@@ -52,13 +56,6 @@ class FitSettings(Settings):
     """Cut-off frequency of the low-pass filter for motion and forces [Hz]."""
     companions: tyro.conf.Suppress[bool] = True
     """Look beside the recording for files that belong to it."""
-
-    def __post_init__(self):
-        """Refuse a cut-off that would leave nothing, or everything."""
-        if not SLOWEST <= self.cutoff <= FASTEST:  # also catches NaN
-            raise ParameterError(
-                f"cutoff={self.cutoff} Hz: allowed are {SLOWEST:g} to {FASTEST:g}; 6 suits walking"
-            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +76,9 @@ class SolveSettings(Settings):
         ParameterError: If a number is out of range or a word unknown.
     """
 
+    activity = "a mesh"
+    ranges = {"nodes_per_second": (2, 500, "1/s"), "restarts": (1, 1000, "")}
+
     solver: Literal["interior-point", "ipopt"] = "interior-point"
     """Our banded interior point, or IPOPT as the reference."""
     basis: Basis = None
@@ -92,12 +92,10 @@ class SolveSettings(Settings):
 
     def __post_init__(self):
         """Refuse what cannot be."""
+        super().__post_init__()
         word("solver", self.solver, ("interior-point", "ipopt"))
         if self.basis is not None:
             word("basis", self.basis, ("trigonometric", "polynomial"))
-        if self.nodes_per_second is not None:
-            number("nodes_per_second", self.nodes_per_second, 2, 500, "1/s", "a mesh")
-        whole("restarts", self.restarts, 1, 1000)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,6 +112,9 @@ class PaperSettings(Settings):
 class TrackSettings(FitSettings):
     """How a recording is moved by forces of the ground."""
 
+    activity = "tracking"
+    ranges = {"start": (-1e6, 1e6, "s"), "stop": (-1e6, 1e6, "s"), "refinements": (0, 20, "")}
+
     start: Seconds = None
     """From when [s]; the first gait event if absent, or the first frame where nobody walks."""
     stop: Seconds = None
@@ -124,6 +125,5 @@ class TrackSettings(FitSettings):
     def __post_init__(self):
         """Refuse times out of order."""
         super().__post_init__()
-        whole("refinements", self.refinements, 0, 20)
         if self.start is not None and self.stop is not None and not self.start < self.stop:
             raise ParameterError(f"start={self.start:g} s must be before stop={self.stop:g} s")
