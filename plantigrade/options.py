@@ -7,7 +7,6 @@ under it as its help. From Python the same fields are keywords.
 import difflib
 import math
 import os
-import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from functools import cache
@@ -73,7 +72,7 @@ def check_types(settings: Any) -> None:
         try:
             converted = _as(hint, value)
         except (TypeError, ValueError, OverflowError):
-            raise ParameterError(f"{name} must be {_in_words(hint)}, not {_shown(value)}") from None
+            raise ParameterError(f"{name} must be {_in_words(hint)}, not {shown(value)}") from None
         if converted is not value:
             object.__setattr__(settings, name, converted)
 
@@ -86,7 +85,7 @@ def as_path(value: Any, what: str) -> Path:
     """
     if isinstance(value, str | os.PathLike) and str(value):
         return Path(value)
-    raise ParameterError(f"{what} must be the path of a file or folder, not {_shown(value)}")
+    raise ParameterError(f"{what} must be the path of a file or folder, not {shown(value)}")
 
 
 def refuse_unknown(what: str, given: Iterable[str], allowed: Iterable[str]) -> None:
@@ -139,12 +138,19 @@ def _only(value: Any, allowed: bool) -> Any:
     return value
 
 
-def _shown(value: Any) -> str:
-    """Return a value for a message: not all of a long one."""
-    try:
-        return textwrap.shorten(repr(value), 80, placeholder=" …")
-    except ValueError:  # of a whole number, all of whose digits Python will not write
-        return "a number of thousands of digits"
+def shown(value: Any) -> str:
+    """Return a value as a message shows it: short, and without a digit too many.
+
+    Example:
+        >>> shown(0.1 + 0.2), shown(10**400), shown("x" * 99)
+        ('0.3', 'a number of more than 300 digits', "'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx …")
+    """
+    if isinstance(value, Real) and not isinstance(value, bool):
+        if isinstance(value, Integral) and abs(int(value)) >= 10**300:
+            return "a number of more than 300 digits"
+        return f"{float(value):g}"
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:38]} …"
 
 
 def _is_numpy_bool(value: Any) -> bool:

@@ -17,6 +17,7 @@ ROOT = Path(plantigrade.__file__).parent
 LAYERS = (
     ("errors",),
     ("arrays", "constants", "extras", "options"),
+    ("bounds",),
     ("spatial",),
     ("charts",),
     ("models", "motion"),

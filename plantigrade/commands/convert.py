@@ -8,6 +8,7 @@ from typing import Annotated
 
 import tyro
 
+from plantigrade.bounds import Bounded
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
@@ -16,12 +17,15 @@ from plantigrade.options import Flag, OptionalPath, optional
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PrintOptions):
+class Command(PrintOptions, Bounded):
     """Convert a motion file to another format.
 
     What the target's format has no place for is left out and named; force plates then go beside it,
     into NAME_grf.mot.
     """
+
+    activity = "a recording"
+    ranges = {"rate": (1, 10_000, "Hz")}
 
     source: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="IN")]
     """File to read."""

@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from plantigrade.bounds import SEEDS
 from plantigrade.commands import fit, reproduce
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.models.person import Person
-from plantigrade.synthesize.tasks.settings import whole
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
@@ -31,6 +31,9 @@ class Command(Person, RunOptions):
     ordered tasks and held against the recorded one.
     """
 
+    activity = "walking"
+    ranges = {"speed": (0.1, 3, "m/s"), "seed": SEEDS}
+
     speed: float = 1.25
     """Walking speed [m/s]."""
     seed: int = 0
@@ -49,12 +52,11 @@ class Command(Person, RunOptions):
         from plantigrade.workflows import fit as fitting
         from plantigrade.workflows import reproduce as reproducing
         from plantigrade.workflows.save import save
-        from plantigrade.workflows.settings import LARGEST_SEED, ReproduceSettings
+        from plantigrade.workflows.settings import ReproduceSettings
         from plantigrade.workflows.textbook import recorded, textbook_walk
 
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet)
-        whole("seed", self.seed, 0, LARGEST_SEED)
         if self.out is not None or self.overwrite:
             out = self.out or RUNS / NAME
             for folder in (out, out.with_name(out.name + BESIDE)):

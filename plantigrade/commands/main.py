@@ -8,6 +8,7 @@ Nothing heavy is imported here, so that ``plantigrade --help`` answers at once. 
 import contextlib
 import difflib
 import importlib
+import io
 import os
 import sys
 from collections.abc import Iterator, Sequence
@@ -113,14 +114,35 @@ def parse(name: str, words: Sequence[str]) -> Any:
 
     Raises:
         SystemExit: If the parser has printed its help (code 0) or its complaint (code 2).
+        ParameterError: If a value is not allowed.
     """
     module = importlib.import_module(f"plantigrade.commands.{name}")
     import tyro
 
     config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes)
-    if hasattr(module, "parse"):  # a command with subcommands
-        return module.parse(words, config)
-    return tyro.cli(module.Command, prog=f"plantigrade {name}", args=list(words), config=config)
+    with _own_errors():
+        if hasattr(module, "parse"):  # a command with subcommands
+            return module.parse(words, config)
+        return tyro.cli(module.Command, prog=f"plantigrade {name}", args=list(words), config=config)
+
+
+@contextlib.contextmanager
+def _own_errors() -> Iterator[None]:
+    """Raise our own error where the parser would print it in its words."""
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            yield
+    except SystemExit as stop:
+        cause: BaseException | None = stop
+        while cause is not None and not isinstance(cause, PlantigradeError):
+            cause = cause.__context__
+        if cause is not None:
+            raise cause from None
+        raise
+    finally:
+        if not isinstance(sys.exception(), PlantigradeError):
+            sys.stderr.write(said.getvalue())
 
 
 def _unknown(name: str) -> str:

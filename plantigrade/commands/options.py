@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from plantigrade.bounds import Bounded
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, OptionalPath, OptionalWord
 
@@ -22,7 +23,7 @@ class PrintOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunOptions(PrintOptions):
+class RunOptions(PrintOptions, Bounded):
     """Where the run folder goes."""
 
     out: OptionalPath = None
@@ -50,8 +51,10 @@ class RunOptions(PrintOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class JobOptions:
+class JobOptions(Bounded):
     """How many independent runs (files, subjects, seeds) are computed side by side."""
+
+    ranges = {"jobs": (-1, 1024, "")}
 
     jobs: int = 1
     """Number of runs side by side; -1 for one per core."""
@@ -60,12 +63,9 @@ class JobOptions:
     address: OptionalWord = None
     """Address of a running Ray or Dask cluster; one on this machine is started if absent."""
 
-    def refuse_no_jobs(self) -> None:
-        """Refuse to compute nothing, before any work.
-
-        Raises:
-            ParameterError: If ``jobs`` is zero.
-        """
+    def __post_init__(self):
+        """Refuse to compute nothing, before any work."""
+        super().__post_init__()
         if self.jobs == 0:
             raise ParameterError("jobs=0 does nothing; allowed are 1, 2, … or -1 for one per core")
 

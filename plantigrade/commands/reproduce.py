@@ -38,7 +38,6 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
         """Reproduce one recording, or several as a study."""
         from plantigrade.commands.progress import Progress
 
-        self.refuse_no_jobs()
         if not self.files:
             raise ParameterError("no recording was named; write plantigrade reproduce FILE")
         progress, files = Progress(quiet=self.quiet), list(self.files)

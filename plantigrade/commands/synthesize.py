@@ -128,12 +128,7 @@ class Track(TrackSettings, Command):
 
 def _subcommand(name: str, kind: type[TaskSettings]) -> type:
     """Return the command of a task: its own options, then those of all tasks."""
-
-    def check(self: Any) -> None:
-        kind.__post_init__(self)  # type: ignore[attr-defined]
-        SolveSettings.__post_init__(self)
-
-    own = {"__doc__": kind.__doc__, "__module__": __name__, "__post_init__": check}
+    own = {"__doc__": kind.__doc__, "__module__": __name__}
     own |= {"word": name, "told": (kind, SolveSettings)}
     return dataclass(frozen=True, kw_only=True)(type(kind.__name__, (_Task, kind), own))
 

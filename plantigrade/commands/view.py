@@ -6,18 +6,21 @@ from typing import Annotated
 
 import tyro
 
+from plantigrade.bounds import Bounded
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.options import Flag
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PrintOptions):
+class Command(PrintOptions, Bounded):
     """Show a run as a live, movable scene in the browser.
 
     The server runs on this machine until Ctrl-C; over ssh, forward its port. For a page that needs
     no server, open the run's viewer.html.
     """
+
+    ranges = {"port": (1, 65535, "")}
 
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder to show."""

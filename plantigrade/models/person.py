@@ -3,21 +3,25 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from plantigrade.options import Feet, Joints, Kilograms, Metres, Sex, check_types
+from plantigrade.bounds import Bounded
+from plantigrade.options import Feet, Joints, Kilograms, Metres, Sex
 
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
 
 
 @dataclass(frozen=True, kw_only=True)
-class Person:
+class Person(Bounded):
     """What is known of a person; what is left open comes from the recording or the average adult.
 
     Every settings class that is about a person inherits these fields.
 
     Raises:
-        ParameterError: If a value is of another type than its field.
+        ParameterError: If a value is of another type than its field, or out of range.
     """
+
+    activity = "a person"
+    ranges = {"height": (0.5, 2.5, "m"), "mass": (5, 300, "kg")}
 
     height: Metres = None
     """Body height [m]."""
@@ -29,10 +33,6 @@ class Person:
     """Joint set, by its number of coordinates."""
     feet: Feet = None
     """Foot model: one box, a box with hinged toes, or 16 bones in five segments."""
-
-    def __post_init__(self):
-        """Refuse values of another type."""
-        check_types(self)
 
     @property
     def known(self) -> dict[str, Any]:

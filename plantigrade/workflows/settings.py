@@ -7,16 +7,16 @@ from typing import Any, Literal
 
 import tyro
 
+from plantigrade.bounds import SEEDS, word
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import Flag, Number, OptionalPath, Seconds, refuse_unknown
-from plantigrade.synthesize.tasks.settings import Basis, number, whole, word
+from plantigrade.synthesize.tasks.settings import Basis
 
 TRACK, PAPER = "track", "zhakatayev2023"
 """Motions that are made from something else than a task."""
 DEFAULT_JOINTS = "43"
 """Of a person who does a task."""
-LARGEST_SEED = 2**32 - 1
 SLOWEST, FASTEST = 0.5, 500.0
 """Cut-off frequencies that are allowed [Hz]: a stride takes about a second."""
 
@@ -56,6 +56,9 @@ class FitSettings(Settings):
         ParameterError: If the cut-off frequency is out of range.
     """
 
+    activity = "motion (6 suits walking)"
+    ranges = {"cutoff": (SLOWEST, FASTEST, "Hz")}
+
     static: OptionalPath = None
     """Standing trial of the same person."""
     skeleton: OptionalPath = None
@@ -68,14 +71,6 @@ class FitSettings(Settings):
     """Cut-off frequency of the low-pass filter for motion and forces [Hz]."""
     companions: tyro.conf.Suppress[bool] = True
     """Look beside the recording for files that belong to it."""
-
-    def __post_init__(self):
-        """Refuse a cut-off that would leave nothing, or everything."""
-        super().__post_init__()
-        if not SLOWEST <= self.cutoff <= FASTEST:  # also catches NaN
-            raise ParameterError(
-                f"cutoff={self.cutoff} Hz: allowed are {SLOWEST:g} to {FASTEST:g}; 6 suits walking"
-            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +91,13 @@ class SolveSettings(Settings):
         ParameterError: If a number is out of range or a word unknown.
     """
 
+    activity = "a mesh"
+    ranges = {
+        "nodes_per_second": (2, 500, "1/s"),
+        "restarts": (1, 1000, ""),
+        "seed": SEEDS,
+    }
+
     solver: Literal["interior-point", "ipopt"] = "interior-point"
     """Our banded interior point, or IPOPT as the reference."""
     basis: Basis = None
@@ -115,10 +117,6 @@ class SolveSettings(Settings):
         word("solver", self.solver, ("interior-point", "ipopt"))
         if self.basis is not None:
             word("basis", self.basis, ("trigonometric", "polynomial"))
-        if self.nodes_per_second is not None:
-            number("nodes_per_second", self.nodes_per_second, 2, 500, "1/s", "a mesh")
-        whole("restarts", self.restarts, 1, 1000)
-        whole("seed", self.seed, 0, LARGEST_SEED)
         if self.seed and self.restarts == 1:
             raise ParameterError("seed is that of restarts: add restarts, or leave seed out")
 
@@ -137,6 +135,9 @@ class PaperSettings(Settings):
 class TrackSettings(FitSettings):
     """How a recording is moved by forces of the ground."""
 
+    activity = "tracking"
+    ranges = {"start": (-1e6, 1e6, "s"), "stop": (-1e6, 1e6, "s"), "refinements": (0, 20, "")}
+
     start: Seconds = None
     """From when [s]; the first gait event if absent, or the first frame where nobody walks."""
     stop: Seconds = None
@@ -147,6 +148,5 @@ class TrackSettings(FitSettings):
     def __post_init__(self):
         """Refuse times out of order."""
         super().__post_init__()
-        whole("refinements", self.refinements, 0, 20)
         if self.start is not None and self.stop is not None and not self.start < self.stop:
             raise ParameterError(f"start={self.start:g} s must be before stop={self.stop:g} s")

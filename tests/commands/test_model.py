@@ -97,7 +97,7 @@ def test_an_own_marker_set(capsys, tmp_path):
         (("--lengths", "tail=0.3"), "unknown segment length 'tail'; allowed are"),
         (("--lengths", "thigh=0.4", "--lengths", "thigh=0.5"), "given twice"),
         (("--lengths", "thigh=nan"), "thigh is nan m; allowed is 0.01 to 1 m"),
-        (("--height", "17.4"), "height is 17.4 m; allowed is 0.5 to 2.5 m"),
+        (("--height", "17.4"), "height must be 0.5–2.5 m for a person, not 17.4"),
         (("--marker-set", "mine"), "allowed are plug-in-gait"),
         (("--marker-set", "absent.toml"), "absent.toml: cannot be read"),
     ],

@@ -95,7 +95,7 @@ def test_every_iteration_is_told(synthesized):
     assert {it.number for _, it in told} <= set(kept) and len(told) >= len(kept) - 1
     assert told[-1][1].violation < 1e-4
     history = synthesized.run.record.signals["solver.history"]
-    assert history.shape == (len(kept), 6)
+    assert history.shape == (len(kept), 5)
     np.testing.assert_array_equal(history[:, 1], kept)
 
 

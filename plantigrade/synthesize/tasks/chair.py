@@ -3,6 +3,7 @@
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.bounds import number
 from plantigrade.contact.plan import ContactPlan, Support
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
@@ -19,7 +20,7 @@ from plantigrade.synthesize.guess.postures import (
     standing_posture,
     standing_stances,
 )
-from plantigrade.synthesize.tasks.settings import SitToStand, StandToSit, number
+from plantigrade.synthesize.tasks.settings import SitToStand, StandToSit
 from plantigrade.synthesize.tasks.standing import at_rest, basics, bent
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Above

@@ -22,11 +22,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plantigrade.bounds import number
 from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF
-from plantigrade.synthesize.tasks.settings import FASTEST, SLOWEST, number
+from plantigrade.synthesize.tasks.settings import FASTEST, SLOWEST
 
 STEP_TIMES = (0.15, 3.0)
 """Shortest and longest time of a step that is taken [s]."""

@@ -10,13 +10,14 @@ The body is required to be stretched at take-off, because a crouched take-off wo
 
 import numpy as np
 
+from plantigrade.bounds import number
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
-from plantigrade.synthesize.tasks.settings import Jump, Pushing, TakeOff, number
+from plantigrade.synthesize.tasks.settings import Jump, Pushing, TakeOff
 from plantigrade.synthesize.tasks.standing import at_rest, basics, crouch
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.limits import Limits, PowerLimit, Within

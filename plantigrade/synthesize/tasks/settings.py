@@ -4,18 +4,16 @@ Nothing here loads NumPy. Angles are in radians; the command line takes degrees.
 person (how high is a chair?) is checked where the task is made.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from numbers import Integral, Real
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
+from plantigrade.bounds import Bounded, number, word
 from plantigrade.errors import ParameterError
 from plantigrade.options import (
     Cadence,
     Degrees,
     Flag,
     Metres,
-    check_types,
     optional,
     refuse_unknown,
 )
@@ -31,33 +29,16 @@ SLOWEST, FASTEST = 0.3, 2.2
 """Walking speeds [m/s]."""
 LONGEST = 20.0
 """Of a movement in place [s]."""
-RADIAN = 57.29577951308232
-"""A radian [deg]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaskSettings:
+class TaskSettings(Bounded):
     """What every task may be told; values out of range raise a ParameterError."""
-
-    activity: ClassVar[str] = ""
-    """What messages call the task."""
-    ranges: ClassVar[Mapping[str, tuple[float, float, str]]] = {}
-    """Smallest and largest value and unit of each number; that of an angle is ``"degrees"``."""
 
     def __post_init__(self):
         """Refuse values of another type, or out of range."""
-        check_types(self)
-        default = {f.name: f.default for f in fields(self)}
-        for name, (low, high, unit) in self.ranges.items():
-            value: Any = getattr(self, name)
-            if (value, default[name]) == (None, None):
-                continue
-            if isinstance(default[name], int):
-                whole(name, value, low, high, f"for {self.activity}")
-            else:
-                value = value * RADIAN if unit == "degrees" else value
-                number(name, value, low, high, unit, self.activity)
-        if "side" in default:
+        super().__post_init__()
+        if "side" in (f.name for f in fields(self)):
             word("side", getattr(self, "side"), ("r", "l"))  # noqa: B009
 
     @property
@@ -121,6 +102,8 @@ class Walk(TaskSettings):
             raise ParameterError("a walk turns or goes up a slope, not both: give slope or turn")
         if self.turn and uneven:
             raise ParameterError("a walk turns or climbs, not both: give turn or heights")
+        for height in self.heights or ():
+            number("a height", height, -20, 20, "m", "walking")
         if self.step_height and self.heights is not None:
             raise ParameterError("give step_height or heights, not both")
 
@@ -291,22 +274,3 @@ def settings_for(name: str, **told: Any) -> TaskSettings:
         raise ParameterError(f"no task {name!r}; there are {', '.join(TASKS)}")
     refuse_unknown(name, told, (f.name for f in fields(TASKS[name])))
     return TASKS[name](**told)
-
-
-def number(name: str, value: Any, low: float, high: float, unit: str, what: str) -> None:
-    """Refuse what is no number from ``low`` to ``high``."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not low <= float(value) <= high:
-        shown = f"{float(value):g}" if isinstance(value, Real) else repr(value)
-        raise ParameterError(f"{name} must be {low:.3g}–{high:.3g} {unit} for {what}, not {shown}")
-
-
-def whole(name: str, value: Any, low: float, high: float, what: str = "") -> None:
-    """Refuse what is no whole number from ``low`` to ``high``."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:
-        raise ParameterError(f"{name} must be a whole number from {low} to {high} {what}".rstrip())
-
-
-def word(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    """Refuse another word."""
-    if value not in allowed:
-        raise ParameterError(f"{name} must be {' or '.join(map(repr, allowed))}, not {value!r}")

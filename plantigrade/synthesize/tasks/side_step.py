@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from plantigrade.bounds import number
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
-from plantigrade.synthesize.tasks.settings import SideStep, number
+from plantigrade.synthesize.tasks.settings import SideStep
 from plantigrade.synthesize.tasks.standing import at_rest, basics
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Clearance

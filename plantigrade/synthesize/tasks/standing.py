@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.bounds import number
 from plantigrade.contact.plan import ContactPlan, Footprint
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import PELVIS
@@ -15,7 +16,7 @@ from plantigrade.synthesize.guess.postures import (
     standing_posture,
     standing_stances,
 )
-from plantigrade.synthesize.tasks.settings import Squat, Stand, number
+from plantigrade.synthesize.tasks.settings import Squat, Stand
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Contact, Dynamics, Forces
 from plantigrade.synthesize.terms.effort import Acceleration, Torque

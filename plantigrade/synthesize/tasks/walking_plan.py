@@ -17,12 +17,13 @@ from typing import Literal
 
 import numpy as np
 
+from plantigrade.bounds import word
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize.tasks.gait_parameters import GaitParameters
-from plantigrade.synthesize.tasks.settings import Side, word
+from plantigrade.synthesize.tasks.settings import Side
 
 End = Literal["standing", "walking"]
 TIGHTEST = float(np.deg2rad(60.0))  # turn from one step to the next [rad]

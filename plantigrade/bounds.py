@@ -1,0 +1,82 @@
+"""Settings within bounds: every settings class states what its numeric fields allow.
+
+Nothing here loads NumPy.
+"""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from numbers import Integral, Real
+from typing import Any, ClassVar
+
+from plantigrade.errors import ParameterError
+from plantigrade.options import check_types, shown
+
+RADIAN = 57.29577951308232
+"""A radian [deg]."""
+SEEDS = (0, 2**32 - 1, "")
+"""Of generators of random numbers."""
+
+
+class Bounded:
+    """A dataclass of settings whose types and numbers are checked as it is made.
+
+    A subclass with checks of its own calls ``super().__post_init__()`` first.
+    """
+
+    activity: ClassVar[str] = ""
+    """What messages call the thing that is set, as ``"walking"``."""
+    ranges: ClassVar[Mapping[str, tuple[float, float, str]]] = {}
+    """Smallest and largest value and unit of each number; that of an angle is ``"degrees"``."""
+
+    def __post_init__(self):
+        """Refuse values of another type, or out of range.
+
+        Raises:
+            ParameterError: If there is one.
+        """
+        check_types(self)
+        default = {f.name: f.default for f in fields(self)}  # type: ignore[arg-type]
+        for kind in type(self).__mro__:
+            of = getattr(kind, "activity", "")
+            for name, (low, high, unit) in vars(kind).get("ranges", {}).items():
+                value: Any = getattr(self, name)
+                if (value, default[name]) == (None, None):
+                    continue
+                if isinstance(default[name], int):
+                    whole(name, value, low, high, f"for {of}" if of else "")
+                elif unit == "degrees":
+                    number(name, in_degrees(value), low, high, unit, of)
+                else:
+                    number(name, value, low, high, unit, of)
+
+
+def number(name: str, value: Any, low: float, high: float, unit: str, what: str = "") -> None:
+    """Refuse what is no number from ``low`` to ``high``."""
+    if not _is_real(value) or not low <= value <= high:  # NaN is not within any bounds
+        where = " ".join(filter(None, (unit, what and f"for {what}")))
+        raise ParameterError(f"{name} must be {low:.3g}–{high:.3g} {where}, not {shown(value)}")
+
+
+def whole(name: str, value: Any, low: float, high: float, what: str = "") -> None:
+    """Refuse what is no whole number from ``low`` to ``high``."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:
+        allowed = f"{name} must be a whole number from {low} to {high} {what}".rstrip()
+        raise ParameterError(f"{allowed}, not {shown(value)}")
+
+
+def word(name: str, value: Any, allowed: tuple[str, ...]) -> None:
+    """Refuse another word."""
+    if value not in allowed:
+        raise ParameterError(
+            f"{name} must be {' or '.join(map(repr, allowed))}, not {shown(value)}"
+        )
+
+
+def in_degrees(value: Any) -> Any:
+    """Return an angle in degrees; what is no number, or too large for one, as it is."""
+    huge = isinstance(value, Integral) and abs(int(value)) >= 10**300
+    return value * RADIAN if _is_real(value) and not huge else value
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
