@@ -226,7 +226,9 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
     x, y = box[2] - PAD - width, box[3] - PAD - height
     follow = drawn.figure.foot_centre(side)
     low = record.ground.under(follow) if not record.ground.slope else follow[:, 2]
-    follow = np.column_stack([follow[:, :2], low + 0.6 * (follow[:, 2] - low) + 0.02])
+    rise = follow[:, 2] - low  # the foot is seen to rise, but stays in the panel
+    rise = np.maximum(0.6 * rise + 0.02, rise - 0.06)
+    follow = np.column_stack([follow[:, :2], low + rise])
     per_metre = UNITS * 2  # finer than the body, for it is drawn larger
     layers, bones = foot_layers(
         drawn.figure, side, follow, camera, clock, prefix=f"{prefix}z", per_metre=per_metre

@@ -10,7 +10,7 @@ from plantigrade.report.shapes import convex_hull, mesh_of, shapes_of
 from plantigrade.report.svg_motion import Clock
 from plantigrade.spatial.conventions import rotation_matrix
 
-WIDE = 0.42  # half width of the strip of ground [m]
+WIDE = (0.42, 1.2)  # half width of the strip of ground, also around an enlarged foot [m]
 MARKS = 0.25  # distance of the marks across it, about [m]
 GRAIN = 0.02  # spacing at which uneven ground is followed [m]
 TOP, EDGE, LINE, SIDE_FACE = "#e6eaef", "#98a3b3", "#c3cbd6", "#f0f2f5"
@@ -59,8 +59,11 @@ def stage(
         spacing = stride / max(round(stride / spacing), 1)
     marks = np.arange(np.ceil(ends[0] / spacing), np.floor(ends[1] / spacing) + 1) * spacing
 
-    def surface(s: np.ndarray, aside: float) -> np.ndarray:
-        level = origin * [1, 1, 0] + np.outer(s, forward) + aside * across
+    aside = abs(float(camera.right @ forward)) > 0.5  # not from in front, nor from behind
+    wide = WIDE[fine or not aside]
+
+    def surface(s: np.ndarray, to_side: float) -> np.ndarray:
+        level = origin * [1, 1, 0] + np.outer(s, forward) + to_side * across
         n = ground.normal
         height = (ground.under(level) - level @ n) / n[2]
         return level + np.outer(height, [0.0, 0.0, 1.0])
@@ -68,7 +71,7 @@ def stage(
     plain = not (ground.steps or ground.bumps or ground.field)
     s = np.array(ends) if plain else np.arange(ends[0], ends[1] + GRAIN, GRAIN)
     s = s if plain else _corners(s, surface(s, 0.0))
-    near, far = surface(s, WIDE), surface(s, -WIDE)
+    near, far = surface(s, wide), surface(s, -wide)
     if camera.towards @ across < 0:
         near, far = far, near
 
@@ -81,11 +84,11 @@ def stage(
     deep = near - [0.0, 0.0, 3.0]
     face = data(np.concatenate([near, deep[::-1]]), closed=True)
     lines = "".join(
-        data(np.concatenate([surface(m[None], WIDE), surface(m[None], -WIDE)]), closed=False)
+        data(np.concatenate([surface(m[None], wide), surface(m[None], -wide)]), closed=False)
         for m in marks
     )
     parts = [
-        f'<path d="{face}" fill="{SIDE_FACE}"/>' if abs(camera.right @ forward) > 0.5 else "",
+        f'<path d="{face}" fill="{SIDE_FACE}"/>' if aside else "",
         f'<path d="{top}" fill="{TOP}"/>',
         f'<path d="{lines}" stroke="{LINE}" {width}/>',
         f'<path d="{data(near, False)}" fill="none" stroke="{EDGE}" {width}/>',
