@@ -1,64 +1,67 @@
-"""Draw the pictures of README and documentation: walks, a reach, a squat."""
+"""Make every picture of the documentation anew: run the commands that the gallery prints.
+
+The two movements on the page on ordered tasks come from the code printed there.
+"""
 
 import contextlib
 import io
 import re
+import shlex
+import shutil
+import sys
+import tempfile
 from pathlib import Path
 
-from plantigrade.models import Human
-from plantigrade.report.strip import instants, strip_svg
-from plantigrade.workflows.textbook import textbook_walk
+from plantigrade.commands.main import main as plantigrade
 
-HERE = Path(__file__).parent
-BACKGROUND = "#f6f7f9"
+HERE = Path(__file__).resolve().parent
+IMAGES = HERE / "images"
 
 
 def main() -> None:
-    """Write ``docs/images/*.svg``."""
-    (HERE / "images").mkdir(exist_ok=True)
-    walk()
-    ordered_tasks()
-    synthesized()
+    """Write ``docs/images/*.svg``, all or those whose names are given."""
+    wanted = set(sys.argv[1:])
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        gallery(wanted)
+        ordered_tasks(wanted)
+        for picture in Path().glob("*.svg"):
+            shutil.copyfile(picture, IMAGES / picture.name)
 
 
-def walk() -> None:
-    """Draw the picture at the head of the README: the textbook walk on multi-segment feet."""
-    walk = textbook_walk(Human.create(feet="multi-segment"), speed=1.3, cycles=2)
-    stride = [e.time for e in walk.events if e.side == "r" and e.kind == "heel_strike"]
-    start, stop = (int(round(100 * t)) for t in stride[:2])
-    frames = [start + round((stop - start) * k / 8) for k in range(9)]
-    draw("walk", walk.human.model, walk.qpos, frames)
+def gallery(wanted: set[str]) -> None:
+    """Run the commands of the gallery, block by block."""
+    page = (HERE / "gallery.md").read_text("utf-8")
+    for block in re.findall(r"^```bash\n(.*?)^```", page, re.M | re.S):
+        lines = [shlex.split(line) for line in block.splitlines()]
+        if not wanted or Path(lines[-1][-1]).stem in wanted:
+            for words in lines:
+                run(words[1:])
 
 
-def ordered_tasks() -> None:
-    """Draw the movements of the page on ordered tasks, made by the code printed there."""
+def ordered_tasks(wanted: set[str]) -> None:
+    """Draw the movements of the page on ordered tasks."""
+    if wanted and not wanted & {"reach", "squat"}:
+        return
+    from plantigrade.motion import Motion
+    from plantigrade.record import Record, Run
+
     page = (HERE / "ordered-tasks.md").read_text("utf-8")
     names: dict = {}
     with contextlib.redirect_stdout(io.StringIO()):
         for block in re.findall(r"^```python\n(.*?)^```", page, re.M | re.S):
             exec(compile(block, "ordered-tasks.md", "exec"), names)
-    for name, motion in (("reach", names["motion"]), ("squat", names["squat"])):
-        draw(name, names["human"].model, motion.qpos, instants(len(motion.qpos), 7))
+    human = names["human"]
+    for name, moved in (("reach", names["motion"]), ("squat", names["squat"])):
+        motion = Motion(moved.time, moved.qpos, moved.qvel, human.joint_names)
+        Run(Record(human, motion), "fit", title=name.title()).save(f"runs/{name}")
+        run(["picture", f"runs/{name}", "--rate", "15", "--foot", "none", "--out", f"{name}.svg"])
 
 
-def synthesized() -> None:
-    """Draw a stride of a walk that was made from the task alone."""
-    from plantigrade.synthesize.tasks.settings import Walk
-    from plantigrade.workflows.settings import SolveSettings
-    from plantigrade.workflows.synthesize import synthesize_task
-
-    told, how = Walk(periodic=True, strides=1), SolveSettings(feet="multi-segment")
-    run = synthesize_task(told, how)
-    if not run.ok:
-        raise SystemExit(run.status)
-    motion = run.record.motion
-    draw("synthesized", run.record.human.model, motion.qpos, instants(motion.n_frames, 9))
-
-
-def draw(name: str, model, qpos, frames) -> None:
-    """Write one picture."""
-    svg = strip_svg(model, qpos, frames, height_px=260, background=BACKGROUND)
-    (HERE / "images" / f"{name}.svg").write_text(svg, encoding="utf-8")
+def run(words: list[str]) -> None:
+    """Run a command; end where it fails."""
+    print("plantigrade", *words, flush=True)
+    if code := plantigrade([*words, "--quiet"]):
+        sys.exit(f"exit code {code}: {' '.join(words)}")
 
 
 if __name__ == "__main__":

@@ -71,7 +71,7 @@ def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
         status=run.status,
         facts=facts_of(subject),
         notes=run.record.notes,
-        strip=Markup(_strip(subject)),
+        strip=Markup(strip_of(subject)),
         reference=next(iter(run.record.references), ""),
         arrows=_has_arrows(subject),
         figures=run.figures,
@@ -113,7 +113,8 @@ def _has_arrows(subject: Subject) -> bool:
     return bool(np.any(total)) and bool(np.isfinite(cop).any())
 
 
-def _strip(subject: Subject) -> str:
+def strip_of(subject: Subject, *, height_px: int = 250, background: str | None = None) -> str:
+    """Return the picture strip of a run: of one right gait cycle where it walks."""
     record = subject.record
     motion, frames = record.motion, _strip_frames(subject)
     drawn: dict[str, Any] = {}
@@ -127,7 +128,8 @@ def _strip(subject: Subject) -> str:
         motion.qpos,
         frames,
         time=motion.time,
-        height_px=250,
+        height_px=height_px,
+        background=background,
         behind=None if reference is None else resampled(reference, motion.time).qpos,
         **drawn,
     )

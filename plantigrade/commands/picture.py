@@ -1,0 +1,141 @@
+"""Draw a run as one picture that moves, or as a strip of instants."""
+
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from plantigrade.commands.options import PrintOptions
+from plantigrade.commands.outcome import Outcome
+from plantigrade.errors import FileError, ParameterError, RunExists
+from plantigrade.options import Flag, OptionalPath, OptionalWord, Seconds
+
+if TYPE_CHECKING:
+    from plantigrade.record import Run
+
+View = Literal["side", "left", "front", "back", "quarter"]
+Foot = Literal["right", "left", "none"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command(PrintOptions):
+    """Draw a run as one picture that moves, or as a strip of instants.
+
+    The picture is an SVG file without script, so it also moves in a README. A steady gait plays one
+    stride without end; any other motion plays its first ten seconds, or what --start and --stop
+    name.
+    """
+
+    run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
+    """Run folder to draw."""
+    out: OptionalPath = None
+    """File to write (.svg); picture.svg in the run folder if absent."""
+    overwrite: Flag = False
+    """Replace the file if it exists outside the run folder."""
+    still: Flag = False
+    """Draw a strip of instants side by side instead."""
+    view: View = "side"
+    """From where: the walker's right side, left side, front, back, or a quarter turn in front."""
+    foot: Foot = "right"
+    """Foot to show enlarged beside the body."""
+    start: Seconds = None
+    """First instant, on the clock of the motion."""
+    stop: Seconds = None
+    """Last instant."""
+    rate: float = 20.0
+    """Frames per second of the motion; a browser draws what lies between them."""
+    speed: float = 1.0
+    """How fast it plays; 1 is true speed."""
+    height_px: int = 420
+    """Height of the picture."""
+    title: OptionalWord = None
+    """Words above the body; the title of the run if absent."""
+
+    def run(self) -> Outcome:
+        """Draw it and write the file, whole or not at all.
+
+        Raises:
+            FileError: If the folder is no run folder, or the file is no SVG.
+            ParameterError: If a value is not allowed, or the motion cannot be drawn.
+            RunExists: If the file exists and is not to be replaced.
+        """
+        from plantigrade.record import Run
+        from plantigrade.record.folder import replace_files
+
+        out = self.run_folder / "picture.svg" if self.out is None else self.out
+        if out.suffix.lower() != ".svg":
+            raise FileError(
+                out, f"a picture cannot be written as {out.suffix or 'a file without ending'}",
+                remedy="name a file that ends in .svg",
+            )  # fmt: skip
+        self._refuse()
+        own = out.parent.resolve() == self.run_folder.resolve()
+        if out.exists() and not own and not self.overwrite:
+            raise RunExists(f"{out} exists; name another file or add --overwrite")
+        run = Run.load(self.run_folder)
+        svg, facts = self._still(run) if self.still else self._moving(run)
+        if own:
+            replace_files(self.run_folder, {out.name: svg})  # it becomes one of the run's files
+        else:
+            _write(out, svg)
+        size = len(svg.encode()) / 1000
+        metrics = {"status": "ok", "command": "picture", "target_file": out, **facts}
+        shown = f"{facts['frames']} instants" if self.still else _told(facts)
+        return Outcome(text=f"wrote {out}: {shown}, {size:.0f} kB", metrics=metrics)
+
+    def _refuse(self) -> None:
+        from plantigrade.report.moving import HEIGHTS
+
+        if not HEIGHTS[0] <= self.height_px <= HEIGHTS[1]:
+            low, high = HEIGHTS
+            raise ParameterError(f"height_px={self.height_px} must be from {low} to {high} pixels")
+        if self.still:
+            default = Command(run_folder=self.run_folder)
+            for name in ("view", "foot", "start", "stop", "rate", "speed", "title"):
+                if getattr(self, name) != getattr(default, name):
+                    raise ParameterError(f"--{name} means nothing to a strip; leave out --still")
+
+    def _moving(self, run: "Run") -> tuple[str, dict[str, Any]]:
+        from plantigrade.report.moving import moving_picture
+        from plantigrade.report.pages import title_of_run
+        from plantigrade.report.section import Subject
+
+        picture = moving_picture(
+            run.record,
+            forces=Subject(run).forces,
+            view=self.view,
+            foot=self.foot,
+            start=self.start,
+            stop=self.stop,
+            rate=self.rate,
+            speed=self.speed,
+            height_px=self.height_px,
+            title=title_of_run(run) if self.title is None else self.title,
+        )
+        facts = {"frames": picture.frames, "seconds": picture.seconds, "loop": picture.loop}
+        return picture.svg, facts
+
+    def _still(self, run: "Run") -> tuple[str, dict[str, Any]]:
+        from plantigrade.report.pages import PICTURES, strip_of
+        from plantigrade.report.section import Subject
+
+        svg = strip_of(Subject(run), height_px=self.height_px, background="#f6f7f9")
+        return svg + "\n", {"frames": min(PICTURES, run.record.motion.n_frames)}
+
+
+def _told(facts: dict[str, Any]) -> str:
+    kind = "one stride without end" if facts["loop"] else f"{facts['seconds']:.1f} s"
+    return f"{kind}, {facts['frames']} frames"
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file, whole or not at all."""
+    if not path.parent.is_dir():
+        raise FileError(path, f"there is no folder {path.parent}", remedy="make it first")
+    with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=path.parent) as folder:
+        written = Path(folder) / path.name  # renaming works inside one file system only
+        written.write_text(text, encoding="utf-8")
+        os.replace(written, path)
