@@ -18,8 +18,8 @@ PICTURES = 8  # in the strip
 MEASURED = (
     ("walking speed", " m/s", "walking_speed_m_s", 2),
     ("cadence", " steps/min", "cadence_steps_min", 0),
-    ("marker error, RMS", " mm", "marker_rms_mean_mm", 1),
-    ("joint centre error, RMS", " mm", "joint_rms_mm", 1),
+    ("RMS marker error", " mm", "marker_rms_mean_mm", 1),
+    ("RMS joint centre error", " mm", "joint_rms_mm", 1),
 )
 FROM_TASKS = (
     ("range of motion error, mean", "°", "rom_error_mean_deg", 1),
@@ -27,7 +27,6 @@ FROM_TASKS = (
     ("centre of mass error, largest", " mm", "com_error_max_mm", 1),
     ("contact drift, largest", " mm", "contact_drift_max_mm", 1),
     ("lowest point of the soles", " mm", "sole_lowest_mm", 1),
-    ("time per gait cycle", " s", "time_per_cycle_s", 2),
     ("vertical force error, RMS", " BW", "vertical_force_rmse_bw", 3),
 )
 SOLVED = (
@@ -41,7 +40,6 @@ SOLVED = (
     ("vertical force, largest", " BW", "ground_force_max_bw", 2),
     ("cost of transport", "", "cost_of_transport", 2),
     ("unexplained force, RMS", " % BW", "check_root_force_rms_bw_percent", 2),
-    ("solved in", " s", "solve_time_s", 1),
 )
 
 
@@ -66,19 +64,19 @@ def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
     subject = Subject(run)
     provenance = run.metrics
     return page_html(
-        "report.html",
         [*draw_all(SECTIONS, subject), *more],
         title=title_of_run(run),
         sentence=run.sentence,
         status=run.status,
+        who=who_of(subject),
         facts=facts_of(subject),
         notes=run.record.notes,
         strip=Markup(_strip(subject)),
         reference=next(iter(run.record.references), ""),
         arrows=_has_arrows(subject),
-        figures=run.figures,
+        footer="World axes: x forward, y left, z up; signs of angles are OpenSim's.",
         provenance={
-            name.replace("_", " "): provenance[name]
+            name: provenance[name]
             for name in ("source_files", "version", "command", "settings", "seed")
         },
     )
@@ -147,6 +145,16 @@ def _strip_frames(subject: Subject) -> list[int]:
         if len(set(frames)) == PICTURES:
             return frames
     return instants(motion.n_frames, PICTURES)
+
+
+def who_of(subject: Subject) -> list[str]:
+    """Return who moved: body height, mass, sex and age as far as known, and the model."""
+    human, age = subject.record.human, subject.number("age_years")
+    known = [f"Body height {human.height:.2f} m", f"mass {human.mass:.1f} kg"]
+    known += [f"{age:.0f} years"] if age is not None else []
+    model = f"{human.model.nv} degrees of freedom, {human.feet} feet"
+    compared = [f"compared with {subject.population.name}"] if subject.walks else []
+    return [*known, model, *compared]
 
 
 def facts_of(subject: Subject) -> dict[str, str]:

@@ -40,7 +40,6 @@ def study_html(
     *,
     tasks: str,
     status: str = "ok",
-    metrics: Mapping[str, Any] | None = None,
     provenance: Mapping[str, Any] | None = None,
 ) -> str:
     """Return the page of a study as one text without any outside address.
@@ -51,7 +50,6 @@ def study_html(
         left_out: Recording → why it could not be reproduced.
         tasks: Name of the set of tasks.
         status: ``"ok"``, or what went wrong.
-        metrics: Figures of the study.
         provenance: Where it came from.
     """
     n = 0 if study is None else study.n
@@ -61,20 +59,20 @@ def study_html(
         f"tasks “{tasks}”; {n} of them valid over a whole gait cycle and in the statistics."
     )
     sections = [
-        *([table_section(study), *curve_sections(study)] if study is not None else []),
+        *([table_section(study)] if study is not None else []),
         gait_section(gaits),
+        *(curve_sections(study) if study is not None else []),
         *([rotation_section([g for g in gaits if not g.problem])] if study is not None else []),
     ]
     return page_html(
-        "study.html",
         sections,
-        figures=metrics or {},
         provenance=provenance or {},
         title="Reproduced gaits",
         sentence=sentence,
         status=status,
         facts=_facts(study),
         left_out=[*uncounted, *left_out.items()],
+        footer="Angles in degrees; coordinates and signs are OpenSim's.",
     )
 
 
@@ -161,7 +159,6 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
         ("contact drift [mm]", "contact_drift_max_mm", 1),
         ("lowest sole [mm]", "sole_lowest_mm", 1),
         ("vertical force error [BW]", "vertical_force_rmse_bw", 3),
-        ("s per cycle", "time_per_cycle_s", 2),
     )
     columns = [c for c in columns if any(gait.metrics.get(c[1]) is not None for gait in gaits)]
     rows = []

@@ -183,7 +183,6 @@ def write(
         found.left_out,
         tasks=settings.tasks,
         status=metrics["status"],
-        metrics=metrics,
         provenance=provenance,
     )
     return write_folder(

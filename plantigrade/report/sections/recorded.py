@@ -166,19 +166,19 @@ def com_section(subject: Subject) -> Section:
             "heels' paths over the ground, the posture at the end of each phase, and the floor, "
             "which no point of a sole may enter."
         )
-    return Section("Centre of mass and soles", figures, text=text)
+    return Section("Centre of mass and soles", figures, text=text, folded=True)
 
 
 def force_section(subject: Subject) -> list[Section]:
     """Return the computed ground reactions, beside the measured ones where there are any."""
-    title = "Ground reactions: computed beside measured"
+    title = "Computed ground reactions"
     if not _computed(subject):
         return _absent(subject, title)
     record, upto = _moved(subject), _standing(subject)
     time = record.motion.time[:upto]
-    measured = record.signals.get("measured.force")
-    if measured is None:
-        title = "Computed ground reactions"
+    measured = _measured(record, "measured.force")
+    if measured is not None:
+        title = "Ground reactions: computed beside measured"
     figures = []
     for axis in (2, 0, 1):
         for k, side in enumerate(SIDES):
@@ -198,19 +198,20 @@ def force_section(subject: Subject) -> list[Section]:
         text += MOVED
     elif record is not subject.record:
         text += FELL
-    return [Section(title, figures, text=text)]
+    return [Section(title, figures, text=text, folded=True)]
 
 
 def moment_section(subject: Subject) -> list[Section]:
     """Return the computed joint moments, beside inverse dynamics of the measured forces."""
-    title = "Joint moments: computed beside measured"
+    title = "Computed joint moments"
     if not _computed(subject):
         return _absent(subject, title)
     record, upto = _moved(subject), _standing(subject)
-    measured = record.signals.get("measured.moment")
+    measured = _measured(record, "measured.moment")
     names = [str(name) for name in record.signals.get("measured.moment_names", ())]
-    if measured is None:
-        title = "Computed joint moments"
+    if measured is not None:
+        title = "Joint moments: computed beside measured"
+    else:
         hinges = record.human.coordinates
         names = [f"{n}_{s}" for n in MOMENTS for s in SIDES if f"{n}_{s}" in hinges]
     figures = [
@@ -230,7 +231,7 @@ def moment_section(subject: Subject) -> list[Section]:
     text = "Internal moments per body mass"
     if measured is not None:
         text += "; violet dashes: inverse dynamics of the recorded motion and the measured forces"
-    return [Section(title, figures, text=text + ".")]
+    return [Section(title, figures, text=text + ".", folded=True)]
 
 
 def _moved(subject: Subject) -> Record:
@@ -243,6 +244,12 @@ def _computed(subject: Subject) -> bool:
     moved = _moved(subject)
     there = moved.has_forces and moved.qfrc_actuator is not None
     return there and (moved is not subject.record or "measured.force" in moved.signals)
+
+
+def _measured(record: Record, name: str) -> Array | None:
+    """Return a measured signal; None where nothing was measured at any time."""
+    found = record.signals.get(name)
+    return found if found is not None and np.isfinite(found).any() else None
 
 
 def _standing(subject: Subject) -> int:

@@ -6,7 +6,7 @@ from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.labels import side_of
 from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
 from plantigrade.report.section import Section, Subject, needs
-from plantigrade.report.text import figure_text, number_text, place_text, power_text, rounded_text
+from plantigrade.report.text import figure_text, number_text, place_text, power_text
 
 TINY = 1e-9  # smaller violations are drawn here
 MOST = 16  # joints in the table of strength
@@ -127,7 +127,8 @@ def strength_section(subject: Subject) -> Section:
         notes=[f"{torque:+.0f} N m".replace("-", "−") for _, _, torque in rows],
         width=720,
     )
-    return Section(title, [Figure(drawing, wide=True)], text="The most heavily loaded joints.")
+    text = "The most heavily loaded joints."
+    return Section(title, [Figure(drawing, wide=True)], text=text, folded=True)
 
 
 @needs("solver.history", "solver.stage_names")
@@ -158,10 +159,9 @@ def convergence_section(subject: Subject) -> Section:
     cost += " Upright lines: a new stage." if starts else ""
     figures = [Figure(errors, missed), Figure(objective, cost)]
     headers = (
-        "stage", "solver", "nodes", "iterations", "time [s]", "ended", "objective", "violation",
-        "of",
+        "stage", "solver", "nodes", "iterations", "ended", "objective", "violation", "of",
     )  # fmt: skip
-    return Section(title, figures, headers=headers, rows=_stages(subject))
+    return Section(title, figures, headers=headers, rows=_stages(subject), folded=True)
 
 
 def _stages(subject: Subject) -> list[list[str]]:
@@ -170,16 +170,16 @@ def _stages(subject: Subject) -> list[list[str]]:
     solvers = words("solver.stage_solvers", len(names))
     ended = words("solver.stage_status", len(names))
     unknown = np.full(len(names), np.nan)
-    nodes, seconds = solver.get("stage_nodes", unknown), solver.get("stage_seconds", unknown)
+    nodes = solver.get("stage_nodes", unknown)
     worst = words("solver.history_worst", len(history))
     rows = []
     for k, name in enumerate(names):
         own = np.flatnonzero(history[:, STAGE] == k)
         row = [name, SOLVERS.get(solvers[k], solvers[k]), figure_text(nodes[k])]
-        row += [str(max(len(own) - 1, 0)), rounded_text(seconds[k]), ended[k]]
+        row += [str(max(len(own) - 1, 0)), ended[k]]
         if len(own):
             last = history[own[-1]]
             row += [number_text(last[OBJECTIVE]), power_text(last[VIOLATION])]
             row += [worst[own[-1]].replace("_", " ")]
-        rows.append([*row, *[""] * (9 - len(row))])
+        rows.append([*row, *[""] * (8 - len(row))])
     return rows
