@@ -128,6 +128,7 @@ def _strip(subject: Subject) -> str:
         frames,
         time=motion.time,
         height_px=250,
+        ground=record.ground,
         behind=None if reference is None else resampled(reference, motion.time).qpos,
         **drawn,
     )
