@@ -39,7 +39,6 @@ SOLVED = (
     ("knee range", "°", "knee_angle_range_r_deg", 0),
     ("vertical force, largest", " BW", "ground_force_max_bw", 2),
     ("cost of transport", "", "cost_of_transport", 2),
-    ("unexplained force, RMS", " % BW", "check_root_force_rms_bw_percent", 2),
 )
 
 

@@ -35,6 +35,7 @@ SECTIONS = (
     ground.ground_section,
     markers.marker_section,
     paths.path_section,
+    verdict.condition_section,
     # what planned contact, a solver or many markers add
     contacts.segment_section,
     contacts.pressure_section,

@@ -1,5 +1,7 @@
 """The motion beside the recorded one, its forces beside the measured ones."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from plantigrade.analyze.gait_study import PAPER_TABLE
@@ -14,8 +16,7 @@ from plantigrade.report.section import Section, Subject, needs
 from plantigrade.report.sections.cycles import mean_sd
 from plantigrade.report.text import rounded_text, sided_title, signed_text
 
-SHOWN = (
-    *(name for _, name in ROTATIONS),
+OTHERS = (
     *("mtp_angle_r", "mtp_angle_l", "pelvis_tilt", "pelvis_list", "pelvis_rotation"),
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex_r", "arm_flex_l", "elbow_flex_r", "elbow_flex_l"),
@@ -33,13 +34,30 @@ FALLEN = 0.15  # a body whose centre of mass is further off its path has fallen 
 
 
 @needs(reference="recorded")
-def curve_section(subject: Subject) -> Section:
-    """Return reproduced and recorded angles over the gait cycle."""
+def curve_section(subject: Subject) -> list[Section]:
+    """Return reproduced and recorded angles over the gait cycle: of the legs, then all others."""
     title = "Reproduced against recorded angles"
+    if not subject.comparison.cycles:
+        return [Section(title, missing="the motion holds no whole gait cycle to draw them over.")]
+    text = "Full line: reproduced; violet dashes: recorded."
+    if "tasks.names" in subject.record.signals:
+        text += " Of these angles the tasks know only the posture at the end of each phase."
+    text += (
+        " Curves are cut at the heel strikes of their own side (pelvis and trunk: right); where "
+        "there are several cycles, bands are one standard deviation."
+    )
+    legs, others = (_pairs(subject, names) for names in ([n for _, n in ROTATIONS], OTHERS))
+    found = [Section(title, legs, text=text)]
+    if others:
+        more = "Toes, pelvis, trunk and arms against the recorded ones"
+        found.append(Section(more, others, text="Drawn in the same way.", folded=True))
+    return found
+
+
+def _pairs(subject: Subject, names: Sequence[str]) -> list[Figure]:
+    """Return one plot for each of the coordinates that are known."""
     found = subject.comparison
-    if not found.cycles:
-        return Section(title, missing="the motion holds no whole gait cycle to draw them over.")
-    figures = [
+    return [
         Figure(
             pair_plot(
                 found.percent,
@@ -51,17 +69,9 @@ def curve_section(subject: Subject) -> Section:
                 note=f"RMSE {found.rmse[name]:.1f}°, r {rounded_text(found.correlation[name])}",
             )
         )
-        for name in SHOWN
+        for name in names
         if name in found.rom
     ]
-    text = "Full line: reproduced; violet dashes: recorded."
-    if "tasks.names" in subject.record.signals:
-        text += " Of these angles the tasks know only the posture at the end of each phase."
-    text += (
-        " Curves are cut at the heel strikes of their own side (pelvis and trunk: right); where "
-        "there are several cycles, bands are one standard deviation."
-    )
-    return Section(title, figures, text=text)
 
 
 def pair_plot(
@@ -123,7 +133,7 @@ def rom_section(subject: Subject) -> Section:
         "square difference (RMSE) and correlation (r) of the curves."
     )
     if published:
-        headers += ["paper: simulated", "recorded", "difference"]
+        headers += ["paper: simulated", "paper: recorded", "paper: difference"]
         text += " The paper's columns are the means of nine people (Boukheddimi et al., Table I)."
     errors = [abs(found.rom_error[name]) for _, name in shown]
     text += f" Mean difference {np.mean(errors):.1f}°, largest {np.max(errors):.1f}°."
