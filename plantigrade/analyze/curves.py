@@ -51,20 +51,39 @@ def gait_curves(record: Record) -> GaitCurves:
         if n not in PELVIS[3:]
     }
     moments, powers, forces = {}, {}, {}
+    swing = {side: _unloaded_swing(record, cycles, side) for side in SIDES}
     if record.qfrc_actuator is not None:
         for name in record.human.coordinates:
-            moment = known_above(record, name) * record.torque(name) / mass
+            known_here = known_above(record, name)
+            known_here[swing.get(side_of(name) or "", slice(0))] = 1.0
+            moment = known_here * record.torque(name) / mass
             moments[name] = over(moment, name)
             powers[name] = over(moment * motion.velocity(name), name)
     if record.contact_force is not None:
         for side in SIDES:
             if not any(site.side == side for site in record.sites):
                 continue
-            share = record.foot(side).force * known(record, side)[:, None] / record.weight
+            known_here = known(record, side)
+            known_here[swing[side]] = 1.0
+            share = record.foot(side).force * known_here[:, None] / record.weight
             for axis, label in enumerate(AXES):
                 name = f"{label}_{side}"
                 forces[name] = over(share[:, axis], name)
     return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
+
+
+def _unloaded_swing(record: Record, cycles: tuple[Cycle, ...], side: str) -> np.ndarray:
+    """Return the frames from toe off to heel strike of a foot in which no force was measured.
+
+    It carries none, by what heel strike means, even where its heel is already so low that a force
+    beside the plates could not be ruled out.
+    """
+    time, inside = record.motion.time, np.zeros(record.motion.n_frames, dtype=bool)
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    for cycle in cycles:
+        if cycle.side == side and cycle.toe_off is not None:
+            inside |= (time > cycle.toe_off) & (time < cycle.stop + step)
+    return inside & ~np.any(record.foot(side).force, axis=1)
 
 
 def known(record: Record, side: str | None) -> Float[Array, " n_frames"]:

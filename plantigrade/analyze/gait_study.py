@@ -23,6 +23,8 @@ from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
 
 ALPHA = 0.05  # of both tests, as in the paper
+FEWEST = 3
+"""Gaits without which nothing is tested."""
 
 
 @dataclass(frozen=True)
@@ -215,7 +217,7 @@ def paired_test(
 
     Differences that are all the same leave nothing to test; so do fewer than three.
     """
-    if len(difference) < 3 or np.ptp(difference) <= 1e-9 * max(1.0, np.abs(difference).max()):
+    if len(difference) < FEWEST or np.ptp(difference) <= 1e-9 * max(1.0, np.abs(difference).max()):
         return None, "", None
     from scipy import stats
 

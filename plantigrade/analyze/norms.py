@@ -1,22 +1,33 @@
 """Published mean and standard deviation of gait curves, to draw behind one's own.
 
-All numbers are those of [Schwartz2008]_ (supplementary tables): 83 typically developing CHILDREN of
-4 to 17 years walking barefoot at five speeds. Adults differ little in joint angles; their ankle
-moment and power tend to be greater. Angles are Plug-in Gait's, so that a constant offset against
-another body model is a matter of convention, most of all in pelvis tilt and hip flexion: there
-the forward lean of Plug-in Gait's pelvic plane in upright standing
+Two populations, never mixed up: a page names the one it shows, with number, ages and speed.
+
+- :data:`ADULTS` [Fukuchi2018]_: 42 healthy adults, 24 of 21 to 37 and 18 of 50 to 84 years, over
+  ground at their own comfortable speed: joint angles. Their step length and cadence change with
+  speed as those of 51 adults of the same laboratory on a treadmill [Fukuchi2018]_.
+- :data:`CHILDREN` [Schwartz2008]_ (supplementary tables): 83 typically developing children of 4 to
+  17 years, barefoot, at five speeds: joint angles, moments, powers, ground reactions. Children's
+  ankle moment and power are smaller than adults'.
+
+No table of joint moments, powers or ground reactions of adults with their standard deviation is
+free to be passed on; those of children are then the nearest there is, and are called children's.
+
+Angles are those of a pelvis whose plane goes through the four iliac spines, so that a constant
+offset against another body model is a matter of convention, most of all in pelvis tilt and hip
+flexion: there the forward lean of that plane in upright standing
 (:data:`plantigrade.models.textbook_gait.PELVIC_PLANE`), where Rajagopal's pelvis has no tilt, is
 taken out.
 
-``schwartz2008.json`` was made from those tables: every 2 % of the cycle, angles rounded to 0.1
-degree and everything else to 0.01; names and signs turned to those of OpenSim's Rajagopal model
-(pelvis tilt positive backward, pelvis list positive to the right side down, rotation positive to
-the left, knee flexion positive; internal moments positive in the direction of their coordinate, so
-that knee extensors and plantarflexors are negative). Curves are those of the right leg; for the
-left leg, pelvis list and rotation change sign.
+``schwartz2008.json`` and ``fukuchi2018.json`` were made from those tables: every 2 % of the cycle,
+angles rounded to 0.1 degree and everything else to 0.01; names and signs turned to those of
+OpenSim's Rajagopal model (pelvis tilt positive backward, pelvis list positive to the right side
+down, rotation positive to the left, knee flexion positive; internal moments positive in the
+direction of their coordinate, so that knee extensors and plantarflexors are negative; foot
+progression positive inward). Curves are those of the right leg (of adults the mean of both legs);
+for the left leg, pelvis list and rotation change sign.
 
 References:
-    [Schwartz2008]_.
+    [Fukuchi2018]_, [Schwartz2008]_.
 """
 
 import json
@@ -37,19 +48,58 @@ SPEED_CLASSES = ("very_slow", "slow", "free", "fast", "very_fast")
 CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)
 """Dimensionless speeds between the classes."""
 
-CITATION = (
-    "Schwartz, Rozumalski & Trost 2008, J Biomech 41:1639-1650 (typically developing children)"
+
+@dataclass(frozen=True)
+class Population:
+    """Whose gait was published."""
+
+    name: str  #: ``"adults"`` or ``"children"``
+    people: str  #: Who they are, how many, of which ages
+    speed: str  #: How fast they walked
+    citation: str  #: Where the numbers were published
+
+
+COMFORTABLE = (1.24, 0.16)
+"""Comfortable speed of those adults, mean and SD [m/s]."""
+
+ADULTS = Population(
+    "adults",
+    "42 healthy adults, 21–37 and 50–84 years",
+    f"over ground at their own comfortable speed, {COMFORTABLE[0]} ± {COMFORTABLE[1]} m/s",
+    "Fukuchi, Fukuchi & Duarte 2018, PeerJ 6:e4640, CC BY 4.0",
 )
+CHILDREN = Population(
+    "children",
+    "83 typically developing children, 4–17 years",
+    "barefoot at five speeds",
+    "Schwartz, Rozumalski & Trost 2008, J Biomech 41:1639–1650",
+)
+
+ADULT_AGE = 18.0
+"""Age from which somebody is compared with adults [years]."""
+
+SHORT = 1.45
+"""Body height below which somebody of unknown age is compared with children [m]: one woman in a
+hundred is shorter, and half of the children of eleven."""
+
+ADULT_SPEEDS = (0.34, 1.77)
+"""Speeds at which step length and cadence of adults were measured [m/s]."""
+
+STEP_LENGTH = ((-0.0371, 0.3803, 0.2071), 0.040)
+"""Step length of adults [m]: a polynomial of speed [m/s], and the SD about it."""
+
+CADENCE = ((-22.34, 96.64, 35.48), 8.2)
+"""Cadence of adults [steps/min], likewise."""
 
 FOOT_OFF: dict[str, tuple[float, float]] = dict(
     zip(SPEED_CLASSES, ((68, 5), (62, 2), (59, 2), (58, 2), (56, 2)), strict=True)
 )
-"""Foot off by speed class: mean and SD [% of cycle]."""
+"""Foot off of children by speed class: mean and SD [% of cycle]."""
 
 DOUBLE_SUPPORT: dict[str, tuple[float, float]] = dict(
     zip(SPEED_CLASSES, ((36, 10), (24, 4), (19, 2), (16, 3), (14, 3)), strict=True)
 )
-"""Double support, both parts together, by speed class: mean and SD [% of cycle]."""
+"""Double support, both parts together, of children by speed class: mean and SD [% of cycle]."""
 
 
 @dataclass(frozen=True)
@@ -57,46 +107,72 @@ class NormCurve:
     """A published mean curve and its standard deviation over the gait cycle."""
 
     name: str  #: Name of the curve
-    speed_class: str  #: One of :data:`SPEED_CLASSES`
+    speed_class: str  #: One of :data:`SPEED_CLASSES`; ``"comfortable"`` for adults
     percent: Float[Array, " n"]  #: Percent of the cycle, 0 at heel strike
     mean: Float[Array, " n"]  #: Mean over subjects, in ``unit``
     sd: Float[Array, " n"]  #: Standard deviation between subjects, in ``unit``
     unit: str  #: ``"deg"``, ``"N m/kg"``, ``"W/kg"`` or ``"body weight"``
-    citation: str = CITATION  #: Where the numbers were published
+    population: Population  #: Whose it is
 
 
-def names() -> tuple[str, ...]:
-    """Return the names of the curves there are."""
-    return tuple(_tables())
+def population(age: float | None = None, height: float | None = None) -> Population:
+    """Return whom somebody is compared with: adults, unless age or else height say a child.
+
+    Args:
+        age: Age [years]; None where it is not known.
+        height: Body height [m]; None where it is not known.
+
+    Example:
+        >>> [population(*known).name for known in ((9, 1.5), (30, 1.4), (None, 1.3), (None, 1.7))]
+        ['children', 'adults', 'children', 'adults']
+    """
+    if age is not None:
+        return CHILDREN if age < ADULT_AGE else ADULTS
+    return CHILDREN if height is not None and height < SHORT else ADULTS
 
 
-def norm(name: str, speed_class: str = "free", *, side: str = "r") -> NormCurve:
+def names(population: Population = CHILDREN) -> tuple[str, ...]:
+    """Return the names of the curves there are of a population."""
+    return tuple(_tables(population.name))
+
+
+def norm(
+    name: str,
+    speed_class: str = "free",
+    *,
+    side: str = "r",
+    population: Population = CHILDREN,
+) -> NormCurve:
     """Return the published band of a curve.
 
     Args:
         name: A coordinate (``"knee_angle"``, or with its side, ``"knee_angle_l"``), its moment
             (``"knee_angle_moment"``), ``"hip_power"``, ``"knee_power"``, ``"ankle_power"``,
             ``"vertical_grf"`` or ``"anterior_grf"``.
-        speed_class: One of :data:`SPEED_CLASSES`; see :func:`speed_class`.
+        speed_class: One of :data:`SPEED_CLASSES`; see :func:`speed_class`. Adults walked at their
+            comfortable speed only.
         side: Foot whose heel strikes bound the cycle; for ``"l"`` pelvis list and rotation change
             sign.
+        population: Whose curve.
 
     Raises:
         ParameterError: If there is no such curve or class.
     """
-    stem = name
+    stem, tables = name, _tables(population.name)
     for suffix in ("_r", "_l"):
-        if name not in _tables() and name.endswith(suffix):
+        if name not in tables and name.endswith(suffix):
             stem = name.removesuffix(suffix)
         else:
             stem = stem.replace(f"{suffix}_moment", "_moment").replace(f"{suffix}_power", "_power")
-    if stem not in _tables():
-        raise ParameterError(f"no norm {name!r}; there are {', '.join(names())}")
+    if stem not in tables:
+        there = ", ".join(tables)
+        raise ParameterError(f"no norm {name!r} of {population.name}; there are {there}")
     if speed_class not in SPEED_CLASSES:
         raise ParameterError(f"{speed_class=}: allowed are {', '.join(SPEED_CLASSES)}")
     if side not in SIDES:
         raise ParameterError(f"{side=}: allowed are 'r' and 'l'")
-    table = _tables()[stem][speed_class]
+    speed_class = next(iter(tables[stem])) if population is ADULTS else speed_class
+    table = tables[stem][speed_class]
     mirrored = side == "l" and stem in ("pelvis_list", "pelvis_rotation")
     mean = np.array(table["mean"], dtype=float) * (-1 if mirrored else 1)
     # Tilt is positive backward, flexion forward: the plane's lean leaves both.
@@ -106,7 +182,34 @@ def norm(name: str, speed_class: str = "free", *, side: str = "r") -> NormCurve:
         if stem.endswith(ending):
             unit = other
     percent = np.linspace(0.0, 100.0, len(mean))
-    return NormCurve(stem, speed_class, percent, mean, np.array(table["sd"], dtype=float), unit)
+    sd = np.array(table["sd"], dtype=float)
+    return NormCurve(stem, speed_class, percent, mean, sd, unit, population)
+
+
+def comfortable(speed: float) -> bool:
+    """Return whether a speed [m/s] is within two SD of the adults' own.
+
+    Example:
+        >>> comfortable(1.3), comfortable(0.7)
+        (True, False)
+    """
+    mean, sd = COMFORTABLE
+    return abs(speed - mean) <= 2 * sd
+
+
+def adult_steps(speed: float) -> dict[str, tuple[float, float]]:
+    """Return what adults do at a speed [m/s]: mean and SD of step length [m] and cadence [1/min].
+
+    Empty at a speed at which nobody was measured.
+
+    Example:
+        >>> {name: f"{mean:.2f} ± {sd:.2f}" for name, (mean, sd) in adult_steps(1.2).items()}
+        {'step_length': '0.61 ± 0.04', 'cadence': '119.28 ± 8.20'}
+    """
+    if not ADULT_SPEEDS[0] <= speed <= ADULT_SPEEDS[1]:
+        return {}
+    tables = {"step_length": STEP_LENGTH, "cadence": CADENCE}
+    return {name: (float(np.polyval(fit, speed)), sd) for name, (fit, sd) in tables.items()}
 
 
 def dimensionless_speed(speed: float, leg_length: float) -> float:
@@ -135,6 +238,6 @@ def speed_class(speed: float, leg_length: float) -> str:
 
 
 @cache
-def _tables() -> dict[str, dict[str, dict[str, list[float]]]]:
-    text = files("plantigrade.analyze").joinpath("schwartz2008.json").read_text(encoding="utf-8")
-    return json.loads(text)
+def _tables(population: str) -> dict[str, dict[str, dict[str, list[float]]]]:
+    name = {"adults": "fukuchi2018.json", "children": "schwartz2008.json"}[population]
+    return json.loads(files("plantigrade.analyze").joinpath(name).read_text(encoding="utf-8"))

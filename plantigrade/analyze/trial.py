@@ -82,11 +82,12 @@ class Trial:
     @property
     def figures(self) -> dict[str, Any]:
         """Every figure of fit and gait: flat keys in snake_case, unit as suffix."""
-        human, motion = self.fit.human, self.motion
+        human, motion, age = self.fit.human, self.motion, self.fit.recording.subject.age
         figures = {
             **self.fit.metrics,
             "height_m": human.height,
             "mass_kg": human.mass,
+            **({} if age is None else {"age_years": age}),
             "frames": motion.n_frames,
             "duration_s": motion.duration,
             "heading_turned_deg": float(np.rad2deg(self.fit.heading)),

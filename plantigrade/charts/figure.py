@@ -7,6 +7,9 @@ from pathlib import Path
 
 from plantigrade.errors import FileError
 
+THIRD = 400
+"""Widest drawing of which three stand side by side on a page [px]."""
+
 _SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 
 
@@ -23,6 +26,12 @@ class Figure:
     svg: str = field(repr=False)
     caption: str = ""
     wide: bool = False
+
+    @property
+    def half(self) -> bool:
+        """Whether it takes half the width of a page: too wide for a third, not to be enlarged."""
+        found = _SIZE.search(self.svg)
+        return not self.wide and found is not None and int(found[1]) > THIRD
 
     def _repr_svg_(self) -> str:
         return self.svg

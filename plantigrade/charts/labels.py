@@ -14,6 +14,7 @@ COORDINATES = {  # title, and what positive and negative mean, short enough for 
     "knee_angle": ("Knee flexion", "flex.", "ext."),
     "ankle_angle": ("Ankle dorsiflexion", "dorsi", "plantar"),
     "subtalar_angle": ("Subtalar inversion", "inv.", "ev."),
+    "foot_progression": ("Foot progression", "in", "out"),
     "mtp_angle": ("Toe dorsiflexion", "up", "down"),
     "lumbar_extension": ("Trunk extension", "ext.", "flex."),
     "lumbar_bending": ("Trunk side bending", "to right", "to left"),

@@ -19,6 +19,8 @@ from plantigrade.charts.svg import (
     title_text,
 )
 
+NEAR = 2.0  # upright lines nearer than this are drawn in turns [px]
+
 
 def line_plot(
     series: Sequence[Series],
@@ -75,11 +77,13 @@ def line_plot(
                 f'<path d="{path_data(px(x), py(y))}Z" style="fill:{band.colour}" '
                 f'opacity="{band.opacity}"/>'
             )
-    for where, colour in marks:
-        at = px(where)
+    for k, (where, colour) in enumerate(marks):
+        at = float(px(where))
+        near = any(abs(float(px(other)) - at) < NEAR for other, _ in marks[:k])
+        shift = ' stroke-dashoffset="4"' if near else ""  # their dashes take turns
         parts.append(
             f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
-            f'style="stroke:{colour}" stroke-dasharray="3 3" stroke-width="1"/>'
+            f'style="stroke:{colour}" stroke-dasharray="4 4"{shift} stroke-width="1"/>'
         )
     parts += [curve(s, px, py) for s in series]
     parts += legend(series, right, 30 if second else 15)

@@ -30,7 +30,6 @@ class Command(FitSettings, RunOptions, JobOptions):
 
     def run(self) -> Outcome:
         """Fit one recording, or each of several on its own."""
-        self.refuse_no_jobs()
         if not self.files:
             raise ParameterError("no recording was named; write plantigrade fit FILE")
         if len(self.files) > 1 and self.out is not None:

@@ -123,7 +123,7 @@ class Track(TrackSettings, Command):
 
     def given(self) -> dict[str, Any]:
         """The recording, and how it is tracked."""
-        return {"recording": self.recording, **super().given()}
+        return {"recording": self.recording, **Command.given(self)}
 
 
 def _subcommand(name: str, kind: type[TaskSettings]) -> type:

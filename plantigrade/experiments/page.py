@@ -42,14 +42,13 @@ def write_page(
     """Write the page of an experiment: its notes, tables and pictures, what failed, all goals."""
     judged = [r for r in table.rows if r.met is not None]
     page = page_html(
-        "study.html",
         [*sections, goals_section(table)],
-        figures=table.metrics(),
         provenance=kept.provenance(),
         title=table.title,
         sentence=" ".join(filter(None, table.notes)),
         status="ok",
         facts={"goals met": f"{sum(bool(r.met) for r in judged)} of {len(judged)}"},
+        footer="Angles in degrees.",
         left_out=list(failures(kept.results).items()),
     )
     path.parent.mkdir(parents=True, exist_ok=True)

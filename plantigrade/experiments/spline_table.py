@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from plantigrade.analyze.norms import CITATION, norm
+from plantigrade.analyze.norms import CHILDREN, norm
 from plantigrade.charts import LEFT, MIDDLE, RIGHT, Ribbon, Series, line_plot
 from plantigrade.constants import GRAVITY
 from plantigrade.experiments.table import ResultTable, Row, at_most, equal, sheet
@@ -175,7 +175,7 @@ def motion_sheet(found: Solutions, knees: Mapping[str, np.ndarray]) -> str:
     text = [sheet("Pelvis and right knee", header, lines)]
     text.append(
         f"Measured knees of walking: {band.mean.min():.0f} to {band.mean.max():.0f} deg on "
-        f"average, {CITATION}"
+        f"average, {CHILDREN.people}, {CHILDREN.citation}"
     )
     text += [f"  {n}: {k.min():.0f} to {k.max():.0f} deg" for n, k in knees.items()]
     return "\n".join(text)

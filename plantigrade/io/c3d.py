@@ -316,12 +316,14 @@ def _subject(file: C3dFile, warnings: list[str]) -> Subject:
     height = plausible(
         _HEIGHT_NAMES, 0.3, 2.6, lengths, "body height must be 0.3 to 2.6 m, in m, cm or mm"
     )
+    age = plausible(("age", "ageyears"), 1, 120, (1.0,), "age must be 1 to 120 years")
     leg = plausible(_LEG_NAMES, 0.1, 1.5, lengths, "leg length must be 0.1 to 1.5 m")
     return Subject(
         height=height[0] if height else None,
         mass=mass[0] if mass else None,
         sex=_SEXES.get(sex),
         leg_length=float(np.mean(leg)) if leg else None,
+        age=age[0] if age else None,
     )
 
 
@@ -431,3 +433,5 @@ def _add_subject(out, subject: Subject) -> None:
             out.add_parameter("PROCESSING", f"{side}LegLength", [1e3 * subject.leg_length])
     if subject.sex is not None:
         out.add_parameter("SUBJECTS", "SEX", [subject.sex])
+    if subject.age is not None:
+        out.add_parameter("SUBJECTS", "AGE", [float(subject.age)])

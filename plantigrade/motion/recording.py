@@ -104,12 +104,14 @@ class Subject:
         mass: Body mass [kg].
         sex: ``"male"`` or ``"female"``.
         leg_length: Leg length, mean of both sides [m].
+        age: Age [years].
     """
 
     height: float | None = None
     mass: float | None = None
     sex: str | None = None
     leg_length: float | None = None
+    age: float | None = None
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ PICTURES = 8  # in the strip
 MEASURED = (
     ("walking speed", " m/s", "walking_speed_m_s", 2),
     ("cadence", " steps/min", "cadence_steps_min", 0),
-    ("marker error, RMS", " mm", "marker_rms_mean_mm", 1),
-    ("joint centre error, RMS", " mm", "joint_rms_mm", 1),
+    ("RMS marker error", " mm", "marker_rms_mean_mm", 1),
+    ("RMS joint centre error", " mm", "joint_rms_mm", 1),
 )
 FROM_TASKS = (
     ("range of motion error, mean", "°", "rom_error_mean_deg", 1),
@@ -39,7 +39,6 @@ SOLVED = (
     ("knee range", "°", "knee_angle_range_r_deg", 0),
     ("vertical force, largest", " BW", "ground_force_max_bw", 2),
     ("cost of transport", "", "cost_of_transport", 2),
-    ("unexplained force, RMS", " % BW", "check_root_force_rms_bw_percent", 2),
 )
 
 
@@ -64,19 +63,19 @@ def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
     subject = Subject(run)
     provenance = run.metrics
     return page_html(
-        "report.html",
         [*draw_all(SECTIONS, subject), *more],
         title=title_of_run(run),
         sentence=run.sentence,
         status=run.status,
+        who=who_of(subject),
         facts=facts_of(subject),
         notes=run.record.notes,
         strip=Markup(strip_of(subject)),
         reference=next(iter(run.record.references), ""),
         arrows=_has_arrows(subject),
-        figures=run.figures,
+        footer="World axes: x forward, y left, z up; signs of angles are OpenSim's.",
         provenance={
-            name.replace("_", " "): provenance[name]
+            name: provenance[name]
             for name in ("source_files", "version", "command", "settings", "seed")
         },
     )
@@ -129,6 +128,7 @@ def strip_of(subject: Subject, *, height_px: int = 250, background: str | None =
         frames,
         time=motion.time,
         height_px=height_px,
+        ground=record.ground,
         background=background,
         behind=None if reference is None else resampled(reference, motion.time).qpos,
         **drawn,
@@ -147,6 +147,16 @@ def _strip_frames(subject: Subject) -> list[int]:
         if len(set(frames)) == PICTURES:
             return frames
     return instants(motion.n_frames, PICTURES)
+
+
+def who_of(subject: Subject) -> list[str]:
+    """Return who moved: body height, mass, sex and age as far as known, and the model."""
+    human, age = subject.record.human, subject.number("age_years")
+    known = [f"Body height {human.height:.2f} m", f"mass {human.mass:.1f} kg"]
+    known += [f"{age:.0f} years"] if age is not None else []
+    model = f"{human.model.nv} degrees of freedom, {human.feet} feet"
+    compared = [f"compared with {subject.population.name}"] if subject.walks else []
+    return [*known, model, *compared]
 
 
 def facts_of(subject: Subject) -> dict[str, str]:

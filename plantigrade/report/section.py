@@ -4,7 +4,7 @@ No page holds an outside address.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from importlib import resources
 from typing import Any
@@ -13,13 +13,14 @@ import numpy as np
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import GaitCurves, gait_curves
+from plantigrade.analyze.foot_progression import foot_progression
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure
 from plantigrade.constants import SIDES
 from plantigrade.record import Record, Run
 from plantigrade.report.scene import side_forces
-from plantigrade.report.text import anchor, figure_rows, provenance_rows
+from plantigrade.report.text import anchor, provenance_rows
 
 LEG_LENGTHS = ("thigh", "shank", "ankle_height")
 
@@ -42,8 +43,9 @@ class Subject:
 
     @cached_property
     def angle_curves(self) -> GaitCurves:
-        """Joint angles over the gait cycle."""
-        return gait_curves(self.record)
+        """Joint angles and foot progression over the gait cycle."""
+        found = gait_curves(self.record)
+        return replace(found, angles=found.angles | foot_progression(self.record))
 
     @cached_property
     def force_curves(self) -> GaitCurves:
@@ -73,8 +75,13 @@ class Subject:
         return {side: value for side, value in stance.items() if value is not None}
 
     @cached_property
+    def population(self) -> norms.Population:
+        """Whom the person is compared with: adults, unless age or else height say a child."""
+        return norms.population(self.number("age_years"), self.record.human.height)
+
+    @cached_property
     def speed_class(self) -> str:
-        """The class of walking speed whose published values are shown."""
+        """The class of walking speed whose published values of children are shown."""
         speed = self.number("walking_speed_m_s")
         lengths = [self.number(f"length_{name}_m") for name in LEG_LENGTHS]
         known = [length for length in lengths if length is not None]
@@ -98,6 +105,15 @@ Draw = Callable[[Subject], "Section | list[Section]"]
 
 
 @dataclass(frozen=True)
+class Group:
+    """A small table among others."""
+
+    title: str
+    headers: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+@dataclass(frozen=True)
 class Section:
     """One part of a report.
 
@@ -107,6 +123,8 @@ class Section:
         text: Before the drawings.
         headers: Of its table.
         rows: Of its table.
+        groups: Small tables side by side.
+        folded: Whether only its heading is seen at first; on paper every section is open.
         missing: Why there is nothing to show; then it is one line of the report.
     """
 
@@ -115,6 +133,8 @@ class Section:
     text: str = ""
     headers: Sequence[str] = ()
     rows: Sequence[Sequence[str]] = field(default_factory=tuple)
+    groups: Sequence[Group] = ()
+    folded: bool = False
     missing: str = ""
 
 
@@ -151,14 +171,12 @@ def draw_all(sections: Iterable[Draw], subject: Subject) -> list[Section]:
 
 
 def page_html(
-    template: str,
     sections: Sequence[Section],
     *,
-    figures: Mapping[str, Any],
     provenance: Mapping[str, Any],
     **words: Any,
 ) -> str:
-    """Return a page as one text; ``words`` is what else its template asks for.
+    """Return a page as one text; ``words`` is what else ``report.html`` asks for.
 
     Sections without anything to show are named in a line each.
     """
@@ -166,11 +184,11 @@ def page_html(
     from markupsafe import Markup
 
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(template_text(template)).render(
+    return environment.from_string(template_text("report.html")).render(
         css=Markup(template_text("report.css")),
+        script=Markup(template_text("report.js")),
         sections=[section for section in sections if not section.missing],
         missing=[section for section in sections if section.missing],
-        figures=figure_rows(figures),
         provenance=provenance_rows(provenance),
         markup=Markup,
         anchor=anchor,

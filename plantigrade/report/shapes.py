@@ -28,6 +28,7 @@ class Shape:
             or the model sets none.
         body: Index of the body.
         body_name: Its name.
+        name: Of the geom itself.
         vertices: Of a mesh, in the shape's frame [m].
         faces: Of a mesh.
     """
@@ -41,6 +42,7 @@ class Shape:
     body_name: str
     vertices: Float[Array, "n_vertices 3"] | None = None
     faces: Int[Array, "n_faces 3"] | None = None
+    name: str = ""
 
     @property
     def side(self) -> str | None:
@@ -73,6 +75,7 @@ def shapes_of(model: mujoco.MjModel) -> tuple[Shape, ...]:
                 body_name=model.body(body).name,
                 vertices=vertices,
                 faces=faces,
+                name=model.geom(g).name,
             )
         )
     return tuple(shapes)

@@ -9,11 +9,15 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.constants import GRAVITY
+from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.report.scene import poses, travel
 from plantigrade.report.shapes import shapes_of, silhouette
 from plantigrade.spatial.conventions import rotation_matrix
 
+GROUND = "#8a94a3"
+BREADTH = 0.25  # to each side of the middle, within which the ground's outline is taken [m]
+NEAR = 0.6  # a seat further from the body is not in its picture [m]
 TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
 
 
@@ -39,8 +43,9 @@ def strip_svg(
     height_px: int = 230,
     background: str | None = None,
     behind: Float[Array, "n nq"] | None = None,
+    ground: Ground | None = None,
 ) -> str:
-    """Return an SVG of the body at several instants, seen from its right.
+    """Return an SVG of the body at several instants, seen from its right, and what carries it.
 
     Every geom is projected along the horizontal that is square to the direction of travel; near
     ones are drawn over far ones. A capsule or sphere is exact, an ellipsoid, cylinder or box is
@@ -56,6 +61,8 @@ def strip_svg(
         height_px: Height of the picture [px]; the drawing scales freely.
         background: CSS colour behind it; none where None.
         behind: Another motion of the same body, drawn translucent behind the first.
+        ground: What it stands and sits on: slope, steps, bumps, relief and seats are drawn; level
+            ground at height zero where None.
 
     Raises:
         ParameterError: If there is no index, or one lies outside the motion.
@@ -81,6 +88,13 @@ def strip_svg(
             left[i], right[i] = min(left[i], extent[0]), max(right[i], extent[1])
             tops[i] = max(tops[i], extent[2])
     centre = com @ forward
+    ground = ground or Ground()
+    boards = _boards(model, forward)
+    for i in range(len(indices)):
+        for elements, (a, b) in boards:
+            if a - NEAR < centre[i] < b + NEAR:
+                drawn[i] = [*elements, *drawn[i]]
+                left[i], right[i] = min(left[i], a), max(right[i], b)
     left, right = left - centre, right - centre
     spacing = float((right[:-1] - left[1:]).max() + 0.06) if len(indices) > 1 else 1.0
     places = np.arange(len(indices)) * spacing
@@ -94,9 +108,23 @@ def strip_svg(
             f'<rect x="{low:.3f}" y="{-top:.3f}" width="{high - low:.3f}" '
             f'height="{top + bottom:.3f}" fill="{background}"/>'
         )
-    parts.append(
-        f'<line x1="{low:.3f}" x2="{high:.3f}" y1="0" y2="0" stroke="#8a94a3" stroke-width=".008"/>'
-    )
+    profiles = [_profile(ground, c, forward, spacing) for c in com]
+    if _level(ground):
+        floor, z = 0.0, -ground.height
+        parts.append(
+            f'<line x1="{low:.3f}" x2="{high:.3f}" y1="{z:.3f}" y2="{z:.3f}" stroke="{GROUND}" '
+            'stroke-width=".008"/>'
+        )
+    else:
+        floor = min(0.0, *(float(heights.min()) for _, heights in profiles))
+        for place, (x, z) in zip(places, profiles, strict=True):
+            line = "L".join(f"{a + place:.3f} {-b:.3f}" for a, b in zip(x, z, strict=True))
+            below = (
+                f"L{x[-1] + place:.3f} {-floor + 0.03:.3f}L{x[0] + place:.3f} {-floor + 0.03:.3f}Z"
+            )
+            parts.append(f'<path d="M{line}{below}" fill="{GROUND}" opacity=".25"/>')
+            parts.append(f'<path d="M{line}" fill="none" stroke="{GROUND}" stroke-width=".008"/>')
+    bottom -= floor
     for i, frame in enumerate(indices):
         shift = places[i] - centre[i]
         parts.append(f'<g transform="translate({shift:.3f} 0)">{"".join(drawn[i])}')
@@ -105,8 +133,8 @@ def strip_svg(
         parts.append("</g>")
         if time is not None:
             parts.append(
-                f'<text x="{places[i]:.3f}" y=".135" font-size=".1" text-anchor="middle" '
-                f'fill="#8a94a3" font-family="system-ui, sans-serif">'
+                f'<text x="{places[i]:.3f}" y="{0.135 - floor:.3f}" font-size=".1" '
+                f'text-anchor="middle" fill="{GROUND}" font-family="system-ui, sans-serif">'
                 f"{escape(f'{time[frame]:.2f} s')}</text>"
             )
     width_px = round(height_px * (high - low) / (top + bottom))
@@ -117,6 +145,53 @@ def strip_svg(
         f'viewBox="{low:.3f} {-top:.3f} {high - low:.3f} {top + bottom:.3f}">'
         f"{''.join(parts)}</svg>"
     )
+
+
+def _level(ground: Ground) -> bool:
+    """Return whether a ground is one level plane."""
+    return not (ground.slope or ground.steps or ground.bumps or ground.field)
+
+
+def _profile(
+    ground: Ground, com: Float[Array, " 3"], forward: Float[Array, " 3"], width: float
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Return the outline of the ground under one picture, seen from the side.
+
+    Returns:
+        Places ahead of the centre of mass and heights, world [m]: the highest within the breadth of
+        a person.
+    """
+    ahead = np.linspace(-width / 2, width / 2, 241)
+    aside = np.linspace(-BREADTH, BREADTH, 13)
+    across = np.array([-forward[1], forward[0], 0.0])
+    points = com * [1, 1, 0] + ahead[:, None, None] * forward + aside[:, None] * across
+    up = ground.normal
+    for _ in range(3):  # on a slope the place along it depends on the height
+        points[..., 2] = (ground.under(points) - points[..., :2] @ up[:2]) / up[2]
+    return ahead, points[..., 2].max(axis=1)
+
+
+def _boards(model: mujoco.MjModel, forward: Float[Array, " 3"]):
+    """Return the elements of each seat, with legs, and where it begins and ends along the way."""
+    plane, found = np.array([forward, [0.0, 0.0, 1.0]]), []
+    for shape in shapes_of(model):
+        if not shape.name.startswith("seat_"):
+            continue
+        points, _ = silhouette(shape, np.zeros(3), np.array([1.0, 0, 0, 0]), plane)
+        (a, low), (b, _) = points.min(axis=0), points.max(axis=0)
+        red, green, blue = (round(255 * c) for c in shape.colour or (0.7, 0.6, 0.45))
+        fill = f"#{red:02x}{green:02x}{blue:02x}"
+        legs = "".join(f"M{x:.3f} {-low:.3f}V0" for x in (a + 0.03, b - 0.03))
+        found.append(
+            (
+                [
+                    f'<path d="{legs}" fill="none" stroke="{fill}" stroke-width=".03"/>',
+                    _element(points, 0.0, "#8a6d4a", fill),
+                ],
+                (a, b),
+            )
+        )
+    return found
 
 
 def _figure(shapes, positions, quats, forward, colours=None):

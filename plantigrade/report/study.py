@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.gait_study import FIGURES, Study
+from plantigrade.analyze.gait_study import FEWEST, FIGURES, Study
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
 from plantigrade.charts import Figure
 from plantigrade.charts.labels import axis_label, side_of, without_side
@@ -16,6 +16,7 @@ from plantigrade.report.sections.recorded import pair_plot
 from plantigrade.report.text import rounded_text, sided_title, signed_text
 
 _TESTS = {"t": "Student", "wilcoxon": "Wilcoxon", "": ""}
+TABLE = "Table I: ranges of motion"
 FIRST_FIGURE = 4  # number of the paper's first figure of curves
 
 
@@ -40,7 +41,6 @@ def study_html(
     *,
     tasks: str,
     status: str = "ok",
-    metrics: Mapping[str, Any] | None = None,
     provenance: Mapping[str, Any] | None = None,
 ) -> str:
     """Return the page of a study as one text without any outside address.
@@ -51,7 +51,6 @@ def study_html(
         left_out: Recording → why it could not be reproduced.
         tasks: Name of the set of tasks.
         status: ``"ok"``, or what went wrong.
-        metrics: Figures of the study.
         provenance: Where it came from.
     """
     n = 0 if study is None else study.n
@@ -61,51 +60,65 @@ def study_html(
         f"tasks “{tasks}”; {n} of them valid over a whole gait cycle and in the statistics."
     )
     sections = [
-        *([table_section(study), *curve_sections(study)] if study is not None else []),
+        *([table_section(study)] if study is not None else []),
         gait_section(gaits),
+        *(curve_sections(study) if study is not None else []),
         *([rotation_section([g for g in gaits if not g.problem])] if study is not None else []),
     ]
     return page_html(
-        "study.html",
         sections,
-        figures=metrics or {},
         provenance=provenance or {},
         title="Reproduced gaits",
         sentence=sentence,
         status=status,
         facts=_facts(study),
         left_out=[*uncounted, *left_out.items()],
+        footer="Angles in degrees; coordinates and signs are OpenSim's.",
     )
 
 
 def table_section(study: Study) -> Section:
     """Return Table I with the paper's columns."""
+    tested, several = any(r.p is not None for r in study.rows), study.n > 1
     rows = []
     for r in study.rows:
         low, high = r.interval
         row = [r.label, _pm(r.simulated, r.simulated_sd), _pm(r.reference, r.reference_sd)]
         row += [signed_text(r.difference) + (" ‡" if r.identical else "")]
-        row += [f"{signed_text(low)} to {signed_text(high)}" if np.isfinite(low) else "–"]
-        row += ["–" if r.p is None else f"{r.p:.3f} ({_TESTS[r.test]})"]
+        if several:
+            row += [f"{signed_text(low)} to {signed_text(high)}"]
+        if tested:
+            row += ["–" if r.p is None else f"{r.p:.3f} ({_TESTS[r.test]})"]
         row += [f"{r.rmse:.1f}", rounded_text(r.correlation)]
         row += [str(r.paper.simulated), str(r.paper.reference)]
         row += [signed_text(-r.paper.difference, 0) + (" ‡" if r.paper.identical else "")]
         rows.append(row)
-    text = (
-        f"Ranges of motion in degrees over {study.n} gaits, mean ± standard deviation; the mean "
-        "difference (reproduced minus recorded) with its 95 % confidence interval; a paired "
-        "Student test where Shapiro and Wilk's test does not reject normality, else Wilcoxon's, "
-        "both at 5 %. ‡: no significant difference, the paper's “significantly identical”; it "
-        "proves no equality, the interval says what is excluded. The test takes gaits as "
-        "independent: give one recording per person. The last columns are the paper's (Boukheddimi "
-        "et al., nine people)."
-    )
+    text = "Ranges of motion in degrees of one gait; the difference is reproduced minus recorded."
+    if several:
+        text = (
+            f"Ranges of motion in degrees over {study.n} gaits, mean ± standard deviation; the "
+            "mean difference (reproduced minus recorded) with its 95 % confidence interval."
+        )
+    if tested:
+        text += (
+            " A paired Student test where Shapiro and Wilk's test does not reject normality, else "
+            "Wilcoxon's, both at 5 %. ‡: no significant difference, the paper's “significantly "
+            "identical”; it proves no equality, the interval says what is excluded. The test takes "
+            "gaits as independent: give one recording per person."
+        )
+    else:
+        text += (
+            f" Nothing was tested: a test needs {FEWEST} gaits whose differences are not all the "
+            "same. ‡ marks what the paper calls “significantly identical”."
+        )
+    text += " The last columns are the paper's (Boukheddimi et al., nine people)."
     return Section(
-        "Table I",
+        TABLE,
         text=text,
         headers=(
-            "rotation", "reproduced", "recorded", "difference", "95 % interval", "p", "RMSE", "r",
-            "paper: simulated", "recorded", "difference",
+            "rotation", "reproduced", "recorded", "difference",
+            *(["95 % interval"] if several else []), *(["p"] if tested else []), "RMSE", "r",
+            "paper: simulated", "paper: recorded", "paper: difference",
         ),
         rows=rows,
     )  # fmt: skip
@@ -127,8 +140,8 @@ def curve_sections(study: Study) -> list[Section]:
         "dashes: recorded. Each gait counts once, with the mean of its cycles."
     )
     return [
-        Section("Figures 4 to 7", figures, text=text),
-        Section("The other rotations", others, text="Drawn in the same way."),
+        Section("Figures 4 to 7: angles over the gait cycle", figures, text=text),
+        Section("The other rotations", others, text="Drawn in the same way.", folded=True),
     ]
 
 
@@ -201,6 +214,7 @@ def rotation_section(gaits: Sequence[Gait]) -> Section:
         text="Reproduced minus recorded range of motion in degrees, of the gaits that count.",
         headers=("gait", *(label for label, _ in ROTATIONS)),
         rows=rows,
+        folded=True,
     )
 
 
@@ -210,7 +224,7 @@ def _facts(study: Study | None) -> dict[str, str]:
     errors = [abs(row.difference) for row in study.rows]
     worst = 1e3 * max(c.com_error_max_m for c in study.comparisons)
     tested = [row.identical for row in study.rows if row.identical is not None]
-    words = f"{sum(tested)} of {len(tested)}"
+    words = f"{sum(tested)} of {len(tested)} tested"
     return {
         "gaits": str(study.n),
         "range of motion error, mean": f"{np.mean(errors):.1f}°",

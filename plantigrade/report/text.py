@@ -8,13 +8,6 @@ import numpy as np
 
 from plantigrade.charts.labels import SIDE_NAMES, side_of, title_of
 
-UNITS = {
-    "deg": "°", "rad": "rad", "mm": "mm", "cm": "cm", "m": "m", "s": "s", "ms": "ms", "hz": "Hz",
-    "us": "µs", "n": "N", "nm": "N m", "kg": "kg", "w": "W", "j": "J", "percent": "%",
-    "bw": "body weight", "mps": "m/s", "spm": "steps/min", "mb": "MB", "pct": "%",
-    "m_s": "m/s", "steps_min": "steps/min", "nm_kg": "N m/kg", "w_kg": "W/kg",
-}  # fmt: skip
-
 
 def figure_text(value: Any) -> str:
     """Return a figure as a table shows it.
@@ -95,28 +88,6 @@ def task_text(name: str) -> str:
     """
     stem, _, side = name.rpartition(" ")
     return f"{stem} {SIDE_NAMES[side]}" if side in SIDE_NAMES and stem else name
-
-
-def figure_rows(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the figures of a run as rows of name and value, as they are to be read."""
-    return [
-        (_label(key), figure_text(value))
-        for key, value in figures.items()
-        if isinstance(value, (int, float, str, bool, np.number))
-    ]
-
-
-def _label(key: str) -> str:
-    """Return the key of a figure as words, its unit in brackets.
-
-    Example:
-        >>> _label("knee_rom_error_r_deg"), _label("walking_speed_m_s"), _label("frames")
-        ('knee rom error right [°]', 'walking speed [m/s]', 'frames')
-    """
-    words = key.split("_")
-    unit = next((n for n in (2, 1) if len(words) > n and "_".join(words[-n:]) in UNITS), 0)
-    name = " ".join(SIDE_NAMES.get(word, word) for word in words[: len(words) - unit])
-    return f"{name} [{UNITS['_'.join(words[-unit:])]}]" if unit else name
 
 
 def provenance_rows(values: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:

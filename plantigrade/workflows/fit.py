@@ -202,7 +202,8 @@ def sentence(trial: Trial) -> str:
     )
     error = _error(trial)
     if error is not None:
-        text += f"; mean error {error:.1f} mm"
+        kind = "marker" if fitted.source_kind == "markers" else "joint centre"
+        text += f"; RMS {kind} error {error:.1f} mm"
     known = trial.record().contact_known
     if trial.moments is not None and (known is None or known.any()):
         text += "; joint moments from the measured ground reactions"
@@ -210,6 +211,6 @@ def sentence(trial: Trial) -> str:
 
 
 def _error(trial: Trial) -> float | None:
-    """Return the mean distance of markers or joint centres from their places [mm]."""
+    """Return the RMS error of markers (mean over frames) or of joint centres [mm]."""
     figures = trial.fit.metrics
     return figures.get("marker_rms_mean_mm", figures.get("joint_rms_mm"))

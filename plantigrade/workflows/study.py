@@ -153,7 +153,9 @@ class GaitStudy:
                 f"{r.paper.reference:4d}{r.paper.difference:5d}{printed}"
             )
         n = len(self.counted)
-        lines.append(f"  {n} gait{'' if n == 1 else 's'}; ‡ no significant difference at 5 %")
+        tested = any(r.p is not None for r in self.study.rows)
+        said = "‡ no significant difference at 5 %" if tested else "nothing was tested"
+        lines.append(f"  {n} gait{'' if n == 1 else 's'}; {said}")
         return lines
 
 
@@ -188,7 +190,6 @@ def write(
         found.left_out,
         tasks=settings.tasks,
         status=metrics["status"],
-        metrics=metrics,
         provenance=provenance,
     )
     return write_folder(

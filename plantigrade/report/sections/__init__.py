@@ -3,8 +3,10 @@
 from plantigrade.report.sections import (
     contacts,
     cycles,
+    figures,
     ground,
     markers,
+    measures,
     paths,
     recorded,
     tasks,
@@ -24,14 +26,16 @@ SECTIONS = (
     recorded.force_section,
     recorded.moment_section,
     # what every motion has, and what its forces add
+    measures.measure_section,
     cycles.angle_section,
+    cycles.other_angle_section,
     cycles.force_section,
-    ground.ground_section,
     cycles.moment_section,
     cycles.power_section,
+    ground.ground_section,
     markers.marker_section,
     paths.path_section,
-    cycles.measure_section,
+    verdict.condition_section,
     # what planned contact, a solver or many markers add
     contacts.segment_section,
     contacts.pressure_section,
@@ -39,6 +43,7 @@ SECTIONS = (
     verdict.strength_section,
     verdict.convergence_section,
     cycles.foot_segment_section,
+    figures.figure_section,
 )
 
 __all__ = ["SECTIONS"]

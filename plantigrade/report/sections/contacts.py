@@ -54,7 +54,7 @@ def segment_section(subject: Subject) -> Section:
     if not figures:
         return Section(title, missing="no contact carried any force.")
     text = "Force of the ground on each segment of the foot, in body weights."
-    return Section(title, figures, text=text)
+    return Section(title, figures, text=text, folded=True)
 
 
 @needs(planned=True)
@@ -92,7 +92,8 @@ def pressure_section(subject: Subject) -> Section:
         "Positive inside the hull of everything that stands; where only an edge of the foot "
         "stands, as at heel strike, the hull has no inside."
     )
-    return Section(title, [Figure(above, hulls, wide=True), Figure(margin, edge, wide=True)])
+    figures = [Figure(above, hulls, wide=True), Figure(margin, edge, wide=True)]
+    return Section(title, figures, folded=True)
 
 
 @needs(planned=True)
@@ -109,7 +110,7 @@ def contact_section(subject: Subject) -> Section:
     if not any(bars for _, bars in rows):
         return Section(title, missing="nothing stands.")
     figure = Figure(timeline_plot(rows), wide=True)
-    return Section(title, [figure], text="Which site is planned to stand when.")
+    return Section(title, [figure], text="Which site is planned to stand when.", folded=True)
 
 
 def centre_of_pressure(record: Record) -> Array:

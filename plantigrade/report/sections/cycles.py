@@ -1,7 +1,7 @@
-"""A walk: curves of angles, forces, moments and powers over the gait cycle, and its measures."""
+"""A walk: curves of angles, forces, moments and powers over the gait cycle."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,15 +13,19 @@ from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, tit
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.motion.views import curves_of
 from plantigrade.report.section import Section, Subject, needs
-from plantigrade.report.text import figure_text
 
-SHOWN = (
+CLINICAL = (
     *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
     *("hip_flexion", "hip_adduction", "hip_rotation"),
-    *("knee_angle", "ankle_angle", "subtalar_angle", "mtp_angle"),
+    *("knee_angle", "ankle_angle", "foot_progression"),
+)
+"""The nine curves of a clinical gait report, in its order [Baker2009]_."""
+OTHERS = (
+    *("subtalar_angle", "mtp_angle"),
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex", "arm_add", "elbow_flex"),
 )
+SHOWN = (*(name for name in CLINICAL if name != "foot_progression"), *OTHERS)
 LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
 POWERED = (*LOADED, "lumbar_extension")
@@ -38,24 +42,7 @@ NORMS = {
     "ankle_power": "ankle_angle_power",
 }
 """Names of published curves where they are not ours."""
-MOST = 24  # panels of joint angles over time
-
-
-MEASURES = "Spatio-temporal measures"
-WHOLE = (
-    ("walking speed", "m/s", "walking_speed_m_s"),
-    ("cadence", "steps/min", "cadence_steps_min"),
-    ("step width", "m", "step_width_m"),
-    ("double support", "% of stride", "double_support_pct"),
-)
-BY_SIDE = (
-    ("stride length", "m", "stride_length_{}_m"),
-    ("stride time", "s", "stride_time_{}_s"),
-    ("step length", "m", "step_length_{}_m"),
-    ("step time", "s", "step_time_{}_s"),
-    ("stance", "% of stride", "stance_{}_pct"),
-    ("swing", "% of stride", "swing_{}_pct"),
-)
+FIRST, MOST = 9, 24  # panels of joint angles over time: open, and in all
 
 
 @dataclass(frozen=True)
@@ -74,16 +61,34 @@ class CycleCurves:
 def angle_section(subject: Subject) -> list[Section]:
     """Return joint angles over the gait cycle; over time where there is no whole cycle."""
     if subject.walks:
-        curves = chosen(subject.angle_curves.percent, subject.angle_curves.angles, SHOWN, "°")
-        caption = "From one heel strike of a foot (0 %) to its next (100 %)."
-        title = "Joint angles over the gait cycle"
-        return [cycle_section(title, curves, subject, caption=caption)]
+        curves = chosen(subject.angle_curves.percent, subject.angle_curves.angles, CLINICAL, "°")
+        caption = (
+            "From one heel strike of a foot (0 %) to its next (100 %); curves of the pelvis by the "
+            "right foot."
+        )
+        found = cycle_section("Joint angles over the gait cycle", curves, subject, caption=caption)
+        return [replace(found, folded="recorded" in subject.record.references)]
     motion = subject.record.motion
     panels = panels_of(curves_of(motion, motion.joint_names[1:]))
     text = "Joint angles over time; no whole gait cycle was found or asked for."
-    if len(panels) > MOST:
-        text += f" The first {MOST} of {len(panels)} are drawn; all are in motion.mot."
-    return [Section("Joint angles", _over_time(panels[:MOST], motion.time), text=text)]
+    found = [Section("Joint angles", _over_time(panels[:FIRST], motion.time), text=text)]
+    if len(panels) > FIRST:
+        text = "Drawn in the same way."
+        if len(panels) > MOST:
+            text += f" Those beyond {MOST} joints are in motion.mot."
+        others = _over_time(panels[FIRST:MOST], motion.time)
+        found.append(Section("Further joint angles", others, text=text, folded=True))
+    return found
+
+
+def other_angle_section(subject: Subject) -> list[Section]:
+    """Return the angles of toes, trunk and arms over the gait cycle."""
+    source = subject.angle_curves
+    curves = chosen(source.percent, source.angles, OTHERS, "°") if subject.walks else []
+    if not curves:
+        return []
+    title, caption = "Feet, trunk and arms over the gait cycle", "Drawn in the same way."
+    return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
 
 
 def _over_time(panels: Sequence[Panel], time: Array, **options: bool) -> list[Figure]:
@@ -98,7 +103,7 @@ def force_section(subject: Subject) -> list[Section]:
         return []
     caption = "Force of the ground on the foot, in body weights (BW)."
     title = "Ground reaction over the gait cycle"
-    return [cycle_section(title, curves, subject, caption=caption)]
+    return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
 
 
 def moment_section(subject: Subject) -> list[Section]:
@@ -109,7 +114,7 @@ def moment_section(subject: Subject) -> list[Section]:
     if curves:
         sign = "; positive in the direction in which the joint angle is positive."
         caption = what.format("") + sign
-        return [cycle_section(title, curves, subject, caption=caption)]
+        return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
     if record.qfrc_actuator is None:
         return [Section(title, missing="no forces were measured, so no joint moments.")]
     moments = {
@@ -122,7 +127,7 @@ def moment_section(subject: Subject) -> list[Section]:
         return [Section(title, missing=missing)]
     legs = [p for p in panels if p.name.removesuffix("_moment") in LEG] or panels[:12]
     figures = _over_time(legs, record.motion.time, zero=True)
-    return [Section(title, figures, text=what.format(" over time") + ".")]
+    return [Section(title, figures, text=what.format(" over time") + ".", folded=True)]
 
 
 def power_section(subject: Subject) -> list[Section]:
@@ -134,7 +139,8 @@ def power_section(subject: Subject) -> list[Section]:
             "Joint moment times joint speed: positive where muscles give energy to the body, "
             "negative where they absorb it."
         )
-        return [cycle_section("Joint powers", curves, subject, caption=caption)]
+        found = cycle_section("Joint powers", curves, subject, caption=caption)
+        return [replace(found, folded=True)]
     if record.qfrc_actuator is None or source.cycles:
         missing = "joint powers need measured or computed forces and whole gait cycles."
         return [Section("Joint powers", missing=missing)]
@@ -145,7 +151,7 @@ def power_section(subject: Subject) -> list[Section]:
             powers[f"{name}_power [W/kg]"] = known_above(record, name) * power
     figures = _over_time(panels_of(powers), record.motion.time, zero=True)
     text = "Joint moment times joint speed, per kilogram of body mass."
-    return [Section("Joint powers over time", figures, text=text)]
+    return [Section("Joint powers over time", figures, text=text, folded=True)]
 
 
 @needs("foot.percent", "foot.names")
@@ -167,8 +173,9 @@ def foot_segment_section(subject: Subject) -> list[Section]:
     )
     rms = subject.number("foot_segments_marker_rms_mm")
     if rms is not None:
-        caption += f" Marker error of the feet {rms:.1f} mm RMS."
-    return [cycle_section("Foot segments", curves, subject, caption=caption, published=False)]
+        caption += f" RMS error of the markers on the feet in that fit: {rms:.1f} mm."
+    found = cycle_section("Foot segments", curves, subject, caption=caption, published=False)
+    return [replace(found, folded=True)]
 
 
 def cycle_section(
@@ -183,7 +190,7 @@ def cycle_section(
     grouped: dict[tuple[str, str], list[CycleCurves]] = {}
     for curve in curves:
         grouped.setdefault((without_side(curve.name), curve.unit), []).append(curve)
-    bands = _norms(subject.speed_class) if published else {}
+    bands = _norms(subject) if published else {}
     marks = [(at, STROKES[side]) for side, at in subject.foot_off.items()]
     figures = [
         Figure(_plot(base, unit, members, bands.get(base), marks))
@@ -199,8 +206,7 @@ def cycle_section(
         words += f" Line and coloured band: mean and standard deviation over cycles ({counts})."
     if marks:
         words += " Dashed upright lines: foot off."
-    if any(base in bands for base, _ in grouped):
-        words += " Grey band: published mean ± 1 SD of healthy people (Schwartz 2008)."
+    words += _whose(subject, [bands[base] for base, _ in grouped if base in bands])
     return Section(title, figures, text=words)
 
 
@@ -209,7 +215,8 @@ def _plot(base: str, unit: str, members: Sequence[CycleCurves], norm, marks) -> 
     if norm is not None:
         low, high = norm.mean - norm.sd, norm.mean + norm.sd
         ribbons.append(Ribbon(norm.percent, low, high, STROKE_MIDDLE, 0.22))
-        series.append(Series(norm.percent, norm.mean, "norm", STROKE_MIDDLE, 1.0, 0.8, "4 3"))
+        name = norm.population.name
+        series.append(Series(norm.percent, norm.mean, name, STROKE_MIDDLE, 1.0, 0.8, "4 3"))
     for curve in sorted(members, key=lambda c: side_of(c.name) != "r"):
         side = side_of(curve.name)
         mean, sd = mean_sd(curve.values)
@@ -257,31 +264,28 @@ def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Arra
     return mean, sd
 
 
-def _norms(speed_class: str) -> dict:
-    return {NORMS.get(name, name): norms.norm(name, speed_class) for name in norms.names()}
+def _norms(subject: Subject) -> dict[str, norms.NormCurve]:
+    """Return published curves: those of the person's population, else those of children."""
+    found = {}
+    for population in (norms.CHILDREN, subject.population):
+        for name in norms.names(population):
+            band = norms.norm(name, subject.speed_class, population=population)
+            found[NORMS.get(name, name)] = band
+    return found
 
 
-def measure_section(subject: Subject) -> list[Section]:
-    """Return the table of measures: right, left, both, and published."""
-    if not subject.walks:
-        missing = "no whole gait cycle was found, so no step or stride could be measured."
-        return [Section(MEASURES, missing=missing)]
-    foot_off = norms.FOOT_OFF[subject.speed_class]
-    both = norms.DOUBLE_SUPPORT[subject.speed_class]
-    published = {
-        "stance": f"{foot_off[0]} ± {foot_off[1]}",
-        "double support": f"{both[0]} ± {both[1]}",
-    }
-    rows = [
-        [name, "", "", figure_text(subject.number(key)), unit, published.get(name, "")]
-        for name, unit, key in WHOLE
-    ]
-    for name, unit, key in BY_SIDE:
-        right, left = (figure_text(subject.number(key.format(side))) for side in ("r", "l"))
-        rows.append([name, right, left, "", unit, published.get(name, "")])
-    text = (
-        "A step goes from one foot's heel strike to the other's, a stride to the same foot's next. "
-        f"Published values: {norms.CITATION}."
-    )
-    headers = ("measure", "right", "left", "both", "unit", "published")
-    return [Section(MEASURES, headers=headers, rows=rows, text=text)]
+def _whose(subject: Subject, bands: Sequence[norms.NormCurve]) -> str:
+    """Return whose published curves are drawn, how many people, of which age, how fast."""
+    words, speed = "", subject.number("walking_speed_m_s")
+    for people in dict.fromkeys(band.population for band in bands):
+        words += f" Grey band: mean ± 1 SD of {people.people}, {people.speed}"
+        if people is norms.CHILDREN:
+            words += f" (here: {subject.speed_class.replace('_', ' ')})"
+        words += f"; {people.citation}."
+        if people is not subject.population:
+            words += (
+                " No such table of adults may be passed on; adults' moments tend to be greater."
+            )
+        elif people is norms.ADULTS and speed is not None and not norms.comfortable(speed):
+            words += f" At {speed:.2f} m/s angles differ from those for that reason alone."
+    return words

@@ -34,7 +34,7 @@ def ground_section(subject: Subject) -> list[Section]:
     outlines = foot_prints(record, total)
     if cop is not None and np.isfinite(cop).any() and outlines:
         figures += [_above(cop, outlines), *_foot_figures(record, total, cop)]
-    return [Section(TITLE, figures, text=text)]
+    return [Section(TITLE, figures, text=text, folded=True)]
 
 
 def stances_of(vertical: Float[Array, " n"], weight: float) -> list[tuple[int, int]]:

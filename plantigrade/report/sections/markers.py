@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_RIGHT
+from plantigrade.record import Record
 from plantigrade.report.section import Section, Subject
 
 TITLE = "Marker errors"
@@ -14,17 +16,18 @@ def marker_section(subject: Subject) -> list[Section]:
     record = subject.record
     if record.recorded_markers is None or record.fitted_markers is None:
         return [Section(TITLE, missing="there were no markers to compare with.")]
-    gap = 1000 * np.linalg.norm(record.recorded_markers.positions - record.fitted_markers, axis=2)
+    gap = 1000 * _distance(record.recorded_markers.positions, record)
     seen = np.isfinite(gap)
     if not seen.any():
         return [Section(TITLE, missing="no marker was both recorded and fitted.")]
     square = np.where(seen, gap, 0.0) ** 2
-    overall = float(np.sqrt(square.sum() / seen.sum()))
+    error = float(np.nanmean(_over(1, gap, seen, square)[0]))
     text = (
-        f"Distance between each recorded marker and the same marker on the fitted body: "
-        f"{overall:.1f} mm root mean square over all markers and frames. Markers ride on skin, "
-        "which slides over the bone by millimetres to centimetres in walking (Leardini et al. "
-        "2005, Gait & Posture 21:212), so these distances cannot all vanish."
+        "Distance between each recorded marker and the same marker on the fitted body. The RMS "
+        "marker error, root mean square over the markers of a frame and mean over the frames, is "
+        f"{error:.1f} mm. Markers ride on skin, which slides over the bone by millimetres to "
+        "centimetres in walking (Leardini et al. 2005, Gait & Posture 21:212), so these distances "
+        "cannot all vanish."
     )
     bars = _per_marker(record.recorded_markers.names, gap, seen, square)
     curve = _per_frame(record.motion.time, gap, seen, square)
@@ -32,7 +35,21 @@ def marker_section(subject: Subject) -> list[Section]:
         Figure(bars, "The percentage is the share of frames in which the marker was seen."),
         Figure(curve, "A lone peak points to a swapped or flying marker."),
     ]
-    return [Section(TITLE, figures, text=text)]
+    return [Section(TITLE, figures, text=text, folded=True)]
+
+
+def _distance(recorded: Array, record: Record) -> Array:
+    """Return how far recorded markers lie from those on the body [m], as fitted where known.
+
+    The motion of a record is filtered after the fit, which moves its markers by tenths of a
+    millimetre: the error of the fit is that of the frames that were fitted.
+    """
+    assert record.fitted_markers is not None  # the section asks for them
+    there = np.isfinite(recorded).all(axis=2)
+    residual = record.signals.get("markers.residual")
+    if residual is None or residual.shape != there.shape:
+        residual = np.linalg.norm(recorded - record.fitted_markers, axis=2)
+    return np.where(there, residual, np.nan)
 
 
 def _per_marker(names, gap, seen, square) -> str:

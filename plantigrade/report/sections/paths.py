@@ -37,7 +37,7 @@ def path_section(subject: Subject) -> list[Section]:
     if len(time) > 2:
         speed = np.linalg.norm(np.gradient(com[:, :2], time, axis=0), axis=1)
         figures.append(_over_time(time, speed, "Centre of mass, horizontal speed", "[m/s]"))
-    return [Section("Paths of the centre of mass and the feet", figures)]
+    return [Section("Paths of the centre of mass and the feet", figures, folded=True)]
 
 
 def _paths(feet: list, com: Array, axis: int) -> list[Series]:

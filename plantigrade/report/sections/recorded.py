@@ -1,5 +1,7 @@
 """The motion beside the recorded one, its forces beside the measured ones."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from plantigrade.analyze.gait_study import PAPER_TABLE
@@ -14,8 +16,7 @@ from plantigrade.report.section import Section, Subject, needs
 from plantigrade.report.sections.cycles import mean_sd
 from plantigrade.report.text import rounded_text, sided_title, signed_text
 
-SHOWN = (
-    *(name for _, name in ROTATIONS),
+OTHERS = (
     *("mtp_angle_r", "mtp_angle_l", "pelvis_tilt", "pelvis_list", "pelvis_rotation"),
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex_r", "arm_flex_l", "elbow_flex_r", "elbow_flex_l"),
@@ -33,13 +34,30 @@ FALLEN = 0.15  # a body whose centre of mass is further off its path has fallen 
 
 
 @needs(reference="recorded")
-def curve_section(subject: Subject) -> Section:
-    """Return reproduced and recorded angles over the gait cycle."""
+def curve_section(subject: Subject) -> list[Section]:
+    """Return reproduced and recorded angles over the gait cycle: of the legs, then all others."""
     title = "Reproduced against recorded angles"
+    if not subject.comparison.cycles:
+        return [Section(title, missing="the motion holds no whole gait cycle to draw them over.")]
+    text = "Full line: reproduced; violet dashes: recorded."
+    if "tasks.names" in subject.record.signals:
+        text += " Of these angles the tasks know only the posture at the end of each phase."
+    text += (
+        " Curves are cut at the heel strikes of their own side (pelvis and trunk: right); where "
+        "there are several cycles, bands are one standard deviation."
+    )
+    legs, others = (_pairs(subject, names) for names in ([n for _, n in ROTATIONS], OTHERS))
+    found = [Section(title, legs, text=text)]
+    if others:
+        more = "Toes, pelvis, trunk and arms against the recorded ones"
+        found.append(Section(more, others, text="Drawn in the same way.", folded=True))
+    return found
+
+
+def _pairs(subject: Subject, names: Sequence[str]) -> list[Figure]:
+    """Return one plot for each of the coordinates that are known."""
     found = subject.comparison
-    if not found.cycles:
-        return Section(title, missing="the motion holds no whole gait cycle to draw them over.")
-    figures = [
+    return [
         Figure(
             pair_plot(
                 found.percent,
@@ -51,17 +69,9 @@ def curve_section(subject: Subject) -> Section:
                 note=f"RMSE {found.rmse[name]:.1f}°, r {rounded_text(found.correlation[name])}",
             )
         )
-        for name in SHOWN
+        for name in names
         if name in found.rom
     ]
-    text = "Full line: reproduced; violet dashes: recorded."
-    if "tasks.names" in subject.record.signals:
-        text += " Of these angles the tasks know only the posture at the end of each phase."
-    text += (
-        " Curves are cut at the heel strikes of their own side (pelvis and trunk: right); where "
-        "there are several cycles, bands are one standard deviation."
-    )
-    return Section(title, figures, text=text)
 
 
 def pair_plot(
@@ -123,7 +133,7 @@ def rom_section(subject: Subject) -> Section:
         "square difference (RMSE) and correlation (r) of the curves."
     )
     if published:
-        headers += ["paper: simulated", "recorded", "difference"]
+        headers += ["paper: simulated", "paper: recorded", "paper: difference"]
         text += " The paper's columns are the means of nine people (Boukheddimi et al., Table I)."
     errors = [abs(found.rom_error[name]) for _, name in shown]
     text += f" Mean difference {np.mean(errors):.1f}°, largest {np.max(errors):.1f}°."
@@ -166,19 +176,19 @@ def com_section(subject: Subject) -> Section:
             "heels' paths over the ground, the posture at the end of each phase, and the floor, "
             "which no point of a sole may enter."
         )
-    return Section("Centre of mass and soles", figures, text=text)
+    return Section("Centre of mass and soles", figures, text=text, folded=True)
 
 
 def force_section(subject: Subject) -> list[Section]:
     """Return the computed ground reactions, beside the measured ones where there are any."""
-    title = "Ground reactions: computed beside measured"
+    title = "Computed ground reactions"
     if not _computed(subject):
         return _absent(subject, title)
     record, upto = _moved(subject), _standing(subject)
     time = record.motion.time[:upto]
-    measured = record.signals.get("measured.force")
-    if measured is None:
-        title = "Computed ground reactions"
+    measured = _measured(record, "measured.force")
+    if measured is not None:
+        title = "Ground reactions: computed beside measured"
     figures = []
     for axis in (2, 0, 1):
         for k, side in enumerate(SIDES):
@@ -198,19 +208,20 @@ def force_section(subject: Subject) -> list[Section]:
         text += MOVED
     elif record is not subject.record:
         text += FELL
-    return [Section(title, figures, text=text)]
+    return [Section(title, figures, text=text, folded=True)]
 
 
 def moment_section(subject: Subject) -> list[Section]:
     """Return the computed joint moments, beside inverse dynamics of the measured forces."""
-    title = "Joint moments: computed beside measured"
+    title = "Computed joint moments"
     if not _computed(subject):
         return _absent(subject, title)
     record, upto = _moved(subject), _standing(subject)
-    measured = record.signals.get("measured.moment")
+    measured = _measured(record, "measured.moment")
     names = [str(name) for name in record.signals.get("measured.moment_names", ())]
-    if measured is None:
-        title = "Computed joint moments"
+    if measured is not None:
+        title = "Joint moments: computed beside measured"
+    else:
         hinges = record.human.coordinates
         names = [f"{n}_{s}" for n in MOMENTS for s in SIDES if f"{n}_{s}" in hinges]
     figures = [
@@ -230,7 +241,7 @@ def moment_section(subject: Subject) -> list[Section]:
     text = "Internal moments per body mass"
     if measured is not None:
         text += "; violet dashes: inverse dynamics of the recorded motion and the measured forces"
-    return [Section(title, figures, text=text + ".")]
+    return [Section(title, figures, text=text + ".", folded=True)]
 
 
 def _moved(subject: Subject) -> Record:
@@ -243,6 +254,12 @@ def _computed(subject: Subject) -> bool:
     moved = _moved(subject)
     there = moved.has_forces and moved.qfrc_actuator is not None
     return there and (moved is not subject.record or "measured.force" in moved.signals)
+
+
+def _measured(record: Record, name: str) -> Array | None:
+    """Return a measured signal; None where nothing was measured at any time."""
+    found = record.signals.get(name)
+    return found if found is not None and np.isfinite(found).any() else None
 
 
 def _standing(subject: Subject) -> int:

@@ -58,6 +58,7 @@ def task_section(subject: Subject) -> Section:
         text=text.strip(),
         headers=("level", "task", "what it does"),
         rows=table,
+        folded=True,
     )
 
 
@@ -90,7 +91,8 @@ def residual_section(subject: Subject) -> Section:
         "Norm of the difference between the acceleration each level asks for and the one it gets, "
         "in m/s² (posture: rad/s²)."
     )
-    return Section("What each level missed", [Figure(drawing, caption, wide=True)], text=text)
+    figures = [Figure(drawing, caption, wide=True)]
+    return Section("What each level missed", figures, text=text, folded=True)
 
 
 def active_bars(active: Array, time: Array, colour: str, opacity: float = Bar.opacity) -> list[Bar]:

@@ -3,10 +3,17 @@
 import numpy as np
 
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
-from plantigrade.charts.labels import side_of
+from plantigrade.charts.labels import COORDINATES, SIDE_NAMES, side_of, without_side
 from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
 from plantigrade.report.section import Section, Subject, needs
-from plantigrade.report.text import figure_text, number_text, place_text, power_text
+from plantigrade.report.text import (
+    figure_text,
+    number_text,
+    place_text,
+    power_text,
+    rounded_text,
+    sided_title,
+)
 
 TINY = 1e-9  # smaller violations are drawn here
 MOST = 16  # joints in the table of strength
@@ -14,15 +21,15 @@ SOLVERS = {"interior-point": "banded interior point", "ipopt": "IPOPT"}
 STAGE, NUMBER, OBJECTIVE, VIOLATION, OPTIMALITY = range(5)
 """Columns of ``solver.history``."""
 QUANTITIES = {
-    "root_force": "unexplained force on the body, largest",
-    "root_force_rms": "unexplained force on the body, RMS",
-    "root_moment": "unexplained moment on the body, largest",
-    "root_moment_rms": "unexplained moment on the body, RMS",
+    "root_force": "unexplained force, largest",
+    "root_force_rms": "unexplained force, RMS",
+    "root_moment": "unexplained moment, largest",
+    "root_moment_rms": "unexplained moment, RMS",
     "slip": "slip of standing contacts",
     "slip_speed": "slip speed of standing contacts",
     "penetration": "depth below the ground",
-    "hover": "height of standing contacts above the ground",
-    "friction": "friction, tangential over normal force",
+    "hover": "height of standing contacts",
+    "friction": "friction used",
     "adhesion": "pull of the ground",
     "pressure": "centre of pressure outside the support",
     "unsupported": "force where nothing stands",
@@ -37,15 +44,39 @@ QUANTITIES = {
     "condition": "condition of the task",
 }
 """What the checker looks at, in the words of the table; others by their own names."""
+CONDITION_UNITS = {"deg": (1.0, "°"), "deg/s": (1.0, "°/s"), "m": (1000.0, "mm")}
+"""Units of conditions: a factor, and how the table writes them."""
+HEADERS = ("quantity", "worst", "limit", "unit", "where", "when", "ok")
 
 
 @needs("check.quantity", "check.value", "check.limit", "check.bad")
 def check_section(subject: Subject) -> Section:
     """Return everything that was checked: worst value, limit, where and when."""
-    record, words = subject.record, subject.words
-    check = record.group("check")
-    n = len(check["quantity"])
-    rows = []
+    record = subject.record
+    rows = [row for met, row in _rows(subject) if not met]
+    text = (
+        "The checker shares nothing with the optimiser: it examines the finished motion in "
+        f"{record.motion.n_frames} frames over {record.motion.duration:.2f} s with MuJoCo's "
+        "inverse dynamics, and it alone decides whether the run is ok. Forces that no contact "
+        "explains must be (nearly) zero, and standing contacts must not slip. Negative values lie "
+        "that far on the safe side."
+    )
+    return Section("Check", text=text, headers=HEADERS, rows=rows)
+
+
+@needs("check.quantity", "check.value", "check.limit", "check.bad")
+def condition_section(subject: Subject) -> list[Section]:
+    """Return the conditions of the task that are met; others stand in the table of the check."""
+    rows = [row for met, row in _rows(subject) if met]
+    text = "What the task asked for and the motion keeps to, at every frame of the check."
+    section = Section("Conditions of the task", text=text, headers=HEADERS, rows=rows, folded=True)
+    return [section] if rows else []
+
+
+def _rows(subject: Subject) -> list[tuple[bool, list[str]]]:
+    """Return the rows of the check, and of each whether it is a condition that is met."""
+    words, check = subject.words, subject.record.group("check")
+    n, rows = len(check["quantity"]), []
     for quantity, value, limit, unit, where, side, time, bad in zip(
         words("check.quantity"),
         check["value"],
@@ -57,20 +88,46 @@ def check_section(subject: Subject) -> Section:
         check["bad"],
         strict=True,
     ):
+        factor, unit = CONDITION_UNITS.get(unit, (1.0, unit))
         judged = np.isfinite(value) and np.isfinite(limit)
+        digits = _digits(factor * limit)
         row = [QUANTITIES.get(quantity, quantity.replace("_", " "))]
-        row += [figure_text(0.0 if abs(value) < 5e-4 else value), figure_text(limit), unit]
-        row += [place_text(where, side), f"{time:.2f} s" if np.isfinite(time) else ""]
-        rows.append([*row, ("no" if bad else "yes") if judged or bad else "–"])
-    text = (
-        "The checker shares nothing with the optimiser: it examines the finished motion in "
-        f"{record.motion.n_frames} frames over {record.motion.duration:.2f} s with MuJoCo's "
-        "inverse dynamics, and it alone decides whether the run is ok. Forces that no contact "
-        "explains must be (nearly) zero, and standing contacts must not slip. Negative values lie "
-        "that far on the safe side."
-    )
-    headers = ("quantity", "worst", "limit", "unit", "where", "when", "ok")
-    return Section("Check", text=text, headers=headers, rows=rows)
+        row += [_number(factor * x, digits) for x in (value, limit)]
+        row += [unit, _place(where, side), f"{time:.2f} s" if np.isfinite(time) else ""]
+        row += [("no" if bad else "yes") if judged or bad else "–"]
+        rows.append((quantity == "condition" and not bad, row))
+    return rows
+
+
+def _digits(limit: float) -> int:
+    """Return the decimals of a value that is compared with a limit: three digits of the limit."""
+    if not np.isfinite(limit) or abs(limit) < 1e-9:
+        return 2
+    return int(np.clip(2 - np.floor(np.log10(abs(limit))), 0, 3))
+
+
+def _number(value: float, digits: int) -> str:
+    return rounded_text(0.0 if abs(value) < 0.5 * 10.0**-digits else value, digits)
+
+
+def _place(where: str, side: str) -> str:
+    """Return the name of a place, coordinate or condition as a reader knows it.
+
+    Example:
+        >>> _place("heel_back_r", "r"), _place("knee_angle_r", "r"), _place("height of seat_l", "")
+        ('right heel back', 'knee flexion, right', 'height of seat, left')
+        >>> _place("pelvis_ty (at least)", "")
+        'pelvis height (at least)'
+    """
+    name, bracket, bound = where.partition(" (")
+    bound = bracket + bound
+    if without_side(name) in COORDINATES:
+        title = sided_title(name)
+        return title[0].lower() + title[1:] + bound
+    stem, _, last = name.replace("_", " ").rpartition(" ")
+    if not side and last in SIDE_NAMES and stem:
+        return f"{stem}, {SIDE_NAMES[last]}{bound}"
+    return place_text(name, side) + bound
 
 
 @needs("check.findings")
@@ -127,7 +184,8 @@ def strength_section(subject: Subject) -> Section:
         notes=[f"{torque:+.0f} N m".replace("-", "−") for _, _, torque in rows],
         width=720,
     )
-    return Section(title, [Figure(drawing, wide=True)], text="The most heavily loaded joints.")
+    text = "The most heavily loaded joints."
+    return Section(title, [Figure(drawing, wide=True)], text=text, folded=True)
 
 
 @needs("solver.history", "solver.stage_names")
@@ -160,7 +218,7 @@ def convergence_section(subject: Subject) -> Section:
     headers = (
         "stage", "solver", "nodes", "iterations", "ended", "objective", "violation", "of",
     )  # fmt: skip
-    return Section(title, figures, headers=headers, rows=_stages(subject))
+    return Section(title, figures, headers=headers, rows=_stages(subject), folded=True)
 
 
 def _stages(subject: Subject) -> list[list[str]]:

@@ -1,0 +1,50 @@
+"""Foot progression: how far a foot points out of the direction of walking."""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.state import PointSet
+from plantigrade.models.landmarks import attachments
+from plantigrade.motion.cycles import PERCENT, cut_cycles, normalise_cycles
+from plantigrade.record import Record
+
+SHORTEST = 0.3
+"""Way of the pelvis in a stride below which the person walks on the spot or on a belt [m]."""
+
+
+def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
+    """Return the foot progression angle over every gait cycle [deg], positive inward.
+
+    It is the angle, seen from above, between the line from heel to second metatarsal head and the
+    way of the pelvis in that stride; on a treadmill the forward axis takes the place of that way.
+
+    Returns:
+        ``foot_progression_r`` and ``foot_progression_l``, one row per cycle of that foot; empty
+        where there is none.
+    """
+    table, motion = attachments(record.human), record.motion
+    found: dict[str, np.ndarray] = {}
+    for side in SIDES:
+        cycles = cut_cycles(motion.events, side=side)
+        if not cycles:
+            continue
+        ends = [table[f"{mark}_{side}"] for mark in ("heel", "metatarsal_2_head")]
+        points = PointSet(
+            record.human, [e.body for e in ends], np.array([e.position for e in ends])
+        )
+        path = points.path(motion.qpos)
+        foot = (path[:, 1] - path[:, 0])[:, :2]
+        inward = 1.0 if side == "r" else -1.0
+        rows = []
+        for cycle in cycles:
+            start, stop = (
+                int(np.argmin(np.abs(motion.time - t))) for t in (cycle.start, cycle.stop)
+            )
+            way = motion.qpos[stop, :2] - motion.qpos[start, :2]
+            way = way if np.linalg.norm(way) > SHORTEST else np.array([1.0, 0.0])
+            across = way[0] * foot[:, 1] - way[1] * foot[:, 0]
+            angle = np.unwrap(np.arctan2(across, foot @ way))
+            rows += list(normalise_cycles(motion.time, np.rad2deg(inward * angle), [cycle]))
+        found[f"foot_progression_{side}"] = np.array(rows).reshape(-1, len(PERCENT))
+    return found

@@ -1,0 +1,205 @@
+"""The figures of a run by their human names, in groups; what a section shows is not repeated."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from plantigrade.charts.labels import title_of
+from plantigrade.constants import SIDES
+from plantigrade.report.section import Group, Section, Subject
+from plantigrade.report.text import rounded_text
+
+LEG = ("hip_flexion", "knee_angle", "ankle_angle")
+FOOT = (
+    "hindfoot_dorsiflexion", "hindfoot_internal_rotation", "hindfoot_inversion",
+    "forefoot_dorsiflexion", "forefoot_adduction", "forefoot_supination",
+    "forefoot_to_tibia_dorsiflexion", "forefoot_to_tibia_adduction",
+    "forefoot_to_tibia_supination", "hallux_dorsiflexion",
+)  # fmt: skip
+LENGTHS = (
+    "thigh", "shank", "ankle_height", "foot_length", "foot_width", "pelvis_width", "pelvis_depth",
+    "pelvis_height", "lumbar_depth", "trunk", "shoulder_width", "upper_arm", "forearm", "hand",
+    "head",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A figure as a reader sees it: ``key`` has ``{}`` where the side stands."""
+
+    label: str
+    unit: str
+    key: str
+    digits: int = 1
+    factor: float = 1.0
+
+    @property
+    def sided(self) -> bool:
+        """Whether there is one of each side."""
+        return "{}" in self.key
+
+    def text(self, subject: Subject, side: str = "") -> str:
+        """Return its value; a dash where it is not known."""
+        value = subject.number(self.key.format(side))
+        return rounded_text(None if value is None else self.factor * value, self.digits)
+
+
+def _angles(names: tuple[str, ...], unit: str, key: str, digits: int = 1) -> Iterator[Shown]:
+    for name in names:
+        yield Shown(title_of(name), unit, key.replace("NAME", name), digits)
+
+
+GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
+    (
+        "Recording and fit",
+        (
+            Shown("frames", "", "frames", 0),
+            Shown("duration", "s", "duration_s", 2),
+            Shown("markers used", "", "markers_used", 0),
+            Shown("marker samples left out", "", "samples_left_out", 0),
+            Shown("RMS marker error, mean over frames", "mm", "marker_rms_mean_mm"),
+            Shown("RMS marker error, worst frame", "mm", "marker_rms_worst_frame_mm"),
+            Shown("RMS marker error, worst marker", "mm", "marker_rms_worst_marker_mm"),
+            Shown("largest single marker error", "mm", "marker_error_max_mm"),
+            Shown("RMS joint centre error", "mm", "joint_rms_mm"),
+            Shown("largest joint centre error", "mm", "joint_error_max_mm"),
+            Shown("direction of walking turned by", "°", "heading_turned_deg", 0),
+            Shown("speed of the treadmill's belt", "m/s", "belt_speed_m_s", 2),
+            Shown("stances found", "", "stances", 0),
+            Shown("recording lifted by", "mm", "ground_shift_mm"),
+            Shown("tilt of the ground taken out, over the way", "mm", "ground_slope_mm"),
+            Shown("drift of standing feet, mean", "mm", "foot_drift_mean_mm"),
+            Shown("drift of standing feet, largest", "mm", "foot_drift_max_mm"),
+            Shown("drift before correction, mean", "mm", "foot_drift_mean_mm_before"),
+            Shown("drift before correction, largest", "mm", "foot_drift_max_mm_before"),
+            Shown("feet below ground, largest", "mm", "penetration_max_mm"),
+            Shown("feet below ground before, largest", "mm", "penetration_max_mm_before"),
+        ),
+    ),
+    (
+        "Segment lengths",
+        tuple(
+            Shown(name.replace("_", " "), "cm", f"length_{name}_m", 1, 100.0) for name in LENGTHS
+        ),
+    ),
+    (
+        "Force that motion and plates leave unexplained",
+        (
+            Shown("frames with all forces known", "", "residual_frames", 0),
+            Shown("force, RMS", "N", "residual_force_rms_n"),
+            Shown("force, largest", "N", "residual_force_max_n"),
+            Shown("force, RMS, of the peak reaction", "%", "residual_force_rms_share", 1, 100.0),
+            Shown("moment, RMS", "N m", "residual_moment_rms_nm"),
+            Shown("moment, largest", "N m", "residual_moment_max_nm"),
+            Shown("moment, RMS, of peak reaction times height of the centre of mass", "%",
+                  "residual_moment_rms_share", 1, 100.0),
+        ),
+    ),
+    (
+        "Peak joint moments",
+        (
+            *_angles(LEG, "N m/kg", "NAME_moment_peak_{}_nm_kg", 2),
+            *_angles(LEG, "N m/kg", "NAME_moment_max_{}_nm_kg", 2),
+        ),
+    ),
+    ("Range of motion", tuple(_angles(LEG, "°", "NAME_range_{}_deg"))),
+    ("Range of motion of the foot", tuple(_angles(FOOT, "°", "NAME_rom_{}_deg"))),
+    (
+        "Vertical ground reaction in stance",
+        (
+            Shown("first peak", "BW", "ground_force_peak_1_{}_bw", 2),
+            Shown("trough between", "BW", "ground_force_trough_{}_bw", 2),
+            Shown("second peak", "BW", "ground_force_peak_2_{}_bw", 2),
+        ),
+    ),
+    (
+        "Movement, work and power",
+        (
+            Shown("distance", "m", "displacement_m", 2),
+            Shown("centre of mass, lowest", "m", "com_lowest_m", 3),
+            Shown("centre of mass, highest", "m", "com_highest_m", 3),
+            Shown("time in flight", "s", "flight_time_s", 2),
+            Shown("vertical force, largest", "BW", "ground_force_max_bw", 2),
+            Shown("positive joint work", "J", "joint_work_positive_j", 0),
+            Shown("absolute joint work", "J", "joint_work_absolute_j", 0),
+            Shown("joint power, largest", "W", "joint_power_max_w", 0),
+            Shown("cost of transport, absolute work", "", "cost_of_transport", 2),
+            Shown("cost of transport, positive work", "", "cost_of_transport_positive", 2),
+        ),
+    ),
+    (
+        "Against mean curves of children (Schwartz et al. 2008), right leg",
+        (
+            *(Shown(f"{title_of(n)}, RMSE", "°", f"norm_rmse_{n}_deg") for n in LEG),
+            Shown("mean of the three", "°", "norm_rmse_mean_deg"),
+            Shown("mean, offsets removed", "°", "norm_rmse_offset_removed_mean_deg"),
+        ),
+    ),
+    (
+        "Against the recording",
+        (
+            Shown("tracked from", "s", "tracked_start_s", 2),
+            Shown("tracked to", "s", "tracked_stop_s", 2),
+            Shown("joint angles, RMS", "°", "tracking_angle_rms_deg"),
+            Shown("place of the pelvis, RMS", "mm", "tracking_pelvis_rms_mm"),
+            Shown("recording lifted by", "mm", "lift_mm"),
+            Shown("reproduced from", "s", "reproduced_from_s", 2),
+            Shown("reproduced to", "s", "reproduced_to_s", 2),
+            Shown("strides", "", "cycles_count", 0),
+            Shown("centre of mass, largest error", "mm", "com_error_max_mm"),
+            Shown("centre of mass, RMS error", "mm", "com_error_rms_mm"),
+            Shown("drift of contacts, largest", "mm", "contact_drift_max_mm"),
+            Shown("lowest point of the soles", "mm", "sole_lowest_mm"),
+        ),
+    ),
+    (
+        "Swing, reproduced and recorded",
+        (
+            Shown("least toe clearance", "mm", "toe_clearance_{}_mm"),
+            Shown("least toe clearance, recorded", "mm", "toe_clearance_reference_{}_mm"),
+            Shown("largest knee flexion", "°", "knee_swing_peak_{}_deg"),
+            Shown("largest knee flexion, recorded", "°", "knee_swing_peak_reference_{}_deg"),
+        ),
+    ),
+    (
+        "Moved by forces",
+        (
+            Shown("range of motion error, mean", "°", "dynamics_rom_error_mean_deg"),
+            Shown("range of motion error, largest", "°", "dynamics_rom_error_max_deg"),
+            Shown("centre of mass, largest error", "mm", "dynamics_com_error_max_mm"),
+            Shown("drift of contacts, largest", "mm", "dynamics_contact_drift_max_mm"),
+            Shown("lowest point of the soles", "mm", "dynamics_sole_lowest_mm"),
+            Shown("vertical force, RMSE", "BW", "vertical_force_rmse_bw", 3),
+            Shown("forward force, RMSE", "BW", "forward_force_rmse_bw", 3),
+            Shown("sideways force, RMSE", "BW", "sideways_force_rmse_bw", 3),
+            Shown("centre of pressure, forward, RMSE", "mm", "pressure_x_rmse_mm"),
+            Shown("centre of pressure, sideways, RMSE", "mm", "pressure_y_rmse_mm"),
+            *(Shown(f"{title_of(n)} moment, RMSE", "N m/kg", f"{n}_moment_rmse_nm_kg", 2)
+              for n in LEG),
+        ),
+    ),
+    (
+        "Size of the optimisation",
+        (
+            Shown("nodes", "", "nodes", 0),
+            Shown("unknowns", "", "unknowns", 0),
+            Shown("equations", "", "equations", 0),
+            Shown("inequalities", "", "inequalities", 0),
+            Shown("iterations", "", "iterations", 0),
+            Shown("starts", "", "restarts", 0),
+        ),
+    ),
+)  # fmt: skip
+
+
+def figure_section(subject: Subject) -> list[Section]:
+    """Return the figures of the run in groups; those that the run does not have are left out."""
+    groups = [group for title, shown in GROUPS for group in _group(subject, title, shown)]
+    return [Section("Further figures", groups=groups, folded=True)] if groups else []
+
+
+def _group(subject: Subject, title: str, shown: tuple[Shown, ...]) -> list[Group]:
+    sides = SIDES if shown[0].sided else ("",)
+    known = [one for one in shown if any(one.text(subject, side) != "–" for side in sides)]
+    rows = [[f.label, *(f.text(subject, side) for side in sides), f.unit] for f in known]
+    headers = ("", "right", "left", "unit") if shown[0].sided else ("", "", "unit")
+    return [Group(title, headers, rows)] if rows else []
