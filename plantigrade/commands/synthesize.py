@@ -52,7 +52,7 @@ class Command(RunOptions):
                 progress=watch,
                 step=progress.step,
                 command=command_line(),
-                **self.given(),
+                **self.chosen(),
             )
         watch.close(run.metrics)
         with progress.step("writing the report and the viewer"):
@@ -74,7 +74,7 @@ class Command(RunOptions):
         """What the run is called."""
         return self.word
 
-    def given(self) -> dict[str, Any]:
+    def chosen(self) -> dict[str, Any]:
         """Every option that decides the result, by name."""
         return {f.name: getattr(self, f.name) for kind in self.told for f in fields(kind)}
 
@@ -121,9 +121,9 @@ class Track(TrackSettings, Command):
         """The recording."""
         return f"{TRACK}-{self.recording.stem}"
 
-    def given(self) -> dict[str, Any]:
+    def chosen(self) -> dict[str, Any]:
         """The recording, and how it is tracked."""
-        return {"recording": self.recording, **super().given()}
+        return {"recording": self.recording, **super().chosen()}
 
 
 def _subcommand(name: str, kind: type[TaskSettings]) -> type:
