@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 import tyro
 
+from plantigrade.commands import parsing
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
@@ -141,7 +142,7 @@ SUBCOMMANDS: dict[str, type] = {
 """Name of a task → its command."""
 
 
-def parse(words: Sequence[str], config: Any) -> Any:
+def parse(words: Sequence[str]) -> Any:
     """Return the command that words say.
 
     Raises:
@@ -164,8 +165,7 @@ def parse(words: Sequence[str], config: Any) -> Any:
         options["default"] = kind(**file.parameters, file=Path(first))
     if kind is None:
         raise ParameterError(f"no task {first!r}; there are {', '.join(SUBCOMMANDS)}")
-    prog = f"plantigrade synthesize {first}"
-    return tyro.cli(kind, prog=prog, args=list(words[1:]), config=config, **options)
+    return parsing.parse(kind, f"plantigrade synthesize {first}", words[1:], **options)
 
 
 def usage() -> str:

@@ -112,10 +112,10 @@ def test_help_of_a_task_has_its_own_options_and_no_others(task, capsys):
 def test_a_task_file_and_options_over_it(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('[task]\nbase = "jump"\n[parameters]\njump_height = 0.2\ndepth = 0.3\n')
-    command = parse([str(path), "--mass", "50", "--jump-height", "0.25"], ())
+    command = parse([str(path), "--mass", "50", "--jump-height", "0.25"])
     assert (command.name, command.mass, command.file) == ("mine", 50.0, path)
     assert (command.jump_height, command.depth) == (0.25, 0.3)  # 0.25 is the default, and asked for
-    turning = parse(["walk", "--turn", "90"], ())
+    turning = parse(["walk", "--turn", "90"])
     assert turning.turn == pytest.approx(np.pi / 2)
 
 
