@@ -20,6 +20,20 @@ import tyro
 from plantigrade.errors import ParameterError
 
 
+def number_of(kind: type, word: str) -> Any:
+    """Return the number that a word of the command line is.
+
+    Raises:
+        ValueError: If it is none; the parser names the option.
+    """
+    try:
+        return kind(word)
+    except (ValueError, OverflowError):
+        what = "whole number" if kind is int else "number"
+        shown = word if len(word) <= 40 else f"{word[:40]}…"
+        raise ValueError(f"{shown!r} is not a {what}") from None
+
+
 def optional(metavar: str):
     """Return the marker of an option that may be absent: its word in the help, no default shown."""
     return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
@@ -44,7 +58,7 @@ Degrees = Annotated[
     tyro.constructors.PrimitiveConstructorSpec(
         nargs=1,
         metavar="DEG",
-        instance_from_str=lambda words: math.radians(float(words[0])),
+        instance_from_str=lambda words: math.radians(number_of(float, words[0])),
         is_instance=lambda value: isinstance(value, float),
         str_from_instance=lambda value: [f"{math.degrees(value):g}"],
     ),

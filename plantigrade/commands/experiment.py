@@ -140,7 +140,7 @@ def command_figures(words: tuple[str, ...], out: Path) -> dict[str, Any]:
     where = ("--out", str(out), "--overwrite", "--quiet")
     metrics = parse(words[0], (*words[1:], *where)).run().metrics
     figures = {k: v for k, v in metrics.items() if v is None or isinstance(v, int | float)}
-    figures |= {f"{name}_time_s": spent for name, spent in metrics["seconds"].items()}
+    figures |= {f"{name}_time_s": spent for name, spent in metrics.get("seconds", {}).items()}
     return {"status": metrics["status"], "figures": figures, "goals": {}}
 
 

@@ -75,7 +75,8 @@ def usage() -> str:
         "A human body that moves by the laws of physics, on multi-segment feet.\n\n"
         f"commands:\n{listed}\n\n"
         "`plantigrade COMMAND --help` lists the options of a command;\n"
-        "`plantigrade --version` prints the version.\n"
+        "`plantigrade --version` prints the version;\n"
+        "`plantigrade --print-completion {bash,zsh,fish}` prints the script that completes words.\n"
         "Start with `plantigrade demo`, then `plantigrade fit FILE`."
     )
 
@@ -92,6 +93,9 @@ def run(words: Sequence[str]) -> int:
         return DONE
     if words[0] in ("-V", "--version"):
         print(f"plantigrade {__version__}")
+        return DONE
+    if words[0] == "--print-completion":
+        print(completion(*words[1:2]))
         return DONE
     if words[0] not in COMMANDS:
         raise PlantigradeError(_unknown(words[0]))
@@ -117,14 +121,13 @@ def parse(name: str, words: Sequence[str]) -> Any:
         SystemExit: If the parser has printed its help (code 0) or its complaint (code 2).
         ParameterError: If a value is not allowed.
     """
-    module = importlib.import_module(f"plantigrade.commands.{name}")
-    import tyro
+    from plantigrade.commands import parsing
 
-    config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes)
+    module = importlib.import_module(f"plantigrade.commands.{name}")
     with _own_errors():
         if hasattr(module, "parse"):  # a command with subcommands
-            return module.parse(words, config)
-        return tyro.cli(module.Command, prog=f"plantigrade {name}", args=list(words), config=config)
+            return module.parse(words)
+        return parsing.parse(module.Command, f"plantigrade {name}", words)
 
 
 @contextlib.contextmanager
@@ -144,6 +147,25 @@ def _own_errors() -> Iterator[None]:
     finally:
         if not isinstance(sys.exception(), PlantigradeError):
             sys.stderr.write(said.getvalue())
+
+
+def completion(shell: str = "") -> str:
+    """Return the script that completes commands, tasks, options and choices in a shell.
+
+    Raises:
+        ParameterError: If there is none for that shell.
+    """
+    from plantigrade.commands import parsing
+
+    every: dict[str, tuple[str, Any]] = {}
+    for name, what in COMMANDS.items():
+        module = importlib.import_module(f"plantigrade.commands.{name}")
+        kinds = getattr(module, "SUBCOMMANDS", None)
+        if kinds is not None:
+            kinds = {each: ((kind.__doc__ or each).splitlines()[0], kind)
+                     for each, kind in kinds.items()}  # fmt: skip
+        every[name] = what, kinds or module.Command
+    return parsing.completion(shell, every)
 
 
 def _unknown(name: str) -> str:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 import tyro
 
+from plantigrade.commands import parsing
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
@@ -52,7 +53,7 @@ class Command(RunOptions):
                 progress=watch,
                 step=progress.step,
                 command=command_line(),
-                **self.given(),
+                **self.chosen(),
             )
         watch.close(run.metrics)
         with progress.step("writing the report and the viewer"):
@@ -74,7 +75,7 @@ class Command(RunOptions):
         """What the run is called."""
         return self.word
 
-    def given(self) -> dict[str, Any]:
+    def chosen(self) -> dict[str, Any]:
         """Every option that decides the result, by name."""
         return {f.name: getattr(self, f.name) for kind in self.told for f in fields(kind)}
 
@@ -121,9 +122,9 @@ class Track(TrackSettings, Command):
         """The recording."""
         return f"{TRACK}-{self.recording.stem}"
 
-    def given(self) -> dict[str, Any]:
+    def chosen(self) -> dict[str, Any]:
         """The recording, and how it is tracked."""
-        return {"recording": self.recording, **Command.given(self)}
+        return {"recording": self.recording, **super().chosen()}
 
 
 def _subcommand(name: str, kind: type[TaskSettings]) -> type:
@@ -141,7 +142,7 @@ SUBCOMMANDS: dict[str, type] = {
 """Name of a task → its command."""
 
 
-def parse(words: Sequence[str], config: Any) -> Any:
+def parse(words: Sequence[str]) -> Any:
     """Return the command that words say.
 
     Raises:
@@ -164,8 +165,7 @@ def parse(words: Sequence[str], config: Any) -> Any:
         options["default"] = kind(**file.parameters, file=Path(first))
     if kind is None:
         raise ParameterError(f"no task {first!r}; there are {', '.join(SUBCOMMANDS)}")
-    prog = f"plantigrade synthesize {first}"
-    return tyro.cli(kind, prog=prog, args=list(words[1:]), config=config, **options)
+    return parsing.parse(kind, f"plantigrade synthesize {first}", words[1:], **options)
 
 
 def usage() -> str:

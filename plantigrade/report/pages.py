@@ -6,7 +6,7 @@ import numpy as np
 
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Run
-from plantigrade.report.scene import check, nearest, scene_model
+from plantigrade.report.scene import check, nearest
 from plantigrade.report.section import Section, Subject, draw_all, page_html
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import SHOWN
@@ -123,7 +123,7 @@ def strip_of(subject: Subject, *, height_px: int = 250, background: str | None =
         drawn = {"force": force[here], "point": point[here]}
     reference = next(iter(record.references.values()), None)
     return strip_svg(
-        scene_model(record),
+        record.human.model,
         motion.qpos,
         frames,
         time=motion.time,

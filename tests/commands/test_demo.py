@@ -12,7 +12,8 @@ from plantigrade.commands import main as cli
 from tests.browser import colours, moved
 
 FILES = {"model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html"}
-VARY = {"fit_time_s", "demo_time_s", "command"}  # of two runs of one seed
+KEPT = "textbook_walk.c3d"
+VARY = {"seconds", "command"}  # of two runs of one seed
 
 
 def demo(out: Path, *words: str) -> dict:
@@ -45,9 +46,9 @@ def another(folder):
 
 def test_it_is_whole(first, folder):
     metrics = first
-    assert {p.name for p in (folder / "first").iterdir()} == FILES
+    assert {p.name for p in (folder / "first").iterdir()} == FILES | {KEPT}
     assert json.loads((folder / "first" / "metrics.json").read_text()) == metrics
-    assert set(metrics["files"]) == FILES - {"metrics.json"}
+    assert set(metrics["files"]) == FILES - {"metrics.json"} | {KEPT}
     assert metrics["status"] == "ok"
 
 
@@ -99,6 +100,47 @@ def test_another_seed_gives_another_recording(first, another):
     assert another["marker_rms_mean_mm"] != first["marker_rms_mean_mm"]
     assert another["source_files"] != first["source_files"]
     assert another["seed"] == 1
+
+
+def test_its_recording_is_the_next_thing_to_try(tmp_path, monkeypatch, capsys):
+    """Two demos in one folder, and every command they print, as printed."""
+    import hashlib
+    import shlex
+    import tempfile
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["plantigrade", "demo"])
+    assert cli.main(["demo", "--quiet"]) == 0
+    assert cli.main(["demo", "--quiet"]) == 0
+    runs = tmp_path / "runs"
+    assert {p.name for p in runs.iterdir()} == {
+        "demo", "demo-reproduced", "demo-2", "demo-2-reproduced",
+    }  # fmt: skip
+    said = capsys.readouterr().out.splitlines()
+    commands = [shlex.split(line) for line in said if line.startswith("  plantigrade ")]
+    assert [words[1:] for words in commands[2:]] == [
+        ["fit", f"runs/demo-2/{KEPT}"], ["reproduce", f"runs/demo-2/{KEPT}"],
+    ]  # fmt: skip
+    for words in commands[:2]:
+        assert cli.main([*words[1:], "--quiet"]) == 0
+    assert "beside it" not in capsys.readouterr().err  # nothing in a run belongs to a recording
+    raw = (runs / "demo" / KEPT).read_bytes()
+    for name in ("demo", "demo-reproduced", "fit-textbook_walk", "reproduce-textbook_walk"):
+        metrics = json.loads((runs / name / "metrics.json").read_text())
+        assert metrics["source_files"] == {KEPT: hashlib.sha256(raw).hexdigest()}
+        for path in (runs / name).iterdir():
+            assert tempfile.gettempdir().encode() not in path.read_bytes(), path
+    # the same recording, fitted by itself: the same motion
+    a, b = (np.load(runs / name / "motion.npz") for name in ("demo", "fit-textbook_walk"))
+    assert np.array_equal(a["qpos"], b["qpos"])
+
+
+@pytest.mark.parametrize("seed", ["-1", str(2**32)])
+def test_seeds_are_whole_and_not_negative(seed, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["demo", "--seed", seed]) == 2
+    assert "seed must be a whole number from 0" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_other_persons_and_speeds(folder):

@@ -72,7 +72,7 @@ def test_the_run_folder_is_whole(study, data, name):
     folder = study[1] / "runs" / f"fit-{name}"
     assert {p.name for p in folder.iterdir()} == FILES
     metrics = json.loads((folder / "metrics.json").read_text())
-    assert metrics["status"] == "ok" and metrics["seed"] == 0
+    assert metrics["status"] == "ok" and metrics["seed"] is None
     assert metrics["command"].startswith("plantigrade fit ")
     path, companions = KINDS[name]
     files = [data / path, *((data / path).parent / c for c in companions)]
@@ -183,9 +183,11 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
     monkeypatch.chdir(tmp_path)
     (tmp_path / "runs" / "fit-walk").mkdir(parents=True)
     (tmp_path / "runs" / "fit-walk" / "metrics.json").write_text("{}")
-    assert cli.main(["fit", "walk.c3d"]) == 2
-    assert cli.main(["fit", "other.c3d", "walk.c3d"]) == 2
+    assert cli.main(["fit", "walk.c3d", "--out", "runs/fit-walk"]) == 2
     assert "--overwrite" in capsys.readouterr().err
+    # without --out it would be numbered, but not where it is to be replaced
+    assert cli.main(["fit", "other.c3d", "walk.c3d", "--overwrite"]) == 2
+    assert "does not mark a run" in capsys.readouterr().err
     # what is no run folder is never replaced
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("years of work")
@@ -250,7 +252,7 @@ def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(run_folder, "_put_in_place", interrupt)  # all is written but the name
+    monkeypatch.setattr(run_folder, "_put_in_next_place", interrupt)  # all is written but the name
     monkeypatch.chdir(tmp_path)
     assert cli.main(["fit", str(data / KINDS["normal_gait"][0])]) == 130
     assert "not complete" in capsys.readouterr().err
@@ -274,3 +276,38 @@ def test_control_c_on_several_files(data, tmp_path):
     left = list((tmp_path / "runs").iterdir()) if (tmp_path / "runs").exists() else []
     assert all({p.name for p in folder.iterdir()} >= FILES for folder in left)
     assert "interrupted" in err.splitlines()[-1]
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """A textbook walk in an empty folder."""
+    from plantigrade.io import write
+    from plantigrade.models import Human
+    from plantigrade.workflows.textbook import recorded, textbook_walk
+
+    path = tmp_path_factory.mktemp("walks") / "walk.c3d"
+    human = Human.create(1.74, 71.0, "male", joints="42")
+    write(recorded(textbook_walk(human, cycles=2), path), path)
+    return path
+
+
+def test_run_folders_are_numbered(recording, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for number in ("", "-2"):
+        assert cli.main(["fit", str(recording), "--quiet"]) == 0
+        said = capsys.readouterr().out
+        assert f"runs/fit-walk{number}: " in said
+        assert f"runs/fit-walk{number}/report.html" in said
+    before = (tmp_path / "runs/fit-walk/metrics.json").stat().st_mtime_ns
+    assert cli.main(["fit", str(recording), "--quiet", "--overwrite"]) == 0
+    assert "runs/fit-walk: " in capsys.readouterr().out
+    assert (tmp_path / "runs/fit-walk/metrics.json").stat().st_mtime_ns > before
+    other = tmp_path / "walk.trc"
+    assert cli.main(["convert", str(recording), str(other)]) == 0
+    capsys.readouterr()
+    assert cli.main(["fit", str(recording), str(other), "--quiet", "--json"]) == 0
+    assert cli.main(["fit", str(recording), str(other), "--quiet", "--json"]) == 0
+    assert {path.name for path in (tmp_path / "runs").iterdir()} == {
+        "fit-walk", "fit-walk-2",
+        "fit-walk-c3d", "fit-walk-c3d-2", "fit-walk-trc", "fit-walk-trc-2",
+    }  # fmt: skip

@@ -188,10 +188,15 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
     for name in ("reproduce-walk", "reproduce-study-a-and-1-more"):
         (tmp_path / "runs" / name).mkdir(parents=True)
         (tmp_path / "runs" / name / "metrics.json").write_text("{}")
-    assert cli.main(["reproduce", "walk.c3d"]) == 2
-    assert cli.main(["reproduce", "other.c3d", "walk.c3d"]) == 2
-    assert cli.main(["reproduce", "a.c3d", "b.c3d"]) == 2
-    assert capsys.readouterr().err.count("--overwrite") == 3
+    place = "runs/reproduce-walk"
+    assert cli.main(["reproduce", "walk.c3d", "--out", place]) == 2
+    assert cli.main(["reproduce", "other.c3d", "walk.c3d", "--out", place]) == 2
+    assert capsys.readouterr().err.count("add --overwrite") == 2
+    # without --out they would be numbered, but not where they are to be replaced
+    assert cli.main(["reproduce", "walk.c3d", "--overwrite"]) == 2
+    assert cli.main(["reproduce", "a.c3d", "b.c3d", "--overwrite"]) == 2
+    assert cli.main(["reproduce", "other.c3d", "walk.c3d", "--overwrite"]) == 2
+    assert capsys.readouterr().err.count("does not mark a run") == 3
 
 
 @pytest.mark.parametrize(

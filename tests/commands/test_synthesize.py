@@ -69,6 +69,12 @@ def test_an_interrupted_run_is_checked_and_written(tmp_path, capsys, monkeypatch
         (["track"], "--recording"),
         (["track", "--recording", "none.c3d", "--speed", "1"], "--speed"),
         (["squat", "--optimise-timing"], "--optimise-timing"),
+        (["walk", "--seed", "3"], "seed is that of restarts"),
+        (["walk", "--seed", "-1", "--restarts", "2"], "seed must be a whole number from 0"),
+        (["track", "--recording", "none.c3d", "--seed", "1"], "--seed"),
+        (["zhakatayev2023", "--seed", "1"], "--seed"),
+        (["walk", "--periodic", "--optimise-timing", "--restarts", "2"], "restarts means nothing"),
+        (["walk", "--periodic", "--optimise-timing", "--warm", "x"], "warm means nothing"),
         (["walk", "--optimise-timing"], "only a periodic walk chooses its own timing"),
         (["walk", "--nodes-per-second", "1"], "nodes_per_second must be"),
         (["walk", "--warm", "nowhere"], "nowhere"),
@@ -106,10 +112,10 @@ def test_help_of_a_task_has_its_own_options_and_no_others(task, capsys):
 def test_a_task_file_and_options_over_it(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('[task]\nbase = "jump"\n[parameters]\njump_height = 0.2\ndepth = 0.3\n')
-    command = parse([str(path), "--mass", "50", "--jump-height", "0.25"], ())
+    command = parse([str(path), "--mass", "50", "--jump-height", "0.25"])
     assert (command.name, command.mass, command.file) == ("mine", 50.0, path)
     assert (command.jump_height, command.depth) == (0.25, 0.3)  # 0.25 is the default, and asked for
-    turning = parse(["walk", "--turn", "90"], ())
+    turning = parse(["walk", "--turn", "90"])
     assert turning.turn == pytest.approx(np.pi / 2)
 
 

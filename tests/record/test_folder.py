@@ -168,3 +168,68 @@ def test_a_page_added_later_belongs_to_the_run(tmp_path):
     }
     write(out, overwrite=True)
     assert sorted(os.listdir(out)) == ["metrics.json", "page.html"]
+
+
+def numbered(out, **options):
+    return write_folder(out, metrics={"status": "ok"}, files={}, numbered=True, **options)
+
+
+def test_a_taken_name_is_numbered(tmp_path):
+    out = tmp_path / "runs" / "fit-walk"
+    assert [numbered(out).name for _ in range(3)] == ["fit-walk", "fit-walk-2", "fit-walk-3"]
+    (tmp_path / "runs" / "fit-run").mkdir()  # not ours, and empty: taken all the same
+    (tmp_path / "runs" / "fit-run-2").symlink_to("nowhere")
+    assert numbered(tmp_path / "runs" / "fit-run").name == "fit-run-3"
+    assert (tmp_path / "runs" / "fit-run-2").is_symlink()
+
+
+def test_two_folders_keep_in_step(tmp_path):
+    out = tmp_path / "demo"
+    (tmp_path / "demo-2-reproduced").mkdir()
+    assert numbered(out, beside="-reproduced").name == "demo"
+    assert numbered(out, beside="-reproduced").name == "demo-3"
+
+
+def test_processes_at_once_do_not_collide(tmp_path):
+    import subprocess
+    import sys
+
+    program = (
+        "import sys; from plantigrade.record.folder import write_folder\n"
+        "print('ready', flush=True); sys.stdin.readline()\n"
+        "for k in range(8):\n"
+        "    files = {'a.txt': sys.argv[1]}\n"
+        "    out = write_folder('r', metrics={'k': k}, files=files, numbered=True)\n"
+        "    assert (out / 'a.txt').read_text() == sys.argv[1], out\n"
+    )
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-c", program, str(i)],
+            cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )
+        for i in range(3)
+    ]  # fmt: skip
+    for process in started:
+        assert process.stdout.readline() == "ready\n"
+    for process in started:
+        process.stdin.write("go\n")
+        process.stdin.flush()
+    assert [process.wait(timeout=60) for process in started] == [0, 0, 0]
+    names = {f"r-{n}" for n in range(2, 25)} | {"r"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    written = [(path / "a.txt").read_text() for path in tmp_path.iterdir()]
+    assert sorted(written) == sorted("012" * 8)
+
+
+def test_a_name_that_is_taken_at_the_last_moment_is_numbered(tmp_path, monkeypatch):
+    from pathlib import Path
+
+    rename, out = Path.rename, tmp_path / "r"
+
+    def late(self, target):
+        if Path(target) == out and not out.exists():
+            (out / "somebody").mkdir(parents=True)
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", late)
+    assert numbered(out).name == "r-2"
