@@ -16,7 +16,7 @@ ROOT = Path(plantigrade.__file__).parent
 # Each line may import from the lines above it only.
 LAYERS = (
     ("errors",),
-    ("arrays", "bounds", "constants", "extras", "options"),
+    ("arrays", "bounds", "constants", "extras", "options", "toml"),
     ("spatial",),
     ("charts",),
     ("models", "motion"),
