@@ -30,7 +30,8 @@ class FileError(PlantigradeError, ValueError):
     """
 
     def __init__(self, path: str | Path, problem: str, *, where: str = "", remedy: str = ""):
-        """Build the message from its parts."""
+        """Build the message from its parts; what a file says at length is shortened."""
+        where, problem = _short(where, 100), _short(problem, 500)
         self.path, self.where, self.problem, self.remedy = Path(path), where, problem, remedy
         place = f"{self.path}: {where}" if where else f"{self.path}"
         super().__init__(f"{place}: {problem}" + (f" — {remedy}" if remedy else ""))
@@ -38,6 +39,12 @@ class FileError(PlantigradeError, ValueError):
     def __reduce__(self):
         """Make the error survive pickling between processes."""
         return (_rebuild_file_error, (type(self), self.path, self.problem, self.where, self.remedy))
+
+
+def _short(text: str, length: int) -> str:
+    """Return a text without its middle where it is longer than that."""
+    half = length // 2
+    return text if len(text) <= length else f"{text[:half]} … {text[-half:]}"
 
 
 def _rebuild_file_error(kind, path, problem, where, remedy):

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
 from plantigrade.io.text import reading
 from plantigrade.motion.recording import Recording
@@ -19,6 +21,7 @@ from plantigrade.options import as_path
 __all__ = ["FORMATS", "Format", "convert", "format_of", "read", "write"]
 
 _HEAD = 65536  # bytes looked at to tell a format
+_LARGEST = 1e9  # of any number of a recording [SI]
 
 
 @dataclass(frozen=True)
@@ -96,13 +99,34 @@ def read(path: str | Path, **options) -> Recording:
             allowed = f"it has {', '.join(known)}" if known else "it has none"
             raise ParameterError(f"{kind.name} files have no option {name!r}; {allowed}")
     try:
-        return function(path, **options)
+        with np.errstate(all="ignore"):  # what overflows is found below
+            recording = function(path, **options)
     except MemoryError as error:
         remedy = "read a shorter recording"
         raise FileError(path, "does not fit into memory", remedy=remedy) from error
     except RecursionError as error:
         remedy = "check that this is a motion file"
         raise FileError(path, "is nested too deeply", remedy=remedy) from error
+    _check_sizes(recording, path)
+    return recording
+
+
+def _check_sizes(recording: Recording, path: Path) -> None:
+    """Refuse numbers that are no measurement, and gaps where a format has none."""
+    parts = {"markers": recording.markers, "skeleton": recording.skeleton}
+    parts |= {"coordinates": recording.coordinates}
+    parts |= {f"force plate {plate.name}": plate for plate in recording.plates}
+    for where, part in parts.items():
+        for name, array in vars(part).items() if part is not None else ():
+            if not isinstance(array, np.ndarray):
+                continue
+            if where == "skeleton" and not np.isfinite(array).all():
+                problem, remedy = f"{name} are not finite", "export the motion again"
+                raise FileError(path, problem, where=where, remedy=remedy)
+            largest = float(np.nanmax(np.abs(array), initial=0.0))
+            if largest > _LARGEST:
+                problem = f"{name} reach {largest:.1e} in SI units, which no recording does"
+                raise FileError(path, problem, where=where, remedy="check the file's units")
 
 
 def write(recording: Recording, path: str | Path) -> None:

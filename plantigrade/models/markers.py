@@ -11,16 +11,17 @@ TOML file::
 """
 
 import re
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from plantigrade.bounds import shown
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models.human import Human
 from plantigrade.models.landmarks import LOOSE, Attachment, attachments
+from plantigrade.toml import parse_toml, read_toml
 
 
 @dataclass(frozen=True)
@@ -256,12 +257,7 @@ def read_marker_set(path: str | Path) -> MarkerSet:
         FileError: If the file cannot be read or its content is not allowed.
     """
     path = Path(path)
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(path, f"is not a TOML file: {error}", remedy=_EXAMPLE) from error
+    content = parse_toml(read_toml(path), path, _EXAMPLE)
     markers = content.get("markers")
     if not isinstance(markers, dict) or not markers:
         raise FileError(path, "has no [markers] table", remedy=_EXAMPLE)
@@ -272,16 +268,18 @@ def read_marker_set(path: str | Path) -> MarkerSet:
             case str():
                 named[name] = value
             case {"body": str(body), "position": [x, y, z]} if all(
-                isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v)
+                isinstance(v, int | float) and not isinstance(v, bool) and abs(v) <= FARTHEST
                 for v in (x, y, z)
             ):
                 fixed[name] = (body, (float(x), float(y), float(z)))
             case _:
-                raise FileError(
-                    path, f"{value!r} is not an attachment", where=f"marker {name}", remedy=_EXAMPLE
-                )
+                problem = f"{shown(value)} is not an attachment"
+                raise FileError(path, problem, where=f"marker {name}", remedy=_EXAMPLE)
     return MarkerSet(str(content.get("name", path.stem)), named, fixed)
 
+
+FARTHEST = 1.0
+"""How far a marker may be from the origin of its body, along each axis [m]."""
 
 _EXAMPLE = (
     'write lines like RKNE = "knee_lateral_r" or '

@@ -224,7 +224,7 @@ def test_a_task_file_is_read_and_written_alike(tmp_path):
         ('[task]\nbase = "squat"\n[[term]]\ntype = "torque"\nweight = "x"', "a number is needed"),
         ('[task]\nbase = "squat"\n[[term]]\ntype = "posture"', "weights is missing"),
         ("[parameters]\ndepth = 1", "is missing"),
-        ("= 3", "is not TOML"),
+        ("= 3", "is not a TOML file"),
     ],
 )
 def test_what_is_wrong_in_a_task_file_is_named(text, words):

@@ -23,12 +23,12 @@ one's own. All numbers are in SI units; a key ending in ``_deg`` is in degrees.
 """
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
+from plantigrade.bounds import shown
 from plantigrade.constants import SIDES
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.errors import FileError, ParameterError
@@ -40,6 +40,7 @@ from plantigrade.synthesize.tasks.task import BASES, MotionTask
 from plantigrade.synthesize.tasks.toml_values import as_field, in_radians, is_number, table
 from plantigrade.synthesize.terms import contact, effort, limits, posture, targets
 from plantigrade.synthesize.terms.term import Term
+from plantigrade.toml import parse_toml, read_toml
 
 _KINDS: tuple[type[Term], ...] = (
     *(contact.Dynamics, contact.Contact, contact.Above, contact.Clearance, contact.Forces),
@@ -121,12 +122,7 @@ def read_task_file(path: str | Path) -> TaskFile:
     Raises:
         FileError: If it cannot be read, or a key or value is not allowed.
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(path, f"cannot be read: {error}") from error
-    return parse_task_file(text, path)
+    return parse_task_file(read_toml(path), path)
 
 
 def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
@@ -135,10 +131,7 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     Raises:
         FileError: If a key or value is not allowed.
     """
-    try:
-        document = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise FileError(path, f"is not TOML: {error}") from error
+    document = parse_toml(text, path)
     reader = _Reader(Path(path))
     reader.known("top level", document, _TOP)
     head = document.get("task")
@@ -186,17 +179,21 @@ class _Reader:
             raise self.wrong("[task] base", f"no task {base!r}", f"there are {', '.join(TASKS)}")
         name = given.get("name", base)
         if not isinstance(name, str) or not name:
-            raise self.wrong("[task] name", f"is {name!r}", "write a name in quotes")
+            raise self.wrong("[task] name", f"is {shown(name)}", "write a name in quotes")
         rate = given.get("nodes_per_second")
         if rate is not None and not (is_number(rate) and 0 < rate <= 500):
-            raise self.wrong("[task] nodes_per_second", f"is {rate!r}", "a number up to 500")
+            raise self.wrong("[task] nodes_per_second", f"is {shown(rate)}", "a number up to 500")
         if basis is not None and not (isinstance(basis, str) and basis in BASES):
-            raise self.wrong("[task] basis", f"is {basis!r}", f"allowed are {', '.join(BASES)}")
+            raise self.wrong(
+                "[task] basis", f"is {shown(basis)}", f"allowed are {', '.join(BASES)}"
+            )
         without = given.get("without", [])
         if not isinstance(without, list) or not all(
             isinstance(n, str) and n in TERMS for n in without
         ):
-            raise self.wrong("[task] without", f"is {without!r}", f"a list of {', '.join(TERMS)}")
+            raise self.wrong(
+                "[task] without", f"is {shown(without)}", f"a list of {', '.join(TERMS)}"
+            )
         mesh = {"nodes_per_second": None if rate is None else float(rate), "basis": basis}
         return {"name": name, "base": base, "without": tuple(without), **mesh}
 
@@ -204,7 +201,7 @@ class _Reader:
         """Return kind and arguments of a term."""
         where, kind = f"[[term]] {i}", entry.get("type")
         if not isinstance(kind, str) or kind not in TERMS:
-            raise self.wrong(where, f"type is {kind!r}", f"there are {', '.join(TERMS)}")
+            raise self.wrong(where, f"type is {shown(kind)}", f"there are {', '.join(TERMS)}")
         where = f"{where} ({kind})"
         given = in_radians({k: v for k, v in entry.items() if k != "type"})
         own = fields(TERMS[kind])  # type: ignore[arg-type]
@@ -225,10 +222,10 @@ class _Reader:
         where, given = f"[[stance]] {i}", in_radians(entry)
         self.known(where, given, _STANCE)
         if given.get("side") not in SIDES:
-            raise self.wrong(f"{where} side", f"is {given.get('side')!r}", 'write "r" or "l"')
+            raise self.wrong(f"{where} side", f"is {shown(given.get('side'))}", 'write "r" or "l"')
         for key, value in given.items():
             if key != "side" and not is_number(value):
-                raise self.wrong(f"{where} {key}", f"is {value!r}", "a number is needed")
+                raise self.wrong(f"{where} {key}", f"is {shown(value)}", "a number is needed")
         return given
 
 

@@ -8,11 +8,13 @@ from typing import Any, get_args, get_origin
 
 import numpy as np
 
+from plantigrade.bounds import shown
 from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
 
 MOST = 1e300
 """Numbers beyond this are refused: they become infinite where they are used."""
+_POINT = {"body": str, "position": tuple[float, float, float], "radius": float}
 _NEEDED = {bool: "true or false", str: "a word in quotes", float: "a number"}
 
 
@@ -48,17 +50,17 @@ def as_field(kind: Any, value: Any) -> Any:
     """
     if kind in _NEEDED:
         if not (is_number(value) if kind is float else isinstance(value, kind)):
-            raise ParameterError(f"is {value!r}; {_NEEDED[kind]} is needed")
+            raise ParameterError(f"is {shown(value)}; {_NEEDED[kind]} is needed")
         return kind(value)
     if kind is Point:
-        if not isinstance(value, dict) or set(value) - {"body", "position", "radius"}:
+        if not isinstance(value, dict) or "body" not in value or set(value) - set(_POINT):
             raise ParameterError(
                 'a point is written { body = "hand_r", position = [0.0, 0.0, -0.1] }'
             )
-        return Point(**{**value, "position": tuple(value.get("position", (0.0, 0.0, 0.0)))})
+        return Point(**{key: as_field(_POINT[key], entry) for key, entry in value.items()})
     if get_origin(kind) is abc.Mapping:
         if not isinstance(value, dict):
-            raise ParameterError(f"is {value!r}; a table {{ knee_angle = 1.0 }} is needed")
+            raise ParameterError(f"is {shown(value)}; a table {{ knee_angle = 1.0 }} is needed")
         out = {}
         for key, entry in value.items():
             try:
@@ -69,7 +71,7 @@ def as_field(kind: Any, value: Any) -> Any:
     n = len(get_args(kind))
     numbers = isinstance(value, list) and all(is_number(x, nan=True) for x in value)
     if not numbers or len(value) != n:
-        raise ParameterError(f"is {value!r}; {n} numbers in brackets are needed")
+        raise ParameterError(f"is {shown(value)}; {n} numbers in brackets are needed")
     return tuple(float(v) for v in value)
 
 

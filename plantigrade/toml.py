@@ -1,0 +1,69 @@
+"""TOML files of users, read safely: of limited size and depth, with numbers that fit in 64 bits."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from plantigrade.errors import FileError
+
+LIMIT = 2**20
+"""Largest file [bytes]."""
+DEEPEST = 32
+"""Most tables and lists within each other."""
+
+
+def read_toml(path: str | Path) -> str:
+    """Return the text of a TOML file.
+
+    Raises:
+        FileError: If it cannot be read, is too large or is no UTF-8.
+    """
+    path = Path(path)
+    try:
+        with open(path, "rb") as file:
+            raw = file.read(LIMIT + 1)
+        text = raw.decode("utf-8")
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror})") from error
+    except ValueError as error:  # no UTF-8, or a zero byte in the name
+        raise FileError(path, f"is not a TOML file: {error}", remedy="save it as UTF-8") from error
+    if len(raw) > LIMIT:
+        remedy = "name a file written by hand"
+        raise FileError(path, f"is larger than {LIMIT // 2**20} MiB", remedy=remedy)
+    return text
+
+
+def parse_toml(text: str, path: str | Path, remedy: str = "") -> dict[str, Any]:
+    """Return what a TOML text says.
+
+    Args:
+        text: The text.
+        path: Its file, for the error.
+        remedy: What to do where it is no TOML.
+
+    Raises:
+        FileError: If it is no TOML, is nested too deeply, or holds a whole number beyond 64 bits,
+            which TOML does not have.
+    """
+    try:
+        document = tomllib.loads(text)
+    except RecursionError as error:
+        raise FileError(path, "is nested too deeply", remedy=remedy) from error
+    except ValueError as error:
+        raise FileError(path, f"is not a TOML file: {error}", remedy=remedy) from error
+    _check(document, path, "", 0)
+    return document
+
+
+def _check(value: Any, path: str | Path, where: str, depth: int) -> None:
+    if depth > DEEPEST:
+        remedy = "write tables one after the other"
+        raise FileError(path, "is nested too deeply", where=where[:80], remedy=remedy)
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise FileError(path, "holds a number of too many digits", where=where, remedy="shorten it")
+    if isinstance(value, dict):
+        for key, inside in value.items():
+            _check(inside, path, f"{where}.{key}".lstrip("."), depth + 1)
+    elif isinstance(value, list):
+        for inside in value:
+            _check(inside, path, where, depth + 1)
