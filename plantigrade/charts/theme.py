@@ -24,3 +24,11 @@ STROKE_REFERENCE = f"var(--recorded, {REFERENCE})"
 STROKE_FORCE = "var(--force, #b07c00)"
 STROKES = {"r": STROKE_RIGHT, "l": STROKE_LEFT, None: STROKE_MIDDLE, "": STROKE_MIDDLE}
 """Colours of the sides in plots."""
+
+BY_SIDE = (RIGHT, LEFT, MIDDLE)
+"""Of forces and places on the right, on the left, and of no known side."""
+COM = "#e0b020"
+BODY, LEFT_BODY, RIGHT_BODY = "#c9c3ba", "#dd9c74", "#7fa9c9"
+"""Middle, left and right of a body in three dimensions: paler than lines and arrows."""
+FLOOR, GRID = "#e4e8ec", "#a8b2bf"
+FLOOR_DARK, GRID_DARK = "#20242b", "#525966"

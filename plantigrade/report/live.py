@@ -6,18 +6,20 @@ Works over ssh and in a notebook: the server has no window and no OpenGL, the br
 import sys
 import time as clock
 import webbrowser
+from collections.abc import Callable
 from threading import Event
+from typing import Any
 
 import numpy as np
 
 from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
-from plantigrade.report.scene import build_scene
-from plantigrade.report.shapes import mesh_of
-from plantigrade.report.viewer import COM, heading_of, shape_colour, standing_height
+from plantigrade.report.scene import build_scene, heading_of, standing_height
+from plantigrade.report.shapes import Shape, mesh_of, rgb
 
 ARROW = 0.6  # one body weight is drawn this long [m]
+PAUSE = 0.6  # the last frame stays this long before the first comes again [s]
 
 
 def serve(
@@ -100,8 +102,9 @@ class LiveViewer:
         while not stop.wait(1 / 60):
             now = clock.monotonic()
             if self._playing.value and len(times) > 1:
-                self._now += (now - before) * float(self._speed.value.rstrip("x"))
-                if self._now > times[-1]:
+                speed = float(self._speed.value.rstrip("x"))
+                self._now += (now - before) * speed
+                if self._now > times[-1] + PAUSE * speed:
                     self._now = float(times[0])
                 frame = int(np.searchsorted(times, self._now, side="right") - 1)
                 if frame != self._frame:
@@ -116,8 +119,8 @@ class LiveViewer:
         with self.server.atomic():
             # To follow, the world moves and the camera stays: what the user turned stays turned,
             # and no answer of a slow browser can pull it back.
-            here = scene.com[frame if self._follow.value else 0] * [1, 1, 0]
-            self._world.position = -here
+            at = frame if self._follow.value else 0
+            self._world.position = -np.array([*scene.com[at, :2], scene.level[at]])
             for handle, body in self._bodies:
                 handle.position = scene.positions[frame, body]
                 handle.wxyz = scene.quats[frame, body]
@@ -130,8 +133,12 @@ class LiveViewer:
                 points = getattr(scene, name)[frame]
                 handle.points = points[np.isfinite(points).all(axis=1)].astype(np.float32)
             self._com.position = scene.com[frame]
+            below = [*scene.com[frame, :2], scene.floor[frame]]
+            self._plumb.points = np.array([[scene.com[frame], below]], np.float32)
             for arrows in self._forces:
                 arrows.points, arrows.colors = self._arrows(frame)
+            for cloud in self._pressure:
+                cloud.points, cloud.colors = self._pressed(frame)
 
     def _draw_static(self) -> None:
         server, scene = self.server, self.scene
@@ -143,25 +150,19 @@ class LiveViewer:
         server.initial_camera.position = tuple(target + away)
         server.initial_camera.look_at = tuple(target)
         self._world = server.scene.add_frame("/world", show_axes=False)
-        server.scene.add_grid(
-            "/world/ground",
-            width=100.0,
-            height=100.0,
-            cell_size=0.25,
-            section_size=1.0,
-            fade_distance=25.0,
-            shadow_opacity=0.3,
-        )
-        self._bodies = self._add_bodies("/world/body", None, 1.0)
+        self._add_ground()
+        self._bodies = self._add_bodies("/world/body", lambda s: s.body > 0)
+        self._add_bodies("/world/seats", lambda s: s.body == 0 and not s.is_ground)
         self._reference = []
         if scene.reference_positions is not None:
-            violet = _rgb(theme.REFERENCE)
-            self._reference = self._add_bodies("/world/reference", violet, 0.4)
+            self._reference = self._add_bodies(
+                "/world/reference", lambda s: s.body > 0, colour=theme.REFERENCE, opacity=0.4
+            )
         self._clouds = {
             name: server.scene.add_point_cloud(
                 f"/world/markers/{name}",
                 np.zeros((0, 3), np.float32),
-                _rgb(colour),
+                in_bytes(colour),
                 point_size=0.012,
                 point_shape="circle",
                 precision="float32",
@@ -169,8 +170,12 @@ class LiveViewer:
             for name, colour in (("recorded", theme.RECORDED), ("fitted", theme.FITTED))
             if getattr(scene, name) is not None
         }
-        self._com = server.scene.add_icosphere("/world/com", radius=0.035, color=_rgb(COM))
-        self._forces = []
+        gold = in_bytes(theme.COM)
+        self._com = server.scene.add_icosphere("/world/com", radius=0.035, color=gold)
+        self._plumb = server.scene.add_line_segments(
+            "/world/plumb_line", np.zeros((1, 2, 3), np.float32), gold
+        )
+        self._forces, self._pressure = [], []
         if scene.total_force is not None:
             arrows = server.scene.add_arrows(
                 "/world/ground_reaction",
@@ -181,24 +186,55 @@ class LiveViewer:
                 head_length=0.08,
             )
             self._forces.append(arrows)
+            cloud = server.scene.add_point_cloud(
+                "/world/centre_of_pressure",
+                np.zeros((0, 3), np.float32),
+                np.zeros((0, 3), np.uint8),
+                point_size=0.03,
+                point_shape="circle",
+                precision="float32",
+            )
+            self._pressure.append(cloud)
 
-    def _add_bodies(self, root: str, colour, opacity: float) -> list:
+    def _add_ground(self) -> None:
+        """Add a grid on the plane, or on each tread; relief as it is."""
+        ground, scene = self.scene.ground, self.server.scene
+        half = -ground.slope / 2
+        grid: dict[str, Any] = {
+            "cell_size": 0.25,
+            "section_size": 1.0,
+            "cell_color": in_bytes(theme.FLOOR),
+            "section_color": in_bytes(theme.GRID),
+            "fade_distance": 25.0,
+            "shadow_opacity": 0.3,
+            "wxyz": (np.cos(half), 0.0, np.sin(half), 0.0),
+        }
+        if not ground.steps:
+            place = ground.normal * ground.height
+            scene.add_grid("/world/ground", width=100.0, height=100.0, position=place, **grid)
+        self._add_bodies("/world/relief", lambda s: s.is_ground)
+
+    def _add_bodies(
+        self, root: str, which: Callable[[Shape], bool], *, colour: str = "", opacity: float = 1.0
+    ) -> list:
         """Add one frame per body and its shapes below; return handles with body indices."""
         handles = {}
         for i, shape in enumerate(self.scene.shapes):
+            if not which(shape):
+                continue
             frame = f"{root}/{shape.body}_{shape.body_name or 'world'}"
             if shape.body not in handles:
                 handles[shape.body] = self.server.scene.add_frame(frame, show_axes=False)
             vertices, faces = mesh_of(shape)
-            red, green, blue = (round(255 * c) for c in shape_colour(shape))
             self.server.scene.add_mesh_simple(
                 f"{frame}/{i}",
                 vertices.astype(np.float32),
                 faces.astype(np.uint32),
-                color=colour or (red, green, blue),
+                color=in_bytes(colour or shape.paint),
                 opacity=None if opacity == 1 else opacity,
                 flat_shading=shape.kind in ("box", "mesh"),
                 side="double",
+                receive_shadow=0.3 if shape.is_ground else True,
                 position=shape.position,
                 wxyz=shape.quat,
             )
@@ -218,8 +254,9 @@ class LiveViewer:
             "Speed", ("0.1x", "0.25x", "0.5x", "1x", "2x"), initial_value="1x"
         )
         self._follow = gui.add_checkbox("Follow camera", True)
+        other = scene.reference_name.capitalize()
         self._beside = gui.add_checkbox(
-            "Reference beside", True, visible=scene.reference_positions is not None
+            f"{other} beside", False, visible=scene.reference_positions is not None
         )
 
         @self._slider.on_update
@@ -235,9 +272,12 @@ class LiveViewer:
 
         layers = {
             "Body": [handle for handle, _ in self._bodies],
-            "Reference body": [handle for handle, _ in self._reference],
-            "Markers": [*self._clouds.values()],
+            other: [handle for handle, _ in self._reference],
+            "Recorded markers": self._named("recorded"),
+            "Markers on the body": self._named("fitted"),
             "Ground reaction": self._forces,
+            "Centre of pressure": self._pressure,
+            "Centre of mass": [self._com, self._plumb],
         }
         with gui.add_folder("Show"):
             for label, handles in layers.items():
@@ -249,6 +289,9 @@ class LiveViewer:
                 def _(_event, box=box, handles=handles) -> None:
                     for handle in handles:
                         handle.visible = box.value
+
+    def _named(self, cloud: str) -> list:
+        return [self._clouds[cloud]] if cloud in self._clouds else []
 
     def _step(self, by: int) -> None:
         self._playing.value = False
@@ -270,14 +313,30 @@ class LiveViewer:
         scene = self.scene
         points, colours = [], []
         assert scene.cop is not None and scene.total_force is not None  # both or neither
-        for side, colour in enumerate((theme.RIGHT, theme.LEFT, theme.MIDDLE)):
+        for side, colour in enumerate(theme.BY_SIDE):
             start, force = scene.cop[frame, side], scene.total_force[frame, side]
             if np.isfinite(start).all() and np.any(force):
                 points.append([start, start + ARROW * force / scene.weight])
-                colours.append(_rgb(colour))
+                colours.append(in_bytes(colour))
         arrows = np.array(points, np.float32).reshape(-1, 2, 3)
         return arrows, np.array(colours, np.uint8).reshape(-1, 3)
 
+    def _pressed(self, frame: int):
+        """Return the centres of pressure [m] and their colours."""
+        assert self.scene.cop is not None  # where there are forces
+        place = self.scene.cop[frame]
+        there = np.isfinite(place).all(axis=1)
+        colours = np.array([in_bytes(colour) for colour in theme.BY_SIDE], np.uint8)
+        return place[there].astype(np.float32), colours[there]
 
-def _rgb(text: str) -> tuple[int, int, int]:
-    return (int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16))
+
+def in_bytes(colour: str | tuple[float, float, float]) -> tuple[int, int, int]:
+    """Return red, green and blue in 0–255, as viser takes them.
+
+    Example:
+        >>> in_bytes("#ff0033"), in_bytes((1.0, 0.0, 0.2))
+        ((255, 0, 51), (255, 0, 51))
+    """
+    parts = rgb(colour) if isinstance(colour, str) else colour
+    red, green, blue = (round(255 * part) for part in parts)
+    return red, green, blue

@@ -7,17 +7,21 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
 from plantigrade.errors import ParameterError
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Record
 from plantigrade.report.shapes import Shape, shapes_of
+from plantigrade.spatial.conventions import rotation_matrix
 
 VIEW_RATE = 50.0  # frames per second drawn [Hz]; between them the page interpolates
 MAX_FRAMES = 6000
+CAMERA = 0.3  # width of the window that smooths the ground under the camera [s]
 LOADED = 0.02  # a foot bears load above this fraction of body weight
 
 
@@ -27,6 +31,10 @@ class Scene:
 
     Attributes:
         time: Time of each drawn frame [s].
+        stride: Frames of the motion from one drawn frame to the next.
+        ground: What the body stood on; its steps, relief and seats are among the shapes.
+        floor: Height of the ground under the centre of mass [m].
+        level: The same, smoothed, for the camera to follow [m].
         shapes: Visual geoms.
         positions: World position of each body [m].
         quats: World rotation of each body, ``wxyz``.
@@ -46,6 +54,10 @@ class Scene:
     """
 
     time: Float[Array, " n"]
+    stride: int
+    ground: Ground
+    floor: Float[Array, " n"]
+    level: Float[Array, " n"]
     shapes: tuple[Shape, ...]
     positions: Float[Array, "n nbody 3"]
     quats: Float[Array, "n nbody 4"]
@@ -87,8 +99,14 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
     here = frames if source is record else nearest(source.motion.time, motion.time[frames])
     total, cop = side_forces(source)
     markers = record.recorded_markers
+    floor = height_below(record.ground, com)
+    window = CAMERA * motion.rate / step if len(frames) > 1 else 1.0  # in drawn frames
     return Scene(
         time=np.asarray(motion.time[frames], dtype=float),
+        stride=step,
+        ground=record.ground,
+        floor=floor,
+        level=gaussian_filter1d(floor, window, mode="nearest"),
         shapes=shapes_of(model),
         positions=positions,
         quats=quats,
@@ -154,6 +172,14 @@ def poses(
     return positions, quats, com
 
 
+def height_below(ground: Ground, points: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    """Return the height of the ground vertically below world points [m]."""
+    below = points * [1.0, 1.0, 0.0]
+    for _ in range(4):  # on a slope, which step lies below depends on the height itself
+        below[:, 2] += (ground.under(below) - below @ ground.normal) / ground.normal[2]
+    return below[:, 2]
+
+
 def side_forces(
     record: Record,
 ) -> tuple[Float[Array, "n 3 3"] | None, Float[Array, "n 3 3"] | None]:
@@ -194,6 +220,23 @@ def travel(com: Float[Array, "n 3"]) -> Float[Array, " 3"]:
     way = (com[-1] - com[0]) * [1, 1, 0]
     length = np.linalg.norm(way)
     return way / length if length > 0.3 else np.array([1.0, 0.0, 0.0])
+
+
+def heading_of(scene: Scene) -> float:
+    """Return which way the body faces on average, about the vertical [rad]."""
+    ahead = np.array([rotation_matrix(quat)[:2, 0] for quat in scene.quats[:, 1]]).mean(axis=0)
+    way = ahead if np.linalg.norm(ahead) > 0.1 else travel(scene.com)[:2]
+    return float(np.arctan2(way[1], way[0]))
+
+
+def standing_height(scene: Scene) -> float:
+    """Return how far above the ground the body reaches in its tallest frame [m]."""
+    top = 0.0
+    for shape in scene.shapes:
+        if shape.body:
+            reach = float(np.max(shape.size)) if shape.kind != "mesh" else 0.0
+            top = max(top, float((scene.positions[:, shape.body, 2] - scene.floor).max()) + reach)
+    return float(np.clip(top + 0.1, 0.4, 3.0))
 
 
 def nearest(clock: Float[Array, " m"], time: Float[Array, " n"]) -> Int[Array, " n"]:

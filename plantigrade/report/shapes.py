@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
+from plantigrade.charts import theme
 from plantigrade.charts.labels import side_of
 from plantigrade.spatial.conventions import rotation_matrix
 
@@ -13,6 +14,8 @@ _KINDS = {
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name.upper()}")): "mesh" if name == "hfield" else name
     for name in ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "hfield")
 }
+GROUND = ("floor", "bump", "relief")
+"""How the names of the ground's geoms begin in :mod:`plantigrade.contact.scene`."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class Shape:
         name: Of the geom itself.
         vertices: Of a mesh, in the shape's frame [m].
         faces: Of a mesh.
+        name: Of the geom.
     """
 
     kind: str
@@ -48,6 +52,30 @@ class Shape:
     def side(self) -> str | None:
         """``"r"``, ``"l"`` or None for the middle."""
         return side_of(self.body_name)
+
+    @property
+    def is_ground(self) -> bool:
+        """Whether it is walked on: a tread, a bump or relief."""
+        return self.body == 0 and self.name.startswith(GROUND)
+
+    @property
+    def paint(self) -> tuple[float, float, float]:
+        """Red, green and blue in 0–1 in which both viewers draw it."""
+        if self.is_ground:
+            return rgb(theme.FLOOR)
+        sides = {"r": theme.RIGHT_BODY, "l": theme.LEFT_BODY}
+        return self.colour or rgb(sides.get(self.side or "", theme.BODY))
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """Return red, green and blue in 0–1 of a colour in hexadecimal.
+
+    Example:
+        >>> rgb("#ff0033")
+        (1.0, 0.0, 0.2)
+    """
+    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
 
 
 def shapes_of(model: mujoco.MjModel) -> tuple[Shape, ...]:

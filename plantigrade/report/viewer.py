@@ -17,19 +17,29 @@ from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.constants import SIDES
 from plantigrade.motion.views import curves_of
 from plantigrade.record import Record
-from plantigrade.report.scene import VIEW_RATE, Scene, build_scene, side_forces, travel
+from plantigrade.report.scene import (
+    VIEW_RATE,
+    Scene,
+    build_scene,
+    heading_of,
+    side_forces,
+    standing_height,
+)
 from plantigrade.report.section import template_text
 
-COM = "#e0b020"
+SCRIPTS = tuple(f"viewer{part}.js" for part in ("_data", "_shapes", "_gl", "_curves", ""))
 COLOURS = {
     "recorded": theme.RECORDED,
     "fitted": theme.FITTED,
     "reference": theme.REFERENCE,
     "left": theme.LEFT,
     "right": theme.RIGHT,
-    "com": COM,
+    "com": theme.COM,
+    "floor": theme.FLOOR,
+    "grid": theme.GRID,
+    "floor_dark": theme.FLOOR_DARK,
+    "grid_dark": theme.GRID_DARK,
 }
-BODY, LEFT_BODY, RIGHT_BODY, STATIC = "#c9c3ba", "#dd9c74", "#7fa9c9", "#b8bec7"
 
 
 def viewer_html(
@@ -77,7 +87,7 @@ def viewer_html(
         title=title,
         subtitle=subtitle,
         css=Markup(template_text("viewer.css")),
-        js=Markup(template_text("viewer.js")),
+        js=Markup("".join(template_text(name) for name in SCRIPTS)),
         scene=Markup(text.replace("<", "\\u003c")),
         colours=COLOURS,
         has=has,
@@ -126,31 +136,6 @@ def encode(array: np.ndarray) -> dict:
     return {"data": data, "low": low, "step": step}
 
 
-def shape_colour(shape) -> tuple[float, ...]:
-    """Return the colour of a shape: the model's own, else by side."""
-    if shape.colour is not None:
-        return shape.colour
-    sides = {"r": RIGHT_BODY, "l": LEFT_BODY}
-    text = STATIC if shape.body == 0 else sides.get(shape.side or "", BODY)
-    return tuple(int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
-
-
-def heading_of(scene: Scene) -> float:
-    """Return the direction of travel about the vertical [rad]."""
-    way = travel(scene.com)
-    return float(np.arctan2(way[1], way[0]))
-
-
-def standing_height(scene: Scene) -> float:
-    """Return how tall the moving body is in the tallest frame, from its shapes' centres [m]."""
-    top = 0.0
-    for shape in scene.shapes:
-        if shape.body:
-            reach = float(np.max(shape.size)) if shape.kind != "mesh" else 0.0
-            top = max(top, float(scene.positions[:, shape.body, 2].max()) + reach)
-    return float(np.clip(top + 0.1, 0.4, 3.0))
-
-
 def _payload(record: Record, scene: Scene) -> dict[str, Any]:
     shapes = []
     for shape in scene.shapes:
@@ -159,9 +144,11 @@ def _payload(record: Record, scene: Scene) -> dict[str, Any]:
             "size": _rounded(shape.size),
             "position": _rounded(shape.position),
             "quat": _rounded(shape.quat, 6),
-            "colour": _rounded(shape_colour(shape), 3),
+            "colour": _rounded(shape.paint, 3),
             "body": shape.body,
         }
+        if shape.is_ground:
+            item["ground"] = True
         if shape.vertices is not None and shape.faces is not None:
             item |= {"vertices": _rounded(shape.vertices), "faces": shape.faces.tolist()}
         shapes.append(item)
@@ -170,10 +157,11 @@ def _payload(record: Record, scene: Scene) -> dict[str, Any]:
         positions = encode(scene.reference_positions)
         reference = {"positions": positions, "quats": _encoded(scene.reference_quats)}
     counts = [scene.site_sides.count(side) for side in set(scene.site_sides)]
-    terrain = any(s.body == 0 and s.kind == "mesh" for s in scene.shapes)
+    ground, events = scene.ground, record.motion.events
     kinds = {"heel_strike": "heel strike", "toe_off": "toe off"}
     return {
         "time": _rounded(scene.time),
+        "stride": scene.stride,
         "bodies": scene.positions.shape[1],
         "shapes": shapes,
         "positions": encode(scene.positions),
@@ -190,11 +178,23 @@ def _payload(record: Record, scene: Scene) -> dict[str, Any]:
         "many_contacts": max(counts, default=0) > 1,
         "total": _encoded(scene.total_force),
         "cop": _encoded(scene.cop),
-        "side_colours": [theme.RIGHT, theme.LEFT, theme.MIDDLE],
+        "side_colours": theme.BY_SIDE,
         "weight": max(scene.weight, 1e-6),
         "height": standing_height(scene),
         "heading": heading_of(scene),
-        "ground": not terrain,
+        "ground": {
+            "axes": _rounded(ground.to_world.T.ravel(), 9),
+            "plane": not ground.steps,
+            "height": ground.height,
+        },
+        "floor": encode(scene.floor) if np.any(scene.floor) else None,
+        "level": encode(scene.level) if np.any(scene.floor) else None,
+        "cycles": {
+            SIDE_NAMES[side]: _rounded(
+                sorted(e.time for e in events if (e.side, e.kind) == (side, "heel_strike"))
+            )
+            for side in SIDES
+        },
         "colours": COLOURS,
         "events": [
             {
@@ -204,7 +204,7 @@ def _payload(record: Record, scene: Scene) -> dict[str, Any]:
                 "title": f"{SIDE_NAMES.get(event.side, '')} "
                 f"{kinds.get(event.kind, event.kind)} {event.time:.2f} s",
             }
-            for event in record.motion.events
+            for event in events
             if scene.time[0] <= event.time <= scene.time[-1]
         ],
     }
