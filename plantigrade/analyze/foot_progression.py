@@ -9,6 +9,7 @@ from plantigrade.models.landmarks import attachments
 from plantigrade.motion.cycles import PERCENT, cut_cycles, normalise_cycles
 from plantigrade.record import Record
 
+MARKS = ("heel", "metatarsal_1_head", "metatarsal_5_head")
 SHORTEST = 0.3
 """Way of the pelvis in a stride below which the person walks on the spot or on a belt [m]."""
 
@@ -16,8 +17,9 @@ SHORTEST = 0.3
 def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
     """Return the foot progression angle over every gait cycle [deg], positive inward.
 
-    It is the angle, seen from above, between the line from heel to second metatarsal head and the
-    way of the pelvis in that stride; on a treadmill the forward axis takes the place of that way.
+    It is the angle, seen from above, between the line from the heel to the middle of the first and
+    fifth metatarsal heads and the way of the pelvis in that stride; on a treadmill the forward axis
+    takes the place of that way.
 
     Returns:
         ``foot_progression_r`` and ``foot_progression_l``, one row per cycle of that foot; empty
@@ -29,12 +31,12 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
         cycles = cut_cycles(motion.events, side=side)
         if not cycles:
             continue
-        ends = [table[f"{mark}_{side}"] for mark in ("heel", "metatarsal_2_head")]
+        ends = [table[f"{mark}_{side}"] for mark in MARKS]
         points = PointSet(
             record.human, [e.body for e in ends], np.array([e.position for e in ends])
         )
         path = points.path(motion.qpos)
-        foot = (path[:, 1] - path[:, 0])[:, :2]
+        foot = (path[:, 1:].mean(axis=1) - path[:, 0])[:, :2]
         inward = 1.0 if side == "r" else -1.0
         rows = []
         for cycle in cycles:

@@ -83,7 +83,7 @@ def table_section(study: Study) -> Section:
     rows = []
     for r in study.rows:
         low, high = r.interval
-        row = [r.label, _pm(r.simulated, r.simulated_sd), _pm(r.reference, r.reference_sd)]
+        row = [sided_title(r.coordinate), _pm(r.simulated, r.simulated_sd), _pm(r.reference, r.reference_sd)]
         row += [signed_text(r.difference) + (" ‡" if r.identical else "")]
         if several:
             row += [f"{signed_text(low)} to {signed_text(high)}"]
@@ -212,7 +212,7 @@ def rotation_section(gaits: Sequence[Gait]) -> Section:
     return Section(
         "Ranges of motion, gait by gait",
         text="Reproduced minus recorded range of motion in degrees, of the gaits that count.",
-        headers=("gait", *(label for label, _ in ROTATIONS)),
+        headers=("gait", *(sided_title(name) for _, name in ROTATIONS)),
         rows=rows,
         folded=True,
     )
@@ -224,7 +224,7 @@ def _facts(study: Study | None) -> dict[str, str]:
     errors = [abs(row.difference) for row in study.rows]
     worst = 1e3 * max(c.com_error_max_m for c in study.comparisons)
     tested = [row.identical for row in study.rows if row.identical is not None]
-    words = f"{sum(tested)} of {len(tested)} tested"
+    words = f"{sum(tested)} of {len(tested)}"
     return {
         "gaits": str(study.n),
         "range of motion error, mean": f"{np.mean(errors):.1f}°",

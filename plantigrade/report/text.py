@@ -99,7 +99,10 @@ def provenance_rows(values: Mapping[str, Any]) -> list[tuple[str, list[tuple[str
         if not isinstance(value, Mapping | list | tuple):
             value = [value]
         pairs = value.items() if isinstance(value, Mapping) else [("", v) for v in value]
-        rows.append((str(name).replace("_", " "), [(str(k), _flat(v)) for k, v in pairs]))
+        shown = [(str(k), _flat(v)) for k, v in pairs if v is not None]
+        words = name != "source_files"  # a file keeps its name
+        shown = [(k.replace("_", " ") if words else k, v) for k, v in shown]
+        rows.append((str(name).replace("_", " "), shown))
     return rows
 
 

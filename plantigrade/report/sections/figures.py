@@ -200,6 +200,9 @@ def figure_section(subject: Subject) -> list[Section]:
 def _group(subject: Subject, title: str, shown: tuple[Shown, ...]) -> list[Group]:
     sides = SIDES if shown[0].sided else ("",)
     known = [one for one in shown if any(one.text(subject, side) != "–" for side in sides)]
+    if not shown[0].sided:
+        rows = [[f.label, f"{f.text(subject)} {f.unit}".strip()] for f in known]
+        return [Group(title, (), rows)] if rows else []
     rows = [[f.label, *(f.text(subject, side) for side in sides), f.unit] for f in known]
-    headers = ("", "right", "left", "unit") if shown[0].sided else ("", "", "unit")
+    headers = ("", "right", "left", "unit")
     return [Group(title, headers, rows)] if rows else []

@@ -116,13 +116,13 @@ def rom_section(subject: Subject) -> Section:
     """Return the table of ranges of motion; of an ordered-task gait beside the paper's."""
     title = "Ranges of motion"
     found, published = subject.comparison, "tasks.names" in subject.record.signals
-    shown = [(label, name) for label, name in ROTATIONS if name in found.rom]
+    shown = [name for _, name in ROTATIONS if name in found.rom]
     if not shown:
         return Section(title, missing="the body has none of the rotations of the table.")
     rows = []
-    for label, name in shown:
+    for name in shown:
         (ours, theirs), paper = found.rom[name], PAPER_TABLE[name]
-        row = [label, f"{ours:.1f}", f"{theirs:.1f}", signed_text(ours - theirs)]
+        row = [sided_title(name), f"{ours:.1f}", f"{theirs:.1f}", signed_text(ours - theirs)]
         row += [f"{found.rmse[name]:.1f}", rounded_text(found.correlation[name])]
         if published:
             row += [str(paper.simulated), str(paper.reference), signed_text(-paper.difference, 0)]
@@ -135,7 +135,7 @@ def rom_section(subject: Subject) -> Section:
     if published:
         headers += ["paper: simulated", "paper: recorded", "paper: difference"]
         text += " The paper's columns are the means of nine people (Boukheddimi et al., Table I)."
-    errors = [abs(found.rom_error[name]) for _, name in shown]
+    errors = [abs(found.rom_error[name]) for name in shown]
     text += f" Mean difference {np.mean(errors):.1f}°, largest {np.max(errors):.1f}°."
     return Section(title, text=text, headers=headers, rows=rows)
 
