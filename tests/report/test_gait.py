@@ -28,14 +28,15 @@ def sections(run):
 
 
 def test_the_table_holds_the_measures_of_the_run(run):
-    rows = {row[0]: row[1:] for row in sections(run)["Spatio-temporal measures"].rows}
+    table = sections(run)["Spatio-temporal measures"].rows
+    rows = {row[0]: [cell.partition(" ±")[0] for cell in row[1:]] for row in table}
     m = run.figures
     assert float(rows["walking speed"][2]) == pytest.approx(m["walking_speed_m_s"], abs=0.01)
     assert m["walking_speed_m_s"] == pytest.approx(1.25, abs=0.03)
     assert float(rows["stance"][0]) == pytest.approx(m["stance_r_pct"], abs=0.05)
     # two steps make a stride, stance and swing a cycle
     steps = [float(cell) for cell in rows["step length"][:2]]
-    assert sum(steps) == pytest.approx(float(rows["stride length"][0]), rel=0.02)
+    assert sum(steps) == pytest.approx(float(rows["stride length"][0]), rel=0.03)
     assert float(rows["stance"][1]) + float(rows["swing"][1]) == pytest.approx(100, abs=0.1)
     assert Subject(run).foot_off == {"r": m["stance_r_pct"], "l": m["stance_l_pct"]}
 
@@ -68,7 +69,8 @@ def test_a_textbook_walk_lies_in_the_band_of_the_book(run):
 def test_norms_are_those_of_the_speed(run, speed):
     d = run.record.human.dimensions
     leg = {f"length_{n}_m": getattr(d, n) for n in ("thigh", "shank", "ankle_height")}
-    walked = replace(run, figures={**run.figures, **leg, "walking_speed_m_s": speed})
+    child = {"age_years": 9.0, "walking_speed_m_s": speed}
+    walked = replace(run, figures={**run.figures, **leg, **child})
     expected = norms.speed_class(speed, sum(leg.values()))
     assert Subject(walked).speed_class == expected
     off = norms.FOOT_OFF[expected]

@@ -12,7 +12,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.report.pages import pages, report_html, run_viewer
 from plantigrade.report.section import Section
-from plantigrade.report.text import figure_rows, provenance_rows
+from plantigrade.report.text import provenance_rows
 from plantigrade.report.viewer import encode, viewer_html
 from tests.report.runs import fitted, from_tasks, solved
 from tests.report.walker import walk
@@ -64,8 +64,9 @@ def test_sections_are_picked_by_what_the_run_has(record):
     )
     assert "Marker errors" in fit and "Joint moments" in fit
     assert not {"Check", "The tasks and when they act", "Ranges of motion"} & set(fit)
-    assert tasks[:4] == [
-        "What to know about this run", "Reproduced against recorded angles", "Ranges of motion",
+    assert tasks[:5] == [
+        "What to know about this run", "Reproduced against recorded angles",
+        "Toes, pelvis, trunk and arms against the recorded ones", "Ranges of motion",
         "The tasks and when they act",
     ]  # fmt: skip
     assert task[1] == "Check" and {"Contact plan", "Convergence"} <= set(task)
@@ -160,8 +161,13 @@ def test_title_is_the_folder_s_name_where_there_is_none(record, tmp_path):
     assert "<title>walk-7</title>" in report_html(run)
 
 
-def test_figures_and_provenance_as_rows():
-    rows = dict(figure_rows({"stance_r_pct": 62.04, "frames": 7, "gaits": {"a": 1}, "x_m": None}))
-    assert rows == {"stance right [%]": "62", "frames": "7"}
-    found = provenance_rows({"settings": {"cutoff": 6.0, "static": None}, "seed": None, "v": "1"})
-    assert found == [("settings", [("cutoff", "6.0"), ("static", "–")]), ("v", [("", "1")])]
+def test_provenance_as_rows():
+    settings = {"marker_set": "a_b.toml", "static": None}
+    found = provenance_rows(
+        {"settings": settings, "seed": None, "source_files": {"a_b.c3d": "00"}, "v": "1"}
+    )
+    assert found == [
+        ("settings", [("marker set", "a_b.toml")]),
+        ("source files", [("a_b.c3d", "00")]),
+        ("v", [("", "1")]),
+    ]

@@ -8,7 +8,8 @@ import pytest
 from plantigrade.analyze.gait_study import FIGURES, PAPER_TABLE, study
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
 from plantigrade.motion.cycles import PERCENT, Cycle
-from plantigrade.report.study import Gait, study_html
+from plantigrade.report.study import TABLE, Gait, study_html
+from plantigrade.report.text import sided_title
 
 
 def comparison(seed: int) -> Comparison:
@@ -47,7 +48,7 @@ def page():
     found = study([g.name for g in counted], [g.comparison for g in counted])
     return study_html(
         found, gaits, {"jump.bvh": "nobody walks in it"}, tasks="paper", status="1 of 7 failed",
-        metrics=found.metrics(), provenance={"version": "1", "source_files": {"a.c3d": "00ff"}},
+        provenance={"version": "1", "source_files": {"a.c3d": "00ff"}},
     )  # fmt: skip
 
 
@@ -59,8 +60,8 @@ def rows_of(page: str, title: str) -> list[list[str]]:
 
 
 def test_table_one_stands_beside_the_paper(page):
-    rows = rows_of(page, "Table I")
-    assert [row[0] for row in rows] == [label for label, _ in ROTATIONS]
+    rows = rows_of(page, TABLE)
+    assert [row[0] for row in rows] == [sided_title(name) for _, name in ROTATIONS]
     for (_, name), row in zip(ROTATIONS, rows, strict=True):
         printed = PAPER_TABLE[name]
         assert row[8:10] == [str(printed.simulated), str(printed.reference)]
@@ -93,7 +94,7 @@ def test_what_was_left_out_is_said_why(page):
 def test_a_study_without_a_valid_gait_is_still_a_page():
     gaits = [Gait("walk", "it fell", {}, comparison(0), "../walk")]
     page = study_html(None, gaits, {}, tasks="default", status="1 of 1 failed")
-    assert "Gait by gait" in page and "Table I" not in page and "it fell" in page
+    assert "Gait by gait" in page and TABLE not in page and "it fell" in page
 
 
 def test_the_page_in_a_browser(browser, page, tmp_path):
