@@ -83,7 +83,8 @@ def table_section(study: Study) -> Section:
     rows = []
     for r in study.rows:
         low, high = r.interval
-        row = [sided_title(r.coordinate), _pm(r.simulated, r.simulated_sd), _pm(r.reference, r.reference_sd)]
+        row = [sided_title(r.coordinate)]
+        row += [_pm(r.simulated, r.simulated_sd), _pm(r.reference, r.reference_sd)]
         row += [signed_text(r.difference) + (" ‡" if r.identical else "")]
         if several:
             row += [f"{signed_text(low)} to {signed_text(high)}"]

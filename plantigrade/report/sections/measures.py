@@ -65,7 +65,7 @@ def _value(subject: Subject, key: str, digits: int) -> str:
 
 
 def _asymmetry(subject: Subject, keys: list[str]) -> str:
-    """Return the difference of right and left in percent of their mean [Robinson1987]_."""
+    """Return the difference of right and left in percent of their mean."""
     right, left = (subject.number(key.format("")) for key in keys)
     if right is None or left is None or right + left <= 0:
         return ""
