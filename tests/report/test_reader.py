@@ -1,4 +1,4 @@
-"""What a reader of the pages meets: on a phone, on paper, in plain words, beside the right norms."""
+"""What a reader of the pages meets: phone, paper, plain words, the right norms."""
 
 import re
 from dataclasses import replace
@@ -97,7 +97,8 @@ def test_paper_is_white_and_open_and_no_heading_ends_a_page(browser, tmp_path, r
         assert browser.evaluate(style.format(what, "breakInside")) == "avoid"
     assert browser.evaluate(style.format(".key i", "printColorAdjust")) == "exact"
     heights = browser.evaluate(
-        "[...document.querySelectorAll('details .figures')].map(f => f.getBoundingClientRect().height)"
+        "[...document.querySelectorAll('details .figures')]"
+        ".map(figures => figures.getBoundingClientRect().height)"
     )
     assert min(heights) > 50, "a folded section is not open on paper"
     browser.evaluate("dispatchEvent(new Event('beforeprint'))")
@@ -129,8 +130,8 @@ def test_no_page_shows_a_raw_key_or_a_time_of_computation(record):
 
 
 def test_figures_have_names_and_units(record):
-    run = fitted(record, length_thigh_m=0.4231, residual_force_rms_n=20.06, stances=3)
-    run = replace(run, figures=run.figures | {"ankle_angle_moment_peak_r_nm_kg": -1.54})
+    known = {"length_thigh_m": 0.4231, "residual_force_rms_n": 20.06, "stances": 3}
+    run = fitted(record, **known, ankle_angle_moment_peak_r_nm_kg=-1.54)
     groups = {g.title: g.rows for g in sections(run)["Further figures"].groups}
     assert ["thigh", "42.3 cm"] in groups["Segment lengths"]
     assert ["force, RMS", "20.1 N"] in groups["Force that motion and plates leave unexplained"]
