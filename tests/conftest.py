@@ -57,11 +57,29 @@ def open_browser(**options) -> Browser:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what uses recordings or a browser, directly or through another fixture."""
+    """Mark what uses recordings or a browser, also through another fixture; long files first."""
+    long = set()
     for item in items:
         for name in ("data", "browser"):
             if name in getattr(item, "fixturenames", ()):
                 item.add_marker(name)
+        if any(item.get_closest_marker(name) for name in ("data", "browser", "solver", "slow")):
+            long.add(item.path)
+    items.sort(key=lambda item: item.path not in long)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log):
+    """Keep the tests of a file together, for they share fixtures, and the files in order.
+
+    The files that take longest come first, so that no worker is left with one at the end.
+    """
+    if config.getoption("dist") != "load":  # asked for otherwise
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    config.option.loadscopereorder = False
+    return LoadFileScheduling(config, log)
 
 
 def pytest_sessionfinish() -> None:
