@@ -1,7 +1,9 @@
 """What every test may use: the folder of public recordings, where it is there."""
 
 import os
-from dataclasses import dataclass
+import subprocess
+import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +87,30 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log):
 def pytest_sessionfinish() -> None:
     """End the browser that the pages shared."""
     stop()
+
+
+@dataclass(frozen=True)
+class Demo:
+    """Where ``plantigrade demo`` was called, and what it printed."""
+
+    folder: Path  # the runs are in ``runs`` below it
+    said: str
+
+    def call(self, *words: str) -> subprocess.CompletedProcess:
+        """Call the program in the same place, in a process of its own."""
+        done = subprocess.run(
+            [sys.executable, "-m", "plantigrade", *words],
+            cwd=self.folder, capture_output=True, text=True,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return done
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory) -> Demo:
+    """The demo, once, as a stranger calls it: a fitted and a reproduced textbook walk."""
+    place = Demo(tmp_path_factory.mktemp("demo"), "")
+    return replace(place, said=place.call("demo").stdout)
 
 
 @dataclass(frozen=True)

@@ -58,16 +58,8 @@ def test_a_record_of_the_checker(tmp_path, ground):
         assert off < 1e-9 and np.abs(root).max() < 1e-6
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory):
-    """Folder of a fitted textbook walk; that of the reproduced one lies beside it."""
-    out = tmp_path_factory.mktemp("self-check") / "demo"
-    assert cli.main(["demo", "--out", str(out)]) == 0
-    return out
-
-
 def test_a_reproduced_walk_moved_by_forces(demo):
-    folder = demo.with_name("demo-reproduced")
+    folder = demo.folder / "runs" / "demo-reproduced"
     weight = Run.load(folder).record.weight
     for share in FRAMES:
         root, off = self_check(folder, share, "forces.npz")
