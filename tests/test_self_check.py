@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.trial import analyse
-from plantigrade.commands import main as cli
 from plantigrade.contact.ground import Ground
-from plantigrade.record import Run
+from plantigrade.record import Record, Run
 from tests.analyze.plated_walk import plated_walk
 from tests.analyze.standing import standing_record
+from tests.stored.make import MOTIONS, stored
 
 USAGE = Path(__file__).parents[1] / "docs" / "usage.md"
 NAMED = "runs/fit-walk"
@@ -67,23 +67,24 @@ def test_a_reproduced_walk_moved_by_forces(demo):
         assert np.abs(root).max() < 0.02 * weight
 
 
-def test_a_walk_from_a_task(synthesized):
-    weight = synthesized.run.record.weight
+def carried(folder: Path, record: Record) -> None:
+    """Forces and torques of a solved motion satisfy the recipe at every part of it."""
     for share in FRAMES:
-        root, off = self_check(synthesized.run.folder, share)
-        assert off < 1e-6
-        assert np.abs(root).max() < 0.02 * weight
-
-
-def test_a_motion_with_a_seat(tmp_path):
-    out = tmp_path / "run"
-    words = ("--joints", "43", "--nodes-per-second", "10")
-    cli.main(["synthesize", "sit-to-stand", *words, "--out", str(out)])
-    record = Run.load(out).record
-    for share in FRAMES:
-        root, off = self_check(out, share)
+        root, off = self_check(folder, share)
         assert off < 1e-6
         assert np.abs(root).max() < 0.02 * record.weight
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_motion_from_a_task(tmp_path, name):
+    record = stored(name).record
+    folder = Run(record, "synthesize").save(tmp_path / "run").folder
+    carried(folder, record)
+
+
+def test_a_seat_is_in_the_model(tmp_path):
+    record = stored("sit-to-stand").record
+    out = Run(record, "synthesize").save(tmp_path / "run").folder
     model = mujoco.MjModel.from_xml_path(str(out / "model.xml"))
     data = mujoco.MjData(model)
     data.qpos[:] = record.motion.qpos[0]
