@@ -58,12 +58,16 @@ def open_browser(**options) -> Browser:
     return Browser(**options)
 
 
+# What a test that uses a fixture is marked as.
+MARKS = {"data": "data", "browser": "browser", "viewer_page": "browser", "synthesized": "solver"}
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what uses recordings or a browser, also through another fixture; long files first."""
     long = set()
     for item in items:
-        for name in ("data", "browser"):
-            if name in getattr(item, "fixturenames", ()):
+        for fixture, name in MARKS.items():
+            if fixture in getattr(item, "fixturenames", ()):
                 item.add_marker(name)
         if any(item.get_closest_marker(name) for name in ("data", "browser", "solver", "slow")):
             long.add(item.path)

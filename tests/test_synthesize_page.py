@@ -9,6 +9,8 @@ import pytest
 
 from plantigrade.analyze.check import check
 
+pytestmark = pytest.mark.solver
+
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "synthesize.md"
 TEXT = PAGE.read_text("utf-8")
 

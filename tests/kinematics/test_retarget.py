@@ -194,9 +194,12 @@ def thigh_angle(skeleton: SkeletonMotion, side: str) -> np.ndarray:
 
 
 WALKS = ("02_01", "02_02", "07_01", "07_05", "07_12", "16_15", "16_21", "49_01")
+QUICK = ("02_01", "07_12", "16_21")  # one of each of three people
 
 
-@pytest.mark.parametrize("name", WALKS)
+@pytest.mark.parametrize(
+    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in WALKS]
+)
 def test_cmu_walks_stand_on_the_ground(data, name):
     fit = fit_skeleton(read_amc(data / "cmu_asfamc" / f"{name}.amc"))
     m = fit.metrics

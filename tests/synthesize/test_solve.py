@@ -18,6 +18,8 @@ from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.transcription.mesh import nodes_like, nodes_of, split
 from tests.synthesize.coarse_walk import NODES_PER_SECOND, SPEED, body, person, solved, task
 
+pytestmark = pytest.mark.solver
+
 
 def weak():
     """A walk for which a person has a fiftieth of the strength."""

@@ -21,6 +21,8 @@ from plantigrade.synthesize.solve import synthesize
 from plantigrade.synthesize.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
 from plantigrade.workflows.textbook import textbook_walk
 
+pytestmark = pytest.mark.solver
+
 SPEED = 1.25
 
 

@@ -14,6 +14,8 @@ from plantigrade.synthesize.transcription.mesh import nodes_of
 from tests.models.presets import other_side
 from tests.synthesize.coarse_walk import SPEED, person, solved
 
+pytestmark = pytest.mark.solver
+
 
 @pytest.fixture(scope="module")
 def stride():
