@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from plantigrade import Ground
 from plantigrade.analyze.trial import analyse
-from plantigrade.contact.ground import Ground
 from plantigrade.record import Record, Run
 from tests.analyze.plated_walk import plated_walk
 from tests.analyze.standing import standing_record

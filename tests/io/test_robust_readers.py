@@ -19,7 +19,7 @@ from plantigrade.io import FORMATS, read
 from plantigrade.io.c3d import write_c3d
 from plantigrade.io.csv import write_csv
 from plantigrade.io.trc import write_trc
-from plantigrade.motion.recording import ForcePlate, GaitEvent, Markers, Recording, Subject, Table
+from plantigrade.motion import ForcePlate, GaitEvent, Markers, Recording, Subject, Table
 
 LIMIT_S = 20.0  # of the processor: what grows without bound takes longer
 LIMIT_BYTES = 500e6

@@ -15,11 +15,9 @@ from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import Rest, drift_of, find_rests
 from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.models import Human
+from plantigrade.models import Human, Person
 from plantigrade.models.joint_names import identify, split_name
-from plantigrade.models.person import Person
-from plantigrade.motion import Recording
-from plantigrade.motion.recording import SkeletonMotion
+from plantigrade.motion import Recording, SkeletonMotion
 
 PARTS = {"pelvis": "pelvis", "thorax": "abdomen", "head": "lower_neck"} | {
     f"{joint}_{side}": f"{part}_{side}"

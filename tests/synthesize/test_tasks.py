@@ -6,15 +6,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plantigrade.analyze.check import check
+from plantigrade import check
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.tasks.registry import make_task
-from plantigrade.synthesize.tasks.settings import TASKS, Jump
-from plantigrade.synthesize.tasks.task_file import parse_task_file, read_task_file
+from plantigrade.synthesize import (
+    TASKS,
+    ContactBody,
+    make_task,
+    parse_task_file,
+    read_task_file,
+    synthesize,
+)
+from plantigrade.synthesize.tasks.settings import Jump
 from plantigrade.synthesize.terms.effort import Torque
 from plantigrade.synthesize.terms.limits import Within
 from plantigrade.synthesize.terms.posture import Posture, Rest
