@@ -1,7 +1,9 @@
 """What every test may use: the folder of public recordings, where it is there."""
 
 import os
-from dataclasses import dataclass
+import subprocess
+import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,17 +58,63 @@ def open_browser(**options) -> Browser:
     return Browser(**options)
 
 
+# What a test that uses a fixture is marked as.
+MARKS = {"data": "data", "browser": "browser", "viewer_page": "browser", "synthesized": "solver"}
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what uses recordings or a browser, directly or through another fixture."""
+    """Mark what uses recordings or a browser, also through another fixture; long files first."""
+    long = set()
     for item in items:
-        for name in ("data", "browser"):
-            if name in getattr(item, "fixturenames", ()):
+        for fixture, name in MARKS.items():
+            if fixture in getattr(item, "fixturenames", ()):
                 item.add_marker(name)
+        if any(item.get_closest_marker(name) for name in ("data", "browser", "solver", "slow")):
+            long.add(item.path)
+    items.sort(key=lambda item: item.path not in long)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log):
+    """Keep the tests of a file together, for they share fixtures, and the files in order.
+
+    The files that take longest come first, so that no worker is left with one at the end.
+    """
+    if config.getoption("dist") != "load":  # asked for otherwise
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    config.option.loadscopereorder = False
+    return LoadFileScheduling(config, log)
 
 
 def pytest_sessionfinish() -> None:
     """End the browser that the pages shared."""
     stop()
+
+
+@dataclass(frozen=True)
+class Demo:
+    """Where ``plantigrade demo`` was called, and what it printed."""
+
+    folder: Path  # the runs are in ``runs`` below it
+    said: str
+
+    def call(self, *words: str) -> subprocess.CompletedProcess:
+        """Call the program in the same place, in a process of its own."""
+        done = subprocess.run(
+            [sys.executable, "-m", "plantigrade", *words],
+            cwd=self.folder, capture_output=True, text=True,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return done
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory) -> Demo:
+    """The demo, once, as a stranger calls it: a fitted and a reproduced textbook walk."""
+    place = Demo(tmp_path_factory.mktemp("demo"), "")
+    return replace(place, said=place.call("demo").stdout)
 
 
 @dataclass(frozen=True)

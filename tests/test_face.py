@@ -19,7 +19,7 @@ ROOMS = ("report", "reproduce", "synthesize")
 def python(program: str, **options) -> str:
     """Run a program in a fresh interpreter and return what it prints."""
     done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=120, **options
+        [sys.executable, "-c", program], capture_output=True, text=True, **options
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()

@@ -7,12 +7,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from plantigrade import Ground
 from plantigrade.analyze.trial import analyse
-from plantigrade.commands import main as cli
-from plantigrade.contact.ground import Ground
-from plantigrade.record import Run
+from plantigrade.record import Record, Run
 from tests.analyze.plated_walk import plated_walk
 from tests.analyze.standing import standing_record
+from tests.stored.make import MOTIONS, stored
 
 USAGE = Path(__file__).parents[1] / "docs" / "usage.md"
 NAMED = "runs/fit-walk"
@@ -58,16 +58,8 @@ def test_a_record_of_the_checker(tmp_path, ground):
         assert off < 1e-9 and np.abs(root).max() < 1e-6
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory):
-    """Folder of a fitted textbook walk; that of the reproduced one lies beside it."""
-    out = tmp_path_factory.mktemp("self-check") / "demo"
-    assert cli.main(["demo", "--out", str(out)]) == 0
-    return out
-
-
 def test_a_reproduced_walk_moved_by_forces(demo):
-    folder = demo.with_name("demo-reproduced")
+    folder = demo.folder / "runs" / "demo-reproduced"
     weight = Run.load(folder).record.weight
     for share in FRAMES:
         root, off = self_check(folder, share, "forces.npz")
@@ -75,23 +67,24 @@ def test_a_reproduced_walk_moved_by_forces(demo):
         assert np.abs(root).max() < 0.02 * weight
 
 
-def test_a_walk_from_a_task(synthesized):
-    weight = synthesized.run.record.weight
+def carried(folder: Path, record: Record) -> None:
+    """Forces and torques of a solved motion satisfy the recipe at every part of it."""
     for share in FRAMES:
-        root, off = self_check(synthesized.run.folder, share)
-        assert off < 1e-6
-        assert np.abs(root).max() < 0.02 * weight
-
-
-def test_a_motion_with_a_seat(tmp_path):
-    out = tmp_path / "run"
-    words = ("--joints", "43", "--nodes-per-second", "10")
-    cli.main(["synthesize", "sit-to-stand", *words, "--out", str(out)])
-    record = Run.load(out).record
-    for share in FRAMES:
-        root, off = self_check(out, share)
+        root, off = self_check(folder, share)
         assert off < 1e-6
         assert np.abs(root).max() < 0.02 * record.weight
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_motion_from_a_task(tmp_path, name):
+    record = stored(name).record
+    folder = Run(record, "synthesize").save(tmp_path / "run").folder
+    carried(folder, record)
+
+
+def test_a_seat_is_in_the_model(tmp_path):
+    record = stored("sit-to-stand").record
+    out = Run(record, "synthesize").save(tmp_path / "run").folder
     model = mujoco.MjModel.from_xml_path(str(out / "model.xml"))
     data = mujoco.MjData(model)
     data.qpos[:] = record.motion.qpos[0]

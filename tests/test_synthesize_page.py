@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plantigrade.analyze.check import check
+from plantigrade import check
+
+pytestmark = pytest.mark.solver
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "synthesize.md"
 TEXT = PAGE.read_text("utf-8")
@@ -47,8 +49,7 @@ def test_hips_go_down_as_far_as_was_asked(page):
 
 
 def test_the_task_file_shifts_the_weight(page):
-    from plantigrade.synthesize.solve import synthesize
-    from plantigrade.synthesize.tasks.task_file import parse_task_file
+    from plantigrade.synthesize import parse_task_file, synthesize
 
     (text,) = blocks("toml")
     told = parse_task_file(text)

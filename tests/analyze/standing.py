@@ -14,7 +14,7 @@ from tests.analyze.bodies import having, record_of, sites_of
 @cache
 def standing_record() -> Record:
     """Return 1.2 s of standing, with forces and torques."""
-    from plantigrade.analyze.check import check
+    from plantigrade import check
 
     human = Human.create(1.74, 70.0, joints="43")
     n = 241

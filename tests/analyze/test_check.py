@@ -4,12 +4,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.analyze.check import check as examine
+from plantigrade import Ground
+from plantigrade import check as examine
 from plantigrade.analyze.pressure import outside_hull
 from plantigrade.analyze.quantities import QUANTITIES
 from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.constants import GRAVITY as G
-from plantigrade.contact.ground import Ground, HeightField, Seat
+from plantigrade.contact.ground import HeightField, Seat
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human

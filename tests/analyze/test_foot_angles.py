@@ -19,10 +19,9 @@ from plantigrade.errors import ParameterError
 from plantigrade.io import read
 from plantigrade.kinematics.fit import fit_markers, unseen_toes_follow
 from plantigrade.kinematics.state import PointSet
-from plantigrade.models import Human
+from plantigrade.models import Human, Person
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import place_markers
-from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings

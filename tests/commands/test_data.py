@@ -48,10 +48,15 @@ def test_no_such_folder(tmp_path, capsys):
     assert "does not exist" in capsys.readouterr().err
 
 
-def test_every_recording_of_the_collection(data, capsys):
-    assert main(["data", str(data), "--json"]) == 0
+@pytest.mark.parametrize(
+    "part", ["c3d", "cmu_bvh", "opensim/rajagopal_walk", pytest.param(".", marks=pytest.mark.slow)]
+)
+def test_every_recording_of_the_collection(data, capsys, part):
+    assert main(["data", str(data / part), "--json"]) == 0
     metrics = json.loads(capsys.readouterr().out)
     listed = {entry["file"] for entry in metrics["recordings"]}
-    for ending in ("c3d", "trc", "amc", "bvh"):
-        on_disk = {str(path.relative_to(data)) for path in data.rglob(f"*.{ending}")}
-        assert on_disk and on_disk <= listed
+    kinds = {"c3d", "trc", "amc", "bvh"}
+    on_disk = {
+        str(path.relative_to(data / part)) for k in kinds for path in (data / part).rglob(f"*.{k}")
+    }
+    assert on_disk and on_disk <= listed

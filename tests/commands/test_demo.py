@@ -1,8 +1,9 @@
 """``plantigrade demo``: quick, close to the truth it made itself, the same again for a seed."""
 
+import hashlib
 import json
-import subprocess
-import sys
+import shlex
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -16,46 +17,42 @@ KEPT = "textbook_walk.c3d"
 VARY = {"seconds", "command"}  # of two runs of one seed
 
 
-def demo(out: Path, *words: str) -> dict:
-    """Run the demo in a process of its own and return its metrics."""
-    done = subprocess.run(
-        [sys.executable, "-m", "plantigrade", "demo", "--json", "--out", str(out), *words],
-        capture_output=True, text=True, timeout=600,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+def figures(run: Path) -> dict:
+    """Return the metrics of a run folder."""
+    return json.loads((run / "metrics.json").read_text("utf-8"))
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """Where the demos go."""
-    return tmp_path_factory.mktemp("demo")
+@pytest.fixture
+def runs(demo):
+    """Where the demos of the session are."""
+    return demo.folder / "runs"
 
 
-@pytest.fixture(scope="module")
-def first(folder):
+@pytest.fixture
+def first(runs):
     """Metrics of the demo."""
-    return demo(folder / "first")
+    return figures(runs / "demo")
 
 
 @pytest.fixture(scope="module")
-def another(folder):
-    """Metrics of a demo of another seed."""
-    return demo(folder / "another", "--seed", "1")
+def again(demo):
+    """What a second demo prints as JSON, made in the same place."""
+    return json.loads(demo.call("demo", "--json").stdout)
 
 
-def test_it_is_whole(first, folder):
-    metrics = first
-    assert {p.name for p in (folder / "first").iterdir()} == FILES | {KEPT}
-    assert json.loads((folder / "first" / "metrics.json").read_text()) == metrics
-    assert set(metrics["files"]) == FILES - {"metrics.json"} | {KEPT}
-    assert metrics["status"] == "ok"
+def test_it_is_whole(first, runs):
+    assert {p.name for p in (runs / "demo").iterdir()} == FILES | {KEPT}
+    assert set(first["files"]) == FILES - {"metrics.json"} | {KEPT}
+    assert first["status"] == "ok"
 
 
-@pytest.mark.parametrize("which", ["first", "another"])
-def test_it_is_near_the_truth(request, which):
-    found = request.getfixturevalue(which)
-    metrics = found
+def test_a_second_is_numbered_and_printed_as_it_was_written(again, runs):
+    assert figures(runs / "demo-2") == again
+    assert (runs / "demo-2-reproduced").is_dir()
+
+
+def near_the_truth(metrics: dict) -> None:
+    """Hold what was found against what was walked."""
     assert metrics["angle_error_mean_deg"] < 3
     assert metrics["angle_error_offset_removed_deg"] < 1.5
     # not too good either: half a millimetre of noise and skin that slides a centimetre were put on
@@ -67,72 +64,67 @@ def test_it_is_near_the_truth(request, which):
         assert metrics[f"stance_{side}_pct"] == pytest.approx(59, abs=3)  # Schwartz 2008, free
 
 
-def test_it_ends_with_the_reproduced_gait(first, folder):
+def test_it_is_near_the_truth(first):
+    near_the_truth(first)
+
+
+def test_it_ends_with_the_reproduced_gait(first, runs):
     metrics = first
-    made = folder / "first-reproduced"
+    made = runs / "demo-reproduced"
     assert {p.name for p in made.iterdir()} == FILES | {"forces.npz"}
-    figures = json.loads((made / "metrics.json").read_text())
-    assert figures["status"] == "ok" and figures["cycles_count"] >= 2
-    assert figures["rom_error_mean_deg"] == metrics["reproduced_rom_error_mean_deg"]
+    of_gait = figures(made)
+    assert of_gait["status"] == "ok" and of_gait["cycles_count"] >= 2
+    assert of_gait["rom_error_mean_deg"] == metrics["reproduced_rom_error_mean_deg"]
     assert metrics["reproduced_com_error_max_mm"] < 5
     # every difference within the paper's own (0 to 14 degrees)
     assert metrics["reproduced_rom_error_max_deg"] <= 14
-    assert figures["source_files"] == metrics["source_files"]
+    assert of_gait["source_files"] == metrics["source_files"]
 
 
-def test_hidden_markers_were_tolerated(first, folder):
-    run = np.load(folder / "first" / "motion.npz")
+def test_hidden_markers_were_tolerated(runs):
+    run = np.load(runs / "demo" / "motion.npz")
     gaps = ~np.isfinite(run["recorded_markers"][..., 0])
     assert 0.15 < gaps.any(axis=0).mean() < 0.35, "a quarter of the markers has a gap"
     assert np.isfinite(run["qpos"]).all()
 
 
-def test_a_seed_gives_the_same_again(first, folder):
-    again = demo(folder / "again")
+def test_a_seed_gives_the_same_again(first, again, runs):
     assert {k: v for k, v in again.items() if k not in VARY} == {
         k: v for k, v in first.items() if k not in VARY
     }
-    a, b = (np.load(folder / name / "motion.npz") for name in ("first", "again"))
+    a, b = (np.load(runs / name / "motion.npz") for name in ("demo", "demo-2"))
     assert all(np.array_equal(a[k], b[k], equal_nan=a[k].dtype.kind == "f") for k in a.files)
 
 
-def test_another_seed_gives_another_recording(first, another):
-    assert another["marker_rms_mean_mm"] != first["marker_rms_mean_mm"]
-    assert another["source_files"] != first["source_files"]
-    assert another["seed"] == 1
-
-
-def test_its_recording_is_the_next_thing_to_try(tmp_path, monkeypatch, capsys):
-    """Two demos in one folder, and every command they print, as printed."""
-    import hashlib
-    import shlex
-    import tempfile
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.argv", ["plantigrade", "demo"])
-    assert cli.main(["demo", "--quiet"]) == 0
-    assert cli.main(["demo", "--quiet"]) == 0
-    runs = tmp_path / "runs"
-    assert {p.name for p in runs.iterdir()} == {
-        "demo", "demo-reproduced", "demo-2", "demo-2-reproduced",
-    }  # fmt: skip
-    said = capsys.readouterr().out.splitlines()
-    commands = [shlex.split(line) for line in said if line.startswith("  plantigrade ")]
-    assert [words[1:] for words in commands[2:]] == [
-        ["fit", f"runs/demo-2/{KEPT}"], ["reproduce", f"runs/demo-2/{KEPT}"],
+def test_the_commands_it_prints_are_the_next_to_try(demo):
+    lines = [shlex.split(x) for x in demo.said.splitlines() if x.startswith("  plantigrade ")]
+    assert [words[1:] for words in lines] == [
+        ["fit", f"runs/demo/{KEPT}"], ["reproduce", f"runs/demo/{KEPT}"],
     ]  # fmt: skip
-    for words in commands[:2]:
-        assert cli.main([*words[1:], "--quiet"]) == 0
-    assert "beside it" not in capsys.readouterr().err  # nothing in a run belongs to a recording
-    raw = (runs / "demo" / KEPT).read_bytes()
-    for name in ("demo", "demo-reproduced", "fit-textbook_walk", "reproduce-textbook_walk"):
-        metrics = json.loads((runs / name / "metrics.json").read_text())
-        assert metrics["source_files"] == {KEPT: hashlib.sha256(raw).hexdigest()}
-        for path in (runs / name).iterdir():
-            assert tempfile.gettempdir().encode() not in path.read_bytes(), path
-    # the same recording, fitted by itself: the same motion
+
+
+def test_its_recording_can_be_fitted_by_itself(demo, runs):
+    """The first command it prints, as printed: the same recording and the same motion."""
+    done = demo.call("fit", f"runs/demo/{KEPT}", "--quiet")
+    assert "beside it" not in done.stderr  # nothing in a run belongs to a recording
     a, b = (np.load(runs / name / "motion.npz") for name in ("demo", "fit-textbook_walk"))
     assert np.array_equal(a["qpos"], b["qpos"])
+    same_source(runs, "demo", "demo-reproduced", "fit-textbook_walk")
+
+
+@pytest.mark.slow
+def test_its_recording_can_be_reproduced_by_itself(demo, runs):
+    demo.call("reproduce", f"runs/demo/{KEPT}", "--quiet")
+    same_source(runs, "reproduce-textbook_walk")
+
+
+def same_source(runs: Path, *names: str) -> None:
+    """Runs are made from the demo's recording, and nothing in them names a temporary file."""
+    raw = hashlib.sha256((runs / "demo" / KEPT).read_bytes()).hexdigest()
+    for name in names:
+        assert figures(runs / name)["source_files"] == {KEPT: raw}
+        for path in (runs / name).iterdir():
+            assert tempfile.gettempdir().encode() not in path.read_bytes(), path
 
 
 @pytest.mark.parametrize("seed", ["-1", str(2**32)])
@@ -143,11 +135,18 @@ def test_seeds_are_whole_and_not_negative(seed, tmp_path, monkeypatch, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_other_persons_and_speeds(folder):
-    metrics = demo(
-        folder / "slow", "--speed", "0.8", "--height", "1.55", "--mass", "50", "--sex", "female",
-        "--feet", "multi-segment",
-    )  # fmt: skip
+@pytest.mark.slow
+def test_other_persons_speeds_and_seeds(first, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["demo", "--seed", "1", "--quiet"]) == 0
+    another = figures(tmp_path / "runs" / "demo")
+    near_the_truth(another)
+    assert another["marker_rms_mean_mm"] != first["marker_rms_mean_mm"]
+    assert another["source_files"] != first["source_files"]
+    assert another["seed"] == 1
+    words = ("--speed", "0.8", "--height", "1.55", "--mass", "50", "--sex", "female")
+    assert cli.main(["demo", *words, "--feet", "multi-segment", "--quiet"]) == 0
+    metrics = figures(tmp_path / "runs" / "demo-2")
     assert metrics["angle_error_mean_deg"] < 3.5
     assert metrics["walking_speed_m_s"] == pytest.approx(0.8, abs=0.03)
     assert metrics["mass_kg"] == pytest.approx(50, abs=0.1)
@@ -165,9 +164,9 @@ def test_a_folder_of_ones_own_is_refused(tmp_path, capsys):
     assert "not a run folder" in capsys.readouterr().err
 
 
-def test_its_pages_in_a_browser(browser, first, folder):
+def test_its_pages_in_a_browser(browser, runs):
     browser.open(
-        folder / "first" / "viewer.html",
+        runs / "demo" / "viewer.html",
         ready="document.body.dataset.ready === '1' && document.body.dataset.time",
     )
     browser.evaluate("plantigrade.pause(); plantigrade.seek(1.0)")
@@ -176,7 +175,7 @@ def test_its_pages_in_a_browser(browser, first, folder):
     browser.evaluate("plantigrade.seek(1.3)")
     after = browser.screenshot()[60:740, :900]
     assert moved(before, after) > 0.005
-    browser.open(folder / "first" / "report.html")
+    browser.open(runs / "demo" / "report.html")
     text = browser.evaluate("document.body.innerText")
     assert "Textbook walk" in text and "NaN" not in text and "None" not in text
     assert browser.evaluate("document.querySelectorAll('svg.plot').length") > 10

@@ -23,7 +23,7 @@ def plantigrade(*words, cwd: Path) -> subprocess.CompletedProcess:
     """Run the command line in a process of its own."""
     return subprocess.run(
         [sys.executable, "-m", "plantigrade", *map(str, words)],
-        capture_output=True, text=True, cwd=cwd, timeout=240,
+        capture_output=True, text=True, cwd=cwd,
     )  # fmt: skip
 
 
@@ -37,9 +37,9 @@ def one(data, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def study(data, tmp_path_factory):
-    """Three people who walk and one who jumps, in one call."""
+    """Two people who walk and one who jumps, in one call."""
     folder = tmp_path_factory.mktemp("study")
-    names = ("16_21.amc", "49_01.amc", "02_04.amc", "07_12.amc")
+    names = ("16_21.amc", "02_04.amc", "07_12.amc")
     files = [data / "cmu_asfamc" / name for name in names]
     done = plantigrade("reproduce", *files, "--no-dynamics", "--jobs", "2", "--json", cwd=folder)
     return done, folder
@@ -89,15 +89,15 @@ def test_several_make_a_study_and_one_that_jumps_does_not_stop_them(study):
     done, folder = study
     assert done.returncode == 3, done.stderr
     made = {p.name for p in (folder / "runs").iterdir()}
-    runs = {f"reproduce-{name}" for name in ("16_21", "49_01", "07_12")}
-    assert made == {*runs, "reproduce-study-16_21-and-3-more"}
+    runs = {f"reproduce-{name}" for name in ("16_21", "07_12")}
+    assert made == {*runs, "reproduce-study-16_21-and-2-more"}
     for name in runs:
         assert {p.name for p in (folder / "runs" / name).iterdir()} == FILES
-    found = folder / "runs" / "reproduce-study-16_21-and-3-more"
+    found = folder / "runs" / "reproduce-study-16_21-and-2-more"
     assert {p.name for p in found.iterdir()} == {"study.html", "table.csv", "metrics.json"}
     metrics = json.loads(done.stdout)
-    assert metrics["status"] == "1 of 4 recordings failed"
-    assert metrics["counted_count"] == metrics["gaits_count"] == 3
+    assert metrics["status"] == "1 of 3 recordings failed"
+    assert metrics["counted_count"] == metrics["gaits_count"] == 2
     (left,) = metrics["left_out"].items()
     assert "02_04.amc" in left[0] and "it shows no walking" in left[1]
     assert "02_04.amc" in done.stderr
@@ -107,9 +107,9 @@ def test_the_table_of_a_study_is_the_mean_of_its_gaits(study):
     folder = study[1] / "runs"
     each = [
         json.loads((folder / f"reproduce-{name}" / "metrics.json").read_text())
-        for name in ("16_21", "49_01", "07_12")
+        for name in ("16_21", "07_12")
     ]
-    with (folder / "reproduce-study-16_21-and-3-more" / "table.csv").open() as stream:
+    with (folder / "reproduce-study-16_21-and-2-more" / "table.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == 12
     for row in rows:
@@ -163,7 +163,7 @@ def test_names_of_studies():
     ("file", "sentence"),
     [
         ("cmu_asfamc/02_04.amc", "02_04.amc: it shows no walking"),
-        ("cmu_asfamc/49_18.amc", "it shows no walking"),
+        pytest.param("cmu_asfamc/49_18.amc", "it shows no walking", marks=pytest.mark.slow),
         ("cmu_bvh/13_11.bvh", "it shows no walking"),
         ("opensim/opencap_squat/squats1_videoAndMocap.mot", "it shows no walking"),
         ("deepmimic/humanoid3d_run.txt", "running"),

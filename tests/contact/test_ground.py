@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from plantigrade import ContactPlan, Ground
 from plantigrade.constants import FRICTION
-from plantigrade.contact.ground import Bump, Ground, HeightField, Seat, Step
-from plantigrade.contact.plan import ContactPlan, Footprint, Stance, Support
+from plantigrade.contact.ground import Bump, HeightField, Seat, Step
+from plantigrade.contact.plan import Footprint, Stance, Support
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 

@@ -4,7 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Bump, Ground, HeightField, Seat, Step
+from plantigrade import Ground
+from plantigrade.contact.ground import Bump, HeightField, Seat, Step
 from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human

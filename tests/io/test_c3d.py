@@ -408,7 +408,7 @@ def test_body_height(tmp_path, value, height):
 
 def test_no_markers_no_c3d(tmp_path):
     """The writer says what it needs."""
-    from plantigrade.motion.recording import Recording
+    from plantigrade.motion import Recording
 
     with pytest.raises(FileError, match="no markers"):
         write_c3d(Recording(tmp_path / "x"), tmp_path / "a.c3d")

@@ -8,8 +8,7 @@ import pytest
 
 from plantigrade.io import read, write
 from plantigrade.io.companions import find_companions, is_still, same_person
-from plantigrade.motion import Markers, Recording, Subject, Table
-from plantigrade.motion.recording import ForcePlate
+from plantigrade.motion import ForcePlate, Markers, Recording, Subject, Table
 
 TIME = np.arange(120) / 100
 NAMES = ("LASI", "RASI", "LPSI", "RPSI", "LKNE", "RKNE", "LANK", "RANK")

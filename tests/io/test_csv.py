@@ -8,7 +8,7 @@ import pytest
 from plantigrade.errors import FileError, UnsupportedFormat
 from plantigrade.io import read
 from plantigrade.io.csv import read_csv, write_csv
-from plantigrade.motion.recording import Markers, Recording, Table
+from plantigrade.motion import Markers, Recording, Table
 
 BODY = np.array([[0.0, 0.1, 1.7], [0.1, 0.0, 1.0], [0.0, 0.2, 0.5], [0.1, 0.1, 0.05]])
 HEAD = "time," + ",".join(f"{name}_{axis}" for name in "ABCD" for axis in "xyz")

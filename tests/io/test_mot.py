@@ -4,7 +4,7 @@ import pytest
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.mot import read_mot, read_table, write_mot
 from plantigrade.io.opensim_coordinates import knee_sign
-from plantigrade.motion.recording import ForcePlate, Recording, Table
+from plantigrade.motion import ForcePlate, Recording, Table
 
 GRAVITY = 9.81
 

@@ -19,9 +19,9 @@ from plantigrade.io import FORMATS, read
 from plantigrade.io.c3d import write_c3d
 from plantigrade.io.csv import write_csv
 from plantigrade.io.trc import write_trc
-from plantigrade.motion.recording import ForcePlate, GaitEvent, Markers, Recording, Subject, Table
+from plantigrade.motion import ForcePlate, GaitEvent, Markers, Recording, Subject, Table
 
-LIMIT_S = 20.0  # what hangs or grows without bound takes longer, however busy the machine is
+LIMIT_S = 20.0  # of the processor: what grows without bound takes longer
 LIMIT_BYTES = 500e6
 
 
@@ -143,14 +143,14 @@ def samples(tmp_path_factory) -> dict[str, tuple[Path, bytes]]:
 def survives(path: Path, content: bytes) -> None:
     """Read ``content``: a recording, or an error that names the file; in time and memory."""
     path.write_bytes(content)
-    start = time.perf_counter()
+    start = time.process_time()
     try:
         read(path)
     except FileError as error:
         names = (path.name, path.with_suffix(".asf").name)
         assert any(name in str(error) for name in names), error
         assert error.remedy, f"no remedy in: {error}"
-    assert time.perf_counter() - start < LIMIT_S
+    assert time.process_time() - start < LIMIT_S
 
 
 def test_every_format_has_a_sample():
@@ -260,12 +260,12 @@ def test_a_huge_file_is_refused_unread(samples, tmp_path, name):
         file.write(good)
         file.truncate(10_000_000_000)
     tracemalloc.start()
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(FileError, match=huge.name):
         read(huge)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert time.perf_counter() - start < LIMIT_S and peak < LIMIT_BYTES
+    assert time.process_time() - start < LIMIT_S and peak < LIMIT_BYTES
 
 
 @pytest.mark.parametrize("name", TEXT)

@@ -9,7 +9,7 @@ import pytest
 from plantigrade.errors import FileError
 from plantigrade.io import convert, read
 from plantigrade.io.trc import read_trc, write_trc
-from plantigrade.motion.recording import Markers, Recording
+from plantigrade.motion import Markers, Recording
 
 HEADER = (
     "PathFileType\t4\t(X/Y/Z)\ta.trc\n"

@@ -10,8 +10,7 @@ from plantigrade.io.mot import read_mot
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.models import Human
-from plantigrade.motion import Recording
-from plantigrade.motion.recording import Table
+from plantigrade.motion import Recording, Table
 
 
 def own(height: float, drop: tuple[str, ...] = ()) -> tuple[Recording, np.ndarray]:

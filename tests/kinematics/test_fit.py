@@ -8,9 +8,8 @@ import pytest
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.state import PointSet
-from plantigrade.models import Human
+from plantigrade.models import Human, Person
 from plantigrade.models.markers import place_markers
-from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording, Subject
 
 NAMES = (

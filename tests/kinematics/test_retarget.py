@@ -15,11 +15,9 @@ from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import Rest, drift_of, find_rests
 from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.models import Human
+from plantigrade.models import Human, Person
 from plantigrade.models.joint_names import identify, split_name
-from plantigrade.models.person import Person
-from plantigrade.motion import Recording
-from plantigrade.motion.recording import SkeletonMotion
+from plantigrade.motion import Recording, SkeletonMotion
 
 PARTS = {"pelvis": "pelvis", "thorax": "abdomen", "head": "lower_neck"} | {
     f"{joint}_{side}": f"{part}_{side}"
@@ -194,9 +192,12 @@ def thigh_angle(skeleton: SkeletonMotion, side: str) -> np.ndarray:
 
 
 WALKS = ("02_01", "02_02", "07_01", "07_05", "07_12", "16_15", "16_21", "49_01")
+QUICK = ("02_01", "07_12", "16_21")  # one of each of three people
 
 
-@pytest.mark.parametrize("name", WALKS)
+@pytest.mark.parametrize(
+    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in WALKS]
+)
 def test_cmu_walks_stand_on_the_ground(data, name):
     fit = fit_skeleton(read_amc(data / "cmu_asfamc" / f"{name}.amc"))
     m = fit.metrics

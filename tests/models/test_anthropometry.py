@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from plantigrade.models import Dimensions, Human
+from plantigrade.models import FEET, Dimensions, Human
 from plantigrade.models.anatomy import SPINE_RISE, body_parts, hip
 from plantigrade.models.anthropometry import DE_LEVA, TRUNK_LANDMARKS, dimensions
-from plantigrade.models.feet import FEET, foot_parts
+from plantigrade.models.feet import foot_parts
 from plantigrade.models.parts import combine
 from tests.models.presets import SEXES
 

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 from plantigrade.errors import ParameterError
 from plantigrade.models import FEET, Human
 from plantigrade.models.anthropometry import DE_LEVA, dimensions
-from plantigrade.models.feet import _LENGTH, _SEGMENTS, foot_parts, point, sphere_radius
+from plantigrade.models.feet import foot_parts, point, sphere_radius
 from tests.models.presets import person
 
 SEGMENTS = {  # the paper's five segments
@@ -44,8 +44,8 @@ def test_sixteen_bones_of_one_radius_in_five_segments(d, left):
     assert len(bones) == 16
     assert {b.kind for b in bones} == {"capsule"}
     assert {b.radius for b in bones} == {sphere_radius(d)}
-    assert {s.name for s in _SEGMENTS} == SEGMENTS
-    assert len(left) == 5
+    names = {p.name.removesuffix("_l") for p in left}
+    assert len(left) == 5 and names - {"foot"} == SEGMENTS - {"medial_metatarsal"}
 
 
 def test_phalanges_metatarsals_and_heel_bones_are_as_many_as_in_the_paper(left):
@@ -150,9 +150,9 @@ def test_all_feet_stand_on_one_hull():
 
 
 def test_the_table_is_of_the_length_it_says():
-    d = dimensions(1.74, "male", {"foot_length": _LENGTH})
+    d = dimensions(1.74, "male", {"foot_length": 0.24})
     tip, back = point("toe_2", d)[0], point("heel_back_medial", d)[0]
-    assert tip - back + 2 * sphere_radius(d) == pytest.approx(_LENGTH, rel=1e-9)
+    assert tip - back + 2 * sphere_radius(d) == pytest.approx(0.24, rel=1e-9)
 
 
 def test_an_unknown_foot_is_refused(d):

@@ -158,11 +158,17 @@ def test_a_leap_is_no_running_step():
         assert bool(detect_gait_events(time, heel, toe, pelvis)) == found
 
 
-def test_jumps_and_hops_of_the_collection(data):
+def test_a_jump_of_the_collection(data):
     from plantigrade.workflows.fit import fit_trial
 
     jump = fit_trial(data / "cmu_asfamc" / "02_04.amc")[1]
     assert jump.motion.events == ()
+
+
+@pytest.mark.slow
+def test_kicks_and_hops_of_the_collection(data):
+    from plantigrade.workflows.fit import fit_trial
+
     # Kicks, a leap and a few real steps: each lands well after the other foot's.
     hop = fit_trial(data / "cmu_asfamc" / "131_03.amc")[1].record().motion.events
     landings = [e for e in hop if e.kind == "heel_strike"]

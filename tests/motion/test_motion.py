@@ -5,8 +5,7 @@ import pytest
 
 from plantigrade.errors import CoordinateNotFound
 from plantigrade.models import Human
-from plantigrade.motion.motion import Motion
-from plantigrade.motion.recording import GaitEvent
+from plantigrade.motion import GaitEvent, Motion
 
 HUMAN = Human.create(joints="66")
 

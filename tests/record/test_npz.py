@@ -8,14 +8,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Ground, Seat, Step
+from plantigrade import Ground
+from plantigrade.contact.ground import Seat, Step
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.errors import FileError
 from plantigrade.models import Human
-from plantigrade.motion.motion import Motion
-from plantigrade.motion.recording import GaitEvent, Markers
-from plantigrade.record import Limits, Record
-from plantigrade.record.conditions import Condition
+from plantigrade.motion import GaitEvent, Markers, Motion
+from plantigrade.record import Condition, Limits, Record
 from plantigrade.record.npz import npz_bytes, read_npz, write_npz
 
 HUMAN = Human.create(height=1.68, mass=61.0, sex="female", feet="two-segment")

@@ -7,7 +7,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Ground, Seat, Step
+from plantigrade import Ground
+from plantigrade.contact.ground import Seat, Step
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion

@@ -4,11 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solution import Solution
-from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.tasks.registry import make_task
-from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.synthesize import ContactBody, MotionTask, Solution, make_task, synthesize
 
 NODES_PER_SECOND = 24.0
 SPEED = 1.2

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import without_constraints
-from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize import ContactBody
 from plantigrade.synthesize.transcription.forces_between import explaining, remainder
 from tests.models.presets import person
 

@@ -8,19 +8,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plantigrade.contact.plan import ContactPlan, Footprint, Stance
+from plantigrade import ContactPlan
+from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.builder import ProblemBuilder
+from plantigrade.synthesize import ContactBody, ProblemBuilder
 from plantigrade.synthesize.problem.contact import (
     friction_pyramid,
     hold_contacts,
     site_places,
     site_targets,
 )
-from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.dynamics import dynamics
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 from tests.models.presets import person

@@ -6,15 +6,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.contact.plan import ContactPlan
+from plantigrade import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import textbook_gait
 from plantigrade.spatial.conventions import PELVIS
+from plantigrade.synthesize import PeriodicClosure
 from plantigrade.synthesize.guess.legs import Leg
 from plantigrade.synthesize.guess.walk import crude_guess, walking_guess, with_noise
-from plantigrade.synthesize.problem.nlp import PeriodicClosure
 from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
 from plantigrade.synthesize.tasks.walking_plan import periodic_walk_plan, walk_plan
 from plantigrade.synthesize.transcription.mesh import nodes_of

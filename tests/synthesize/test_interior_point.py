@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
+from plantigrade.synthesize import InteriorPoint, Options, PeriodicClosure, Problem
 from plantigrade.synthesize.solvers import ipopt
-from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Multipliers, Options
+from plantigrade.synthesize.solvers.interior_point import Multipliers
 from plantigrade.synthesize.transcription.linear_map import Transcription
 from tests.synthesize.toys import cubic, inputs, mass_on_a_line, pendulum, rows, swing, uneven
 

@@ -6,8 +6,7 @@ import pytest
 from scipy import sparse
 
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
-from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
+from plantigrade.synthesize import ConstraintFamily, PeriodicClosure, Problem
 from plantigrade.synthesize.solvers.callbacks import functions_of
 from plantigrade.synthesize.solvers.ipopt import run, solve
 from plantigrade.synthesize.solvers.sparse_program import SparseProgram

@@ -8,8 +8,8 @@ import pytest
 from plantigrade.errors import FileError, PlantigradeError
 from plantigrade.models import Human
 from plantigrade.models.markers import place_markers, read_marker_set
+from plantigrade.synthesize import read_task_file
 from plantigrade.synthesize.tasks.settings import settings_for
-from plantigrade.synthesize.tasks.task_file import read_task_file
 from plantigrade.toml import LIMIT, parse_toml, read_toml
 from tests import nasty
 

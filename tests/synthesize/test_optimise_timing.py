@@ -3,12 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from plantigrade.models import Human
+from plantigrade.synthesize import ContactBody
 from plantigrade.synthesize.optimise_timing import BOUNDS, optimise_timing
-from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
 from plantigrade.synthesize.tasks.walking import periodic_walk
+
+pytestmark = pytest.mark.solver
 
 
 def test_free_times_cost_no_more_and_stay_within_their_bounds():

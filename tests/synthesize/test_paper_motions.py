@@ -12,9 +12,9 @@ from plantigrade.synthesize.zhakatayev2023 import (
     PaperBody,
     PaperSolution,
     formulate,
+    paper_human,
     paper_motion,
 )
-from plantigrade.synthesize.zhakatayev2023.body import paper_human
 from plantigrade.synthesize.zhakatayev2023.conditions import SLIP, footholds, standing
 from plantigrade.synthesize.zhakatayev2023.formulation import spline
 from plantigrade.synthesize.zhakatayev2023.polygons import corners, edges, outside

@@ -7,16 +7,14 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize import solve
+from plantigrade.synthesize import ContactBody, Options, make_task, solve, synthesize
 from plantigrade.synthesize.diagnose.violations import values, violations
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.solvers.interior_point import Options
-from plantigrade.synthesize.tasks.registry import make_task
 from plantigrade.synthesize.terms.contact import Contact
 from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.transcription.mesh import nodes_like, nodes_of, split
 from tests.synthesize.coarse_walk import NODES_PER_SECOND, SPEED, body, person, solved, task
+
+pytestmark = pytest.mark.solver
 
 
 def weak():

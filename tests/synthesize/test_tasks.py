@@ -6,15 +6,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plantigrade.analyze.check import check
+from plantigrade import check
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.tasks.registry import make_task
-from plantigrade.synthesize.tasks.settings import TASKS, Jump
-from plantigrade.synthesize.tasks.task_file import parse_task_file, read_task_file
+from plantigrade.synthesize import (
+    TASKS,
+    ContactBody,
+    make_task,
+    parse_task_file,
+    read_task_file,
+    synthesize,
+)
+from plantigrade.synthesize.tasks.settings import Jump
 from plantigrade.synthesize.terms.effort import Torque
 from plantigrade.synthesize.terms.limits import Within
 from plantigrade.synthesize.terms.posture import Posture, Rest
@@ -58,6 +62,7 @@ def column(s, q, name):
     return q[:, s.problem.names.index(name)]
 
 
+@pytest.mark.solver
 def test_the_seat_carries_while_seated_and_nothing_after():
     s = solved("sit-to-stand", 12.0)
     assert s.success
@@ -81,6 +86,7 @@ def test_sitting_down_is_standing_up_in_reverse():
     assert other.position == one.position
 
 
+@pytest.mark.solver
 def test_people_lean_forward_before_they_leave_the_seat():
     s = solved("sit-to-stand", 12.0)
     _, com, _, _ = at_nodes(s)
@@ -89,6 +95,7 @@ def test_people_lean_forward_before_they_leave_the_seat():
     assert com[k, 0] - com[0, 0] > 0.08
 
 
+@pytest.mark.solver
 @pytest.mark.parametrize("name", ["squat", "side-step"])
 def test_feet_stay_where_they_stand(name):
     s = solved(name, 12.0)
@@ -103,6 +110,7 @@ def test_feet_stay_where_they_stand(name):
             assert np.ptp(place[at, k], axis=0).max() < 2e-3
 
 
+@pytest.mark.solver
 def test_a_squat_is_as_deep_as_asked_and_symmetric():
     s = solved("squat", 12.0)
     q, _, _, _ = at_nodes(s)
@@ -114,6 +122,7 @@ def test_a_squat_is_as_deep_as_asked_and_symmetric():
             assert np.abs(column(s, q, name) - left).max() < 0.01
 
 
+@pytest.mark.solver
 def test_the_hand_is_at_its_target_and_at_rest():
     s = solved("reach", 12.0)
     assert s.success
@@ -124,12 +133,14 @@ def test_the_hand_is_at_its_target_and_at_rest():
     assert np.abs(v).max() < 1e-5
 
 
+@pytest.mark.solver
 def test_a_step_to_the_side_ends_standing_so_far_away():
     s = solved("side-step", 12.0)
     q, _, _, _ = at_nodes(s)
     assert column(s, q, "pelvis_tz")[-1] == pytest.approx(0.3)  # OpenSim's z is to the right
 
 
+@pytest.mark.solver
 def test_a_jump_falls_freely_and_rises_as_far_as_asked():
     s = solved("jump", 20.0)
     assert s.success
@@ -252,6 +263,7 @@ def test_a_term_that_needs_an_instant_gets_a_node_there():
         task.with_terms(Rest(9.0)).nodes()
 
 
+@pytest.mark.solver
 def test_what_a_task_demands_is_on_the_record_and_holds():
     """Every condition of every term, by the checker, which shares no line with the optimiser."""
     s = solved("reach", 12.0)
@@ -275,6 +287,7 @@ def test_one_sided_terms_are_found():
     assert one_sided((Posture({"knee_angle_r": 1.0, "knee_angle_l": 1.0}),)) == ()
 
 
+@pytest.mark.solver
 def test_a_periodic_walk_with_a_stiff_right_knee_is_a_whole_stride():
     task = make_task("walk", person(), {"periodic": True, "speed": 1.0})
     assert task.plan.mirrored

@@ -16,10 +16,11 @@ from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solve import synthesize
+from plantigrade.synthesize import ContactBody, synthesize
 from plantigrade.synthesize.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
 from plantigrade.workflows.textbook import textbook_walk
+
+pytestmark = pytest.mark.solver
 
 SPEED = 1.25
 

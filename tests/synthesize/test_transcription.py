@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.synthesize.problem.nlp import Problem
+from plantigrade.synthesize import Problem
 from plantigrade.synthesize.transcription.linear_map import Transcription
 from tests.synthesize.toys import cubic, shape
 

@@ -3,16 +3,18 @@
 import numpy as np
 import pytest
 
-from plantigrade.analyze.check import check
+from plantigrade import check
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.synthesize import make_task
 from plantigrade.synthesize.problem.contact import site_targets
-from plantigrade.synthesize.tasks.registry import make_task
 from plantigrade.synthesize.terms.posture import Posture, Rest
 from plantigrade.synthesize.transcription.mesh import nodes_of
 from tests.models.presets import other_side
 from tests.synthesize.coarse_walk import SPEED, person, solved
+
+pytestmark = pytest.mark.solver
 
 
 @pytest.fixture(scope="module")

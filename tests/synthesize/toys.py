@@ -3,8 +3,7 @@
 import casadi as ca
 import numpy as np
 
-from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
-from plantigrade.synthesize.problem.nlp import PeriodicClosure, Problem
+from plantigrade.synthesize import ConstraintFamily, PeriodicClosure, Problem
 from plantigrade.synthesize.splines.basis import Basis
 from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots
 from plantigrade.synthesize.splines.polynomial import PolynomialBasis

@@ -9,6 +9,8 @@ import pytest
 import plantigrade as pg
 from plantigrade.workflows.save import save
 
+pytestmark = pytest.mark.solver
+
 ENGINES = {
     "fit": lambda walk: pg.fit(walk),
     "reproduce": lambda walk: pg.reproduce(walk),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.check import check
+from plantigrade import check
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
@@ -27,6 +27,7 @@ from plantigrade.workflows.synthesize import (
     the_task,
 )
 from tests.conftest import QUICK_WALK
+from tests.test_self_check import carried
 
 
 def test_the_walk_passes_the_check_and_says_so(synthesized):
@@ -45,6 +46,10 @@ def test_the_folder_is_judged_alike_without_anything_of_the_optimiser(synthesize
     verdict = check(again)
     assert verdict.ok, verdict.words()
     assert any(name.startswith("clearance") for name in verdict.conditions)
+
+
+def test_anyone_can_check_it_without_our_code(synthesized):
+    carried(synthesized.run.folder, synthesized.run.record)
 
 
 def test_torques_of_the_record_are_those_of_the_checker(synthesized):

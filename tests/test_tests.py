@@ -1,0 +1,78 @@
+"""The tests themselves: they take names that are offered, and no clock decides about them."""
+
+import ast
+import importlib
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parent
+# The browser is another program: it is asked a number of times, with a pause between.
+FILES = [path for path in sorted(TESTS.rglob("*.py")) if path.name != "browser.py"]
+CLOCKS = {"sleep", "time", "perf_counter", "monotonic", "timeout"}
+
+
+def taken(tree: ast.AST) -> list[tuple[int, str, str]]:
+    """Return line, module and name of everything taken from the package."""
+    return [
+        (node.lineno, node.module, alias.name)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "plantigrade"
+        for alias in node.names
+    ]
+
+
+def nearer(module: str, name: str) -> str | None:
+    """Return the package between a room and its module that offers the very same thing."""
+    thing = getattr(importlib.import_module(module), name, None)
+    parts = module.split(".")
+    for k in range(2, len(parts)):
+        package = importlib.import_module(".".join(parts[:k]))
+        if name in getattr(package, "__all__", ()) and getattr(package, name) is thing:
+            return package.__name__
+    return None
+
+
+def faults(source: str) -> list[str]:
+    """Return what a test file does that it should not."""
+    tree, found = ast.parse(source), []
+    for line, module, name in taken(tree):
+        words = [*module.split("."), name]
+        if any(w.startswith("_") and not w.startswith("__") for w in words):
+            found.append(f"line {line}: {module}.{name} is private")
+        elif home := nearer(module, name):
+            found.append(f"line {line}: take {name} from {home}, which offers it")
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            if node.value.id == "time" and node.attr in CLOCKS:
+                found.append(f"line {node.lineno}: time.{node.attr}")
+        if isinstance(node, ast.keyword) and node.arg == "timeout":
+            found.append(f"line {node.value.lineno}: timeout=")
+    return found
+
+
+def test_what_is_offered_is_taken_and_no_clock_is_read():
+    found = {str(path.relative_to(TESTS)): faults(path.read_text("utf-8")) for path in FILES}
+    assert {name: said for name, said in found.items() if said} == {}
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("from plantigrade.models.feet import _RADIUS", "_RADIUS is private"),
+        (
+            "def f():\n    from plantigrade.motion.recording import Markers",
+            "from plantigrade.motion",
+        ),
+        ("import time\ntime.sleep(1)", "time.sleep"),
+        ("import time\nassert time.perf_counter() < 20", "time.perf_counter"),
+        ("process.wait(timeout=20)", "timeout="),
+    ],
+)
+def test_faults_are_found(source, words):
+    (fault,) = faults(source)
+    assert words in fault
+
+
+def test_what_is_right_is_left_alone():
+    assert faults("import time\ntime.process_time()") == []
