@@ -123,8 +123,7 @@ function setUp() {
   Object.keys(SHADERS).forEach(build);
   setBody();
   buffers.fixed = shapeBuffer(D.shapes.filter((s) => !s.body && !s.ground));
-  const treads = D.shapes.filter((s) => s.ground);     // every other one darker, so that edges are seen from all sides
-  buffers.ground = shapeBuffer(treads.map((s, i) => ({ ...s, colour: [i % 2 ? 0.94 : 1, 0, 0] })));
+  buffers.ground = shapeBuffer(D.shapes.filter((s) => s.ground).map((s) => ({ ...s, colour: [s.ground, 0, 0] })));
   const unit = {
     sphere: revolve(arcs(1, 0, 5), 14),
     shaft: revolve([[0, 0, 0, -1], [1, 0, 0, -1], [1, 0, 1, 0], [1, 1, 1, 0], [1, 1, 0, 1], [0, 1, 0, 1]], 14),
