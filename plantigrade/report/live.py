@@ -7,11 +7,14 @@ import sys
 import time as clock
 import webbrowser
 from collections.abc import Callable
+from contextlib import redirect_stdout
+from io import StringIO
 from threading import Event
 from typing import Any
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
@@ -19,6 +22,7 @@ from plantigrade.report.scene import build_scene, heading_of, standing_height
 from plantigrade.report.shapes import Shape, mesh_of, rgb
 
 ARROW = 0.6  # one body weight is drawn this long [m]
+HEAD = 0.08  # of which the head is [m]
 PAUSE = 0.6  # the last frame stays this long before the first comes again [s]
 
 
@@ -79,7 +83,8 @@ class LiveViewer:
         import viser
 
         self.scene = build_scene(record, forces=forces)
-        self.server = viser.ViserServer(host="localhost", port=port, verbose=False)
+        with redirect_stdout(StringIO()):  # its banner: standard output belongs to --json
+            self.server = viser.ViserServer(host="localhost", port=port, verbose=False)
         self._frame = -1
         self._now = float(self.scene.time[0])
         self._draw_static()
@@ -93,7 +98,8 @@ class LiveViewer:
 
     def close(self) -> None:
         """Stop the server."""
-        self.server.stop()
+        with redirect_stdout(StringIO()):
+            self.server.stop()
 
     def play(self, stop: Event) -> None:
         """Run the clock until ``stop`` is set."""
@@ -135,17 +141,15 @@ class LiveViewer:
             self._com.position = scene.com[frame]
             below = [*scene.com[frame, :2], scene.floor[frame]]
             self._plumb.points = np.array([[scene.com[frame], below]], np.float32)
-            for arrows in self._forces:
-                arrows.points, arrows.colors = self._arrows(frame)
-            for cloud in self._pressure:
-                cloud.points, cloud.colors = self._pressed(frame)
+            for side, arrow in enumerate(self._arrows):
+                self._place(arrow, frame, side)
 
     def _draw_static(self) -> None:
         server, scene = self.server, self.scene
         height = standing_height(scene)
         target = np.array([0.0, 0.0, 0.5 * height])
         angle = heading_of(scene) - 0.95
-        away = np.array([np.cos(angle), np.sin(angle), 0.25]) * 1.6 * height
+        away = np.array([np.cos(angle), np.sin(angle), 0.25]) * 1.25 * height
         server.scene.set_up_direction("+z")
         server.initial_camera.position = tuple(target + away)
         server.initial_camera.look_at = tuple(target)
@@ -175,26 +179,60 @@ class LiveViewer:
         self._plumb = server.scene.add_line_segments(
             "/world/plumb_line", np.zeros((1, 2, 3), np.float32), gold
         )
-        self._forces, self._pressure = [], []
+        self._forces, self._arrows = [], []
         if scene.total_force is not None:
-            arrows = server.scene.add_arrows(
-                "/world/ground_reaction",
-                np.zeros((0, 2, 3), np.float32),
-                np.zeros((0, 3), np.uint8),
-                shaft_radius=0.012,
-                head_radius=0.03,
-                head_length=0.08,
+            places = ("/world/ground_reaction", "/world/centre_of_pressure")
+            self._forces = [server.scene.add_frame(name, show_axes=False) for name in places]
+            self._arrows = [self._add_arrow(*places, colour) for colour in theme.BY_SIDE]
+
+    def _add_arrow(self, forces: str, pressure: str, colour: str) -> tuple:
+        """Add shaft, head and disc of a side's ground reaction, of length 1 m along z.
+
+        They are meshes, for viser shows the colours of its own arrows too pale.
+        """
+        scene, paint, name = self.server.scene, in_bytes(colour), colour.removeprefix("#")
+        shaft, disc = (mesh_of(drum(*size)) for size in ((0.012, 0.5), (0.032, 0.004)))
+        turn = np.linspace(0, 2 * np.pi, 20, endpoint=False)
+        rim = 0.03 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+        tip, base = np.array([[0.0, 0.0, HEAD]]), np.zeros((1, 3))
+        i, j = np.arange(20), (np.arange(20) + 1) % 20
+        head = (
+            np.concatenate([rim, tip, base]),
+            np.concatenate(
+                [np.column_stack([i, j, 0 * i + 20]), np.column_stack([j, i, 0 * i + 21])]
+            ),
+        )
+        parts = ((forces, "shaft", shaft), (forces, "head", head), (pressure, "disc", disc))
+        return tuple(
+            scene.add_mesh_simple(
+                f"{where}/{name}_{part}",
+                vertices.astype(np.float32),
+                faces.astype(np.uint32),
+                color=paint,
+                visible=False,
             )
-            self._forces.append(arrows)
-            cloud = server.scene.add_point_cloud(
-                "/world/centre_of_pressure",
-                np.zeros((0, 3), np.float32),
-                np.zeros((0, 3), np.uint8),
-                point_size=0.03,
-                point_shape="circle",
-                precision="float32",
-            )
-            self._pressure.append(cloud)
+            for where, part, (vertices, faces) in parts
+        )
+
+    def _place(self, arrow: tuple, frame: int, side: int) -> None:
+        """Put the ground reaction of a side where it acts, or hide it."""
+        scene = self.scene
+        assert scene.cop is not None and scene.total_force is not None  # both or neither
+        start = scene.cop[frame, side]
+        vector = ARROW * scene.total_force[frame, side] / scene.weight
+        length = float(np.linalg.norm(vector))
+        seen = bool(np.isfinite(start).all())
+        shaft, head, disc = arrow
+        disc.visible, shaft.visible, head.visible = seen, *[seen and length > HEAD] * 2
+        if seen:
+            disc.position = start
+        if seen and length > HEAD:
+            along = vector / length
+            turn = turned_to(along)
+            body = length - HEAD
+            shaft.position, shaft.scale = start + along * body / 2, (1.0, 1.0, body)
+            head.position = start + along * body
+            shaft.wxyz = head.wxyz = turn
 
     def _add_ground(self) -> None:
         """Add a grid on the plane, or on each tread; relief as it is."""
@@ -212,6 +250,10 @@ class LiveViewer:
         if not ground.steps:
             place = ground.normal * ground.height
             scene.add_grid("/world/ground", width=100.0, height=100.0, position=place, **grid)
+        for tread in (s for s in self.scene.shapes if s.is_ground and s.kind == "box"):
+            top = tread.position + ground.normal * (tread.size[2] + 0.001)
+            width, height = 2 * tread.size[:2]
+            scene.add_grid(f"/world/{tread.name}", width=width, height=height, position=top, **grid)
         self._add_bodies("/world/relief", lambda s: s.is_ground)
 
     def _add_bodies(
@@ -234,7 +276,8 @@ class LiveViewer:
                 opacity=None if opacity == 1 else opacity,
                 flat_shading=shape.kind in ("box", "mesh"),
                 side="double",
-                receive_shadow=0.3 if shape.is_ground else True,
+                cast_shadow=not shape.is_ground,
+                receive_shadow=not shape.is_ground,  # their grids do
                 position=shape.position,
                 wxyz=shape.quat,
             )
@@ -245,11 +288,11 @@ class LiveViewer:
         self.server.gui.configure_theme(show_logo=False, show_share_button=False)
         gui.set_panel_label(title)
         self._playing = gui.add_checkbox("Play", True)
-        first, last = float(scene.time[0]), float(scene.time[-1])
+        first, last = np.floor(1e3 * scene.time[0]) / 1e3, np.ceil(1e3 * scene.time[-1]) / 1e3
         self._slider = gui.add_slider(
-            "Time [s]", first, max(last, first + 1e-3), 0.001, first, disabled=last <= first
+            "Time [s]", first, max(last, first + 1e-3), 0.001, first, disabled=len(scene.time) < 2
         )
-        back, on = gui.add_button("One frame back"), gui.add_button("One frame on")
+        frame = gui.add_button_group("One frame", ("back", "on"))
         self._speed = gui.add_dropdown(
             "Speed", ("0.1x", "0.25x", "0.5x", "1x", "2x"), initial_value="1x"
         )
@@ -265,8 +308,7 @@ class LiveViewer:
                 self._playing.value = False
                 self._go(int(np.searchsorted(scene.time, self._slider.value, side="right") - 1))
 
-        back.on_click(lambda _event: self._step(-1))
-        on.on_click(lambda _event: self._step(1))
+        frame.on_click(lambda _event: self._step(1 if frame.value == "on" else -1))
         for box in (self._beside, self._follow):
             box.on_update(lambda _event: self.show(self._frame))
 
@@ -275,8 +317,8 @@ class LiveViewer:
             other: [handle for handle, _ in self._reference],
             "Recorded markers": self._named("recorded"),
             "Markers on the body": self._named("fitted"),
-            "Ground reaction": self._forces,
-            "Centre of pressure": self._pressure,
+            "Ground reaction": self._forces[:1],
+            "Centre of pressure": self._forces[1:],
             "Centre of mass": [self._com, self._plumb],
         }
         with gui.add_folder("Show"):
@@ -308,27 +350,6 @@ class LiveViewer:
         reach = 0.75 if self._beside.value else 0.0
         return reach * np.array([-np.sin(angle), np.cos(angle), 0.0])
 
-    def _arrows(self, frame: int):
-        """Return start and end of each ground reaction [m] and its colour."""
-        scene = self.scene
-        points, colours = [], []
-        assert scene.cop is not None and scene.total_force is not None  # both or neither
-        for side, colour in enumerate(theme.BY_SIDE):
-            start, force = scene.cop[frame, side], scene.total_force[frame, side]
-            if np.isfinite(start).all() and np.any(force):
-                points.append([start, start + ARROW * force / scene.weight])
-                colours.append(in_bytes(colour))
-        arrows = np.array(points, np.float32).reshape(-1, 2, 3)
-        return arrows, np.array(colours, np.uint8).reshape(-1, 3)
-
-    def _pressed(self, frame: int):
-        """Return the centres of pressure [m] and their colours."""
-        assert self.scene.cop is not None  # where there are forces
-        place = self.scene.cop[frame]
-        there = np.isfinite(place).all(axis=1)
-        colours = np.array([in_bytes(colour) for colour in theme.BY_SIDE], np.uint8)
-        return place[there].astype(np.float32), colours[there]
-
 
 def in_bytes(colour: str | tuple[float, float, float]) -> tuple[int, int, int]:
     """Return red, green and blue in 0–255, as viser takes them.
@@ -340,3 +361,22 @@ def in_bytes(colour: str | tuple[float, float, float]) -> tuple[int, int, int]:
     parts = rgb(colour) if isinstance(colour, str) else colour
     red, green, blue = (round(255 * part) for part in parts)
     return red, green, blue
+
+
+def drum(radius: float, half: float) -> Shape:
+    """Return a cylinder along z [m]."""
+    still = np.array([1.0, 0.0, 0.0, 0.0])
+    size = np.array([radius, half, 0.0])
+    return Shape("cylinder", size, np.zeros(3), still, None, 0, "world")
+
+
+def turned_to(direction: Float[Array, " 3"]) -> Float[Array, " 4"]:
+    """Return the shortest turn, ``wxyz``, of the vertical to a unit vector.
+
+    Example:
+        >>> turned_to(np.array([0.0, 0.0, 1.0]))
+        array([1., 0., 0., 0.])
+    """
+    x, y, z = direction
+    quat = np.array([1 + z, -y, x, 0.0]) if z > -1 + 1e-9 else np.array([0.0, 1.0, 0.0, 0.0])
+    return quat / np.linalg.norm(quat) + 0.0

@@ -59,10 +59,17 @@ class Shape:
         return self.body == 0 and self.name.startswith(GROUND)
 
     @property
+    def shade(self) -> float:
+        """How bright it is: every other tread is darker, so that edges are seen from all sides."""
+        number = self.name.rpartition("_")[2]
+        return 0.94 if self.is_ground and number.isdigit() and int(number) % 2 else 1.0
+
+    @property
     def paint(self) -> tuple[float, float, float]:
         """Red, green and blue in 0–1 in which both viewers draw it."""
         if self.is_ground:
-            return rgb(theme.FLOOR)
+            red, green, blue = rgb(theme.FLOOR)
+            return red * self.shade, green * self.shade, blue * self.shade
         sides = {"r": theme.RIGHT_BODY, "l": theme.LEFT_BODY}
         return self.colour or rgb(sides.get(self.side or "", theme.BODY))
 

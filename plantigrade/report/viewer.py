@@ -148,7 +148,7 @@ def _payload(record: Record, scene: Scene) -> dict[str, Any]:
             "body": shape.body,
         }
         if shape.is_ground:
-            item["ground"] = True
+            item["ground"] = shape.shade
         if shape.vertices is not None and shape.faces is not None:
             item |= {"vertices": _rounded(shape.vertices), "faces": shape.faces.tolist()}
         shapes.append(item)

@@ -7,10 +7,19 @@ import mujoco
 import numpy as np
 import pytest
 
+from plantigrade.contact.ground import Ground, Step
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
-from plantigrade.report.scene import MAX_FRAMES, build_scene, nearest, side_forces
+from plantigrade.report.scene import (
+    MAX_FRAMES,
+    build_scene,
+    heading_of,
+    height_below,
+    nearest,
+    side_forces,
+    standing_height,
+)
 from plantigrade.report.shapes import foot_bodies, mesh_of, shapes_of
 from plantigrade.report.strip import strip_svg
 
@@ -82,6 +91,33 @@ def test_a_reference_on_its_own_clock_is_drawn_where_it_was(record):
     there, drawn = whole.reference_positions, scene.reference_positions
     np.testing.assert_allclose(drawn[::2], there[::2], atol=1e-9)
     np.testing.assert_allclose(drawn, there, atol=0.01)  # between: a frame's way at most
+
+
+def test_the_ground_below_is_found_along_the_vertical():
+    """On a slope of 45° that goes through the origin, with a step of 0.2 m along its normal."""
+    ground = Ground(slope=np.pi / 4, steps=(Step(1.0, 0.2),))
+    points = np.array([[0.0, 0, 1.0], [0.5, 0.3, 2.0], [2.0, 0.0, 5.0]])
+    below = [0.0, 0.5, 2.0 + 0.2 * np.sqrt(2)]
+    np.testing.assert_allclose(height_below(ground, points), below, atol=1e-12)
+
+
+def test_uphill_the_camera_follows_and_the_body_is_no_taller(record):
+    qpos = record.motion.qpos.copy()
+    qpos[:, 2] += 0.1 * qpos[:, 0]
+    uphill = replace(record.motion, qpos=qpos)
+    level = build_scene(record)
+    scene = build_scene(replace(record, motion=uphill, ground=Ground(slope=np.arctan(0.1))))
+    np.testing.assert_allclose(scene.floor, 0.1 * scene.com[:, 0], atol=1e-9)
+    assert standing_height(scene) == pytest.approx(standing_height(level), abs=0.02)
+    assert np.abs(scene.level - scene.floor).max() < 0.05
+
+
+def test_who_walks_backwards_is_seen_from_the_side_asked_for(record):
+    backwards = replace(record.motion, qpos=record.motion.qpos[::-1].copy())
+    assert heading_of(build_scene(record)) == pytest.approx(0.0, abs=0.05)
+    scene = build_scene(replace(record, motion=backwards))
+    assert scene.com[-1, 0] < scene.com[0, 0] - 4
+    assert heading_of(scene) == pytest.approx(0.0, abs=0.05)
 
 
 def test_long_motions_are_thinned(record):

@@ -63,7 +63,7 @@ const SHADERS = {
       float d = length(P.xy - uCentre.xy), fade = exp(-d * d / 90.0);
       float fine = grid(g.xy * 4.0, 1.1) * 0.30 * exp(-d * d / 14.0), metre = grid(g.xy, 1.5) * 0.75;
       vec3 c = mix(uFloor, uLine, max(fine, metre) * fade * smoothstep(0.5, 0.7, up));
-      c *= (0.72 + 0.28 * up) * S;
+      c *= (0.72 + 0.28 * up) * (uFloor.r < 0.5 ? S * S * S : S);
       c *= mix(1.0, 0.55 + 0.45 * lit(P, n), fade);
       o = vec4(mix(uSky, c, smoothstep(0.0, 0.5, exp(-d * d / 220.0))), 1.0);
     }`],
@@ -123,8 +123,7 @@ function setUp() {
   Object.keys(SHADERS).forEach(build);
   setBody();
   buffers.fixed = shapeBuffer(D.shapes.filter((s) => !s.body && !s.ground));
-  const treads = D.shapes.filter((s) => s.ground);     // every other one darker, so that edges are seen from all sides
-  buffers.ground = shapeBuffer(treads.map((s, i) => ({ ...s, colour: [i % 2 ? 0.94 : 1, 0, 0] })));
+  buffers.ground = shapeBuffer(D.shapes.filter((s) => s.ground).map((s) => ({ ...s, colour: [s.ground, 0, 0] })));
   const unit = {
     sphere: revolve(arcs(1, 0, 5), 14),
     shaft: revolve([[0, 0, 0, -1], [1, 0, 0, -1], [1, 0, 1, 0], [1, 1, 1, 0], [1, 1, 0, 1], [0, 1, 0, 1]], 14),
