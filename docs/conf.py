@@ -11,6 +11,7 @@ copyright = f"2025–2026, {author}"
 version = release
 
 extensions = [
+    "alone",
     "mathml",
     "myst_parser",
     "sphinx.ext.autodoc",

@@ -1,7 +1,10 @@
 """The pages beside the code keep up with it."""
 
+import importlib
 import re
+import shlex
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -39,8 +42,6 @@ def test_usage_shows_every_command(name):
 
 
 def test_usage_shows_only_commands_and_options_that_exist(tmp_path, monkeypatch):
-    import shlex
-
     from plantigrade.commands.main import parse
 
     monkeypatch.chdir(tmp_path)
@@ -53,6 +54,82 @@ def test_usage_shows_only_commands_and_options_that_exist(tmp_path, monkeypatch)
                 parse(words[1], words[2:])
 
 
+def test_the_face_is_shown_with_all_its_names():
+    """Each by the name it is documented under, which is the same object."""
+    text = (PAGES / "api" / "plantigrade.md").read_text("utf-8")
+    listed = re.findall(r"^   (plantigrade\.[\w.]+)\.(\w+)$", text, re.M)
+    assert sorted(name for _, name in listed) == sorted({*plantigrade.__all__} - {"__version__"})
+    for module, name in listed:
+        public = getattr(plantigrade, name)
+        there = getattr(importlib.import_module(module), name)
+        assert public is there or isinstance(public, ModuleType)  # a room that is called
+
+
+def test_every_module_of_the_api_exists_and_comes_once():
+    text = (PAGES / "api" / "index.md").read_text("utf-8")
+    names = re.findall(r"^   (plantigrade[\w.]*)$", text, re.M)
+    assert len(names) > 50 and len(set(names)) == len(names)
+    for name in names:
+        importlib.import_module(name)
+
+
+def test_the_gallery_shows_what_its_commands_make(tmp_path, monkeypatch):
+    """Each block makes a run and draws it, under the name of the picture above it."""
+    from plantigrade.commands.main import parse
+
+    monkeypatch.chdir(tmp_path)
+    text = (PAGES / "gallery.md").read_text("utf-8")
+    made = set()
+    parts = re.findall(r"!\[[^]]+\]\(images/(\S+)\)\n\n```bash\n(.*?)^```", text, re.M | re.S)
+    assert len(parts) > 5 and len(parts) == text.count("```bash") == text.count("](images/")
+    for picture, block in parts:
+        for line in block.splitlines():
+            words = shlex.split(line)
+            command = parse(words[1], words[2:])
+            if words[1] == "picture":
+                assert str(command.run_folder).removesuffix("-reproduced") in made
+                assert str(command.out) == picture
+            else:
+                made.add(str(command.out))
+        assert (PAGES / "images" / picture).stat().st_size < 400_000
+
+
+def test_there_are_no_pictures_that_no_page_shows():
+    pages = "".join(p.read_text("utf-8") for p in [*PAGES.glob("*.md"), ROOT / "README.md"])
+    images = {path.name for path in (PAGES / "images").iterdir()}
+    assert images == {name for name in images if f"images/{name})" in pages}
+
+
+@pytest.mark.parametrize("name", ["install.md", "tutorial.md", "index.md", "gallery.md"])
+def test_links_between_pages_lead_somewhere(name):
+    text = (PAGES / name).read_text("utf-8")
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)", text):
+        assert (PAGES / target).exists(), target
+
+
+def test_the_tutorial_can_be_followed_to_the_letter(tmp_path, monkeypatch, capsys):
+    """Its commands and its Python, one after the other in an empty folder."""
+    from plantigrade.commands.main import main
+
+    monkeypatch.chdir(tmp_path)
+    text = (PAGES / "tutorial.md").read_text("utf-8")
+    names: dict = {"__name__": "__main__"}
+    commands = []
+    for language, block in re.findall(r"^```(bash|python)\n(.*?)^```", text, re.M | re.S):
+        if language == "python":
+            exec(compile(block, "tutorial.md", "exec"), names)
+            assert capsys.readouterr().out.strip()
+            continue
+        for line in block.splitlines():
+            words = shlex.split(line)
+            if words[0] == "plantigrade":
+                assert main([*words[1:], "--quiet"]) == 0, line
+                commands.append(words[1])
+    assert commands == ["demo", "fit", "picture", "synthesize"]
+    for path in re.findall(r"`(runs/[^`]+)`", text):
+        assert (tmp_path / path).exists(), path
+
+
 def test_conventions_name_every_coordinate():
     from plantigrade.models.coordinates import COORDINATES
 
@@ -62,12 +139,14 @@ def test_conventions_name_every_coordinate():
         assert f"`{name}`" in text or (f"`{base}_…`" in text and f"`_{kind}`" in text), name
 
 
-def test_every_package_with_public_names_is_in_the_api_page():
-    text = (PAGES / "api.md").read_text("utf-8")
+def test_every_package_with_public_names_has_a_page_of_the_api():
+    text = (PAGES / "api" / "index.md").read_text("utf-8")
     for path in MODULES:
+        if path.parent == MODULES[0].parent:
+            continue  # the face, below
         if path.name == "__init__.py" and "__all__" in path.read_text("utf-8"):
             name = ".".join(path.parent.relative_to(Path(plantigrade.__file__).parent.parent).parts)
-            assert f".. automodule:: {name}\n" in text
+            assert f"\n   {name}\n" in text
 
 
 def test_guidelines_draw_the_layers_that_are_asserted():

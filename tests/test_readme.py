@@ -46,7 +46,7 @@ def test_the_test_command_is_the_one_that_is_checked():
 
 
 def test_the_main_command_is_tried_from_the_wheel():
-    (command,) = [block.strip() for block in blocks("bash") if "demo" in block]
+    (command,) = [block.strip() for block in blocks("bash") if "plantigrade demo" in block]
     install, job = command.split(" && ")
     assert install == "pip install ."
     assert job in [line.strip() for line in CI.read_text("utf-8").splitlines()]
@@ -69,8 +69,40 @@ def test_commands_parse():
                 parse(words[1], words[2:])
 
 
-def test_first_screen_is_short():
-    assert len(README.read_text("utf-8").splitlines()) <= 80
+def test_the_first_screen_says_what_it_is_shows_it_and_runs_it():
+    lines = README.read_text("utf-8").splitlines()
+    first = "\n".join(lines[:35])
+    assert "![" in first and "pip install" in first and "plantigrade demo" in first
+    assert len(lines) <= 160
+
+
+def test_its_picture_moves():
+    (picture,) = re.findall(r"!\[[^]]+\]\(([^)]+\.svg)\)", README.read_text("utf-8"))
+    assert "<animate" in (ROOT / picture).read_text("utf-8")
+
+
+def test_every_page_of_the_documentation_is_linked():
+    text = README.read_text("utf-8")
+    for page in (ROOT / "docs").glob("*.md"):
+        if page.name != "index.md":
+            assert f"](docs/{page.name}" in text, page.name
+
+
+def test_experiments_named_beside_the_results_exist():
+    from plantigrade.experiments.registry import EXPERIMENTS
+
+    text = README.read_text("utf-8")
+    rows = [line for line in text.splitlines() if line.startswith("|") and line.count("|") == 5]
+    named = {name for row in rows for name in re.findall(r"`([a-z-]+)`", row.split("|")[4])}
+    assert len(named) > 5 and named <= set(EXPERIMENTS)
+
+
+def test_how_to_cite_agrees_with_the_citation_file():
+    yaml = pytest.importorskip("yaml")
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    (bibtex,) = blocks("bibtex")
+    assert f"version = {{{citation['version']}}}" in bibtex
+    assert f"license = {{{citation['license']}}}" in bibtex
 
 
 def test_links_lead_somewhere():

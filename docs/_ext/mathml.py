@@ -3,6 +3,9 @@
 Browsers draw MathML by themselves since 2023.
 """
 
+from xml.etree import ElementTree
+
+from docutils.nodes import SkipNode
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
@@ -20,11 +23,12 @@ def mathml(latex: str, *, block: bool = False) -> str:
     Raises:
         ExtensionError: If the LaTeX cannot be read, or a command of it is not known.
     """
-    lines = latex.strip()
+    lines = latex.strip().replace("{aligned}", "{split}")
     if block and ("\\\\" in lines or "&" in lines) and "\\begin" not in lines:
-        lines = rf"\begin{{aligned}}{lines}\end{{aligned}}"
+        lines = rf"\begin{{split}}{lines}\end{{split}}"
     try:
         markup = convert(lines, display="block" if block else "inline")
+        ElementTree.fromstring(markup)  # an & without columns would be passed on as it is
     except Exception as error:
         raise ExtensionError(f"mathematics cannot be read: {latex!r}: {error}") from error
     if "\\" in markup.replace("&#x0005C;", "\\"):  # a command that was passed on as text
@@ -34,8 +38,6 @@ def mathml(latex: str, *, block: bool = False) -> str:
 
 def _inline(translator, node) -> None:
     translator.body.append(mathml(node.astext()))
-    from docutils.nodes import SkipNode
-
     raise SkipNode
 
 
@@ -43,6 +45,4 @@ def _block(translator, node) -> None:
     parts = [part for part in node.astext().split("\n\n") if part.strip()]
     inner = "".join(mathml(part, block=True) for part in parts)
     translator.body.append(translator.starttag(node, "div", CLASS="math") + inner + "</div>\n")
-    from docutils.nodes import SkipNode
-
     raise SkipNode
