@@ -10,6 +10,7 @@ import pytest
 
 import plantigrade
 from plantigrade.commands.main import COMMANDS
+from tests.paste import blocks, commands, paste
 from tests.test_layers import LAYERS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -41,17 +42,54 @@ def test_usage_shows_every_command(name):
     assert re.search(rf"^plantigrade {name}\b", text, re.M)
 
 
-def test_usage_shows_only_commands_and_options_that_exist(tmp_path, monkeypatch):
+@pytest.mark.slow
+def test_the_commands_of_the_usage_page_can_be_pasted(tmp_path, monkeypatch):
+    """Into an empty folder, in the order of the page; the slowest are parsed, their files there."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    quick = {"demo", "fit", "convert", "model", "data", "report", "picture"}
+    ran = paste(PAGES / "usage.md", quick)
+    assert set(ran) == quick and ran.count("fit") >= 4
+    runs = {path.name for path in (tmp_path / "runs").iterdir()}
+    assert {"demo", "demo-2", "demo-2-reproduced", "small", "fit-walk", "fit-walk-2"} <= runs
+
+
+def test_usage_shows_only_commands_and_options_that_exist():
     from plantigrade.commands.main import parse
 
+    for language in ("bash", "text"):
+        for words in commands(PAGES / "usage.md", language):
+            if words[0] == "plantigrade" and "mine.toml" not in words and words[1][0] != "-":
+                parse(words[1], words[2 : words.index(">") if ">" in words else None])
+
+
+def test_what_cannot_be_pasted_is_found(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.toml").write_text('[task]\nbase = "squat"\n')
-    text = (PAGES / "usage.md").read_text("utf-8")
-    for block in re.findall(r"^```bash\n(.*?)^```", text, re.M | re.S):
-        for line in block.splitlines():
-            words = shlex.split(line.split(">")[0])
-            if words[0] == "plantigrade":
-                parse(words[1], words[2:])
+    page = tmp_path / "page.md"
+    for line, words in (
+        ("plantigrade view runs/fit-walk", "runs/fit-walk is not there"),
+        ("plantigrade synthesize squat --warm runs/squat", "runs/squat is not there"),
+        ("plantigrade synthesize squat --out a\nplantigrade synthesize squat --out a", "a"),
+    ):
+        page.write_text(f"```bash\n{line}\n```\n")
+        with pytest.raises(AssertionError, match=words):
+            paste(page, set())
+    page.write_text("```bash\nplantigrade fit walk.c3d --no-dynamics\n```\n")
+    with pytest.raises(SystemExit):
+        paste(page, set())
+
+
+def test_the_python_of_the_usage_page_runs(tmp_path, monkeypatch, capsys):
+    from plantigrade.io import write
+    from plantigrade.models import Human
+    from plantigrade.workflows.textbook import recorded, textbook_walk
+
+    monkeypatch.chdir(tmp_path)
+    human = Human.create(1.74, 71.0, "male", joints="42")
+    write(recorded(textbook_walk(human, cycles=2), Path("walk.c3d")), "walk.c3d")
+    first = blocks(PAGES / "usage.md", "python")[0]  # the other one is the check in MuJoCo
+    exec(compile(first, "usage.md", "exec"), {})
+    assert capsys.readouterr().out.splitlines()[-1] == "runs/fit-walk/report.html"
 
 
 def test_the_face_is_shown_with_all_its_names():
@@ -146,7 +184,7 @@ def test_every_package_with_public_names_has_a_page_of_the_api():
             continue  # the face, below
         if path.name == "__init__.py" and "__all__" in path.read_text("utf-8"):
             name = ".".join(path.parent.relative_to(Path(plantigrade.__file__).parent.parent).parts)
-            assert f"\n   {name}\n" in text
+            assert f"\n   {name}\n" in text, name
 
 
 def test_guidelines_draw_the_layers_that_are_asserted():

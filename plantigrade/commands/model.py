@@ -51,6 +51,8 @@ class Command(Person, PrintOptions):
         from plantigrade.models import Human
         from plantigrade.models.mjcf import with_sites
 
+        if self.overwrite and self.out is None:
+            raise ParameterError("--overwrite means nothing without --out")
         human = Human.create(**self.known, lengths=own_lengths(self.lengths))
         markers = _markers(human, self.marker_set)
         xml = with_sites(human.xml, {n: (p.body, p.position) for n, p in markers.items()})

@@ -64,10 +64,12 @@ class JobOptions(Bounded):
     """Address of a running Ray or Dask cluster; one on this machine is started if absent."""
 
     def __post_init__(self):
-        """Refuse to compute nothing, before any work."""
+        """Refuse what cannot be, before any work."""
         super().__post_init__()
         if self.jobs == 0:
             raise ParameterError("jobs=0 does nothing; allowed are 1, 2, … or -1 for one per core")
+        if self.address is not None and self.backend not in ("ray", "dask"):
+            raise ParameterError(f"--address is for ray and dask; {self.backend} runs here")
 
     def side_by_side(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         """Yield what became of each item, in order."""

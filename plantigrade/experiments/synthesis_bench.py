@@ -239,7 +239,8 @@ def warm(extent: Extent) -> Iterator[Case]:
     )
 
     def walk(periodic: bool, speed: float = SPEED, step: float | None = None) -> MotionTask:
-        told = {"speed": speed, "step_length": step, "periodic": periodic, "steps": extent.steps}
+        told = {"speed": speed, "step_length": step, "periodic": periodic}
+        told |= {} if periodic else {"steps": extent.steps}
         return task_of("walk", human, told, extent.nodes_per_second)
 
     @cache

@@ -1,1 +1,41 @@
-"""Motion from ordered tasks: a gait rebuilt from a recording's few, or any movement of your own."""
+"""Motion from ordered tasks: a gait rebuilt from a recording's few, or any movement of your own.
+
+A recorded gait, once it is a motion of a Human with its gait events, is rebuilt in two lines::
+
+    reference = reference_of(human, motion.time, motion.qpos, motion.events)
+    record = rebuild(reference, gait_tasks("paper")).record()
+
+What is named here is loaded when it is first used. To reproduce a recording from its file, call
+``plantigrade.reproduce("walk.c3d")``.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from plantigrade.reproduce.gait import GaitTasks, gait_tasks
+    from plantigrade.reproduce.reference import Reference, reference_of
+    from plantigrade.reproduce.result import ReproducedGait, rebuild
+
+_HOMES = {
+    "GaitTasks": "gait",
+    "Reference": "reference",
+    "ReproducedGait": "result",
+    "gait_tasks": "gait",
+    "rebuild": "result",
+    "reference_of": "reference",
+}
+
+__all__ = ["GaitTasks", "Reference", "ReproducedGait", "gait_tasks", "rebuild", "reference_of"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is named here and not loaded yet."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Return every name, loaded or not."""
+    return sorted({*globals(), *__all__})

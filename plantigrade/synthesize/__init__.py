@@ -6,7 +6,8 @@ A person and a task become a motion in three lines::
     solution = synthesize(ContactBody.for_plan(human, task.plan), task)
     record = solution.record()
 
-What is named here is loaded when it is first used.
+What is named here is loaded when it is first used. A run with its check and its folder is made by
+``plantigrade.synthesize("walk")``.
 """
 
 from importlib import import_module

@@ -47,6 +47,10 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
     if skeleton is None and path.suffix.lower() == ".amc" and path.exists():
         skeleton = find_asf(path)
     recording = read(path, **({"skeleton": skeleton} if skeleton else {}))
+    if recording.markers is None or not recording.markers.names:
+        for name in ("static", "marker_set"):
+            if getattr(settings, name) is not None:
+                raise FitError(f"{name} means nothing for {path.name}, which holds no markers")
     found = find_companions(recording, read) if settings.companions else Companions()
     static = read(settings.static) if settings.static else found.static
     if static is not None and static.markers is None:

@@ -76,7 +76,12 @@ def test_each_command_has_its_help(name, capsys):
 
 @pytest.mark.parametrize("name", cli.COMMANDS)
 def test_unknown_option_is_bad_input(name, capsys):
-    files = {"convert": ["in.trc", "out.mot"], "view": ["run"], "report": ["run"]}
+    files = {
+        "convert": ["in.trc", "out.mot"],
+        "view": ["run"],
+        "report": ["run"],
+        "picture": ["run", "x.svg"],
+    }
     files["synthesize"] = ["walk"]
     needs_a_name = ("fit", "experiment")
     given = files.get(name, ["name"] if name in needs_a_name else [])

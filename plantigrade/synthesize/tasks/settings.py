@@ -92,6 +92,10 @@ class Walk(TaskSettings):
         super().__post_init__()
         if self.optimise_timing and not self.periodic:
             raise ParameterError("only a periodic walk chooses its own timing: add periodic")
+        if self.strides != Walk.strides and not self.periodic:
+            raise ParameterError("strides are those of a periodic walk: add periodic or give steps")
+        if self.steps != Walk.steps and self.periodic:
+            raise ParameterError("a periodic walk has no number of steps: give strides instead")
         uneven = self.step_height or self.heights is not None
         if self.periodic and (self.turn or uneven):
             raise ParameterError(
