@@ -120,7 +120,9 @@ def read_npz(path: str | Path) -> Record:
     nq, nv = human.model.nq, human.model.nv
     time = arrays.time()
     n = len(time)
-    qpos, qvel = arrays.numbers("qpos", n, nq), arrays.numbers("qvel", n, nv)
+    if not n:
+        arrays.refuse("has no frames", "time")
+    qpos, qvel = _poses(arrays, "qpos", n, nq), arrays.finite("qvel", n, nv)
     sites = _sites(arrays)
     k = len(sites)
     markers = arrays.markers(time)
@@ -152,6 +154,14 @@ def read_npz(path: str | Path) -> Record:
         raise FileError(
             path, f"does not hold one motion of one person: {error}", remedy="run the command again"
         ) from error
+
+
+def _poses(arrays: Arrays, key: str, n: int, nq: int) -> np.ndarray:
+    """Return configurations; the quaternion of the root is one."""
+    qpos = arrays.finite(key, n, nq)
+    if not (np.abs(np.linalg.norm(qpos[:, 3:7], axis=1) - 1) < 0.1).all():
+        arrays.refuse("has rotations of the root that are no unit quaternions", key)
+    return qpos
 
 
 def _sites(arrays: Arrays) -> tuple[ContactSite, ...]:
@@ -208,8 +218,8 @@ def _references(
         for part in ("qpos", "qvel"):
             if f"{place}/{part}" not in arrays:
                 arrays.refuse(f"is missing, but {key} is there", f"{place}/{part}")
-        qpos = arrays.numbers(f"{place}/qpos", len(time), nq)
-        qvel = arrays.numbers(f"{place}/qvel", len(time), nv)
+        qpos = _poses(arrays, f"{place}/qpos", len(time), nq)
+        qvel = arrays.finite(f"{place}/qvel", len(time), nv)
         found[place.removeprefix("reference/")] = Motion(time, qpos, qvel, joint_names)
     return found
 
