@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from plantigrade.errors import FileError
+from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.text import reading
 from plantigrade.motion.recording import GaitEvent, Markers, Recording, Table
 
@@ -120,10 +120,11 @@ class Arrays:
         sides, kinds = self.words("event_side", len(time)), self.words("event_kind", len(time))
         if not sides or not kinds:
             self.refuse("needs event_side and event_kind as well", "event_time")
-        return tuple(
-            GaitEvent(float(t), side, kind)
-            for t, side, kind in zip(time, sides, kinds, strict=True)
-        )
+        rows = zip(time, sides, kinds, strict=True)
+        try:
+            return tuple(GaitEvent(float(t), side, kind) for t, side, kind in rows)
+        except ParameterError as error:
+            self.refuse(str(error), "event_kind")
 
     def markers(self, time: Any) -> Markers | None:
         """Return the recorded markers, on ``time`` unless they have a clock of their own."""

@@ -7,6 +7,8 @@ dot). So whatever reads a Record may rely on them.
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from plantigrade.arrays import Array
 from plantigrade.errors import ParameterError
 
@@ -50,6 +52,9 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
 }
 """Name of a signal → numbers or words, and its axes."""
 
+FINITE = ("tasks.level", "phase.span", "contact.span", "posture.end", "foot.percent")
+"""Signals of numbers none of which is missing."""
+
 TOGETHER = (
     ("phase.span", "phase.kind", "phase.swing"),
     ("contact.span", "contact.place"),
@@ -72,6 +77,8 @@ def check_signals(signals: Mapping[str, Array], n_frames: int) -> None:
         if value.dtype.kind not in kind and value.size:
             what = "numbers" if kind == NUMBERS else "words"
             raise ParameterError(f"signal {name} holds {value.dtype}, not {what}")
+        if name in FINITE and not np.isfinite(value).all():
+            raise ParameterError(f"signal {name} holds numbers that are not finite")
         expected = []
         for axis, size in zip(axes, value.shape, strict=False):
             if isinstance(axis, str):
