@@ -237,7 +237,7 @@ class Ground:
             d["bumps"] = tuple(
                 Bump(_numbers(b["centre"], 3), float(b["radius"])) for b in d.get("bumps", ())
             )
-            if field := d.get("field"):
+            if (field := d.get("field")) is not None:
                 heights = tuple(_numbers(row) for row in field["heights"])
                 corner, spacing = (_numbers(field[name], 2) for name in ("corner", "spacing"))
                 d["field"] = HeightField(corner, spacing, heights)

@@ -171,7 +171,8 @@ def read_metrics(folder: str | Path) -> dict[str, Any]:
 
 def _whole(word: str) -> int | float:
     """Return a whole number as JSON's readers have it: a float where it has many digits."""
-    return int(word) if len(word) < 19 else float(word)
+    value = int(word)
+    return value if abs(value) < 2**63 else float(word)
 
 
 def _check_depth(value: Any, depth: int = 0) -> None:
