@@ -60,9 +60,8 @@ def texts(text: str, count: int, seed: int = 0) -> Iterator[tuple[str, bytes]]:
 def leaves(value: Any, path: tuple = ()) -> Iterator[tuple]:
     """Yield where each part of a JSON value is, the whole among them."""
     yield path
-    parts = value.items() if isinstance(value, dict) else enumerate(value)
     if isinstance(value, dict | list):
-        for key, part in parts:
+        for key, part in value.items() if isinstance(value, dict) else enumerate(value):
             yield from leaves(part, (*path, key))
 
 

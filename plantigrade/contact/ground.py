@@ -15,6 +15,8 @@ from plantigrade.constants import FRICTION
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 
+FARTHEST = 1e6
+"""Largest coordinate of anything on the ground [m]."""
 HEEL, TOE = 0.13, 0.27
 """From the ankle of a footprint back and forth to an edge below it [m]: a foot and 5 cm."""
 
@@ -117,7 +119,8 @@ class Ground:
         field: Relief upon it.
 
     Raises:
-        ParameterError: If the friction is negative, the slope no slope, or the steps out of order.
+        ParameterError: If the friction is negative, the slope no slope, the steps out of order, or
+            a place is not finite.
     """
 
     height: float = 0.0
@@ -130,7 +133,12 @@ class Ground:
 
     def __post_init__(self):
         """Refuse what is no ground."""
-        if not self.friction >= 0.0:
+        places = [*((s.x, s.height) for s in self.steps), *(s.position for s in self.seats)]
+        places += [(*b.centre, b.radius) for b in self.bumps]
+        places += [(*self.field.corner, *self.field.spacing)] if self.field else []
+        if not all(abs(x) <= FARTHEST for place in ((self.height,), *places) for x in place):
+            raise ParameterError(f"every place of the ground must be within {FARTHEST:g} m")
+        if not 0.0 <= self.friction < np.inf:
             raise ParameterError(f"friction={self.friction} must be zero or more")
         if not abs(self.slope) < np.pi / 2:
             raise ParameterError(f"slope={self.slope} [rad] must be less than a right angle")
@@ -229,7 +237,7 @@ class Ground:
             d["bumps"] = tuple(
                 Bump(_numbers(b["centre"], 3), float(b["radius"])) for b in d.get("bumps", ())
             )
-            if field := d.get("field"):
+            if (field := d.get("field")) is not None:
                 heights = tuple(_numbers(row) for row in field["heights"])
                 corner, spacing = (_numbers(field[name], 2) for name in ("corner", "spacing"))
                 d["field"] = HeightField(corner, spacing, heights)

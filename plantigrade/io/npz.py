@@ -6,12 +6,15 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from plantigrade.errors import FileError
+from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.text import reading
 from plantigrade.motion.recording import GaitEvent, Markers, Recording, Table
 
 MAX_BYTES = 400 * 2**20  # [bytes] all arrays of a file together
 MAX_RATIO = 1000  # unpacked size over packed size; real motions stay far below
+
+LARGEST = 1e12
+"""Of any number of a motion [SI]: what is computed from larger ones may overflow."""
 
 _REMEDY = "name a motion.npz that plantigrade wrote"
 _FREE_RATIO = 50 * 2**20  # [bytes] below this any ratio is accepted
@@ -70,7 +73,18 @@ class Arrays:
         if len(shape) != value.ndim or any(want not in (None, have) for want, have in given):
             want = ", ".join("any" if s is None else str(s) for s in shape)
             self.refuse(f"has shape {value.shape}, not ({want})", key)
-        return np.asarray(value, dtype=float)
+        value = np.asarray(value, dtype=float)
+        largest = np.nanmax(np.abs(value), initial=0.0)
+        if largest > LARGEST and not key.startswith("limit_"):  # a limit may be infinite
+            self.refuse(f"reaches {largest:.0e}, which is no measurement in SI units", key)
+        return value
+
+    def finite(self, key: str, *shape: int | None) -> Any:
+        """Return the array ``key`` as :meth:`numbers` does; a FileError unless all are finite."""
+        value = self.numbers(key, *shape)
+        if value is not None and not np.isfinite(value).all():
+            self.refuse("holds numbers that are not finite", key)
+        return value
 
     def words(self, key: str, count: int | None = None) -> tuple[str, ...]:
         """Return the words of the array ``key``, none if missing; a FileError if not ``count``."""
@@ -106,10 +120,11 @@ class Arrays:
         sides, kinds = self.words("event_side", len(time)), self.words("event_kind", len(time))
         if not sides or not kinds:
             self.refuse("needs event_side and event_kind as well", "event_time")
-        return tuple(
-            GaitEvent(float(t), side, kind)
-            for t, side, kind in zip(time, sides, kinds, strict=True)
-        )
+        rows = zip(time, sides, kinds, strict=True)
+        try:
+            return tuple(GaitEvent(float(t), side, kind) for t, side, kind in rows)
+        except ParameterError as error:
+            self.refuse(str(error), "event_kind")
 
     def markers(self, time: Any) -> Markers | None:
         """Return the recorded markers, on ``time`` unless they have a clock of their own."""

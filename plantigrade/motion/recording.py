@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.bounds import shown
+from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 
 
@@ -88,11 +90,22 @@ class GaitEvent:
         time: Instant [s], on the clock of the frames.
         side: ``"l"`` or ``"r"``.
         kind: ``"heel_strike"`` (initial contact) or ``"toe_off"``.
+
+    Raises:
+        ParameterError: If side or kind are others.
     """
 
     time: float
     side: str
     kind: str
+
+    def __post_init__(self):
+        """Refuse what is no event of a gait."""
+        if self.side not in SIDES or self.kind not in ("heel_strike", "toe_off"):
+            raise ParameterError(
+                f"event {shown(self.kind)} of side {shown(self.side)}: sides are 'r' and 'l', "
+                "kinds are 'heel_strike' and 'toe_off'"
+            )
 
 
 @dataclass(frozen=True)

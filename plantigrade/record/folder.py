@@ -25,6 +25,8 @@ from plantigrade.io.text import not_written, read_text
 METRICS = "metrics.json"
 FORMAT = 2
 """Version of the folder; results of another one are not read."""
+DEEPEST = 32
+"""Most lists and objects of metrics.json within each other."""
 
 _CLUTTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file browsers
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]*")
@@ -110,8 +112,9 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
     """
     metrics = read_metrics(folder)
     known = metrics.get("files")
-    if isinstance(known, list) and not set(files) <= set(known):
-        known = sorted({*map(str, known), *files})
+    known = set(map(str, known)) if isinstance(known, list) else None
+    if known is not None and not known >= set(files):
+        known = sorted({*known, *files})
         files = {**files, METRICS: metrics_json({**metrics, "files": known}) + "\n"}
     written = []
     for name, text in files.items():
@@ -156,13 +159,29 @@ def read_metrics(folder: str | Path) -> dict[str, Any]:
     text = read_text(path, _METRICS_LIMIT)
     broken = partial(FileError, path, remedy="run the command again")
     try:
-        metrics = json.loads(text)
+        metrics = json.loads(text, parse_int=_whole)
+        _check_depth(metrics)
     except (ValueError, RecursionError) as error:
         where = f"line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
         raise broken(f"is not JSON ({error})", where=where) from error
     if not isinstance(metrics, dict):
         raise broken("holds no object of metrics", where="line 1")
     return metrics
+
+
+def _whole(word: str) -> int | float:
+    """Return a whole number as JSON's readers have it: a float where it has many digits."""
+    value = int(word)
+    return value if abs(value) < 2**63 else float(word)
+
+
+def _check_depth(value: Any, depth: int = 0) -> None:
+    """Refuse what is nested more deeply than anything that is ever written."""
+    if depth > DEEPEST:
+        raise ValueError("nested too deeply")
+    if isinstance(value, dict | list):
+        for part in value.values() if isinstance(value, dict) else value:
+            _check_depth(part, depth + 1)
 
 
 def refuse_existing(out: str | Path, overwrite: bool) -> None:

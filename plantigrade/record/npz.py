@@ -25,7 +25,7 @@ import numpy as np
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.io.npz import Arrays
+from plantigrade.io.npz import LARGEST, Arrays
 from plantigrade.io.text import not_written
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
@@ -120,7 +120,9 @@ def read_npz(path: str | Path) -> Record:
     nq, nv = human.model.nq, human.model.nv
     time = arrays.time()
     n = len(time)
-    qpos, qvel = arrays.numbers("qpos", n, nq), arrays.numbers("qvel", n, nv)
+    if not n:
+        arrays.refuse("has no frames", "time")
+    qpos, qvel = _poses(arrays, "qpos", n, nq), arrays.finite("qvel", n, nv)
     sites = _sites(arrays)
     k = len(sites)
     markers = arrays.markers(time)
@@ -128,7 +130,7 @@ def read_npz(path: str | Path) -> Record:
     flags = {name: arrays.numbers(name, n, k) for name in _FLAGS}
     clock = arrays.numbers("clock")
     try:
-        names = arrays.words("joint_names")
+        names, keys = arrays.words("joint_names"), arrays.keys("signal/")
         return Record(
             human,
             Motion(time, qpos, qvel, names, arrays.numbers("qacc", n, nv), arrays.events()),
@@ -139,9 +141,7 @@ def read_npz(path: str | Path) -> Record:
             ground=ground,
             limits=_limits(arrays, nv - 6),
             conditions=_conditions(arrays),
-            signals={
-                key.removeprefix("signal/"): arrays.any(key) for key in arrays.keys("signal/")
-            },
+            signals={key.removeprefix("signal/"): _signal(arrays, key) for key in keys},
             references=_references(arrays, names, nq, nv),
             recorded_markers=markers,
             fitted_markers=arrays.numbers("fitted_markers", n, m, 3),
@@ -152,6 +152,21 @@ def read_npz(path: str | Path) -> Record:
         raise FileError(
             path, f"does not hold one motion of one person: {error}", remedy="run the command again"
         ) from error
+
+
+def _poses(arrays: Arrays, key: str, n: int, nq: int) -> np.ndarray:
+    """Return configurations; the quaternion of the root is one."""
+    qpos = arrays.finite(key, n, nq)
+    if not (np.abs(np.linalg.norm(qpos[:, 3:7], axis=1) - 1) < 0.1).all():
+        arrays.refuse("has rotations of the root that are no unit quaternions", key)
+    return qpos
+
+
+def _signal(arrays: Arrays, key: str) -> np.ndarray:
+    value = arrays.any(key)
+    if value.dtype.kind == "f" and (np.abs(value[np.isfinite(value)]) > LARGEST).any():
+        arrays.refuse(f"holds numbers beyond {LARGEST:.0e}", key)
+    return value
 
 
 def _sites(arrays: Arrays) -> tuple[ContactSite, ...]:
@@ -208,8 +223,8 @@ def _references(
         for part in ("qpos", "qvel"):
             if f"{place}/{part}" not in arrays:
                 arrays.refuse(f"is missing, but {key} is there", f"{place}/{part}")
-        qpos = arrays.numbers(f"{place}/qpos", len(time), nq)
-        qvel = arrays.numbers(f"{place}/qvel", len(time), nv)
+        qpos = _poses(arrays, f"{place}/qpos", len(time), nq)
+        qvel = arrays.finite(f"{place}/qvel", len(time), nv)
         found[place.removeprefix("reference/")] = Motion(time, qpos, qvel, joint_names)
     return found
 

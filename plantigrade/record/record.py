@@ -22,6 +22,7 @@ from plantigrade.motion.recording import Markers
 from plantigrade.motion.views import table_html
 from plantigrade.record import views
 from plantigrade.record.conditions import Condition
+from plantigrade.record.signals import check_signals
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +108,7 @@ class Record:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self):
-        """Refuse arrays whose shapes do not fit the motion, the sites or the Human."""
+        """Refuse what does not fit the motion, the sites or the Human: readers trust a Record."""
         n, k, nv = self.motion.n_frames, len(self.sites), self.human.model.nv
         if self.motion.joint_names != self.human.joint_names:
             raise ParameterError(
@@ -119,10 +120,25 @@ class Record:
             **dict.fromkeys(("contact_force", "contact_point", "contact_torque"), (n, k, 3)),
             **dict.fromkeys(("contact_known", "contact_planned"), (n, k)),
         }
+        markers, fitted = self.recorded_markers, self.fitted_markers
+        if fitted is not None and markers is None:
+            raise ParameterError("fitted_markers need recorded_markers, which name them")
+        arrays = {name: getattr(self, name) for name in shapes}
+        if markers is not None:
+            arrays |= {"recorded_markers": markers.positions, "fitted_markers": fitted}
+            size = (n, len(markers.names), 3)
+            shapes |= {"recorded_markers": size, "fitted_markers": size}
         for name, shape in shapes.items():
-            value = getattr(self, name)
+            value = arrays[name]
             if value is not None and value.shape != shape:
                 raise ParameterError(f"{name} has shape {value.shape}; here it must be {shape}")
+        for site in self.sites:
+            if site.body not in self.human.body_names:
+                raise ParameterError(f"contact site {site.name} is on {site.body!r}, no body here")
+        for name, other in self.references.items():
+            if other.joint_names != self.motion.joint_names or not other.n_frames:
+                raise ParameterError(f"reference {name!r} is no motion of this person")
+        check_signals(self.signals, n)
 
     @property
     def weight(self) -> float:

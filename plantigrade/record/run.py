@@ -182,6 +182,7 @@ class Run:
         others = {path.stem: read_npz(path) for path in kept if path.name != MOTION}
         settings, sources = metrics.get("settings"), metrics.get("source_files")
         seconds = metrics.get("seconds")
+        files = metrics.get("files")
         seed = metrics.get("seed")
         return cls(
             read_npz(folder / MOTION),
@@ -200,7 +201,7 @@ class Run:
             seconds=seconds if isinstance(seconds, dict) else {},
             name=folder.resolve().name,
             folder=folder,
-            files=tuple(map(str, metrics.get("files", ()))),
+            files=tuple(map(str, files)) if isinstance(files, list) else (),
         )
 
     def _repr_html_(self) -> str:

@@ -54,7 +54,7 @@ class ReproducedGait:
         phases, contacts = self.reference.phases, self.reference.contacts
         posture = self.tasks.posture
         return {
-            "phase.span": np.array([(p.start, p.stop) for p in phases]),
+            "phase.span": np.array([(p.start, p.stop) for p in phases]).reshape(-1, 2),
             "phase.kind": np.array([p.kind for p in phases], dtype=np.str_),
             "phase.swing": np.array([p.swing for p in phases], dtype=np.str_),
             "posture.end": (

@@ -1,0 +1,102 @@
+"""The signals of a Record that the package knows, and what shape each of them has.
+
+A signal of another name may be any array. Of a known one, the axes are named: ``"frames"`` are
+those of the motion, and axes of one name are equally long within a family (what stands before the
+dot). So whatever reads a Record may rely on them.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from plantigrade.arrays import Array
+from plantigrade.errors import ParameterError
+
+NUMBERS, WORDS = "fiub", "US"
+
+SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
+    "check.quantity": (WORDS, ("measures",)),
+    "check.value": (NUMBERS, ("measures",)),
+    "check.limit": (NUMBERS, ("measures",)),
+    "check.time": (NUMBERS, ("measures",)),
+    "check.where": (WORDS, ("measures",)),
+    "check.side": (WORDS, ("measures",)),
+    "check.unit": (WORDS, ("measures",)),
+    "check.bad": (NUMBERS, ("measures",)),
+    "check.findings": (WORDS, ("findings",)),
+    "solver.stage_names": (WORDS, ("stages",)),
+    "solver.stage_solvers": (WORDS, ("stages",)),
+    "solver.stage_status": (WORDS, ("stages",)),
+    "solver.stage_nodes": (NUMBERS, ("stages",)),
+    "solver.stage_seconds": (NUMBERS, ("stages",)),
+    "solver.history": (NUMBERS, ("iterations", 6)),
+    "solver.history_worst": (WORDS, ("iterations",)),
+    "solver.broken": (WORDS, ("constraints",)),
+    "solver.time": (NUMBERS, ("frames",)),
+    "tasks.names": (WORDS, ("tasks",)),
+    "tasks.level": (NUMBERS, ("tasks",)),
+    "tasks.meanings": (WORDS, ("tasks",)),
+    "tasks.active": (NUMBERS, ("frames", "tasks")),
+    "tasks.residual": (NUMBERS, ("frames", "tasks")),
+    "phase.span": (NUMBERS, ("phases", 2)),
+    "phase.kind": (WORDS, ("phases",)),
+    "phase.swing": (WORDS, ("phases",)),
+    "posture.end": (NUMBERS, ("postures",)),
+    "contact.span": (NUMBERS, ("contacts", 2)),
+    "contact.place": (WORDS, ("contacts",)),
+    "foot.names": (WORDS, ("angles",)),
+    "foot.percent": (NUMBERS, ("percent",)),
+    "measured.force": (NUMBERS, ("frames", 2, 3)),
+    "measured.moment": (NUMBERS, ("frames", "moments")),
+    "measured.moment_names": (WORDS, ("moments",)),
+}
+"""Name of a signal → numbers or words, and its axes."""
+
+FINITE = ("tasks.level", "phase.span", "contact.span", "posture.end", "foot.percent")
+"""Signals of numbers none of which is missing."""
+
+TOGETHER = (
+    ("phase.span", "phase.kind", "phase.swing"),
+    ("contact.span", "contact.place"),
+    ("measured.moment", "measured.moment_names"),
+)
+"""Signals of which none is there without the others."""
+
+
+def check_signals(signals: Mapping[str, Array], n_frames: int) -> None:
+    """Refuse known signals of another kind or shape.
+
+    Raises:
+        ParameterError: If there is one, or a part of what belongs together is missing.
+    """
+    sizes: dict[tuple[str, str], int] = {}
+    for name, value in signals.items():
+        if name not in SIGNALS:
+            continue
+        kind, axes = SIGNALS[name]
+        if value.dtype.kind not in kind and value.size:
+            what = "numbers" if kind == NUMBERS else "words"
+            raise ParameterError(f"signal {name} holds {value.dtype}, not {what}")
+        if name in FINITE and not np.isfinite(value).all():
+            raise ParameterError(f"signal {name} holds numbers that are not finite")
+        expected = []
+        for axis, size in zip(axes, value.shape, strict=False):
+            if isinstance(axis, str):
+                axis = n_frames if axis == "frames" else sizes.setdefault(_of(name, axis), size)
+            expected.append(axis)
+        if value.ndim != len(axes) or list(value.shape) != expected:
+            wanted = ", ".join(map(str, expected if value.ndim == len(axes) else axes))
+            raise ParameterError(f"signal {name} has shape {value.shape}, not ({wanted})")
+    for family in TOGETHER:
+        missing = [name for name in family if name not in signals]
+        if missing and len(missing) < len(family):
+            raise ParameterError(f"signal {missing[0]} is missing, others of its kind are there")
+    curves = (f"foot.{name}" for name in signals.get("foot.names", ()))
+    length = len(signals.get("foot.percent", ()))
+    for name in curves:
+        if name in signals and signals[name].shape[1:] != (length,):
+            raise ParameterError(f"signal {name} is no row of {length} numbers per cycle")
+
+
+def _of(name: str, axis: str) -> tuple[str, str]:
+    return name.partition(".")[0], axis
