@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import json
 import pickle
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 import plantigrade as pg
-from plantigrade.errors import FileError, ParameterError, RunExists
+from plantigrade.errors import FileError, RunExists
 
 ROOMS = ("report", "reproduce", "synthesize")
 
@@ -103,19 +104,10 @@ def test_what_the_checker_of_types_sees_is_what_is_loaded():
     ],
 )  # fmt: skip
 def test_functions_and_rooms_of_one_name(program):
-    """A name that is called with nonsense answers with an error of its own function."""
-    check = """
-import plantigrade
-from plantigrade.errors import ParameterError
-for name in ("report", "reproduce", "synthesize"):
-    try:
-        getattr(plantigrade, name)(None)
-    except ParameterError as error:
-        print(name, "answers:", error)
-"""
-    said = python(program + "\n" + check).splitlines()
-    assert [line.split()[0] for line in said] == list(ROOMS)
-    assert all("must be the path" in line for line in said)
+    check = "import plantigrade; print([callable(getattr(plantigrade, name))"
+    check += f" and getattr(plantigrade, name).__name__ for name in {ROOMS}])"
+    rooms = [f"plantigrade.{name}" for name in ROOMS]
+    assert python(f"{program}\n{check}") == str(rooms)
 
 
 @pytest.mark.parametrize("name", ROOMS)
@@ -149,51 +141,85 @@ def test_ten_minutes_of_a_stranger(walk, here):
 def test_options_are_keywords_or_settings(walk):
     from plantigrade.workflows.settings import FitSettings
 
-    by_name = pg.fit(walk, height=np.float32(1.8), feet="rigid", joints=42, cutoff=8)
-    assert by_name.record.human.height == pytest.approx(1.8)
-    assert by_name.provenance.settings["cutoff"] == 8.0
-    settings = FitSettings(height=1.8, feet="multi-segment", joints="42", cutoff=8)
+    settings = FitSettings(height=1.8, feet="multi-segment", joints="42", cutoff=8.0)
     both = pg.fit(str(walk), settings, feet="rigid")
     assert both.record.human.feet == "rigid" and both.record.human.height == 1.8
+    assert both.provenance.settings["cutoff"] == 8.0
 
 
-WRONG = [
-    (lambda p: pg.fit(p, heigth=1.8), "no option 'heigth'; did you mean 'height'"),
-    (lambda p: pg.fit(p, height="tall"), "height must be a number, not 'tall'"),
-    (lambda p: pg.fit(p, height=True), "height must be a number, not True"),
-    (lambda p: pg.fit(p, cutoff=None), "cutoff must be a number, not None"),
-    (lambda p: pg.fit(p, cutoff=10**5000), "cutoff must be a number"),
-    (lambda p: pg.fit(p, feet="flat"), "feet must be 'rigid' or"),
-    (lambda p: pg.fit(p, static=3), "static must be the path"),
-    (lambda p: pg.fit(p, {"height": 1.8}), "settings must be FitSettings"),
-    (lambda p: pg.fit(None), "must be the path of a file"),
-    (lambda p: pg.fit(""), "must be the path of a file"),
-    (lambda p: pg.reproduce(p, tasks="all"), "tasks must be 'default' or"),
-    (lambda p: pg.reproduce(p, no_dynamics=1), "no_dynamics must be True or False, not 1"),
-    (lambda p: pg.synthesize("wlak"), "no task 'wlak'; there are walk"),
-    (lambda p: pg.synthesize("walk", speed="fast"), "speed must be a number, not 'fast'"),
-    (lambda p: pg.synthesize("walk", spede=1.3), "did you mean 'speed'"),
-    (lambda p: pg.synthesize("squat", speed=1.3), "squat has no option 'speed'"),
-    (lambda p: pg.synthesize("walk", solver="snopt"), "solver must be 'interior-point' or"),
-    (lambda p: pg.synthesize("walk", seed=3), "seed is that of restarts"),
-    (lambda p: pg.synthesize("walk", seed=-1, restarts=2), "seed must be a whole number from 0"),
-    (lambda p: pg.synthesize("zhakatayev2023", motion="run"), "motion must be 'walk' or"),
-    (lambda p: pg.synthesize("zhakatayev2023", speed=1.0), "has no option 'speed'"),
-    (lambda p: pg.synthesize("track"), "give recording=FILE"),
-    (lambda p: pg.synthesize("track", recording=p, speed=1.0), "has no option 'speed'"),
-    (lambda p: pg.synthesize(None), "a task must be the path"),
-    (lambda p: pg.check(p), "only a Record or a Run can be checked"),
-    (lambda p: pg.report(None), "a run must be the path"),
-    (lambda p: pg.load_run(3), "a run must be the path"),
-    (lambda p: pg.read(None), "must be the path"),
-    (lambda p: pg.Person(mass="70"), "mass must be a number"),
-]
+# In a fresh interpreter, where nobody checks types but the package itself.
+WELCOME = (
+    ("s.FitSettings(height=np.float32(1.5)).height", "1.5"),
+    ("s.FitSettings(cutoff=8, joints=42).joints", "'42'"),
+    ("s.ReproduceSettings(no_dynamics=np.True_).no_dynamics", "True"),
+    ("s.SolveSettings(restarts=np.int64(2)).restarts", "2"),
+    ("s.FitSettings(static='a.trc').static.name", "'a.trc'"),
+    ("t.Reach(target=np.array([1, 0, 1])).target", "(1.0, 0.0, 1.0)"),
+    ("t.Walk(heights=[0.1, 0.2, 0.2, 0.2]).heights", "(0.1, 0.2, 0.2, 0.2)"),
+)
+WRONG = (
+    ("pg.fit(p, heigth=1.8)", "no option 'heigth'; did you mean 'height'"),
+    ("pg.fit(p, height='tall')", "height must be a number, not 'tall'"),
+    ("pg.fit(p, height=True)", "height must be a number, not True"),
+    ("pg.fit(p, cutoff=None)", "cutoff must be a number, not None"),
+    ("pg.fit(p, cutoff=10**5000)", "cutoff must be a number"),
+    ("pg.fit(p, feet='flat')", "feet must be 'rigid' or"),
+    ("pg.fit(p, static=3)", "static must be the path"),
+    ("pg.fit(p, {'height': 1.8})", "settings must be FitSettings"),
+    ("pg.fit(None)", "must be the path of a file"),
+    ("pg.fit('')", "must be the path of a file"),
+    ("pg.reproduce(p, tasks='all')", "tasks must be 'default' or"),
+    ("pg.reproduce(p, no_dynamics=1)", "no_dynamics must be True or False, not 1"),
+    ("pg.synthesize('wlak')", "no task 'wlak'; there are walk"),
+    ("pg.synthesize('walk', speed='fast')", "speed must be a number, not 'fast'"),
+    ("pg.synthesize('walk', spede=1.3)", "did you mean 'speed'"),
+    ("pg.synthesize('squat', speed=1.3)", "squat has no option 'speed'"),
+    ("pg.synthesize('squat', depth='far')", "depth must be a number, not 'far'"),
+    ("pg.synthesize('side-step', side='left')", "side must be 'r' or 'l'"),
+    ("pg.synthesize('reach', target=[1.0, 2.0])", "target must be 3 numbers"),
+    ("pg.synthesize('walk', solver='snopt')", "solver must be 'interior-point' or"),
+    ("pg.synthesize('walk', seed=3)", "seed is that of restarts"),
+    ("pg.synthesize('walk', seed=-1, restarts=2)", "seed must be a whole number from 0"),
+    ("pg.synthesize('zhakatayev2023', motion='run')", "motion must be 'walk' or"),
+    ("pg.synthesize('zhakatayev2023', speed=1.0)", "has no option 'speed'"),
+    ("pg.synthesize('track')", "give recording=FILE"),
+    ("pg.synthesize('track', recording=p, speed=1.0)", "has no option 'speed'"),
+    ("pg.synthesize(None)", "a task must be the path"),
+    ("pg.check(p)", "only a Record or a Run can be checked"),
+    ("pg.report(None)", "a run must be the path"),
+    ("pg.load_run(3)", "a run must be the path"),
+    ("pg.read(None)", "must be the path"),
+    ("pg.Person(mass='70')", "mass must be a number"),
+)
 
 
-@pytest.mark.parametrize(("call", "words"), WRONG)
-def test_what_is_wrong_is_said_at_once(call, words, walk):
-    with pytest.raises(ParameterError, match=words):
-        call(walk)
+@pytest.fixture(scope="module")
+def answers(walk) -> dict[str, str]:
+    """What each piece of Python says: its value, or our own error in words."""
+    program = f"""
+import json, numpy as np, plantigrade as pg
+import plantigrade.synthesize.tasks.settings as t, plantigrade.workflows.settings as s
+said, p = {{}}, {str(walk)!r}
+for code in {[code for code, _ in (*WELCOME, *WRONG)]!r}:
+    try:
+        said[code] = repr(eval(code))
+    except pg.PlantigradeError as error:
+        said[code] = f"{{type(error).__name__}}: {{error}}"
+    except Exception as error:
+        said[code] = f"foreign: {{error!r}}"
+print(json.dumps(said))
+"""
+    return json.loads(python(program))
+
+
+@pytest.mark.parametrize(("code", "value"), WELCOME)
+def test_numbers_of_numpy_lists_and_names_are_welcome(code, value, answers):
+    assert answers[code] == value
+
+
+@pytest.mark.parametrize(("code", "words"), WRONG)
+def test_what_is_wrong_is_said_at_once(code, words, answers):
+    assert answers[code].startswith("ParameterError: ") and words in answers[code]
 
 
 @pytest.mark.parametrize("call", [pg.fit, lambda p: pg.reproduce(p), pg.load_run, pg.read])
