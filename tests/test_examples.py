@@ -36,7 +36,7 @@ def test_an_example_runs(words, folder):
     said, makes = MADE[words]
     done = subprocess.run(
         [sys.executable, str(EXAMPLES / name), *arguments],
-        cwd=folder, capture_output=True, text=True, timeout=600,
+        cwd=folder, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert re.search(said, done.stdout), done.stdout

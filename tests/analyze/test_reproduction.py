@@ -14,9 +14,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.reproduce.gait import GaitTasks
-from plantigrade.reproduce.reference import Reference, reference_of
-from plantigrade.reproduce.result import ReproducedGait
+from plantigrade.reproduce import GaitTasks, Reference, ReproducedGait, reference_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import OrderedMotion

@@ -11,8 +11,8 @@ from plantigrade.dynamics.centroid import centroid, without_constraints
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.kinematics.trajectory import Trajectory
+from plantigrade.reproduce import rebuild
 from plantigrade.reproduce.forces import LOADING, LoadLimit
-from plantigrade.reproduce.result import rebuild
 from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.reproduce.support import carried_path, give_way, into_hull
 from plantigrade.wbc.forces import GroundForces

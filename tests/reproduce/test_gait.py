@@ -9,7 +9,8 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
-from plantigrade.reproduce.gait import TASKS, GaitTasks, gait_order, gait_tasks
+from plantigrade.reproduce import GaitTasks, gait_tasks
+from plantigrade.reproduce.gait import TASKS, gait_order
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import stacked

@@ -6,9 +6,9 @@ import pytest
 from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.kinematics.contacts import stances
 from plantigrade.motion import GaitEvent
+from plantigrade.reproduce import reference_of
 from plantigrade.reproduce.gait import leg_shortest, phase_ends
 from plantigrade.reproduce.phases import phases_between, walking_events
-from plantigrade.reproduce.reference import reference_of
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 from tests.reproduce.walks import reference

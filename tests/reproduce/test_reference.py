@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import State
-from plantigrade.reproduce.reference import reference_of
+from plantigrade.reproduce import reference_of
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 from tests.reproduce.walks import reference

@@ -5,9 +5,8 @@ from functools import cache
 import numpy as np
 
 from plantigrade.kinematics.state import sweep
+from plantigrade.reproduce import Reference, rebuild, reference_of
 from plantigrade.reproduce.gait import TASKS
-from plantigrade.reproduce.reference import Reference, reference_of
-from plantigrade.reproduce.result import rebuild
 from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.textbook import textbook_walk
