@@ -81,7 +81,7 @@ def viewer_html(
         "cop": has_cop,
     }
     template = Environment(autoescape=True).from_string(template_text("viewer.html"))
-    payload = _payload(record, scene) | {"curves": curves}
+    payload = page_data(record, scene) | {"curves": curves}
     text = json.dumps(payload, separators=(",", ":"))
     return template.render(
         title=title,
@@ -136,7 +136,8 @@ def encode(array: np.ndarray) -> dict:
     return {"data": data, "low": low, "step": step}
 
 
-def _payload(record: Record, scene: Scene) -> dict[str, Any]:
+def page_data(record: Record, scene: Scene) -> dict[str, Any]:
+    """Return what the page is drawn from, as it stands in it: shapes, places, colours."""
     shapes = []
     for shape in scene.shapes:
         item = {

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.record import Record, Run
-from plantigrade.record.conditions import Condition
+from plantigrade.record import Condition, Record, Run
 from plantigrade.record.signals import SIGNALS, check_signals
 from plantigrade.report.pages import pages
 from tests import nasty

@@ -15,7 +15,7 @@ from plantigrade.charts import theme
 from plantigrade.contact.ground import Ground, Seat, Step
 from plantigrade.report.live import ARROW, LiveViewer, in_bytes, turned_to
 from plantigrade.report.scene import build_scene, side_forces
-from plantigrade.report.viewer import COLOURS, _payload
+from plantigrade.report.viewer import COLOURS, page_data
 from plantigrade.spatial.conventions import rotation_matrix
 from tests.report.runs import fitted
 
@@ -34,7 +34,7 @@ def nodes(viewer: LiveViewer) -> dict:
 
 
 def test_colours_are_those_of_the_page(live, record):
-    page = _payload(record, live.scene)
+    page = page_data(record, live.scene)
     sent = {tuple(node.color) for name, node in nodes(live).items() if "/body/" in name and
             hasattr(node, "color")}  # fmt: skip
     assert sent == {in_bytes(tuple(s["colour"])) for s in page["shapes"] if s["body"]}
@@ -143,7 +143,7 @@ def test_the_command_prints_an_address_and_ends_with_ctrl_c(tmp_path, record):
         line = view.stderr.readline()
         assert line.startswith("Viewer at http://localhost:"), line
         view.send_signal(signal.SIGINT)
-        out, err = view.communicate(timeout=60)
+        out, err = view.communicate()
     finally:
         view.kill()
     assert view.returncode == 0, err
