@@ -4,9 +4,10 @@ The folder is named by the environment variable ``PLANTIGRADE_CACHE`` (empty: no
 the operating system's cache folder for the user.
 
 What is read here runs as machine code, or says where machine code reads and writes memory. So
-nothing is read unless folder and file belong to the user and nobody else can write to them, and a
-file is used only if its checksum, which covers its name, is right. In every other case the caller
-does without the cache.
+nothing is read unless folder and file belong to the user and nobody else can write to them, no
+folder above them can be exchanged by anybody but the user and root, and the checksum of the file,
+which covers its name, is right. In every other case the caller does without the cache; so it does
+on Windows, where none of this can be seen.
 """
 
 import contextlib
@@ -25,6 +26,8 @@ _MARK = b"plantigrade cache\n"
 
 def folder() -> Path | None:
     """Return the folder; None if there is to be no cache."""
+    if not hasattr(os, "getuid"):
+        return None
     named = os.environ.get(VARIABLE)
     if named is not None:
         return Path(named).expanduser() / "functions" if named else None
@@ -34,8 +37,6 @@ def folder() -> Path | None:
         return None
     if sys.platform == "darwin":
         base = home / "Library" / "Caches"
-    elif sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
     else:
         base = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
     return base / "plantigrade" / "functions"
@@ -68,6 +69,7 @@ def write(name: str, body: bytes) -> None:
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         _require_private(path.parent.stat())
+        _require_fixed(path.parent)
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
             part = Path(file.name)
             file.write(head + body)
@@ -91,6 +93,7 @@ def _trusted_content(path: Path) -> bytes:
     File and folder are examined through open descriptors, so that neither can be exchanged between
     the examination and the reading.
     """
+    _require_fixed(path.parent)
     with _opened(path.parent, os.O_DIRECTORY) as folder_of_it:
         _require_private(os.fstat(folder_of_it))
         with _opened(path.name, os.O_NOFOLLOW, dir_fd=folder_of_it) as descriptor:
@@ -116,6 +119,19 @@ def _require_private(status: os.stat_result) -> None:
     """Refuse what another user owns, or what the group or everybody can write to."""
     if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise PermissionError("other users could have written this")
+
+
+def _require_fixed(folder: Path) -> None:
+    """Refuse a folder above which another user could rename, and so put another in its place.
+
+    In a sticky one (/tmp) everybody may write, but nobody rename what belongs to others.
+    """
+    for above in Path(os.path.realpath(folder)).parents:
+        status = above.lstat()
+        writable = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        exchangeable = writable and not status.st_mode & stat.S_ISVTX
+        if status.st_uid not in (0, os.getuid()) or exchangeable:
+            raise PermissionError(f"other users can exchange what is in {above}")
 
 
 def _prune(newest: Path) -> None:

@@ -11,6 +11,7 @@ from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import ParameterError, UnsupportedFormat
+from plantigrade.printable import printable
 
 if TYPE_CHECKING:
     from plantigrade.motion import Recording
@@ -54,7 +55,7 @@ class Command(PrintOptions):
         jobs = run_jobs(_read, paths)
         for done in Progress(quiet=self.quiet).track(jobs, "reading", total=len(paths)):
             path = done.item
-            name = str(path.relative_to(self.folder)) if self.folder.is_dir() else str(path)
+            name = str(path.relative_to(self.folder) if self.folder.is_dir() else path)
             if done.problem:
                 faulty.append({"file": name, "problem": done.problem.removeprefix(f"{path}: ")})
             elif done.result is None:
@@ -118,18 +119,19 @@ def describe(recording: "Recording") -> dict[str, Any]:
 
 def _lines(held: list[dict[str, Any]], faulty: list[dict[str, Any]]) -> list[str]:
     """Return the listing: the readable files as a table, then the others with the reason."""
-    width = max((len(entry["file"]) for entry in held), default=0)
+    named = [printable(entry["file"], lines=False) for entry in held]
+    width = max(map(len, named), default=0)
     kinds = max((len(entry["format"]) for entry in held), default=0)
     lines = []
-    for entry in held:
+    for name, entry in zip(named, held, strict=True):
         parts = [f"{entry[key]} {word}" for key, word in _COUNTED.items() if key in entry]
         if "n_frames" in entry:
             parts.append(f"{entry['n_frames']} frames, {entry['duration_s']:.2f} s")
         parts += [f"{entry['height_m']:.2f} m"] if "height_m" in entry else []
         parts += [f"{entry['mass_kg']:.1f} kg"] if "mass_kg" in entry else []
         what = ", ".join(parts) or "nothing that moves"
-        lines.append(f"{entry['file']:{width}}  {entry['format']:{kinds}}  {what}")
+        lines.append(f"{name:{width}}  {entry['format']:{kinds}}  {what}")
     for entry in faulty:
         problem = textwrap.shorten(entry["problem"], 160, placeholder=" …")
-        lines.append(f"{entry['file']}: cannot be read: {problem}")
+        lines.append(f"{printable(entry['file'], lines=False)}: cannot be read: {problem}")
     return lines

@@ -23,6 +23,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 from plantigrade import __version__  # noqa: E402
 from plantigrade.commands.outcome import Outcome  # noqa: E402
 from plantigrade.errors import PlantigradeError  # noqa: E402
+from plantigrade.printable import printable  # noqa: E402
 
 DONE, BAD_INPUT, NO_RESULT, INTERRUPTED = 0, 2, 3, 130
 
@@ -49,6 +50,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Words after ``plantigrade``; those of the process if absent.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # letters that its encoding lacks are escaped
+            stream.reconfigure(errors="backslashreplace")
     try:
         code = run(words)
         sys.stdout.flush()  # here, where a closed pipe can still be met
@@ -107,10 +111,10 @@ def run(words: Sequence[str]) -> int:
         from plantigrade.record.folder import metrics_json
 
         if outcome.text:
-            print(outcome.text, file=sys.stderr)
+            print(printable(outcome.text), file=sys.stderr)
         print(metrics_json(outcome.metrics))
     elif outcome.text:
-        print(outcome.text)
+        print(printable(outcome.text))
     return DONE if outcome.ok else NO_RESULT
 
 
@@ -146,7 +150,7 @@ def _own_errors() -> Iterator[None]:
         raise
     finally:
         if not isinstance(sys.exception(), PlantigradeError):
-            sys.stderr.write(said.getvalue())
+            sys.stderr.write(printable(said.getvalue()))
 
 
 def completion(shell: str = "") -> str:
@@ -186,7 +190,7 @@ def _refusal(error: OSError) -> str:
 
 
 def _complain(sentence: str, code: int) -> int:
-    print(sentence, file=sys.stderr)
+    print(printable(sentence, lines=False), file=sys.stderr)
     return code
 
 

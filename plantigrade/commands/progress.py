@@ -5,6 +5,8 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeVar
 
+from plantigrade.printable import printable
+
 Item = TypeVar("Item")
 
 
@@ -28,11 +30,11 @@ class Progress:
     def say(self, sentence: str) -> None:
         """Print one line, unless quiet."""
         if not self.quiet:
-            self._console.print(sentence)
+            self._console.print(printable(sentence, lines=False))
 
     def warn(self, sentence: str) -> None:
         """Print one warning, quiet or not."""
-        self._console.print(f"warning: {sentence}", style="yellow")
+        self._console.print(f"warning: {printable(sentence, lines=False)}", style="yellow")
 
     @contextlib.contextmanager
     def step(self, sentence: str) -> Iterator[None]:
@@ -50,7 +52,7 @@ class Progress:
             yield
             return
         start = time.perf_counter()
-        with self._console.status(Text(sentence)):
+        with self._console.status(Text(printable(sentence, lines=False))):
             yield
         self.say(f"{sentence}: {time.perf_counter() - start:.1f} s")
 
@@ -74,5 +76,10 @@ class Progress:
         if total is None and isinstance(items, Sequence):
             total = len(items)
         yield from track(
-            items, sentence, total=total, console=self._console, transient=True, update_period=0.1
+            items,
+            printable(sentence, lines=False),
+            total=total,
+            console=self._console,
+            transient=True,
+            update_period=0.1,
         )

@@ -21,6 +21,7 @@ from typing import Any
 
 from plantigrade.errors import FileError, RunExists
 from plantigrade.io.text import not_written, read_text
+from plantigrade.printable import UNSAFE, printable, short_name
 
 METRICS = "metrics.json"
 FORMAT = 2
@@ -64,7 +65,7 @@ def write_folder(
             package did not write.
         FileError: If the folder cannot be written.
     """
-    out = Path(out).expanduser()
+    out = _place(out)
     for name in files:
         if not _NAME.fullmatch(name) or name == METRICS:
             problem = "is not allowed as the name of an extra file"
@@ -75,11 +76,13 @@ def write_folder(
     temporary = None
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}-", suffix=".part", dir=out.parent))
+        temporary = Path(
+            tempfile.mkdtemp(prefix=f".{out.name[:20]}-", suffix=".part", dir=out.parent)
+        )
         if more is not None:
             more(temporary)
         for name, content in files.items():
-            raw = content.encode() if isinstance(content, str) else content
+            raw = _encoded(content) if isinstance(content, str) else content
             (temporary / name).write_bytes(raw)
         marked = {"format": FORMAT, **metrics, "files": sorted(_contents(temporary))}
         (temporary / METRICS).write_text(metrics_json(marked) + "\n", encoding="utf-8")
@@ -120,7 +123,7 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
     for name, text in files.items():
         path, temporary = Path(folder) / name, Path(folder) / f".{name}.part"
         try:
-            temporary.write_text(text, encoding="utf-8")
+            temporary.write_bytes(_encoded(text))
             temporary.replace(path)
         except OSError as error:
             raise not_written(path, error) from error
@@ -132,6 +135,8 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
 def metrics_json(metrics: Mapping[str, Any]) -> str:
     """Return ``metrics`` as JSON that every parser reads: NaN and infinity become null.
 
+    What a terminal would obey, and bytes of file names that are no UTF-8, are escaped in its way.
+
     Example:
         >>> print(metrics_json({"status": "ok", "speed_m_s": float("nan")}))
         {
@@ -139,7 +144,8 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
           "speed_m_s": null
         }
     """
-    return json.dumps(_plain(metrics), indent=2, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(_plain(metrics), indent=2, allow_nan=False, ensure_ascii=False)
+    return UNSAFE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)  # JSON has them in words only
 
 
 def read_metrics(folder: str | Path) -> dict[str, Any]:
@@ -191,7 +197,7 @@ def refuse_existing(out: str | Path, overwrite: bool) -> None:
         RunExists: If the folder exists and ``overwrite`` is false, or it holds anything that this
             package did not write.
     """
-    out = Path(out).expanduser()
+    out = _place(out)
     if not os.path.lexists(out):
         return
     if not overwrite:
@@ -233,7 +239,7 @@ def _put_in_place(temporary: Path, out: Path) -> None:
     if not out.exists():
         temporary.rename(out)
         return
-    aside = Path(tempfile.mkdtemp(prefix=f".{out.name}-", suffix=".old", dir=out.parent))
+    aside = Path(tempfile.mkdtemp(prefix=f".{out.name[:20]}-", suffix=".old", dir=out.parent))
     old = aside / out.name
     try:
         out.rename(old)
@@ -278,6 +284,20 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+def _place(out: str | Path) -> Path:
+    """Return a folder as it can be made: no longer in name than file systems take."""
+    out = Path(out).expanduser()
+    return out.with_name(short_name(out.name)) if out.name else out
+
+
+def _encoded(text: str) -> bytes:
+    """Return a page as UTF-8; bytes of a file's name that are none are shown as escapes."""
+    try:
+        return text.encode()
+    except UnicodeEncodeError:
+        return UNSAFE.sub(lambda found: printable(found[0]), text).encode()
 
 
 def _umask() -> int:

@@ -18,6 +18,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
+from plantigrade.report.local_only import local_only
 from plantigrade.report.scene import build_scene, heading_of, standing_height
 from plantigrade.report.shapes import Shape, mesh_of, rgb
 
@@ -83,7 +84,7 @@ class LiveViewer:
         import viser
 
         self.scene = build_scene(record, forces=forces)
-        with redirect_stdout(StringIO()):  # its banner: standard output belongs to --json
+        with redirect_stdout(StringIO()), local_only():  # its banner: --json owns standard output
             self.server = viser.ViserServer(host="localhost", port=port, verbose=False)
         self._frame = -1
         self._now = float(self.scene.time[0])

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
@@ -179,13 +180,14 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
     columns = [c for c in columns if any(gait.metrics.get(c[1]) is not None for gait in gaits)]
     rows = []
     for gait in gaits:
-        link = Markup('<a href="{0}/report.html">{1}</a>').format(gait.folder, gait.name)
+        folder = quote(gait.folder, errors="surrogateescape")
+        link = Markup('<a href="{0}/report.html">{1}</a>').format(folder, gait.name)
         shown = [rounded_text(gait.metrics.get(key), digits) for _, key, digits in columns]
         clearance = [
             " / ".join(rounded_text(1e3 * height, 0) for height in gait.comparison.clearance[side])
             for side in ("r", "l")
         ]
-        viewer = Markup('<a href="{0}/viewer.html">viewer</a>').format(gait.folder)
+        viewer = Markup('<a href="{0}/viewer.html">viewer</a>').format(folder)
         state = "" if not gait.problem else "not counted"
         rows.append([link, state, *shown, *clearance, viewer])
     text = (

@@ -42,6 +42,46 @@ def test_what_others_can_write_to_is_not_trusted(folder, what, mode):
     assert code_cache.read("one") == b"content"
 
 
+@pytest.mark.parametrize("mode", [0o777, 0o775])
+def test_below_a_folder_others_can_write_to_nothing_is_trusted(tmp_path, monkeypatch, mode):
+    """Who may rename the cache may put another folder of this user in its place."""
+    home = tmp_path / "home"
+    monkeypatch.delenv("PLANTIGRADE_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(home / ".cache"))
+    code_cache.write("one", b"content")
+    assert code_cache.read("one") == b"content"
+    for above in (home, home / ".cache", home / ".cache" / "plantigrade"):
+        before = above.stat().st_mode
+        above.chmod(mode)
+        assert code_cache.read("one") is None
+        code_cache.write("two", b"more")
+        above.chmod(before)
+        assert code_cache.read("one") == b"content" and code_cache.read("two") is None
+
+
+def test_a_sticky_folder_above_is_trusted(tmp_path):
+    """Everybody may write to /tmp, nobody rename there what is another's."""
+    tmp_path.chmod(0o1777)
+    assert code_cache.read("one") == b"content"
+
+
+def test_through_a_link_the_real_folders_above_count(tmp_path, monkeypatch):
+    open_to_all = tmp_path / "open"
+    open_to_all.mkdir()
+    (tmp_path / "functions").rename(open_to_all / "functions")
+    (tmp_path / "link").symlink_to(open_to_all)
+    monkeypatch.setenv("PLANTIGRADE_CACHE", str(tmp_path / "link"))
+    assert code_cache.read("one") == b"content"
+    open_to_all.chmod(0o777)
+    assert code_cache.read("one") is None
+
+
+def test_without_owners_there_is_no_cache(monkeypatch):
+    monkeypatch.delattr(os, "getuid")
+    code_cache.write("two", b"more")
+    assert code_cache.folder() is None and code_cache.read("one") is None
+
+
 def test_files_of_another_user_are_not_trusted(monkeypatch):
     me = os.getuid()
     monkeypatch.setattr(os, "getuid", lambda: me + 1)
@@ -53,6 +93,16 @@ def test_a_link_is_not_followed(folder, tmp_path):
     elsewhere = tmp_path / "elsewhere"
     file.rename(elsewhere)
     file.symlink_to(elsewhere)
+    assert code_cache.read("one") is None
+
+
+def test_what_is_no_file_is_not_read(folder):
+    (file,) = folder.iterdir()
+    file.unlink()
+    file.mkdir()
+    assert code_cache.read("one") is None
+    file.rmdir()
+    file.write_bytes(b"")
     assert code_cache.read("one") is None
 
 

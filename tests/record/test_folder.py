@@ -93,6 +93,36 @@ def test_a_run_with_foreign_files_is_never_replaced(tmp_path, name):
     assert (out / name).exists()
 
 
+def test_replacing_a_run_touches_nothing_outside(tmp_path):
+    """Whatever metrics.json lists: links are removed, not followed; other paths not looked at."""
+    kept = tmp_path / "kept"
+    kept.mkdir()
+    (kept / "thesis.txt").write_text("x")
+    out = write(tmp_path / "run")
+    (out / "page.html").unlink()
+    (out / "page.html").symlink_to(kept / "thesis.txt")
+    (out / "folder").symlink_to(kept)
+    with pytest.raises(RunExists, match="also holds folder"):
+        write(out, overwrite=True)
+    names = ["page.html", "folder", "../kept/thesis.txt", str(kept / "thesis.txt"), "a" * 9999]
+    listed = {**read_metrics(out), "files": [*names, *map(str, range(100_000)), {"a": []}]}
+    (out / "metrics.json").write_text(json.dumps(listed))
+    write(out, overwrite=True)
+    assert sorted(os.listdir(out)) == ["metrics.json", "page.html"]
+    assert not (out / "page.html").is_symlink()
+    assert [p.name for p in kept.iterdir()] == ["thesis.txt"]
+
+
+@pytest.mark.parametrize("special", ["fifo", "metrics.json"])
+def test_a_folder_with_a_pipe_is_never_replaced(tmp_path, special):
+    """And never waited for."""
+    out = write(tmp_path / "run")
+    (out / special).unlink(missing_ok=True)
+    os.mkfifo(out / special)
+    with pytest.raises(RunExists):
+        write(out, overwrite=True)
+
+
 @pytest.mark.parametrize("fault", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_interrupted_writing_leaves_nothing(tmp_path, fault, overwrite):

@@ -59,6 +59,14 @@ def rows_of(page: str, title: str) -> list[list[str]]:
     return [re.findall(r"<td>(.*?)</td>", row) for row in body.split("</tr>")[:-1]]
 
 
+def test_links_lead_to_folders_of_any_name():
+    """Letters that mean something in an address are quoted, and bytes that are no UTF-8."""
+    gait = Gait("a", "", {}, comparison(0), '../a b#1?"<\udcff')
+    page = study_html(None, [gait], {}, tasks="default")
+    assert page.count('href="../a%20b%231%3F%22%3C%FF/report.html"') == 1
+    assert page.count('href="../a%20b%231%3F%22%3C%FF/viewer.html"') == 1
+
+
 def test_table_one_stands_beside_the_paper(page):
     rows = rows_of(page, TABLE)
     assert [row[0] for row in rows] == [sided_title(name) for _, name in ROTATIONS]

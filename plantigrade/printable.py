@@ -1,0 +1,53 @@
+r"""Text that a terminal may be given, and names that a file system takes.
+
+Names of files, markers and people come from elsewhere. What in them would move the cursor, set the
+title of the window, hide a link or turn the line around is written as an escape, as ``\x1b``; so
+are bytes of a file's name that are no UTF-8.
+"""
+
+import re
+
+UNSAFE = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tab and line end, C1 among them
+    "\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"  # direction of writing, line separators
+    "\ud800-\udfff]"  # bytes that are no UTF-8
+)
+LONGEST = 200
+"""Longest name of a folder [bytes]; file systems take 255, and a number may be put behind it."""
+
+
+def printable(text: str, *, lines: bool = True) -> str:
+    r"""Return a text without anything that a terminal obeys.
+
+    Args:
+        text: The text.
+        lines: Whether it may have several lines.
+
+    Example:
+        >>> print(printable("a\x1b]0;b\x07 c\udcff \u202etxt"))
+        a\x1b]0;b\x07 c\xff \u202etxt
+    """
+    text = UNSAFE.sub(_escape, text)
+    return text if lines else text.replace("\n", r"\n").replace("\t", r"\t")
+
+
+def short_name(name: str) -> str:
+    """Return the name of a folder without its middle where it is longer than file systems take.
+
+    Example:
+        >>> short_name("walk"), len(short_name("x" * 255))
+        ('walk', 201)
+    """
+    raw = name.encode("utf-8", "surrogateescape")
+    if len(raw) <= LONGEST:
+        return name
+    half = LONGEST // 2
+    start, end = raw[:half].decode("utf-8", "ignore"), raw[-half:].decode("utf-8", "ignore")
+    return f"{start}…{end}"
+
+
+def _escape(match: re.Match[str]) -> str:
+    code = ord(match[0])
+    if 0xDC80 <= code <= 0xDCFF:
+        code -= 0xDC00
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"

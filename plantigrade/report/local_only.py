@@ -1,0 +1,80 @@
+"""A live server for the browsers of this machine alone.
+
+The server listens on the loopback interface, but any page that is open in a browser here may send
+requests to it: by a name of its own that leads to 127.0.0.1 (DNS rebinding), or by a WebSocket, to
+which browsers let every page. The first shows in the ``Host`` that is asked for, the second in the
+``Origin`` of the request; neither is answered.
+"""
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from plantigrade.errors import PlantigradeError
+
+NAMES = ("localhost", "127.0.0.1", "[::1]")
+"""Names of this machine; behind them any port, as ssh forwards one to another."""
+
+_one_at_a_time = threading.Lock()
+
+
+def is_local(headers: Any) -> bool:
+    """Return whether a request asks for this machine, and comes from a page of the same server.
+
+    Args:
+        headers: Of the request, with ``get_all(name)``. A program that is no browser sends no
+            ``Origin``.
+    """
+    hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+    if len(hosts) != 1 or len(origins) > 1:
+        return False
+    name, _, port = hosts[0].rpartition(":") if _has_port(hosts[0]) else (hosts[0], "", "")
+    if name.lower() not in NAMES or (port and not port.isdecimal()):
+        return False
+    return not origins or origins[0].lower() == f"http://{hosts[0].lower()}"
+
+
+@contextmanager
+def local_only() -> Iterator[None]:
+    """Let the one server of :mod:`viser` that is started meanwhile refuse everyone else.
+
+    viser has no setting for it, so its call of :func:`websockets.asyncio.server.serve` is given a
+    check of every request before its own.
+
+    Raises:
+        PlantigradeError: If viser started its server in another way, so that nothing is checked.
+    """
+    import http
+
+    from websockets.asyncio import server
+    from websockets.datastructures import Headers
+    from websockets.http11 import Response
+
+    serve, guarded = server.serve, []
+
+    def checked(*arguments: Any, process_request: Callable | None = None, **options: Any) -> Any:
+        def first(connection: Any, request: Any) -> Any:
+            if not is_local(request.headers):
+                status = http.HTTPStatus.FORBIDDEN
+                return Response(status, status.phrase, Headers(), b"for this machine only\n")
+            return None if process_request is None else process_request(connection, request)
+
+        guarded.append(True)
+        return serve(*arguments, process_request=first, **options)
+
+    with _one_at_a_time:
+        server.serve = checked  # type: ignore[assignment]
+        try:
+            yield
+        finally:
+            server.serve = serve  # type: ignore[misc]
+    if not guarded:
+        raise PlantigradeError(
+            "this version of viser does not let its requests be checked: install viser 1.0 or 1.1, "
+            "or open viewer.html of the run instead"
+        )
+
+
+def _has_port(host: str) -> bool:
+    return ":" in host.rpartition("]")[2]
