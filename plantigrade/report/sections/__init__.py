@@ -15,9 +15,9 @@ from plantigrade.report.sections import (
 
 SECTIONS = (
     # what the run was made for
-    verdict.check_section,
     verdict.findings_section,
     verdict.broken_section,
+    verdict.check_section,
     recorded.curve_section,
     recorded.rom_section,
     tasks.task_section,

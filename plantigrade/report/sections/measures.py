@@ -37,6 +37,9 @@ def measure_section(subject: Subject) -> list[Section]:
         keys = [key.replace("SIDE", side) for side in SIDES]
         cells = [_value(subject, one, digits) for one in keys]
         rows.append([name, *cells, "", _asymmetry(subject, keys), unit, published.get(name, "")])
+    rows = [row for row in rows if any(row[1:4])]
+    if not rows:
+        return [Section(MEASURES, missing="no measure of the walk is known.")]
     text = (
         "A step goes from one foot's heel strike to the other's and is named after the foot that "
         "lands; a stride goes to the same foot's next. Mean ± standard deviation where there are "
