@@ -235,9 +235,20 @@ def test_a_slow_walk_is_told_that_adults_walked_faster(record):
 
 
 def test_asymmetry_is_right_minus_left_of_their_mean(record):
-    run = fitted(record, stride_length_l_m=1.125)  # right 1.375
+    run = fitted(record, stride_length_l_m=1.125, step_length_l_m=0.6)  # right 1.375, unknown
     rows = {row[0]: row for row in sections(run)["Spatio-temporal measures"].rows}
     assert rows["stride length"][4] == "+20.0 %" and rows["step length"][4] == ""
+
+
+def test_the_gait_profile_is_that_of_adults_alone(record):
+    run = fitted(record)
+    (*rows, score) = sections(run)["Gait Profile Score"].rows
+    assert len(rows) == 9 and score[0] == "Gait Profile Score"
+    sides = [float(cell) for cell in score[1:4]]
+    assert sides[2] == pytest.approx(np.mean(sides[:2]), abs=1.0) and float(score[4]) > 3
+    assert "Gait Profile Score" not in sections(fitted(record, age_years=9.0))
+    still = replace(record, motion=replace(record.motion, events=()))
+    assert "Gait Profile Score" not in sections(fitted(still))
 
 
 # Curves and pictures ------------------------------------------------------------------------------

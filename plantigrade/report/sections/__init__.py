@@ -28,6 +28,7 @@ SECTIONS = (
     # what every motion has, and what its forces add
     measures.measure_section,
     cycles.angle_section,
+    measures.profile_section,
     cycles.other_angle_section,
     cycles.force_section,
     cycles.moment_section,
