@@ -1,6 +1,10 @@
 """What a reader of the pages meets: phone, paper, plain words, the right norms."""
 
+import base64
+import html
+import io
 import re
+import unicodedata
 from dataclasses import replace
 
 import numpy as np
@@ -37,6 +41,7 @@ def study_page(n: int) -> str:
     return study_html(found, gaits, {}, tasks="paper", provenance={"command": "c" * 120})
 
 
+@pytest.fixture(scope="module")
 def every_page(record) -> dict[str, str]:
     """One page of every kind; names, hashes and words as long as they come."""
     made = {
@@ -64,9 +69,9 @@ def words_of(page: str) -> str:
 # Phone and paper ----------------------------------------------------------------------------------
 
 
-def test_every_page_is_as_wide_as_a_phone(browser, tmp_path, record):
+def test_every_page_is_as_wide_as_a_phone(browser, tmp_path, every_page):
     browser.resize(400, 800)
-    for name, page in every_page(record).items():
+    for name, page in every_page.items():
         path = tmp_path / f"{name}.html"
         path.write_text(page, encoding="utf-8")
         browser.open(path)
@@ -79,8 +84,38 @@ def test_every_page_is_as_wide_as_a_phone(browser, tmp_path, record):
         assert browser.errors == [] and browser.requests == []
 
 
-def test_paper_is_white_and_open_and_no_heading_ends_a_page(browser, tmp_path, record):
-    """Section headings are led by the rule that keeps them with what follows, in print alone."""
+@pytest.mark.parametrize("kind", ["fit", "reproduce", "failed", "study"])
+def test_no_heading_ends_a_sheet_of_paper(browser, tmp_path, every_page, kind):
+    """The lowest words of an A4 page, as the PDF places them, are no heading."""
+    pypdf = pytest.importorskip("pypdf")
+    page = every_page[kind]
+    path = tmp_path / "page.html"
+    path.write_text(page, encoding="utf-8")
+    browser.open(path)
+    found = re.findall(r"<h[23]>(.*?)</h[23]>", page)
+    headings = {unicodedata.normalize("NFKC", html.unescape(h)) for h in found}
+    print_options = {"preferCSSPageSize": True, "printBackground": False}
+    made = base64.b64decode(browser.call("Page.printToPDF", **print_options)["data"])
+    seen = set()
+    sheets = pypdf.PdfReader(io.BytesIO(made)).pages
+    assert 2 <= len(sheets) <= 14
+    assert tuple(map(float, sheets[0].mediabox[2:])) == pytest.approx((595.3, 841.9), abs=1)
+    for sheet in sheets:
+        words: list[tuple[float, str]] = []
+
+        def visit(text, matrix, place, font, size, words=words):
+            if text.strip():
+                whole = unicodedata.normalize("NFKC", text.strip())
+                words.append((matrix[5] + place[5] * matrix[3], whole))
+
+        sheet.extract_text(visitor_text=visit)
+        assert min(words)[1] not in headings
+        seen |= {text for _, text in words}
+    assert len(seen & headings) > len(headings) / 2, "the headings were not recognised"
+
+
+def test_paper_is_white_and_open(browser, tmp_path, record):
+    """In print all is open and light, and the colours of the key are kept."""
     path = tmp_path / "report.html"
     path.write_text(report_html(from_tasks(record, forces=True, measured=True)), encoding="utf-8")
     browser.open(path)
@@ -121,8 +156,8 @@ def test_a_link_opens_its_section(browser, tmp_path, record):
 # Words --------------------------------------------------------------------------------------------
 
 
-def test_no_page_shows_a_raw_key_or_a_time_of_computation(record):
-    for name, page in every_page(record).items():
+def test_no_page_shows_a_raw_key_or_a_time_of_computation(every_page):
+    for name, page in every_page.items():
         words = words_of(page)
         keys = set(re.findall(r"\b[a-z]+(?:_[a-z0-9]+)+\b", words)) - {"knee_and_hip"}
         assert not keys, f"{name}: {keys}"
@@ -200,9 +235,20 @@ def test_a_slow_walk_is_told_that_adults_walked_faster(record):
 
 
 def test_asymmetry_is_right_minus_left_of_their_mean(record):
-    run = fitted(record, stride_length_l_m=1.125)  # right 1.375
+    run = fitted(record, stride_length_l_m=1.125, step_length_l_m=0.6)  # right 1.375, unknown
     rows = {row[0]: row for row in sections(run)["Spatio-temporal measures"].rows}
     assert rows["stride length"][4] == "+20.0 %" and rows["step length"][4] == ""
+
+
+def test_the_gait_profile_is_that_of_adults_alone(record):
+    run = fitted(record)
+    (*rows, score) = sections(run)["Gait Profile Score"].rows
+    assert len(rows) == 9 and score[0] == "Gait Profile Score"
+    sides = [float(cell) for cell in score[1:4]]
+    assert sides[2] == pytest.approx(np.mean(sides[:2]), abs=1.0) and float(score[4]) > 3
+    assert "Gait Profile Score" not in sections(fitted(record, age_years=9.0))
+    still = replace(record, motion=replace(record.motion, events=()))
+    assert "Gait Profile Score" not in sections(fitted(still))
 
 
 # Curves and pictures ------------------------------------------------------------------------------

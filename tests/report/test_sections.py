@@ -243,7 +243,10 @@ def test_convergence_tells_every_stage(record):
     coarse, fine = section.rows
     assert coarse[:4] == ["coarse", "banded interior point", "21", "5"]
     assert fine[1] == "IPOPT" and fine[6] == "1.0e−9" and fine[7] == "dynamics 3"
-    empty = with_signals(solved(record), solver__history=np.zeros((0, 6)))
+    none = np.array([], dtype=np.str_)
+    empty = with_signals(
+        solved(record), solver__history=np.zeros((0, 6)), solver__history_worst=none
+    )
     assert "no iterations" in sections(empty)["Convergence"].missing
 
 

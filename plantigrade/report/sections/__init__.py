@@ -15,9 +15,9 @@ from plantigrade.report.sections import (
 
 SECTIONS = (
     # what the run was made for
-    verdict.check_section,
     verdict.findings_section,
     verdict.broken_section,
+    verdict.check_section,
     recorded.curve_section,
     recorded.rom_section,
     tasks.task_section,
@@ -28,6 +28,7 @@ SECTIONS = (
     # what every motion has, and what its forces add
     measures.measure_section,
     cycles.angle_section,
+    measures.profile_section,
     cycles.other_angle_section,
     cycles.force_section,
     cycles.moment_section,
