@@ -79,7 +79,7 @@ def test_dragging_on_a_curve_scrubs(still):
     assert still.evaluate("plantigrade.state.t") == pytest.approx(3.0, abs=0.1)
 
 
-def test_play_speed_and_follow(still):
+def test_the_camera_follows_unless_told_to_stay(still):
     # the body walks 1.25 m/s: with the camera following it stays put in the picture
     still.evaluate("plantigrade.seek(0.0)")
     still.settle()
@@ -91,21 +91,6 @@ def test_play_speed_and_follow(still):
     still.evaluate("plantigrade.seek(0.0)")
     still.settle()
     assert still.evaluate("plantigrade.camera.target[0]") - target == pytest.approx(2.5, abs=0.1)
-    # a tenth of the speed: in one second of the wall the clock gains a tenth of a second at most
-    still.evaluate(
-        "(() => { const s = document.getElementById('speed'); s.value = '0.1';"
-        "s.dispatchEvent(new Event('change')); document.getElementById('play').click(); })()"
-    )
-    start, wall = still.evaluate("[plantigrade.state.t, performance.now()]")
-    end = start
-    for _ in range(60):  # frames: the first may find that no time has gone by
-        still.settle()
-        end, later = still.evaluate("[plantigrade.state.t, performance.now()]")
-        if end > start:
-            break
-    assert 0 < end - start <= 0.1 * (later - wall) / 1000 + 0.02
-    still.evaluate("document.getElementById('play').click()")
-    assert still.evaluate("plantigrade.state.playing") is False
     still.evaluate("document.getElementById('follow').click()")
 
 
