@@ -29,9 +29,10 @@ def viewer_page(tmp_path_factory, record):
 
 @pytest.fixture
 def still(viewer_page):
-    """The same page, standing still a second after the start, the camera following."""
+    """The same page, still a second after the start, the camera following, drawn simply."""
     viewer_page.evaluate(
-        "plantigrade.pause(); plantigrade.seek(1.0); plantigrade.state.follow = true"
+        "plantigrade.pause(); plantigrade.seek(1.0); plantigrade.state.follow = true;"
+        "plantigrade.setQuality('simple')"
     )
     return viewer_page
 
@@ -50,7 +51,9 @@ def middle(browser, selector: str) -> tuple[float, float, float]:
     return left, top + height / 2, width
 
 
-def test_viewer_draws_and_is_silent(still):
+@pytest.mark.parametrize("quality", ["simple", "full"])
+def test_viewer_draws_and_is_silent(still, quality):
+    still.evaluate(f"plantigrade.setQuality('{quality}')")
     picture = stage(still)
     assert colours(picture) > 1000, "the stage is (nearly) blank"
     blue = (picture[..., 2].astype(int) - picture[..., 0] > 40).sum()
