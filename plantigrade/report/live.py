@@ -23,7 +23,7 @@ from plantigrade.report.scene import build_scene, heading_of, standing_height
 from plantigrade.report.shapes import Shape, mesh_of, rgb
 
 ARROW = 0.6  # one body weight is drawn this long [m]
-HEAD = 0.08  # of which the head is [m]
+HEAD, SHORTEST = 0.08, 0.015  # of which the head is; shorter ones are not drawn [m]
 PAUSE = 0.6  # the last frame stays this long before the first comes again [s]
 
 
@@ -223,17 +223,17 @@ class LiveViewer:
         vector = ARROW * scene.total_force[frame, side] / scene.weight
         length = float(np.linalg.norm(vector))
         seen = bool(np.isfinite(start).all())
+        tip = min(HEAD, 0.4 * length)
         shaft, head, disc = arrow
-        disc.visible, shaft.visible, head.visible = seen, *[seen and length > HEAD] * 2
+        disc.visible = seen
+        shaft.visible = head.visible = seen and length > SHORTEST
         if seen:
             disc.position = start
-        if seen and length > HEAD:
-            along = vector / length
-            turn = turned_to(along)
-            body = length - HEAD
+        if head.visible:
+            along, body = vector / length, length - tip
             shaft.position, shaft.scale = start + along * body / 2, (1.0, 1.0, body)
-            head.position = start + along * body
-            shaft.wxyz = head.wxyz = turn
+            head.position, head.scale = start + along * body, tip / HEAD
+            shaft.wxyz = head.wxyz = turned_to(along)
 
     def _add_ground(self) -> None:
         """Add a grid on the plane, or on each tread; relief as it is."""

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from threading import Event
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 
 from plantigrade.charts import theme
 from plantigrade.contact.ground import Ground, Seat, Step
-from plantigrade.report.live import ARROW, LiveViewer, in_bytes, turned_to
+from plantigrade.report.live import ARROW, HEAD, LiveViewer, in_bytes, turned_to
 from plantigrade.report.scene import build_scene, side_forces
 from plantigrade.report.viewer import COLOURS, page_data
 from plantigrade.spatial.conventions import rotation_matrix
@@ -61,7 +62,7 @@ def test_an_arrow_stands_on_the_centre_of_pressure_and_is_as_long_as_the_force(l
         if seen:
             drawn += 1
             turn = rotation_matrix(np.array(head.wxyz))
-            tip = np.array(head.position) + 0.08 * turn[:, 2]
+            tip = np.array(head.position) + HEAD * head.scale * turn[:, 2]
             force = ARROW * total[2 * frame, side] / record.weight
             np.testing.assert_allclose(tip, cop[2 * frame, side] + force, atol=1e-5)
             middle = np.array(shaft.position) - turn[:, 2] * shaft.scale[2] / 2
@@ -120,14 +121,14 @@ def test_the_last_frame_stays_and_the_speed_is_true(live, monkeypatch):
         live, "show", lambda frame: (seen.append(live.scene.time[frame]), show(frame))
     )
 
-    class Stop:
+    class Stop(Event):
         left = 4
 
-        def wait(self, _seconds):
+        def wait(self, timeout=None):
             self.left -= 1
             return self.left < 0
 
-    live.play(Stop())  # type: ignore[arg-type]
+    live.play(Stop())
     assert seen == pytest.approx([0.7, 2.0, 4.0, 0.0])
 
 

@@ -29,9 +29,10 @@ def viewer_page(tmp_path_factory, record):
 
 @pytest.fixture
 def still(viewer_page):
-    """The same page, standing still a second after the start, the camera following."""
+    """The same page, still a second after the start, the camera following, drawn simply."""
     viewer_page.evaluate(
-        "plantigrade.pause(); plantigrade.seek(1.0); plantigrade.state.follow = true"
+        "plantigrade.pause(); plantigrade.seek(1.0); plantigrade.state.follow = true;"
+        "plantigrade.setQuality('simple')"
     )
     return viewer_page
 
@@ -50,7 +51,9 @@ def middle(browser, selector: str) -> tuple[float, float, float]:
     return left, top + height / 2, width
 
 
-def test_viewer_draws_and_is_silent(still):
+@pytest.mark.parametrize("quality", ["simple", "full"])
+def test_viewer_draws_and_is_silent(still, quality):
+    still.evaluate(f"plantigrade.setQuality('{quality}')")
     picture = stage(still)
     assert colours(picture) > 1000, "the stage is (nearly) blank"
     blue = (picture[..., 2].astype(int) - picture[..., 0] > 40).sum()
@@ -79,7 +82,7 @@ def test_dragging_on_a_curve_scrubs(still):
     assert still.evaluate("plantigrade.state.t") == pytest.approx(3.0, abs=0.1)
 
 
-def test_play_speed_and_follow(still):
+def test_the_camera_follows_unless_told_to_stay(still):
     # the body walks 1.25 m/s: with the camera following it stays put in the picture
     still.evaluate("plantigrade.seek(0.0)")
     still.settle()
@@ -91,21 +94,6 @@ def test_play_speed_and_follow(still):
     still.evaluate("plantigrade.seek(0.0)")
     still.settle()
     assert still.evaluate("plantigrade.camera.target[0]") - target == pytest.approx(2.5, abs=0.1)
-    # a tenth of the speed: in one second of the wall the clock gains a tenth of a second at most
-    still.evaluate(
-        "(() => { const s = document.getElementById('speed'); s.value = '0.1';"
-        "s.dispatchEvent(new Event('change')); document.getElementById('play').click(); })()"
-    )
-    start, wall = still.evaluate("[plantigrade.state.t, performance.now()]")
-    end = start
-    for _ in range(60):  # frames: the first may find that no time has gone by
-        still.settle()
-        end, later = still.evaluate("[plantigrade.state.t, performance.now()]")
-        if end > start:
-            break
-    assert 0 < end - start <= 0.1 * (later - wall) / 1000 + 0.02
-    still.evaluate("document.getElementById('play').click()")
-    assert still.evaluate("plantigrade.state.playing") is False
     still.evaluate("document.getElementById('follow').click()")
 
 

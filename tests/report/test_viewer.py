@@ -260,7 +260,8 @@ def test_without_graphics_the_curves_still_play(path):
 
 
 def test_who_wants_no_motion_gets_none(path):
-    with open_browser(width=500, height=300) as browser:
+    with open_browser(width=240, height=160) as browser:
+        browser.call("Page.addScriptToEvaluateOnNewDocument", source=CLOCK)
         for wish, plays in (("reduce", False), ("no-preference", True)):
             feature = {"name": "prefers-reduced-motion", "value": wish}
             browser.call("Emulation.setEmulatedMedia", features=[feature])
@@ -285,7 +286,7 @@ def test_the_ground_of_the_record_is_drawn(page, tmp_path, record, name):
     ground = UNEVEN[name]
     path = tmp_path / "viewer.html"
     path.write_text(viewer_html(replace(record, ground=ground), title=name), encoding="utf-8")
-    with open_browser(width=500, height=300) as browser:
+    with open_browser(width=240, height=160) as browser:
         browser.call("Page.addScriptToEvaluateOnNewDocument", source=CLOCK)
         browser.open(path, ready=READY)
         sizes = "['fixed', 'ground'].map(k => buffers[k].count > 0)"

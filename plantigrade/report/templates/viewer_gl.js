@@ -280,7 +280,7 @@ function draw(paper = null) {
   const at = frameAt(state.t), simple = quality.simple && !paper;
   const c = mix3(com, 1, 0, at), ground = mix1(floor, at), base = mix1(level, at);
   if (state.follow) camera.target = [c[0], c[1], camera.height + base];
-  const ratio = simple ? 0.6 * Math.min(1, devicePixelRatio) : devicePixelRatio;
+  const ratio = simple ? 0.6 * Math.min(1, devicePixelRatio) : Math.min(2, devicePixelRatio);
   const { width: w, height: h } = paper ?? { width: Math.round(canvas.clientWidth * ratio), height: Math.round(canvas.clientHeight * ratio) };
   if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
   if (!w || !h) return;
