@@ -135,7 +135,7 @@ def check(record: Record) -> None:
     """Raise unless ``record`` can be drawn.
 
     Raises:
-        ParameterError: If it has no frame, sizes do not match, or a configuration is not finite.
+        ParameterError: If it has no frame, or a configuration is not finite.
     """
     n, nq = record.motion.qpos.shape
     if n == 0:
@@ -147,13 +147,6 @@ def check(record: Record) -> None:
     if not np.isfinite(record.motion.qpos).all():
         bad = int(np.flatnonzero(~np.isfinite(record.motion.qpos).all(axis=1))[0])
         raise ParameterError(f"configuration of frame {bad} is not finite; fill or cut the gap")
-    recorded = record.recorded_markers and record.recorded_markers.positions
-    arrays = {"fitted_markers": record.fitted_markers, "recorded_markers": recorded}
-    for name, array in arrays.items():
-        if array is not None and len(array) != n:
-            raise ParameterError(
-                f"{name} has {len(array)} frames and the motion {n}; put both on one clock"
-            )
 
 
 def poses(

@@ -144,7 +144,7 @@ def test_gaps_in_the_motion_are_refused(record):
 def test_clocks_must_agree(record):
     markers = record.recorded_markers
     short = replace(markers, time=markers.time[:10], positions=markers.positions[:10])
-    with pytest.raises(ParameterError, match="recorded_markers has 10 frames"):
+    with pytest.raises(ParameterError, match=r"recorded_markers has shape \(10, "):
         build_scene(replace(record, recorded_markers=short))
 
 
