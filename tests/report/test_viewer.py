@@ -281,8 +281,8 @@ UNEVEN = {
 
 
 @pytest.mark.parametrize("name", UNEVEN)
-def test_the_ground_of_the_record_is_drawn(page, tmp_path, record, name):
-    """Places of the ground under the body, seen on the page as far from the eye as they are."""
+def test_the_ground_of_the_record_is_drawn(tmp_path, record, name):
+    """Its plane, treads, relief and seats are there, and the camera looks above what is below."""
     ground = UNEVEN[name]
     path = tmp_path / "viewer.html"
     path.write_text(viewer_html(replace(record, ground=ground), title=name), encoding="utf-8")
