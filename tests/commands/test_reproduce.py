@@ -212,3 +212,26 @@ def test_bad_words_are_one_sentence(tmp_path, monkeypatch, capsys, words, senten
     assert cli.main(["reproduce", *words]) == 2
     err = capsys.readouterr().err
     assert sentence in err and "Traceback" not in err
+
+
+def test_studies_and_their_gaits_are_numbered(tmp_path, monkeypatch, capsys):
+    from plantigrade.io import write
+    from plantigrade.models import Human
+    from plantigrade.workflows.textbook import recorded, textbook_walk
+
+    monkeypatch.chdir(tmp_path)
+    human = Human.create(1.74, 71.0, "male", joints="42")
+    for seed, name in enumerate(("anna", "beth")):
+        walk = textbook_walk(human, cycles=2)
+        write(recorded(walk, Path(f"{name}.c3d"), seed=seed), f"{name}.c3d")
+    for name in ("reproduce-anna", "reproduce-study-anna-and-1-more"):  # of somebody
+        (tmp_path / "runs" / name).mkdir(parents=True)
+    words = ["reproduce", "anna.c3d", "beth.c3d", "--no-dynamics", "--quiet"]
+    assert cli.main(words) == 0
+    folder = Path("runs/reproduce-study-anna-and-1-more-2")
+    assert f"{folder}: 2 gaits" in capsys.readouterr().out
+    page = (folder / "study.html").read_text("utf-8")
+    assert "../reproduce-anna-2/report.html" in page and "../reproduce-beth/report.html" in page
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["gaits"]["anna"]["folder"] == "runs/reproduce-anna-2"
+    assert metrics["seconds"]["cycle"] > 0 and "time_per_cycle_s" not in metrics
