@@ -7,14 +7,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-# One thread per solve: idle BLAS threads slow the small matrices of this package down. It must be
-# said before numpy loads, and this file loads before any test.
+import pytest
+from threadpoolctl import threadpool_limits
+
+from tests.browser import Browser, find_browser, stop
+
+# One thread per solve: idle BLAS threads slow the small matrices of this package down, up to seven
+# times. The environment is for what loads later and for other processes; NumPy has been loaded by
+# now, by the plugin of jaxtyping.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
-
-import pytest  # noqa: E402
-
-from tests.browser import Browser, find_browser, stop  # noqa: E402
+threadpool_limits(1)
 
 DATA_VARIABLE = "PLANTIGRADE_DATA"
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from plantigrade.bounds import Bounded
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import FileError, ParameterError, RunExists
@@ -21,13 +22,21 @@ Foot = Literal["right", "left", "none"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PrintOptions):
+class Command(PrintOptions, Bounded):
     """Draw a run as one picture that moves, or as a strip of instants.
 
     The picture is an SVG file without script, so it also moves in a README. A steady gait plays one
     stride without end; any other motion plays its first ten seconds, or what --start and --stop
     name.
     """
+
+    ranges = {
+        "start": (-1e6, 1e6, "s"),
+        "stop": (-1e6, 1e6, "s"),
+        "rate": (1, 100, "1/s"),
+        "speed": (0.05, 10, "times true speed"),
+        "height_px": (100, 2000, "pixels"),
+    }
 
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder to draw."""
@@ -87,11 +96,6 @@ class Command(PrintOptions):
         return Outcome(text=f"wrote {out}: {shown}, {size:.0f} kB", metrics=metrics)
 
     def _refuse(self) -> None:
-        from plantigrade.report.moving import HEIGHTS
-
-        if not HEIGHTS[0] <= self.height_px <= HEIGHTS[1]:
-            low, high = HEIGHTS
-            raise ParameterError(f"height_px={self.height_px} must be from {low} to {high} pixels")
         if self.still:
             default = Command(run_folder=self.run_folder)
             for name in ("view", "foot", "start", "stop", "rate", "speed", "title"):

@@ -7,6 +7,7 @@ import importlib
 import math
 from dataclasses import MISSING, fields
 from functools import cache
+from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 import pytest
@@ -97,7 +98,12 @@ def test_the_same_from_python(words, name):
     """A number within bounds, or a ParameterError; never one that is silently ignored."""
     kind = commands()[words]
     low, high = bounds(kind, name)
-    needed = {f.name: "a.c3d" for f in fields(kind) if f.default is f.default_factory is MISSING}
+    several = (Path("a.c3d"),)
+    needed = {
+        f.name: several if get_origin(get_type_hints(kind)[f.name]) is tuple else several[0]
+        for f in fields(kind)
+        if f.default is f.default_factory is MISSING
+    }
     for value in VALUES:
         try:
             made = kind(**needed, **{name: value})

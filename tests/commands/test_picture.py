@@ -59,7 +59,7 @@ def test_a_strip_of_instants(run, capsys):
         (["--still", "--speed", "0.5"], "--speed means nothing to a strip"),
         (["--start", "0"], ""),
         (["--start", "5"], "no part of this motion"),
-        (["--speed", "0"], "speed=0"),
+        (["--speed", "0"], "speed must be 0.05"),
         (["--height-px", "99999999"], "height_px"),
         (["--still", "--height-px", "-3"], "height_px"),
     ],
