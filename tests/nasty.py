@@ -49,7 +49,9 @@ def texts(text: str, count: int, seed: int = 0) -> Iterator[tuple[str, bytes]]:
     tokens = list(TOKEN.finditer(text))
     lines = text.split("\n")
     changes = [(m.start(), m.end(), word) for m in tokens for word in NUMBERS + WORDS]
-    for start, end, word in sample(changes, count, seed):
+    counts = [m for m in tokens[:60] if m[0].isdecimal()]  # of a header
+    head = [(m.start(), m.end(), word) for m in counts for word in NUMBERS]
+    for start, end, word in sample(head, count // 2, seed) + sample(changes, count // 2, seed):
         what = f"{text[start:end]} at {start} -> {word[:20]} ({len(word)} characters)"
         yield what, _raw(text[:start] + word + text[end:])
     for i in sample(list(range(len(lines))), max(count // 20, 3), seed):

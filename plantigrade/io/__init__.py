@@ -61,7 +61,9 @@ _TRC, _MOT, _AMC = (b"pathfiletype", b"frame#"), (b"endheader",), (b":fully-spec
 _BVH = "bvh_writer:write_recording"
 
 FORMATS = (
-    Format("C3D", (".c3d",), "c3d:read_c3d", "c3d:write_c3d", "markers | plates events subject"),
+    Format(
+        "C3D", (".c3d",), "c3d:read_c3d", "c3d_writer:write_c3d", "markers | plates events subject"
+    ),
     Format("TRC", (".trc",), "trc:read_trc", "trc:write_trc", "markers", _TRC),
     Format(
         "MOT/STO", (".mot", ".sto"), "mot:read_mot", "mot:write_mot", "coordinates plates", _MOT

@@ -16,8 +16,7 @@ from plantigrade.io.axes import rotation_to_world, to_world, up_axis_of_points
 from plantigrade.io.c3d_file import C3dFile, read_c3d_file
 from plantigrade.io.c3d_labels import LabelledPoints, sort_points
 from plantigrade.io.force_plates import plate_axes, plate_corners, plates_from_c3d
-from plantigrade.io.text import not_written
-from plantigrade.motion.recording import ForcePlate, GaitEvent, Markers, Recording, Subject
+from plantigrade.motion.recording import GaitEvent, Markers, Recording, Subject
 
 LENGTH_UNITS = {
     **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), 1e-3),
@@ -82,70 +81,6 @@ def read_c3d(path: str | Path) -> Recording:
         outputs=outputs,
         warnings=tuple(warnings + plate_warnings + _people(points)),
     )
-
-
-def write_c3d(recording: Recording, path: str | Path) -> None:
-    """Write markers, force plates (type 2) and events; world axes z up, points in mm.
-
-    Plates are resampled to the smallest multiple of the marker rate that is not below their own. A
-    plate with unknown corners is written as 0.5 m by 0.5 m, centred on its mean centre of pressure.
-
-    Raises:
-        FileError: If there are no markers, they are not evenly sampled, or the file cannot be
-            written.
-    """
-    import ezc3d
-
-    markers = recording.markers
-    if markers is None or markers.n_frames == 0:
-        raise FileError(
-            path,
-            "the recording has no markers, which a C3D file needs",
-            remedy="write joint angles to .mot or .npz, another skeleton to .bvh",
-        )
-    rate = _even_rate(markers.time, path)
-    first_frame = int(round(markers.time[0] * rate)) + 1
-    first_frame = max(first_frame, 1)
-    if first_frame + markers.n_frames - 1 > 65535:
-        raise FileError(
-            path,
-            f"frame {first_frame + markers.n_frames - 1} exceeds 65535, the last of a C3D header",
-            remedy="shorten the recording, or write .trc or .csv",
-        )
-    shift = (first_frame - 1) / rate - markers.time[0]
-    out = ezc3d.c3d()
-    n = markers.n_frames
-    data = np.full((4, len(markers.names), n), np.nan)
-    data[:3] = markers.positions.transpose(2, 1, 0) * 1e3
-    data[3] = 1.0
-    out["data"]["points"] = data
-    seen = np.isfinite(data[:3]).all(axis=0)
-    out["data"]["meta_points"] = {
-        "residuals": np.where(seen, 0.0, -1.0)[None],
-        "camera_masks": np.zeros((7, len(markers.names), n), dtype=bool),
-    }
-    out["header"]["points"]["first_frame"] = first_frame - 1
-    point = out["parameters"]["POINT"]
-    point["RATE"]["value"] = np.array([rate])
-    point["LABELS"]["value"] = list(markers.names)
-    point["UNITS"]["value"] = ["mm"]
-    out.add_parameter("POINT", "X_SCREEN", ["+X"])
-    out.add_parameter("POINT", "Y_SCREEN", ["+Z"])
-    per_frame = _samples_per_frame(recording.plates, rate)
-    if recording.plates:  # without analog samples, ezc3d wants their rate left at zero
-        out["parameters"]["ANALOG"]["RATE"]["value"] = np.array([rate * per_frame])
-        _add_plates(out, recording.plates, markers.time[0], rate, per_frame, n)
-    if recording.events:
-        _add_events(out, recording.events, shift)
-    _add_subject(out, recording.subject)
-    try:
-        with open(path, "wb"):  # ezc3d says too little where it cannot write
-            pass
-        out.write(str(path))
-    except OSError as error:
-        raise not_written(path, error) from error
-    except RuntimeError as error:
-        raise FileError(path, f"cannot be written as C3D ({error})") from error
 
 
 def _length_unit(file: C3dFile, points: np.ndarray, warnings: list[str]) -> float:
@@ -334,104 +269,3 @@ def _people(points: LabelledPoints) -> list[str]:
         return []
     names = ", ".join(people)
     return [f"the file holds markers of {len(people)} subjects ({names}), kept by prefix"]
-
-
-def _even_rate(time: np.ndarray, path: str | Path) -> float:
-    if len(time) == 1:
-        return 100.0
-    steps = np.diff(time)
-    step = float(np.median(steps))
-    if not step > 0 or np.abs(steps - step).max() > 0.05 * step:
-        raise FileError(
-            path,
-            "the markers are not evenly sampled in time, which C3D cannot store",
-            remedy="resample them first, or write .trc or .csv",
-        )
-    rate = (len(time) - 1) / float(time[-1] - time[0])
-    return float(round(rate)) if abs(rate - round(rate)) < 1e-3 * rate else rate
-
-
-def _samples_per_frame(plates: tuple[ForcePlate, ...], rate: float) -> int:
-    rates = [(len(p.time) - 1) / (p.time[-1] - p.time[0]) for p in plates if len(p.time) > 1]
-    return max(1, int(np.ceil(max(rates, default=rate) / rate - 1e-3)))
-
-
-def _add_plates(out, plates, start: float, rate: float, per_frame: int, n_frames: int) -> None:
-    clock = start + np.arange(n_frames * per_frame) / (rate * per_frame)
-    channels, corners, origins = [], [], []
-    for plate in plates:
-        force, cop, free = _on_clock(plate, clock)
-        four = plate.corners if plate.corners is not None else _invented_corners(plate)
-        axes = plate_axes(four)
-        if axes[2, 2] > 0:  # listed the other way round: keep z into the ground
-            four = four[[1, 0, 3, 2]]
-            axes = plate_axes(four)
-        centre = four.mean(axis=0)
-        arm = np.where(np.isfinite(cop), cop - centre, 0.0)
-        moment = np.cross(arm, force)
-        moment[:, 2] += free
-        channels += [-force @ axes, -1e3 * moment @ axes]  # on the plate; N and N mm
-        corners.append(four.T * 1e3)
-        origins.append(np.zeros(3))
-    samples = np.concatenate(channels, axis=1)
-    n = len(plates)
-    out["data"]["analogs"] = samples.T[None]
-    analog = out["parameters"]["ANALOG"]
-    analog["LABELS"]["value"] = [
-        f"{axis}{i + 1}" for i in range(n) for axis in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
-    ]
-    analog["UNITS"]["value"] = ["N", "N", "N", "Nmm", "Nmm", "Nmm"] * n
-    analog["SCALE"]["value"] = np.ones(6 * n)
-    analog["OFFSET"]["value"] = np.zeros(6 * n, dtype=int)
-    group = out["parameters"]["FORCE_PLATFORM"]
-    group["USED"]["value"] = np.array([n])
-    group["TYPE"]["value"] = np.full(n, 2)
-    group["ZERO"]["value"] = np.array([1, 0])
-    group["CORNERS"]["value"] = np.stack(corners, axis=2)
-    group["ORIGIN"]["value"] = np.stack(origins, axis=1)
-    group["CHANNEL"]["value"] = np.arange(1, 6 * n + 1).reshape(n, 6).T
-
-
-def _on_clock(plate: ForcePlate, clock: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return force, centre of pressure and free moment at the times ``clock``; 0 outside."""
-    if len(plate.time) == len(clock) and np.abs(plate.time - clock).max() < 1e-6:
-        return plate.force, plate.cop, np.nan_to_num(plate.free_moment)
-
-    def at(values, outside):
-        return np.interp(clock, plate.time, values, left=outside, right=outside)
-
-    force = np.stack([at(np.nan_to_num(plate.force[:, k]), 0.0) for k in range(3)], axis=1)
-    seen = at(np.isfinite(plate.cop).all(axis=1).astype(float), 0.0) > 0.999
-    cop = np.stack([at(np.nan_to_num(plate.cop[:, k]), np.nan) for k in range(3)], axis=1)
-    cop[~seen] = np.nan
-    return force, cop, at(np.nan_to_num(plate.free_moment), 0.0)
-
-
-def _invented_corners(plate: ForcePlate) -> np.ndarray:
-    seen = plate.cop[np.isfinite(plate.cop).all(axis=1)]
-    centre = seen.mean(axis=0) if len(seen) else np.zeros(3)
-    # By quadrant of axes x, -y, into the ground: clockwise seen from above.
-    return centre + 0.25 * np.array([[1, -1, 0], [-1, -1, 0], [-1, 1, 0], [1, 1, 0]], dtype=float)
-
-
-def _add_events(out, events: tuple[GaitEvent, ...], shift: float) -> None:
-    times = np.array([[(e.time + shift) // 60, (e.time + shift) % 60] for e in events]).T
-    names = {"heel_strike": "Foot Strike", "toe_off": "Foot Off"}
-    out.add_parameter("EVENT", "USED", [len(events)])
-    out.add_parameter("EVENT", "CONTEXTS", [{"l": "Left", "r": "Right"}[e.side] for e in events])
-    out.add_parameter("EVENT", "LABELS", [names[e.kind] for e in events])
-    out.add_parameter("EVENT", "TIMES", times)
-
-
-def _add_subject(out, subject: Subject) -> None:
-    if subject.mass is not None:
-        out.add_parameter("PROCESSING", "Bodymass", [float(subject.mass)])
-    if subject.height is not None:
-        out.add_parameter("PROCESSING", "Height", [1e3 * subject.height])
-    if subject.leg_length is not None:
-        for side in "LR":
-            out.add_parameter("PROCESSING", f"{side}LegLength", [1e3 * subject.leg_length])
-    if subject.sex is not None:
-        out.add_parameter("SUBJECTS", "SEX", [subject.sex])
-    if subject.age is not None:
-        out.add_parameter("SUBJECTS", "AGE", [float(subject.age)])

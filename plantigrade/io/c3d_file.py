@@ -1,9 +1,9 @@
 """The C3D container: header, parameters, points and analog samples as stored.
 
-It is read with NumPy alone. ezc3d, an established C++ library, is the reference in the tests and
-the writer in :mod:`plantigrade.io.c3d`; it does not read files here because a single changed byte
-in a header can end the whole process (a segmentation fault in 2 to 3 of 100 random changes). Here
-every count is checked against the size of the file before anything is allocated.
+It is read with NumPy alone. ezc3d, an established C++ library, is the reference in the tests; it
+does not read files here because a single changed byte in a header can end the whole process (a
+segmentation fault in 2 to 3 of 100 random changes). Here every count is checked against the size of
+the file before anything is allocated.
 
 References:
     The C3D File Format, user guide, c3d.org (header words, parameter records, processor types).

@@ -1,11 +1,14 @@
 """C3D: against ezc3d, against the physics of standing and walking, and byte by byte."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from plantigrade.errors import FileError
-from plantigrade.io.c3d import event_kind, event_side, read_c3d, write_c3d
+from plantigrade.io.c3d import event_kind, event_side, read_c3d
 from plantigrade.io.c3d_file import read_c3d_file
+from plantigrade.io.c3d_writer import write_c3d
 from plantigrade.io.force_plates import COP_THRESHOLD, plate_axes
 from plantigrade.motion import Markers, Recording
 from tests.io.c3d_bytes import DEC, INTEL, MIPS, build
@@ -152,6 +155,59 @@ def test_round_trip(data, tmp_path, name):
     assert [(e.side, e.kind) for e in again.events] == [(e.side, e.kind) for e in once.events]
     assert [e.time for e in again.events] == pytest.approx([e.time for e in once.events], abs=1e-4)
     assert again.subject.mass == pytest.approx(once.subject.mass) if once.subject.mass else True
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_ezc3d_reads_what_is_written(data, tmp_path, name):
+    """The other library finds the same points, gaps, clock, forces and events in our file."""
+    ezc3d = pytest.importorskip("ezc3d")
+    path = tmp_path / "again.c3d"
+    once = read_c3d(data / "c3d" / f"{name}.c3d")
+    write_c3d(once, path)
+    other = ezc3d.c3d(str(path), extract_forceplat_data=True)
+    parameters = other["parameters"]
+    assert tuple(parameters["POINT"]["LABELS"]["value"]) == once.markers.names
+    assert parameters["POINT"]["UNITS"]["value"] == ["mm"]
+    points = other["data"]["points"][:3].transpose(2, 1, 0)
+    np.testing.assert_allclose(points, 1e3 * once.markers.positions, rtol=1e-6, atol=1e-3)
+    header = other["header"]["points"]
+    assert header["frame_rate"] == pytest.approx(once.markers.rate)
+    assert header["first_frame"] / header["frame_rate"] == pytest.approx(once.markers.time[0])
+    for theirs, plate in zip(other["data"]["platform"], once.plates, strict=True):
+        upwards = np.linalg.norm(theirs["force"], axis=0)
+        np.testing.assert_allclose(upwards, np.linalg.norm(plate.force, axis=1), atol=1e-3)
+        corners = 1e-3 * theirs["corners"].T
+        np.testing.assert_allclose(sorted(corners.tolist()), sorted(plate.corners.tolist()))
+    if once.events:
+        times = parameters["EVENT"]["TIMES"]["value"]
+        found = 60 * times[0] + times[1]
+        np.testing.assert_allclose(found, [e.time for e in once.events], atol=1e-4)
+
+
+def many(n: int, letters: int = 6) -> Recording:
+    """So many markers in two frames, with names of so many letters."""
+    names = tuple(f"{i:x}".rjust(letters, "m") for i in range(n))
+    x = np.random.default_rng(0).normal(size=(2, n, 3))
+    return Recording(Path("many.c3d"), Markers(names, np.array([0.0, 0.01]), x))
+
+
+@pytest.mark.parametrize("n", [1, 255, 256, 600])
+def test_more_markers_than_a_byte_counts(tmp_path, n):
+    """Their names go on in LABELS2, LABELS3, …; ezc3d agrees."""
+    ezc3d = pytest.importorskip("ezc3d")
+    path = tmp_path / "many.c3d"
+    write_c3d(many(n), path)
+    ours, other = read_c3d_file(path), ezc3d.c3d(str(path))
+    assert tuple(ours.strings("POINT", "LABELS")) == many(n).markers.names
+    assert other["data"]["points"].shape == (4, n, 2)
+    assert len(other["parameters"]["POINT"]["LABELS"]["value"]) == min(n, 255)
+
+
+@pytest.mark.parametrize(("n", "letters"), [(255, 200), (5000, 90), (70_000, 5)])
+def test_more_than_the_format_holds_is_said(tmp_path, n, letters):
+    with pytest.raises(FileError, match="too long|too many"):
+        write_c3d(many(n, letters), tmp_path / "many.c3d")
+    assert not (tmp_path / "many.c3d").exists()
 
 
 # ------------------------------------------------------------------------- byte by byte

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from plantigrade.errors import FileError
 from plantigrade.io import FORMATS, read
-from plantigrade.io.c3d import write_c3d
+from plantigrade.io.c3d_writer import write_c3d
 from plantigrade.io.csv import write_csv
 from plantigrade.io.trc import write_trc
 from plantigrade.motion import ForcePlate, GaitEvent, Markers, Recording, Subject, Table

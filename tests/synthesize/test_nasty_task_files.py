@@ -1,14 +1,16 @@
 """Task files and marker sets with nasty values: a task or a set, or our own error."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from plantigrade.errors import FileError, PlantigradeError
+from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.models import Human
 from plantigrade.models.markers import place_markers, read_marker_set
 from plantigrade.synthesize import read_task_file
+from plantigrade.synthesize.tasks.registry import make_task
 from plantigrade.synthesize.tasks.settings import settings_for
 from plantigrade.toml import LIMIT, parse_toml, read_toml
 from tests import nasty
@@ -65,7 +67,7 @@ RTH7 = { body = "femur_r", position = [0.05, -0.09, -0.2] }
 """
 
 
-def make_task(path):
+def read_task(path):
     read_task_file(path).task(HUMAN)
 
 
@@ -76,7 +78,7 @@ def place_set(path):
 
 @pytest.mark.parametrize(
     ("text", "read"),
-    [(TASKS["squat"], make_task), (TASKS["walk"], make_task), (SET, place_set)],
+    [(TASKS["squat"], read_task), (TASKS["walk"], read_task), (SET, place_set)],
     ids=["squat", "walk", "markers"],
 )
 def test_nasty_values(tmp_path, text, read):
@@ -106,7 +108,7 @@ def test_nasty_values(tmp_path, text, read):
     ],
     ids=["5000 digits", "400 digits", "deep", "deep and closed", "twice"],
 )
-@pytest.mark.parametrize("read", [make_task, place_set])
+@pytest.mark.parametrize("read", [read_task, place_set])
 def test_what_is_no_toml_is_said(tmp_path, read, value, match):
     path = tmp_path / "own.toml"
     path.write_text(f"[task]\nname = 'a'\n[markers]\nx = {value}\n")
@@ -138,3 +140,15 @@ def test_files_that_are_no_small_text(tmp_path):
 def test_values_of_settings_that_numpy_cannot_hold(key, value):
     with pytest.raises(PlantigradeError, match="height|speed|turn|steps"):
         settings_for("walk", **{key: value})
+
+
+@pytest.mark.parametrize(
+    ("task", "told", "rate"),
+    [("walk", {"steps": 200, "speed": 0.3}, 500.0), ("standing", {"duration": 60.0}, 500.0)],
+)
+def test_a_mesh_no_machine_has_memory_for_is_refused(task, told, rate):
+    """Each number is within its bounds, all of them together are not."""
+    made = replace(make_task(task, HUMAN, told), nodes_per_second=rate)
+    with pytest.raises(ParameterError, match=r"takes \d+ nodes of about 1 MB; allowed are 5000"):
+        made.nodes()
+    assert len(replace(made, nodes_per_second=5.0).nodes()) < 5000

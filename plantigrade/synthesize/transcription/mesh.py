@@ -6,6 +6,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 
+MOST = 5000
+"""Nodes of a mesh: a walk of 43 coordinates takes 1.1 MB of memory for each, so 5 GB."""
+
 
 def nodes_of(
     plan: ContactPlan, nodes_per_second: float = 20.0, *, least: int = 2
@@ -19,16 +22,24 @@ def nodes_of(
             zero at both ends would be zero throughout.
 
     Raises:
-        ParameterError: If ``nodes_per_second`` is not positive or ``least`` is below 1.
+        ParameterError: If ``nodes_per_second`` is not positive, ``least`` is below 1, or there
+            would be more nodes than :data:`MOST`.
     """
     if not 0 < nodes_per_second < np.inf:
         raise ParameterError(f"{nodes_per_second=} [1/s] must be positive: 20 is usual")
     if not (least == int(least) and least >= 1):
         raise ParameterError(f"{least=} must be a whole number, 1 or more")
     switches = plan.switches
+    counts = np.maximum(least, np.ceil(np.diff(switches) * nodes_per_second - 1e-9))
+    if counts.sum() + 1 > MOST:
+        raise ParameterError(
+            f"a motion of {plan.duration:.3g} s at {nodes_per_second:g} nodes per second takes "
+            f"{counts.sum() + 1:.0f} nodes of about 1 MB; allowed are {MOST}: ask for fewer steps, "
+            "a shorter duration or fewer nodes_per_second"
+        )
     pieces = [
-        np.linspace(a, b, max(int(least), int(np.ceil((b - a) * nodes_per_second - 1e-9))) + 1)[:-1]
-        for a, b in zip(switches[:-1], switches[1:], strict=True)
+        np.linspace(a, b, int(n) + 1)[:-1]
+        for a, b, n in zip(switches[:-1], switches[1:], counts, strict=True)
     ]
     return np.concatenate([*pieces, switches[-1:]])
 
