@@ -94,7 +94,6 @@ def solved(record: Record, *, bad: bool = False, iterations: int = 12) -> Run:
             np.linspace(9, 3, iterations),
             np.logspace(0, -9, iterations),
             np.logspace(1, -6, iterations),
-            np.linspace(0, 1, iterations),
         ]
     )
     signals = {
@@ -112,7 +111,6 @@ def solved(record: Record, *, bad: bool = False, iterations: int = 12) -> Run:
         "solver.stage_solvers": np.array(["interior-point", "ipopt"]),
         "solver.stage_status": np.array(["solved", "solved"]),
         "solver.stage_nodes": np.array([21, 41]),
-        "solver.stage_seconds": np.array([0.4, 1.2]),
         "solver.history": history,
         "solver.history_worst": np.array(["dynamics_3"] * iterations),
     }
