@@ -30,6 +30,12 @@ def test_every_citation_in_a_docstring_is_in_the_references():
     assert {(key, name) for key, name in cited if key not in listed} == set()
 
 
+def test_every_reference_comes_once():
+    text = (PAGES / "references.md").read_text("utf-8")
+    keys = re.findall(r"^\.\. \[([^]]+)\]", text, re.M)
+    assert sorted(keys) == sorted(set(keys))
+
+
 def test_references_are_written_out_in_one_place_only():
     defined = re.compile(r"^ *\.\. \[\w+\]", re.M)
     assert [path.name for path in MODULES if defined.search(path.read_text("utf-8"))] == []

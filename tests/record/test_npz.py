@@ -67,7 +67,7 @@ def a_record(n=5):
             force=900.0,
         ),
         signals={
-            "solver.history": rng.normal(size=(3, 6)),
+            "solver.history": rng.normal(size=(3, 5)),
             "solver.stage_names": np.array(["coarse", "fine"]),
             "tasks.active": np.array([[True, False]] * n),
         },

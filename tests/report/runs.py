@@ -94,7 +94,6 @@ def solved(record: Record, *, bad: bool = False, iterations: int = 12) -> Run:
             np.linspace(9, 3, iterations),
             np.logspace(0, -9, iterations),
             np.logspace(1, -6, iterations),
-            np.linspace(0, 1, iterations),
         ]
     )
     signals = {

@@ -245,7 +245,7 @@ def test_convergence_tells_every_stage(record):
     assert fine[1] == "IPOPT" and fine[6] == "1.0e−9" and fine[7] == "dynamics 3"
     none = np.array([], dtype=np.str_)
     empty = with_signals(
-        solved(record), solver__history=np.zeros((0, 6)), solver__history_worst=none
+        solved(record), solver__history=np.zeros((0, 5)), solver__history_worst=none
     )
     assert "no iterations" in sections(empty)["Convergence"].missing
 
