@@ -31,7 +31,6 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "solver.history": (NUMBERS, ("iterations", 5)),
     "solver.history_worst": (WORDS, ("iterations",)),
     "solver.broken": (WORDS, ("constraints",)),
-    "solver.time": (NUMBERS, ("frames",)),
     "tasks.names": (WORDS, ("tasks",)),
     "tasks.level": (NUMBERS, ("tasks",)),
     "tasks.meanings": (WORDS, ("tasks",)),
