@@ -52,7 +52,7 @@ OPTIONS = [
 def bounds(kind: type, name: str) -> tuple[float, float]:
     """Return the bounds of an option as the class has it, in radians where that is its unit."""
     ranges = (vars(base).get("ranges", {}) for base in kind.__mro__)
-    low, high, unit = next(r[name] for r in ranges if name in r)
+    low, high, unit = next((r[name] for r in ranges if name in r), (math.inf, -math.inf, ""))
     return (low / RADIAN, high / RADIAN) if unit == "degrees" else (low, high)
 
 
