@@ -134,7 +134,9 @@ class Record:
                 raise ParameterError(f"{name} has shape {value.shape}; here it must be {shape}")
         for site in self.sites:
             if site.body not in self.human.body_names:
-                raise ParameterError(f"contact site {site.name} is on {site.body!r}, no body here")
+                bodies = ", ".join(self.human.body_names)
+                what = f"contact site {site.name!r}: no body {site.body!r}; there are {bodies}"
+                raise ParameterError(what)
         for name, other in self.references.items():
             if other.joint_names != self.motion.joint_names or not other.n_frames:
                 raise ParameterError(f"reference {name!r} is no motion of this person")
