@@ -25,6 +25,7 @@ from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.threads import on_one_thread
 
 Step = Callable[[str], contextlib.AbstractContextManager]
 """Opened around each step of a job, with what is done in it: shows progress."""
@@ -112,6 +113,7 @@ def fit_trial(
         return recording, analyse(fitted, cutoff=settings.cutoff, mass=settings.mass)
 
 
+@on_one_thread
 def fit(
     path: str | Path,
     settings: FitSettings | None = None,

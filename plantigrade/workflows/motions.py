@@ -22,9 +22,11 @@ from plantigrade.workflows.settings import (
     TrackSettings,
 )
 from plantigrade.workflows.synthesize import Origin, synthesize_paper, synthesize_task
+from plantigrade.workflows.threads import on_one_thread
 from plantigrade.workflows.track import track
 
 
+@on_one_thread
 def synthesize(
     task: str | Path,
     settings: Settings | None = None,

@@ -19,12 +19,14 @@ from plantigrade.reproduce.result import rebuild
 from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.fit import Step, fit_trial, provenance, silent
 from plantigrade.workflows.settings import ReproduceSettings
+from plantigrade.workflows.threads import on_one_thread
 from plantigrade.workflows.walks import RecordedWalk, walk_to_reproduce
 
 TREADMILL = 0.5
 """Ground that moves further than this during a recording is a treadmill's [m]."""
 
 
+@on_one_thread
 def reproduce(
     path: str | Path,
     settings: ReproduceSettings | None = None,

@@ -1,0 +1,35 @@
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+import plantigrade as pg
+from plantigrade.workflows.threads import on_one_thread
+
+
+def threads() -> set[int]:
+    return {library["num_threads"] for library in threadpool_info()}
+
+
+def test_work_is_done_on_one_thread_and_the_libraries_are_left_as_they_were():
+    np.linalg.inv(np.eye(3))
+    with threadpool_limits(2):
+        before = threads()
+        assert before != {1}
+        assert on_one_thread(threads)() == {1}
+        assert threads() == before
+
+
+@pytest.mark.parametrize("engine", ["fit", "reproduce", "synthesize"])
+def test_whoever_calls_the_face_is_served_on_one_thread(engine):
+    seen = []
+
+    def step(_):
+        seen.append(threads())
+        raise InterruptedError
+
+    words, options = ("walk.c3d",), {"step": step}
+    if engine == "synthesize":
+        words, options = ("track",), {"step": step, "recording": "walk.c3d"}
+    with threadpool_limits(2), pytest.raises(InterruptedError):
+        getattr(pg, engine)(*words, **options)
+    assert seen == [{1}]
