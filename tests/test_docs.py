@@ -151,6 +151,7 @@ def test_links_between_pages_lead_somewhere(name):
         assert (PAGES / target).exists(), target
 
 
+@pytest.mark.slow
 @pytest.mark.solver
 def test_the_tutorial_can_be_followed_to_the_letter(tmp_path, monkeypatch, capsys):
     """Its commands and its Python, one after the other in an empty folder."""

@@ -91,16 +91,37 @@ def test_what_the_checker_of_types_sees_is_what_is_loaded():
     "program",
     [
         "import plantigrade as pg; from plantigrade.synthesize import make_task; pg.synthesize",
-        "from plantigrade.synthesize import make_task; import plantigrade as pg; pg.synthesize",
-        "import plantigrade as pg; pg.synthesize; import plantigrade.synthesize.solve as s; s",
+        pytest.param(
+            "from plantigrade.synthesize import make_task; import plantigrade as pg; pg.synthesize",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "import plantigrade as pg; pg.synthesize; import plantigrade.synthesize.solve as s; s",
+            marks=pytest.mark.slow,
+        ),
         "import plantigrade.synthesize.solve as s, plantigrade as pg; pg.synthesize.solve.Stage",
-        "from plantigrade import synthesize; from plantigrade.synthesize.solve import Stage",
+        pytest.param(
+            "from plantigrade import synthesize; from plantigrade.synthesize.solve import Stage",
+            marks=pytest.mark.slow,
+        ),
         "import plantigrade as pg; pg.reproduce; from plantigrade.reproduce.gait import gait_tasks",
-        "import plantigrade.reproduce.gait as gait, plantigrade as pg; pg.reproduce; gait",
-        "import plantigrade.report.pages; plantigrade.report.pages.pages",
-        "import plantigrade; plantigrade.report; import plantigrade.report.pages as p; p.pages",
+        pytest.param(
+            "import plantigrade.reproduce.gait as gait, plantigrade as pg; pg.reproduce; gait",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "import plantigrade.report.pages; plantigrade.report.pages.pages",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "import plantigrade; plantigrade.report; import plantigrade.report.pages as p; p.pages",
+            marks=pytest.mark.slow,
+        ),
         "from plantigrade import *; import plantigrade.report.text; report, reproduce, synthesize",
-        "import importlib; importlib.import_module('plantigrade.workflows.motions')",
+        pytest.param(
+            "import importlib; importlib.import_module('plantigrade.workflows.motions')",
+            marks=pytest.mark.slow,
+        ),
     ],
 )  # fmt: skip
 def test_functions_and_rooms_of_one_name(program):

@@ -103,6 +103,7 @@ def test_the_commands_it_prints_are_the_next_to_try(demo):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_its_recording_can_be_fitted_by_itself(demo, runs):
     """The first command it prints, as printed: the same recording and the same motion."""
     done = demo.call("fit", f"runs/demo/{KEPT}", "--quiet")

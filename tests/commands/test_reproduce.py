@@ -66,6 +66,7 @@ def test_plantigrade_report_writes_the_same_pages(one):
         assert (run / page).read_text(encoding="utf-8") == text, page
 
 
+@pytest.mark.slow
 def test_its_pages_in_a_browser(browser, one):
     run = one[1] / "runs" / "reproduce-16_21"
     browser.open(

@@ -262,9 +262,6 @@ def test_a_file_that_unpacks_to_too_much_is_refused(tmp_path):
     bomb(path, range(10), 60 * 2**17)
     with pytest.raises(FileError, match=r"would unpack to 600 MiB in 10 arrays"):
         read_npz(path)
-    bomb(path, [f"signal/a.{i}" for i in range(10)], 60 * 2**17)
-    with pytest.raises(FileError, match=r"would unpack to 600 MiB in 10 arrays"):
-        read_npz(path)
     bomb(path, range(1200), 1)
     with pytest.raises(FileError, match=r"in 1200 arrays"):
         read_npz(path)

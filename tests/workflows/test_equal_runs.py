@@ -18,6 +18,7 @@ ENGINES = {
     "track": lambda walk: pg.synthesize("track", recording=walk, stop=1.3, refinements=0),
     "zhakatayev2023": lambda _: pg.synthesize("zhakatayev2023", motion="sit-to-stand"),
 }
+SLOW = ("reproduce", "track", "zhakatayev2023")
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +34,7 @@ def walk(tmp_path_factory) -> Path:
 
 @pytest.mark.parametrize(
     "engine",
-    [pytest.param(n, marks=[pytest.mark.slow] if n == "track" else []) for n in ENGINES],
+    [pytest.param(n, marks=[pytest.mark.slow] if n in SLOW else []) for n in ENGINES],
 )
 def test_two_runs_differ_in_their_seconds_alone(engine, walk, tmp_path):
     made = [save(ENGINES[engine](walk), tmp_path / name) for name in ("one", "another")]
