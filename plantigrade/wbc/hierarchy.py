@@ -35,10 +35,11 @@ UNBOUNDED = 1e30
 SATISFIED = 1e-9  # relative violation of an inequality that is none
 # Of a unit row; DAQP's own 1e-6 lets a lower level push a higher one by as much. Rows that depend
 # on one another can be too tight for the first: then it gives up, or stops short of what a level
-# could reach. Where two levels are missed, or one in which a row repeats, the next is tried too and
-# the better answer taken.
+# could reach. Where two levels are missed, or one and rows depend on others, the next is tried too
+# and the better answer taken.
 TOLERANCES = (1e-9, 1e-7)
 MISSED = 1e-5  # violation of a level that is none
+DEPENDENT = 1e-6  # share of a row outside the span of others at which it counts as one of them
 
 
 @dataclass(frozen=True)
@@ -230,10 +231,12 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
         found = _missed(A @ x, bounds[1][n + 1 :], bounds[0][n + 1 :], ends)
         if best is None or _before(found, missed):
             best, missed = x[:n], found
-        levels_missed = np.count_nonzero(found > MISSED)
-        if not levels_missed:
+        levels_missed = np.flatnonzero(found > MISSED)
+        if not len(levels_missed):
             break
-        if levels_missed == 1 and len({row.tobytes() for row in A}) == len(A):  # none repeats
+        above = ends[levels_missed[0]] - ends[0]  # rows of the levels above the first one missed
+        equal = bounds[0][n + 1 :][:above] == bounds[1][n + 1 :][:above]
+        if len(levels_missed) == 1 and not _depend(A, A[:above, :n], equal):
             break
     if best is None:
         raise SolverError(
@@ -241,6 +244,16 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
             f"(DAQP says {flag}); widen the bounds or take the last level away"
         )
     return best, iterations
+
+
+def _depend(rows, above, equal) -> bool:
+    """Return whether a row repeats, or an inequality above is one of the equations there."""
+    if len({row.tobytes() for row in rows}) < len(rows):
+        return True
+    held = np.linalg.qr(above[equal].T)[0]
+    rest = above[~equal]
+    left = np.linalg.norm(rest - (rest @ held) @ held.T, axis=1)
+    return bool((left < DEPENDENT * np.linalg.norm(rest, axis=1)).any())
 
 
 def _missed(value, low, high, ends) -> Float[Array, " n_levels"]:

@@ -140,6 +140,18 @@ def test_equations_alone_give_the_null_space_formula(problem, seed):
     np.testing.assert_allclose(solution.x, expected, atol=1e-6 * max(1.0, np.abs(expected).max()))
 
 
+@pytest.mark.parametrize("seed", [0, 3, 21])
+def test_an_inequality_that_is_also_an_equation(seed):
+    """Above the level that is missed: the solver stopped short of what it could reach."""
+    rng = np.random.default_rng(seed)
+    A, y = 100 * rng.normal(size=(8, 11)), 100 * rng.normal(size=8)
+    A[-1], y[-1] = A[0], y[0]
+    low, high = y.copy(), y + [100, np.inf, 100, 0, 100, 100, 0, 0]
+    low[3] = -np.inf
+    others = [Level.equation(rng.normal(size=(1, 11)), rng.normal(size=1)) for _ in range(2)]
+    assert_strict([Level(A, low, high), *others], wide(11, 0.3))
+
+
 def test_two_equations_written_out():
     """Eq. 8 in its own letters, on as many unknowns as the paper has."""
     rng = np.random.default_rng(0)
