@@ -165,6 +165,7 @@ def test_a_folder_of_ones_own_is_refused(tmp_path, capsys):
     assert "not a run folder" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_its_pages_in_a_browser(browser, runs):
     browser.open(
         runs / "demo" / "viewer.html",

@@ -84,6 +84,7 @@ def two(data):
         yield reproduce_walks(data, ("paper", "default"))
 
 
+@pytest.mark.slow
 def test_walks_end_to_end(two):
     for walks in two.values():
         assert [w.name for w in walks.done] == [
@@ -99,6 +100,7 @@ def test_walks_end_to_end(two):
             assert len(walk_rows(walk)) == 6
 
 
+@pytest.mark.slow
 def test_one_posture_more_is_nearer_the_recorded_curves(two):
     rmse = {
         tasks: [w.comparison.rmse[f"knee_angle_{s}"] for w in walks.done for s in "rl"]
@@ -107,6 +109,7 @@ def test_one_posture_more_is_nearer_the_recorded_curves(two):
     assert sum(rmse["default"]) < sum(rmse["paper"])
 
 
+@pytest.mark.slow
 def test_one_walk_of_each_or_all(two, monkeypatch):
     monkeypatch.setattr(gait_walks, "PEOPLE", TWO)
     walks = two["default"]

@@ -14,6 +14,7 @@ from plantigrade.synthesize.tasks.walking import periodic_walk
 pytestmark = pytest.mark.solver
 
 
+@pytest.mark.slow
 def test_free_times_cost_no_more_and_stay_within_their_bounds():
     human = Human.create(height=1.7, mass=65.0, joints="42")
     start = gait_parameters(human, 1.1)
