@@ -122,7 +122,7 @@ class _Instants:
 
     figure: Figure
     centre: Float[Array, "n 3"]
-    com: Float[Array, "n 3"]
+    com: Float[Array, "m 3"]  # of the whole motion, whatever is drawn: it says where the body goes
     plays: Playback
     total: Float[Array, "n 3 3"] | None
     cop: Float[Array, "n 3 3"] | None

@@ -93,6 +93,7 @@ def test_a_number_is_within_bounds_or_refused(capsys, words, name):
             assert low - 1e-9 <= value <= high + 1e-9, word
 
 
+@pytest.mark.wrong_types
 @pytest.mark.parametrize(("words", "name"), OPTIONS)
 def test_the_same_from_python(words, name):
     """A number within bounds, or a ParameterError; never one that is silently ignored."""

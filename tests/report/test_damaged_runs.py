@@ -19,6 +19,8 @@ from tests import nasty
 from tests.report.runs import from_tasks, solved
 from tests.report.walker import walk, walker
 
+pytestmark = pytest.mark.wrong_types
+
 
 def signals(record: Record) -> dict[str, np.ndarray]:
     """Return one of every signal the package knows."""

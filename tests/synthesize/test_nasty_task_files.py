@@ -14,6 +14,8 @@ from plantigrade.synthesize.tasks.settings import settings_for
 from plantigrade.toml import LIMIT, parse_toml, read_toml
 from tests import nasty
 
+pytestmark = pytest.mark.wrong_types
+
 HUMAN = Human.create(height=1.7, mass=65.0)
 TASKS = {
     "squat": """
