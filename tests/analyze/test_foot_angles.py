@@ -208,6 +208,7 @@ def test_toes_that_are_seen_are_left_alone(human):
     assert led[0, 7 + human.hinge("mtp_angle_r")] == pytest.approx(np.deg2rad(5.0))
 
 
+@pytest.mark.slow
 def test_a_walk_with_oxford_markers_has_foot_segments(data: Path):
     """Fitted with the default feet; the segments come besides, near the stored angles."""
     settings = FitSettings()

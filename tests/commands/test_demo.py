@@ -46,6 +46,7 @@ def test_it_is_whole(first, runs):
     assert first["status"] == "ok"
 
 
+@pytest.mark.slow
 def test_a_second_is_numbered_and_printed_as_it_was_written(again, runs):
     assert figures(runs / "demo-2") == again
     assert (runs / "demo-2-reproduced").is_dir()

@@ -291,6 +291,7 @@ def recording(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_run_folders_are_numbered(recording, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for number in ("", "-2"):

@@ -86,6 +86,7 @@ def test_its_pages_in_a_browser(browser, one):
     assert browser.errors == [] and browser.requests == []
 
 
+@pytest.mark.slow
 def test_several_make_a_study_and_one_that_jumps_does_not_stop_them(study):
     done, folder = study
     assert done.returncode == 3, done.stderr
@@ -104,6 +105,7 @@ def test_several_make_a_study_and_one_that_jumps_does_not_stop_them(study):
     assert "02_04.amc" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_table_of_a_study_is_the_mean_of_its_gaits(study):
     folder = study[1] / "runs"
     each = [
@@ -124,6 +126,7 @@ def test_the_table_of_a_study_is_the_mean_of_its_gaits(study):
         )
 
 
+@pytest.mark.slow
 def test_a_folder_is_searched_and_what_nobody_named_is_no_failure(data, tmp_path, monkeypatch):
     walks = tmp_path / "walks" / "deep"
     walks.mkdir(parents=True)
@@ -215,6 +218,7 @@ def test_bad_words_are_one_sentence(tmp_path, monkeypatch, capsys, words, senten
     assert sentence in err and "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_studies_and_their_gaits_are_numbered(tmp_path, monkeypatch, capsys):
     from plantigrade.io import write
     from plantigrade.models import Human

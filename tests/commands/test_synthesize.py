@@ -17,6 +17,7 @@ FILES = {
 PERSON = ["--height", "1.7", "--mass", "65", "--joints", "42", "--basis", "polynomial"]
 
 
+@pytest.mark.slow
 def test_a_warm_start_writes_its_folder(synthesized, tmp_path, capsys):
     warm, out = str(synthesized.run.folder), tmp_path / "walk"
     task = tmp_path / "mine.toml"

@@ -138,6 +138,7 @@ def quick(two, monkeypatch):
     monkeypatch.setattr(gait_ablations, "reproduce_walks", walks)
 
 
+@pytest.mark.slow
 def test_the_table_says_everything(quick, data):
     table = gait_table.run(data)
     text, metrics = table.text(), table.metrics()
@@ -159,6 +160,7 @@ def test_the_table_says_everything(quick, data):
     assert line.split()[-3:] == ["54", "66", "9"]
 
 
+@pytest.mark.slow
 def test_ablations_have_a_line_each(quick, data):
     assert set(gait_ablations.WHAT) == set(TASKS)
     table = gait_ablations.run(data)

@@ -97,6 +97,7 @@ def test_the_camera_follows_unless_told_to_stay(still):
     still.evaluate("document.getElementById('follow').click()")
 
 
+@pytest.mark.slow
 def test_every_layer_can_be_hidden(still):
     still.evaluate("plantigrade.seek(1.3); plantigrade.setView('right')")
     still.evaluate("plantigrade.show.beside = true")

@@ -84,6 +84,7 @@ def test_every_page_is_as_wide_as_a_phone(browser, tmp_path, every_page):
         assert browser.errors == [] and browser.requests == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["fit", "reproduce", "failed", "study"])
 def test_no_heading_ends_a_sheet_of_paper(browser, tmp_path, every_page, kind):
     """The lowest words of an A4 page, as the PDF places them, are no heading."""

@@ -155,6 +155,7 @@ def test_what_never_touches_is_refused(human, walk):
     assert stances_of(human, walk, [one], 0.0, 1.0) == ()
 
 
+@pytest.mark.slow
 def test_a_recording_gives_ground_reactions(data):
     """The vertical forces of a recorded walk come out within 0.08 body weights."""
     from plantigrade.workflows.fit import fit_trial

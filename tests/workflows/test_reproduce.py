@@ -94,6 +94,7 @@ def test_the_pages_show_the_forces(forced, made):
     assert "dynamics_status" not in made.figures
 
 
+@pytest.mark.slow
 def test_measured_forces_stand_beside_the_computed_ones(data):
     run = reproducing.reproduce(data / "c3d/HC038A11.c3d")
     assert run.figures["dynamics_status"] == "ok"
@@ -227,6 +228,7 @@ def test_stairs_are_refused(fitted):
         reproducing.run_of(recording, stairs, PLAIN)
 
 
+@pytest.mark.slow
 def test_a_treadmill_and_the_ground_give_one_gait(fitted, made):
     """The same walk with the belt's path taken away from everything that was recorded."""
     recording, trial = fitted
