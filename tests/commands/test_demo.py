@@ -89,6 +89,7 @@ def test_hidden_markers_were_tolerated(runs):
     assert np.isfinite(run["qpos"]).all()
 
 
+@pytest.mark.slow
 def test_a_seed_gives_the_same_again(first, again, runs):
     assert {k: v for k, v in again.items() if k not in VARY} == {
         k: v for k, v in first.items() if k not in VARY
