@@ -5,11 +5,9 @@ frames. A capsule or sphere is a thick stroke between its ends, exactly; everyth
 the polygon of the points that reach farthest in fixed directions of the picture.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, Int
 from plantigrade.report.camera import Camera
 from plantigrade.report.shapes import Shape, surface_points
 from plantigrade.spatial.conventions import rotation_matrix
@@ -115,7 +113,7 @@ def arrows(
     )
 
 
-def _pair(values: Sequence[int]) -> str:
+def _pair(values: Int[Array, " 2"]) -> str:
     """Return two numbers as short as path data allow."""
     x, y = int(values[0]), int(values[1])
     return f"{x}{y}" if y < 0 else f"{x} {y}"
