@@ -61,6 +61,8 @@ SPINES = ("asis", "psis", "sacrum")
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
+# Of head and neck: a band sits on the head at any angle, and heads are held upright [rad].
+NECK_SPREAD = 0.15
 STANDING_SPREAD = 0.10  # of these about zero in a standing trial [rad]
 # Marker places and knee angle trade against each other, and people do not walk on hyperextended
 # knees: while calibrating, a knee straighter than this is pulled back [rad], so strongly.
@@ -125,6 +127,7 @@ class Calibrator:
         ]
         straight = np.array([c.startswith(_STANDING) for c in human.coordinates])
         spread = np.full((len(measured), len(straight)), POSTURE_SPREAD)
+        spread[:, ["neck_" in c for c in human.coordinates]] = NECK_SPREAD
         spread[standing[:, None] & straight] = STANDING_SPREAD
         self.posture_weight = 1 / spread**2
         self._names = np.array(Dimensions.names())
@@ -274,7 +277,7 @@ class Calibrator:
             g[s] -= self.offsets[marker] / spread**2
 
     def _lumbar_away(self) -> tuple[float, np.ndarray]:
-        """Return how far the lumbar joint is behind its usual depth [m], and that per log length."""
+        """Return how far behind its usual depth the lumbar joint is [m], and its slopes."""
         d, lengths = self.dimensions, self.dimensions.as_array()
         away = d.lumbar_depth - usual_lumbar_depth(d)
         changed = (Dimensions.from_array(row) for row in lengths + 0.01 * np.diag(lengths))

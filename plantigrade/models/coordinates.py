@@ -63,8 +63,8 @@ def _c(axis, limits_deg, range_source, moments, strength_source) -> Coordinate:
 _MODEL = "Rajagopal 2016 (its .osim), widened by 5 to 15 deg"
 _CLINIC = "AAOS 1965, widened by 5 to 30 deg"
 _ARM = (
-    "AAOS 1965, widened by up to 15 deg: elbow 150 and 10 beyond straight, forearm 80 each way from "
-    "the thumb in front (90 from palms forward), wrist 80, 70, 30 and 20"
+    "AAOS 1965, widened by up to 15 deg: elbow 150 and 10 beyond straight, forearm 80 each way "
+    "from the thumb in front (90 from palms forward), wrist 80, 70, 30 and 20"
 )
 _CHAIN = "estimate: three turns in a row must reach every posture, so each goes further than alone"
 _LAXITY = "estimate: passive play of the joint and the error of a one-axis knee, ankle or elbow"
