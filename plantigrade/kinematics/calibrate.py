@@ -55,8 +55,9 @@ STEPS = 25  # joint steps at most
 LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
 LUMBAR_SPREAD = 0.01  # of the lumbar joint about its regression, standard deviation [m]
 # Of the iliac spines in the pelvis, along x and z: they are palpated no better than other bone, but
-# the pelvis is what they say it is. The width between them is left to BONE.
-SPINE_SPREAD = 0.003  # [m]
+# the pelvis is what they say it is. The width between them is left to BONE. All of them together
+# may sit elsewhere above the hip joint centres, as far as the regression of those is off.
+SPINE_SPREAD, HIP_SPREAD = 0.003, 0.008  # [m]
 SPINES = ("asis", "psis", "sacrum")
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
@@ -130,7 +131,6 @@ class Calibrator:
         spread[:, ["neck_" in c for c in human.coordinates]] = NECK_SPREAD
         spread[standing[:, None] & straight] = STANDING_SPREAD
         self.posture_weight = 1 / spread**2
-        self._names = np.array(Dimensions.names())
         self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
 
     @property
@@ -257,32 +257,34 @@ class Calibrator:
     def _add_priors(self, H, g, which, lengths) -> None:
         n_l = len(lengths)
         k = np.arange(n_l)
-        spread = np.where(self._names == "lumbar_depth", np.inf, LENGTH_SPREAD)
-        H[k, k] += 1 / spread**2
-        g[:n_l] -= self.log_lengths / spread**2
-        away, slope = self._lumbar_away()
-        H[:n_l, :n_l] += np.outer(slope, slope) / LUMBAR_SPREAD**2
-        g[:n_l] -= slope * away / LUMBAR_SPREAD**2
+        d, depth = self.dimensions, Dimensions.names().index("lumbar_depth")
+        inverse = np.full(n_l, 1 / LENGTH_SPREAD**2)
+        inverse[depth] = (lengths[depth] / LUMBAR_SPREAD) ** 2
+        away = self.log_lengths.copy()
+        away[depth] = 1 - usual_lumbar_depth(d) / d.lumbar_depth
+        H[k, k] += inverse
+        g[:n_l] -= away * inverse
         if self.height is not None:
             slope = np.where([name in UPRIGHT for name in Dimensions.names()], lengths, 0.0)
             H[:n_l, :n_l] += np.outer(slope, slope) / HEIGHT_SPREAD**2
             g[:n_l] += slope * (self.height - self.dimensions.height) / HEIGHT_SPREAD**2
+        spines = []
         for i, marker in enumerate(which):
             place = self.places[marker]
-            spread = np.full(3, place.spread if place else FREE_SPREAD)
-            if self._is_spine(marker):
-                spread[[0, 2]] = SPINE_SPREAD
-            s = np.arange(n_l + 3 * i, n_l + 3 * i + 3)
+            spread = place.spread if place else FREE_SPREAD
+            first = n_l + 3 * i
+            spine = self._is_spine(marker)
+            s = np.array([first + 1]) if spine else np.arange(first, first + 3)
+            spines += [first] if spine else []
             H[s, s] += 1 / spread**2
-            g[s] -= self.offsets[marker] / spread**2
-
-    def _lumbar_away(self) -> tuple[float, np.ndarray]:
-        """Return how far behind its usual depth the lumbar joint is [m], and its slopes."""
-        d, lengths = self.dimensions, self.dimensions.as_array()
-        away = d.lumbar_depth - usual_lumbar_depth(d)
-        changed = (Dimensions.from_array(row) for row in lengths + 0.01 * np.diag(lengths))
-        there = np.array([each.lumbar_depth - usual_lumbar_depth(each) for each in changed])
-        return away, (there - away) / 0.01
+            g[s] -= self.offsets[marker][s - first] / spread**2
+        offsets = self.offsets[which].ravel()
+        for axis in (0, 2):
+            s = np.array(spines, dtype=int) + axis
+            apart = SPINE_SPREAD**2 * np.eye(len(s)) + HIP_SPREAD**2
+            inverse = np.linalg.inv(apart)
+            H[np.ix_(s, s)] += inverse
+            g[s] -= inverse @ offsets[s - n_l]
 
     def _is_spine(self, marker: int) -> bool:
         name = self.landmark_names[marker] or ""
