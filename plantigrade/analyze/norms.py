@@ -12,11 +12,9 @@ Two populations, never mixed up: a page names the one it shows, with number, age
 No table of joint moments, powers or ground reactions of adults with their standard deviation is
 free to be passed on; those of children are then the nearest there is, and are called children's.
 
-Angles are those of a pelvis whose plane goes through the four iliac spines, so that a constant
-offset against another body model is a matter of convention, most of all in pelvis tilt and hip
-flexion: there the forward lean of that plane in upright standing
-(:data:`plantigrade.models.textbook_gait.PELVIC_PLANE`), where Rajagopal's pelvis has no tilt, is
-taken out.
+Angles are those of a pelvis defined by the plane through its iliac spines. In Rajagopal's pelvis
+that plane leans forward by :data:`plantigrade.models.anatomy.SPINE_PLANE` where the tilt is zero:
+this is taken out of pelvis tilt and hip flexion.
 
 ``schwartz2008.json`` and ``fukuchi2018.json`` were made from those tables: every 2 % of the cycle,
 angles rounded to 0.1 degree and everything else to 0.01; names and signs turned to those of
@@ -40,7 +38,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
-from plantigrade.models.textbook_gait import PELVIC_PLANE
+from plantigrade.models.anatomy import SPINE_PLANE
 
 SPEED_CLASSES = ("very_slow", "slow", "free", "fast", "very_fast")
 """Speed classes, slowest first."""
@@ -176,7 +174,7 @@ def norm(
     mirrored = side == "l" and stem in ("pelvis_list", "pelvis_rotation")
     mean = np.array(table["mean"], dtype=float) * (-1 if mirrored else 1)
     # Tilt is positive backward, flexion forward: the plane's lean leaves both.
-    mean = mean + {"pelvis_tilt": PELVIC_PLANE, "hip_flexion": -PELVIC_PLANE}.get(stem, 0.0)
+    mean = mean + {"pelvis_tilt": SPINE_PLANE, "hip_flexion": -SPINE_PLANE}.get(stem, 0.0)
     unit = "deg"
     for ending, other in (("_moment", "N m/kg"), ("_power", "W/kg"), ("_grf", "body weight")):
         if stem.endswith(ending):

@@ -13,11 +13,15 @@ The places start from the landmarks of :mod:`plantigrade.models.landmarks`, each
 as its kind allows (:math:`s_i`), the lengths from stature and sex. Markers of unknown name are
 put on the body on which they move least, once the known ones give the pose.
 
-Three things are added. Frames of one trial are not independent, so the marker term of all of them
-together counts as :data:`INDEPENDENT_FRAMES`. In a standing trial legs and lumbar joint are pulled
-to zero. And a knee straighter than :data:`STRAIGHT_KNEE` is pulled back to it, strongly: this sets
-where the knee's zero lies, so a person who really walks on overstretched knees comes out some
-degrees too bent all through (the shape of the curve is not touched).
+Four things are added. Frames of one trial are not independent, so the marker term of all of them
+together counts as :data:`INDEPENDENT_FRAMES`. In a standing trial knees and feet are pulled to
+zero; hips and trunk are not, since people stand with the pelvis they have. The iliac spines define
+the pelvis, as in every clinical model, so their places in it are trusted to :data:`SPINE_SPREAD`,
+and the lumbar joint lies behind the hips where a regression puts it
+(:func:`plantigrade.models.anatomy.usual_lumbar_depth`) within :data:`LUMBAR_SPREAD`. And a knee
+straighter than :data:`STRAIGHT_KNEE` is pulled back to it, strongly: this sets where the knee's
+zero lies, so a person who really walks on overstretched knees comes out some degrees too bent all
+through (the shape of the curve is not touched).
 """
 
 import copy
@@ -36,6 +40,7 @@ from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
 from plantigrade.kinematics.result import listed
 from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.models import Dimensions, Human
+from plantigrade.models.anatomy import usual_lumbar_depth
 from plantigrade.models.landmarks import BONE, Attachment, attachments
 from plantigrade.spatial.conventions import rotation_matrix
 
@@ -48,16 +53,24 @@ SOFT = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
 INDEPENDENT_FRAMES = 6
 STEPS = 25  # joint steps at most
 LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
-WIDER = {"lumbar_depth": 0.5}  # it cannot be palpated: left to the motion
+LUMBAR_SPREAD = 0.01  # of the lumbar joint about its regression, standard deviation [m]
+# Of the iliac spines in the pelvis, along x and z: they are palpated no better than other bone, but
+# the pelvis is what they say it is. The width between them is left to BONE. All of them together
+# may sit elsewhere above the hip joint centres, as far as the regression of those is off.
+SPINE_SPREAD, HIP_SPREAD = 0.003, 0.008  # [m]
+SPINES = ("asis", "psis", "sacrum")
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
-STANDING_SPREAD = 0.10  # of legs and lumbar joint about zero in a standing trial [rad]
+# Of head and neck: a band sits on the head at any angle, and heads are held upright [rad].
+NECK_SPREAD = 0.15
+STANDING_SPREAD = 0.10  # of these about zero in a standing trial [rad]
 # Marker places and knee angle trade against each other, and people do not walk on hyperextended
 # knees: while calibrating, a knee straighter than this is pulled back [rad], so strongly.
 STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
 UPRIGHT = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")  # make the stature
-_STANDING = ("hip_", "knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_", "lumbar_")
+_STANDING = ("hip_adduction", "hip_rotation", "lumbar_bending", "lumbar_rotation")
+_STANDING += ("knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
 
 
 @dataclass(frozen=True)
@@ -115,6 +128,7 @@ class Calibrator:
         ]
         straight = np.array([c.startswith(_STANDING) for c in human.coordinates])
         spread = np.full((len(measured), len(straight)), POSTURE_SPREAD)
+        spread[:, ["neck_" in c for c in human.coordinates]] = NECK_SPREAD
         spread[standing[:, None] & straight] = STANDING_SPREAD
         self.posture_weight = 1 / spread**2
         self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
@@ -243,19 +257,38 @@ class Calibrator:
     def _add_priors(self, H, g, which, lengths) -> None:
         n_l = len(lengths)
         k = np.arange(n_l)
-        spread = np.array([WIDER.get(name, LENGTH_SPREAD) for name in Dimensions.names()])
-        H[k, k] += 1 / spread**2
-        g[:n_l] -= self.log_lengths / spread**2
+        d, depth = self.dimensions, Dimensions.names().index("lumbar_depth")
+        inverse = np.full(n_l, 1 / LENGTH_SPREAD**2)
+        inverse[depth] = (lengths[depth] / LUMBAR_SPREAD) ** 2
+        away = self.log_lengths.copy()
+        away[depth] = 1 - usual_lumbar_depth(d) / d.lumbar_depth
+        H[k, k] += inverse
+        g[:n_l] -= away * inverse
         if self.height is not None:
             slope = np.where([name in UPRIGHT for name in Dimensions.names()], lengths, 0.0)
             H[:n_l, :n_l] += np.outer(slope, slope) / HEIGHT_SPREAD**2
             g[:n_l] += slope * (self.height - self.dimensions.height) / HEIGHT_SPREAD**2
+        spines = []
         for i, marker in enumerate(which):
             place = self.places[marker]
             spread = place.spread if place else FREE_SPREAD
-            s = np.arange(n_l + 3 * i, n_l + 3 * i + 3)
+            first = n_l + 3 * i
+            spine = self._is_spine(marker)
+            s = np.array([first + 1]) if spine else np.arange(first, first + 3)
+            spines += [first] if spine else []
             H[s, s] += 1 / spread**2
-            g[s] -= self.offsets[marker] / spread**2
+            g[s] -= self.offsets[marker][s - first] / spread**2
+        offsets = self.offsets[which].ravel()
+        for axis in (0, 2):
+            s = np.array(spines, dtype=int) + axis
+            apart = SPINE_SPREAD**2 * np.eye(len(s)) + HIP_SPREAD**2
+            inverse = np.linalg.inv(apart)
+            H[np.ix_(s, s)] += inverse
+            g[s] -= inverse @ offsets[s - n_l]
+
+    def _is_spine(self, marker: int) -> bool:
+        name = self.landmark_names[marker] or ""
+        return name.removesuffix("_r").removesuffix("_l") in SPINES
 
     def attach_unknown(self) -> dict[str, str]:
         """Put markers without a place on the body on which they move least."""

@@ -30,6 +30,7 @@ from plantigrade.kinematics.plausible import (
     require_own_sides,
     without_far_samples,
 )
+from plantigrade.kinematics.posture import posture_figures
 from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
@@ -172,7 +173,10 @@ def fit_markers(
         kept=kept,
         attached=calibration.attached,
         heading=angle,
-        metrics=_metrics(used, calibration, kept, np.isfinite(residual)),
+        metrics={
+            **_metrics(used, calibration, kept, np.isfinite(residual)),
+            **posture_figures(calibration.human, qpos, calibration.qpos[: len(still)]),
+        },
         warnings=tuple(recording.warnings) + tuple(notes),
     )
 

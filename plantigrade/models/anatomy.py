@@ -19,7 +19,9 @@ from plantigrade.models.parts import Inertia, Part, Solid, block, combine, mirro
 
 # Where the trunk is divided, heights above the lumbar joint as fractions of the trunk.
 MID_UPPER_TRUNK = 0.742
-SHOULDER_HEIGHT = 0.886
+# 0.020 of stature below the acromion (de Leva's 10 % of the length from acromion to radiale), which
+# is at 0.820 of stature in ANSUR II [Gordon2014]_.
+SHOULDER_HEIGHT = 0.804
 # Where the neck is divided, heights above the joint under C7 as fractions of the head's length.
 MID_NECK, UPPER_NECK = 0.22, 0.42
 # Share of one shoulder girdle in the mass of de Leva's upper trunk: clavicle and scapula with the
@@ -29,9 +31,22 @@ GIRDLE_SHARE = 0.04
 NECK_SHARE = 0.17
 
 
-# Height of the posterior above the anterior superior iliac spines at no pelvic tilt, as a fraction
-# of the pelvis' depth: people differ by ten degrees, Rajagopal's pelvis is nearly level.
 SPINE_RISE = 0.05
+"""Height of the posterior above the anterior iliac spines where the coordinate ``pelvis_tilt`` is
+zero, as a fraction of the depth of the pelvis: that of Rajagopal's model (middle of the posterior
+spines 9 mm above that of the anterior ones over a depth of 192 mm in its file [Rajagopal2016]_)."""
+
+SPINE_PLANE = float(np.degrees(np.arctan(SPINE_RISE)))
+"""Forward lean of the plane through the iliac spines where ``pelvis_tilt`` is zero [deg].
+
+The clinical pelvic tilt (Plug-in Gait: the plane through the anterior spines and the middle of the
+posterior ones against the horizontal, positive forward) is this minus ``pelvis_tilt``, and the
+clinical hip flexion is ``hip_flexion`` plus this, for everybody: the spines define the pelvis.
+"""
+
+# L5/S1 behind the hip joint centres in the plane of the spines, as a fraction of the distance
+# between the anterior spines: (0.335 - 0.095) of men and (0.340 - 0.139) of women.
+LUMBAR_BEHIND_HIPS = 0.22
 
 
 def hip(d: Dimensions) -> np.ndarray:
@@ -49,18 +64,34 @@ def hip(d: Dimensions) -> np.ndarray:
 
 
 def lumbar(d: Dimensions) -> np.ndarray:
-    """Return the lumbar joint in the pelvis frame [m]; the usual depth is [Rajagopal2016]_'s."""
+    """Return the lumbar joint in the pelvis frame [m].
+
+    One joint stands for all of the lumbar spine. It is as high as in [Rajagopal2016]_, about the
+    third lumbar vertebra, two above the sacrum.
+    """
     return np.array([-d.lumbar_depth, 0.0, hip(d)[2] + d.pelvis_height])
+
+
+def usual_lumbar_depth(d: Dimensions) -> float:
+    """Return how far behind the anterior iliac spines the lumbar joint usually lies [m].
+
+    [DumasWojtusch2018]_ give L5/S1 and hip joint centres from the iliac spines; the mean of men
+    and women of its distance behind the hips is taken. The lumbar spine goes up from there at
+    right angles to the plane of the spines, which leans forward by :data:`SPINE_PLANE`.
+    """
+    behind = LUMBAR_BEHIND_HIPS * d.pelvis_width
+    cos, sin = np.array([1.0, SPINE_RISE]) / np.hypot(1.0, SPINE_RISE)
+    return float(-hip(d)[0] + (behind - d.pelvis_height * sin) / cos)
 
 
 def shoulder(d: Dimensions) -> np.ndarray:
     """Return the right shoulder joint centre from the lumbar joint, zero pose [m]."""
-    return np.array([0.079 * d.trunk, -0.5 * d.shoulder_width, SHOULDER_HEIGHT * d.trunk])
+    return np.array([0.01 * d.trunk, -0.5 * d.shoulder_width, SHOULDER_HEIGHT * d.trunk])
 
 
 def neck(d: Dimensions) -> np.ndarray:
     """Return the joint under C7 from the lumbar joint, zero pose [m]."""
-    return np.array([0.02 * d.trunk, 0.0, d.trunk])
+    return np.array([0.06 * d.trunk, 0.0, d.trunk])
 
 
 def _part(name, parent, position, inertia, kind, a, b, radius=0.0) -> Part:
@@ -139,13 +170,13 @@ def _trunk(d: Dimensions, sex: str, mass: float) -> list[Part]:
         ),
         _part(
             "abdomen", "pelvis", low, middle, "ellipsoid",
-            [0.13 * d.trunk, 0, 0.22 * d.trunk],
-            [0.85 * deep, 0.78 * wide, 0.36 * d.trunk],
+            [0.05 * d.trunk, 0, 0.22 * d.trunk],
+            [1.15 * deep, 0.78 * wide, 0.36 * d.trunk],
         ),
         _part(
             "lower_thorax", "abdomen", at, upper_low.shifted(-at), "ellipsoid",
-            np.array([0.09 * d.trunk, 0, 0.66 * d.trunk]) - at,
-            [1.05 * deep, 0.92 * wide, 0.34 * d.trunk],
+            np.array([-0.02 * d.trunk, 0, 0.62 * d.trunk]) - at,
+            [1.15 * deep, 0.92 * wide, 0.34 * d.trunk],
         ),
         _part(
             "thorax", "lower_thorax", high - at,

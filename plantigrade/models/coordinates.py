@@ -62,6 +62,10 @@ def _c(axis, limits_deg, range_source, moments, strength_source) -> Coordinate:
 # Where the ranges come from.
 _MODEL = "Rajagopal 2016 (its .osim), widened by 5 to 15 deg"
 _CLINIC = "AAOS 1965, widened by 5 to 30 deg"
+_ARM = (
+    "AAOS 1965, widened by up to 15 deg: elbow 150 and 10 beyond straight, forearm 80 each way "
+    "from the thumb in front (90 from palms forward), wrist 80, 70, 30 and 20"
+)
 _CHAIN = "estimate: three turns in a row must reach every posture, so each goes further than alone"
 _LAXITY = "estimate: passive play of the joint and the error of a one-axis knee, ankle or elbow"
 _GIRDLE_PLAY = "estimate: textbook 45 deg up, 5 deg down, 15 to 30 deg to and fro, widened"
@@ -142,11 +146,11 @@ COORDINATES: dict[str, Coordinate] = {
     "arm_flex": _c(Y, (-120, 190), _CHAIN, (-127, 91), _SHOULDER),
     "arm_add": _c(X, (-190, 90), _CHAIN, (-95, 128), _SHOULDER),
     "arm_rot": _c(Z, (-160, 160), _CHAIN, (-44, 51), _SHOULDER),
-    "elbow_flex": _c((0.226, -0.974, 0.022), (-15, 160), _MODEL, (-70, 101), _SHOULDER),
+    "elbow_flex": _c((0.226, -0.974, 0.022), (-10, 155), _ARM, (-70, 101), _SHOULDER),
     "elbow_adduction": _c(X, (-25, 25), _LAXITY, (-60, 60), _LIGAMENTS),
-    "pro_sup": _c(Z, (-20, 180), _CLINIC, (-14, 13), _SHOULDER),
-    "wrist_flex": _c(Y, (-80, 90), _CLINIC, (-16, 39), _SHOULDER),
-    "wrist_dev": _c(X, (-35, 45), _CLINIC, (-24, 31), _SHOULDER),
+    "pro_sup": _c(Z, (-5, 180), _ARM, (-14, 13), _SHOULDER),
+    "wrist_flex": _c(Y, (-75, 85), _ARM, (-16, 39), _SHOULDER),
+    "wrist_dev": _c(X, (-25, 35), _ARM, (-24, 31), _SHOULDER),
     "fingers_flex": _c(Y, (-50, 100), _CLINIC, (-8, 15), _GRIP),
 }
 

@@ -19,7 +19,7 @@ from plantigrade.models.parts import MIRROR
 from plantigrade.models.skeleton import build
 
 # How far a marker may sit from its landmark, one standard deviation [m].
-BONE, SKIN, LOOSE = 0.012, 0.025, 0.06
+BONE, SKIN, LEVEL, LOOSE = 0.012, 0.025, 0.04, 0.06
 # The centre of a marker stands off the bone by its radius, its base and the skin [m]. It matters
 # where the body is built from the bone: the hip joint centres are a regression on the bony pelvis.
 STAND_OFF = 0.012
@@ -80,20 +80,20 @@ def _midline(d: Dimensions) -> dict[str, Landmark]:
         return Landmark("abdomen", np.array([x * d.trunk, 0, z * d.trunk]), parts, spread)
 
     return {
-        "sacrum": pelvis(-1.02, 0.08),
+        "sacrum": pelvis(-1.0, SPINE_RISE),  # the middle of the posterior spines
         "pubis": pelvis(-0.02, -0.45, SKIN),
-        "l5": trunk(-0.10, 0.0, _BACK),
-        "l3": trunk(-0.09, 0.14, _BACK),
-        "t12": trunk(-0.10, 0.33, _BACK),
-        "t10": trunk(-0.12, 0.45, _LOW_THORAX),
-        "t8": trunk(-0.14, 0.56, _LOW_THORAX),
-        "t6": trunk(-0.15, 0.68, _LOW_THORAX),
-        "t4": trunk(-0.15, 0.80, _THORAX),
-        "t2": trunk(-0.14, 0.92, _THORAX),
-        "c7": trunk(-0.12, 1.02, _THORAX, BONE),
-        "suprasternale": trunk(0.23, 0.945, _THORAX, BONE),
-        "sternum": trunk(0.34, 0.72, _THORAX),
-        "xiphoid": trunk(0.37, 0.58, _LOW_THORAX),
+        "l5": trunk(-0.24, -0.17, _BACK, LEVEL),
+        "l3": trunk(-0.24, 0.02, _BACK, LEVEL),
+        "t12": trunk(-0.26, 0.27, _BACK, LEVEL),
+        "t10": trunk(-0.31, 0.42, _LOW_THORAX, LEVEL),
+        "t8": trunk(-0.315, 0.57, _LOW_THORAX, LEVEL),
+        "t6": trunk(-0.30, 0.73, _LOW_THORAX, LEVEL),
+        "t4": trunk(-0.27, 0.87, _THORAX, LEVEL),
+        "t2": trunk(-0.22, 0.99, _THORAX, LEVEL),
+        "c7": trunk(-0.14, 1.08, _THORAX, BONE),
+        "suprasternale": trunk(0.19, 0.885, _THORAX, BONE),
+        "sternum": trunk(0.26, 0.66, _THORAX),
+        "xiphoid": trunk(0.30, 0.45, _LOW_THORAX, LEVEL),
         "vertex": Landmark("lower_neck", np.array([0.17, 0, 1.02]) * d.head, _HEAD, SKIN),
         "forehead": Landmark("lower_neck", np.array([0.53, 0, 0.78]) * d.head, _HEAD, SKIN),
         "occiput": Landmark("lower_neck", np.array([-0.16, 0, 0.72]) * d.head, _HEAD, SKIN),
@@ -189,10 +189,10 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "toe_lateral": foot("metatarsal_5", _LATERAL_TOES, dx=0.03, dy=0.06, spread=SKIN),
         "toe_5": foot("toe_5", _LATERAL_TOES, dx=-0.02, spread=SKIN),
         "acromion": Landmark(
-            "abdomen", s + np.array([-0.03, 0.03, 0.125]) * d.trunk, _SHOULDER, SKIN
+            "abdomen", s + np.array([-0.03, 0.03, 0.155]) * d.trunk, _SHOULDER, SKIN
         ),
-        "clavicle": Landmark("abdomen", np.array([0.22, -0.075, 0.96]) * d.trunk, _THORAX, SKIN),
-        "scapula": Landmark("abdomen", np.array([-0.20, -0.22, 0.68]) * d.trunk, _THORAX, LOOSE),
+        "clavicle": Landmark("abdomen", np.array([0.18, -0.075, 0.90]) * d.trunk, _THORAX, SKIN),
+        "scapula": Landmark("abdomen", np.array([-0.31, -0.24, 0.80]) * d.trunk, _THORAX, LOOSE),
         "shoulder_joint": Landmark("abdomen", s, _SHOULDER, BONE),
         "upper_arm": upper_arm(0.05, 0.15, 0.60),
         "elbow_lateral": upper_arm(0.0, 0.12, 0.98, BONE),
@@ -208,10 +208,10 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "hand_radial": hand(-0.06, 0.18, 0.44),
         "hand_ulnar": hand(-0.06, -0.18, 0.42),
         "finger_tip": hand(0.0, 0.0, 1.0, parts=("fingers", *_HAND)),
-        "head_front": head(0.46, 0.24, 0.80),
-        "head_back": head(-0.12, 0.22, 0.80),
-        "temple": head(0.32, 0.29, 0.72),
-        "ear": head(0.17, 0.30, 0.62),
+        "head_front": head(0.44, 0.24, 0.64),
+        "head_back": head(-0.10, 0.22, 0.64),
+        "temple": head(0.32, 0.29, 0.62),
+        "ear": head(0.17, 0.30, 0.52),
     }
 
 

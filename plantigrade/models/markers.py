@@ -91,9 +91,11 @@ _SPELLINGS: dict[str, str] = {
     "upper_arm": "UPA BICEP BICEPS UPPERARM ARM UARM",
     "elbow_lateral": "ELB ELBOW HLE ELBLAT LELB LEL ELBOWLAT LATELB LEE ELBL LELBOW",
     "elbow_medial": "MELB ELBM HME MELBOW ELBMED MEL ELBOWMED MEDELB MEE",
-    "forearm": "FRM FRA FOREARM FARM",
-    "wrist_radial": "WRA WRISTLAT WRISTRAD RSP RS RADIUS WRR WRIRAD LWRI LWRIST",
-    "wrist_ulnar": "WRB WRISTMED WRISTULN USP US ULNA WRU WRIULN MWRI MWRIST",
+    "forearm": "FRM FRA FOREARM FARM FASUPERIOR",
+    "wrist_radial": (
+        "WRA WRISTLAT WRISTRAD WRISTRADIUS FARADIUS RSP RS RADIUS WRR WRIRAD LWRI LWRIST"
+    ),
+    "wrist_ulnar": "WRB WRISTMED WRISTULN WRISTULNA FAULNA USP US ULNA WRU WRIULN MWRI MWRIST",
     "wrist": "WRIST WRI",
     "hand": "FIN HAND HM3 MC3 KNUCKLE",
     "hand_radial": "HM2 MC2",
@@ -115,8 +117,8 @@ _MIDLINE: dict[str, str] = {
     "l3": "L3 LV3",
     "l5": "L5 LV5 L5S1",
     "suprasternale": "CLAV IJ JN SJN MAN JUGULARNOTCH MANUBRIUM",
-    "sternum": "STRN STERNUM STER STE",
-    "xiphoid": "XIPH PX SXS XIPHOID",
+    "sternum": "STERNUM STER STE",
+    "xiphoid": "XIPH PX SXS XIPHOID STRN",
     "vertex": "TOPHEAD HEADTOP VERTEX TOPOFHEAD ARIEL TOP",
     "forehead": "FOREHEAD HEADFRONT FHEAD FRONTHEAD",
     "occiput": "OCCIPUT HEADREAR BACKHEAD BHEAD REARHEAD",
@@ -180,6 +182,9 @@ _GAIT2392_OWN = {
     "Midfoot.Lat": "midfoot_lateral",
     "Toe.Lat": "toe_lateral",
     "Toe.Med": "toe_medial",
+    # The arms hang with the thumbs in front: there the outer side of the wrist is the ulna's.
+    "Wrist.Lat": "wrist_ulnar",
+    "Wrist.Med": "wrist_radial",
 }
 _RAJAGOPAL = (
     "ASIS PSIS Knee MKnee Ankle MAnkle Heel MT5 Toe Shoulder Clavicle Biceps Elbow MElbow Forearm "

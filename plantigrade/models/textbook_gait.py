@@ -8,10 +8,10 @@ curves of the Oxford Foot Model (method: [Stebbins2006]_). The coefficients, in 
 ``textbook_gait.json``: mean, then cosine and sine of each harmonic.
 
 Three conventions are turned. Signs and names are those of OpenSim's Rajagopal model. Plug-in
-Gait's pelvic plane leans :data:`PELVIC_PLANE` forward in upright standing, where that model's
-pelvis tilt is zero: this is taken out of pelvis tilt and hip flexion. Foot angles are taken from
-their value in mid-stance. Pelvis and trunk are made symmetric: tilt keeps the even harmonics,
-list, rotation and bending the odd ones.
+Gait's pelvic plane leans forward by :data:`plantigrade.models.anatomy.SPINE_PLANE` where that
+model's pelvis tilt is zero: this is taken out of pelvis tilt and hip flexion. Foot angles are
+taken from their value in mid-stance. Pelvis and trunk are made symmetric: tilt keeps the even
+harmonics, list, rotation and bending the odd ones.
 
 Step length follows [Kuo2001]_, :math:`s/l = (v^*)^{0.42}`, what people prefer. The pelvis moves on
 at the mean speed with two small waves in a stride and sways once, with the amplitudes of
@@ -32,9 +32,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
-
-PELVIC_PLANE = 10.0
-"""Forward lean of the plane through the four iliac spines in upright standing [deg]."""
+from plantigrade.models.anatomy import SPINE_PLANE
 
 CLASS_SPEEDS = {
     "very_slow": 0.159,
@@ -151,7 +149,7 @@ def textbook_gait(
 def _angles(relative, whole):
     """Return every joint coordinate [deg] at strides `whole` of the right foot."""
     right, left = _phase(whole, "r"), _phase(whole, "l")
-    angles = {"pelvis_tilt": _series("pelvis_tilt", relative, right, "even") + PELVIC_PLANE}
+    angles = {"pelvis_tilt": _series("pelvis_tilt", relative, right, "even") + SPINE_PLANE}
     for name in ("pelvis_list", "pelvis_rotation", "lumbar_bending", "lumbar_rotation"):
         angles[name] = _series(name, relative, right, "odd")
     # The trunk stays upright, leaning 2 degrees forward.
@@ -159,7 +157,7 @@ def _angles(relative, whole):
     swing = float(np.clip(relative / FREE, 0.2, 1.6))
     for side, phase in (("r", right), ("l", left)):
         for name in ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle"):
-            offset = PELVIC_PLANE if name == "hip_flexion" else 0.0
+            offset = SPINE_PLANE if name == "hip_flexion" else 0.0
             angles[f"{name}_{side}"] = _series(name, relative, phase) - offset
         for name in ("subtalar_angle", "mtp_angle"):
             middle = _series(name, relative, np.array([0.3]))[0]

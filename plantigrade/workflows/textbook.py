@@ -22,7 +22,7 @@ from plantigrade.motion.filters import lowpass
 
 # Plug-in Gait with medial knees and ankles and a few foot markers: marker → landmark.
 MARKERS = {
-    "C7": "c7", "T10": "t10", "CLAV": "suprasternale", "STRN": "sternum", "SACR": "sacrum",
+    "C7": "c7", "T10": "t10", "CLAV": "suprasternale", "STRN": "xiphoid", "SACR": "sacrum",
     **{
         f"{side.upper()}{name}": f"{mark}_{side}"
         for side in ("l", "r")

@@ -76,6 +76,19 @@ GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
         ),
     ),
     (
+        "Posture",
+        (
+            Shown("forward tilt of the plane of iliac spines", "°", "pelvis_tilt_plane_mean_deg"),
+            Shown("lean of that plane against the horizontal", "°", "pelvis_plane_lean_mean_deg"),
+            Shown("hip flexion against that plane, mean", "°", "hip_flexion_plane_mean_{}_deg"),
+            Shown("lumbar joint behind the hips", "mm", "lumbar_behind_hips_mm", 0),
+            Shown("forward lean of the trunk, mean", "°", "trunk_lean_mean_deg"),
+            Shown("forward lean of the trunk, standing", "°", "trunk_lean_standing_deg"),
+            Shown("forward lean of the head, mean", "°", "neck_lean_mean_deg"),
+            Shown("joint of the arms at its stop, most", "%", "arms_at_stop_percent"),
+        ),
+    ),
+    (
         "Segment lengths",
         tuple(
             Shown(name.replace("_", " "), "cm", f"length_{name}_m", 1, 100.0) for name in LENGTHS

@@ -1,0 +1,87 @@
+"""How a fitted body stands: its pelvis, its lumbar joint, its trunk, its head and its arms.
+
+None of it shows in the marker error: markers sit where they sit, and a body that hunches below
+them follows them as well as one that stands.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.state import sweep
+from plantigrade.models import Human
+from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
+from plantigrade.models.landmarks import attachments
+from plantigrade.spatial.conventions import PELVIS
+
+MOST_FRAMES = 200  # as many are looked at, evenly spread
+AT_STOP = np.deg2rad(0.5)
+ARMS = ("elbow_flex", "pro_sup", "wrist_flex", "wrist_dev")
+
+
+def posture_figures(
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    standing: Float[Array, "n_standing nq"] | None = None,
+) -> dict[str, Any]:
+    """Return the figures of posture (flat, unit as suffix).
+
+    * ``pelvis_tilt_plane_mean_deg``: tilt of the plane through the anterior iliac spines and the
+      middle of the posterior ones, positive forward, as Plug-in Gait computes it: the first of
+      three turns, about an axis of the laboratory. It is
+      :data:`~plantigrade.models.anatomy.SPINE_PLANE` minus ``pelvis_tilt``.
+    * ``pelvis_plane_lean_mean_deg``: the lean of that plane against the horizontal, which is the
+      same where somebody walks straight ahead, and all that counts in a turn [Baker2001]_.
+    * ``hip_flexion_plane_mean_{side}_deg``: of the thigh against that plane, as Plug-in Gait's:
+      ``hip_flexion`` plus :data:`~plantigrade.models.anatomy.SPINE_PLANE`.
+    * ``lumbar_behind_hips_mm``: the lumbar joint behind the line of the hips, in the pelvis.
+    * ``trunk_lean_mean_deg``, ``neck_lean_mean_deg``: trunk and head against the vertical,
+      positive forward; ``trunk_lean_standing_deg``: the trunk in the standing trial.
+    * ``arms_at_stop_percent``: the largest share of frames in which a joint of elbow, forearm or
+      wrist is at an end of its range.
+
+    Args:
+        human: The person.
+        qpos: The motion.
+        standing: Frames of the standing trial, if there was one.
+    """
+    d = human.dimensions
+    names, values = human.to_coordinates(qpos)
+    mean = {n: float(np.rad2deg(values[:, i].mean())) for i, n in enumerate(names)}
+    few = qpos[np.unique(np.linspace(0, len(qpos) - 1, MOST_FRAMES).astype(int))]
+    pelvis, trunk, head = (leans(human, few, part) for part in ("asis_r", "c7", "vertex"))
+    arms = [c for c in human.coordinates if c.removesuffix("_r").removesuffix("_l") in ARMS]
+    hinges = [human.hinge(c) for c in arms]
+    low, high = human.limits[:, hinges]
+    arm = qpos[:, 7:][:, hinges]
+    stopped = ((arm < low + AT_STOP) | (arm > high - AT_STOP)).mean(axis=0)
+    figures = {
+        "pelvis_tilt_plane_mean_deg": SPINE_PLANE - mean[PELVIS[0]],
+        "pelvis_plane_lean_mean_deg": SPINE_PLANE + float(pelvis.mean()),
+        **{
+            f"hip_flexion_plane_mean_{s}_deg": SPINE_PLANE + mean[f"hip_flexion_{s}"] for s in SIDES
+        },
+        "lumbar_behind_hips_mm": 1e3 * float(hip(d)[0] - lumbar(d)[0]),
+        "trunk_lean_mean_deg": float(trunk.mean()),
+        "neck_lean_mean_deg": float(head.mean()),
+        "arms_at_stop_percent": 100 * float(max(stopped, default=0.0)),
+    }
+    if standing is not None and len(standing):
+        figures["trunk_lean_standing_deg"] = float(leans(human, standing, "c7").mean())
+    return figures
+
+
+def leans(
+    human: Human, qpos: Float[Array, "n_frames nq"], landmark: str
+) -> Float[Array, " n_frames"]:
+    """Return how far the body that carries a landmark leans forward [deg].
+
+    Forward is where the pelvis faces.
+    """
+    body, pelvis = (human.body(attachments(human)[name].body) for name in (landmark, "asis_r"))
+    axes = np.array([state.rotations[[body, pelvis]] for state in sweep(human, qpos)])
+    up, ahead = axes[:, 0, :, 2], axes[:, 1, :2, 0]
+    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    return np.rad2deg(np.arctan2((up[:, :2] * ahead).sum(axis=1), up[:, 2]))
