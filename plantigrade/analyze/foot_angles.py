@@ -1,36 +1,34 @@
-r"""Angles between the segments of a multi-segment foot, as clinicians define them.
+r"""Angles between the segments of the foot from its markers, as the Oxford Foot Model has them.
 
-Segments and signs are those of the Oxford Foot Model [Carson2001]_, [Stebbins2006]_: hindfoot
-against tibia, forefoot against hindfoot and tibia, hallux against forefoot. Each is turned first
-about the left axis of the segment above (dorsiflexion), then about the vertical one that this
-carried along (adduction, internal rotation), then about its own forward axis (supination,
-inversion). All are positive in the sense they are named for, on both sides.
+Segments, axes and signs are those of [Carson2001]_ and [Stebbins2006]_ in the form that Vicon's
+implementation gives them (described by [Dixon2025]_):
 
-Which of our bodies plays which part, and where the anatomy differs:
+* *tibia*: that of Plug-in Gait (:func:`tibia_axes`).
+* *hindfoot* (calcaneus): forward parallel to the floor in standing, in the plane of heel, upper
+  heel and the middle between sustentaculum and lateral calcaneus.
+* *forefoot* (metatarsals): the plane of both outer metatarsal heads and the base of the fifth;
+  forward from the middle of the bases to the toe marker in that plane.
+* *hallux*: forward from the first metatarsal head to the hallux marker. Two markers tell nothing
+  about its own axis, so only its dorsiflexion is given.
 
-* *hindfoot* is the body ``heel``, the calcaneus. Our talus belongs to the body ``foot``.
-* *forefoot* is the row of metatarsals. Ours are two bodies, the medial three in ``foot`` (with
-  the tarsal bones) and the lateral two; the forefoot's rotation is the one that carries the ten
-  ends of the metatarsals, as they lie in the zero pose, closest to where they are. Since talus
-  and medial metatarsals are one body, the arch cannot bend between them: of the plantarflexion
-  of the forefoot at push-off a part is missing, and the hallux makes up for it.
-* *hallux* is ``medial_phalanges``, the first three toes as one. One marker shows it, so only its
-  dorsiflexion is given.
+The first metatarsal head (virtual medial toe line) and the upper heel carry markers in standing
+only; their places among the others are taken from the standing trial. Of four markers on a segment
+each is moved halfway to where the other three have it on average, and replaced by that place while
+it is hidden.
 
-An angle is zero in the zero pose of the person (standing, soles flat, feet straight ahead); the
-Oxford Foot Model has no such pose and takes its axes from markers, so a constant lies between.
+Each segment is turned first about the left axis of the one above (dorsiflexion), then about the
+vertical one that this carried along (adduction, internal rotation), then about its own forward axis
+(supination, inversion). All are positive in the sense they are named for, on both sides.
 """
+
+from collections.abc import Mapping
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
-from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet, sweep
-from plantigrade.models import Human
-from plantigrade.models.feet import point
-from plantigrade.models.parts import MIRROR
-from plantigrade.motion import Table
+
+Paths = Mapping[str, Float[Array, "n_frames 3"]]
+"""Landmark, without side → where its marker was [m]; NaN where hidden."""
 
 # Segment pair → its angles, in the order they are turned: about left (backwards), up and forward.
 FOOT_ANGLES: dict[str, tuple[str, ...]] = {
@@ -45,38 +43,41 @@ _SEGMENTS = {
     "forefoot_to_tibia": ("tibia", "forefoot"),
     "hallux": ("forefoot", "hallux"),
 }
-_METATARSALS = tuple(f"{end}_{k}" for k in range(1, 6) for end in ("base", "metatarsal"))
-_LATERAL = {"base_4", "metatarsal_4", "base_5", "metatarsal_5"}
+FOREFOOT = ("metatarsal_1_base", "metatarsal_5_head", "metatarsal_2_head", "metatarsal_5_base")
+HINDFOOT = ("heel", "heel_lateral", "sustentaculum", "heel_wand")
+NEEDED = (*FOREFOOT, *HINDFOOT[:3])
+"""Landmarks that must carry markers throughout; the wand on the heel need not."""
+WORN_IN_STANDING = ("metatarsal_1_head", "heel_upper")
+"""Landmarks whose markers are taken off after the standing trial."""
+FOOT_MARKER = 0.0095
+"""Diameter of the markers on the feet in the model's protocol [m]."""
 # The Oxford Foot Model's right side in our axes; the left is its mirror image.
 _SIGNS = {"r": np.array([-1.0, 1.0, 1.0]), "l": np.array([-1.0, -1.0, -1.0])}
 
 
 def foot_angles(
-    human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
-) -> Table:
-    """Return the angles between foot segments over time.
+    seen: Paths, standing: Paths, tibia: Float[Array, "n_frames 3 3"], side: str
+) -> dict[str, np.ndarray]:
+    """Return the angles between the segments of one foot over time [rad], NaN where not seen.
 
     Args:
-        human: A person with multi-segment feet.
-        time: Time of each frame [s].
-        qpos: Configuration of each frame.
+        seen: Markers in the trial: at least those of :data:`NEEDED`.
+        standing: The same and :data:`WORN_IN_STANDING` while the person stands, z upwards.
+        tibia: Rotation from the axes of the tibia (forward, left, up) to the world's, in the trial.
+        side: ``"r"`` or ``"l"``.
 
     Returns:
-        Columns ``hindfoot_dorsiflexion_r``, ``forefoot_to_tibia_adduction_l``, …: the pairs of
-        :data:`FOOT_ANGLES`, their angles, the sides [rad].
-
-    Raises:
-        ParameterError: If the person's feet are of another kind.
+        ``hindfoot_dorsiflexion_r``, ``forefoot_to_tibia_adduction_l``, …: the pairs of
+        :data:`FOOT_ANGLES`, their angles, the side.
     """
-    names, columns = [], []
-    for side, rotations in segment_rotations(human, qpos).items():
-        for pair, kinds in FOOT_ANGLES.items():
-            above, below = _SEGMENTS[pair]
-            angles = joint_angles(rotations[above], rotations[below], side)
-            for k, what in enumerate(kinds):
-                names.append(f"{pair}_{what}_{side}")
-                columns.append(angles[:, k])
-    return Table(tuple(names), np.asarray(time), np.stack(columns, axis=1))
+    axes = segment_axes(seen, standing, tibia, side)
+    found = {}
+    for pair, kinds in FOOT_ANGLES.items():
+        above, below = _SEGMENTS[pair]
+        if below in axes:
+            angles = joint_angles(axes[above], axes[below], side)
+            found |= {f"{pair}_{what}_{side}": angles[:, k] for k, what in enumerate(kinds)}
+    return found
 
 
 def joint_angles(
@@ -84,62 +85,163 @@ def joint_angles(
 ) -> Float[Array, "n 3"]:
     """Return dorsiflexion, adduction and supination of one segment against the one above [rad].
 
-    Rotations are from the segments' axes (forward, left, up) to the world's.
+    Rotations are from the segments' axes (forward, left, up) to the world's; NaN gives NaN.
     """
     from scipy.spatial.transform import Rotation
 
     relative = np.swapaxes(above, 1, 2) @ below
-    return Rotation.from_matrix(relative).as_euler("YZX") * _SIGNS[side]
+    known = np.isfinite(relative).all(axis=(1, 2))
+    angles = np.full((len(relative), 3), np.nan)
+    if known.any():
+        angles[known] = Rotation.from_matrix(relative[known]).as_euler("YZX") * _SIGNS[side]
+    return angles
 
 
-def segment_rotations(
-    human: Human, qpos: Float[Array, "n_frames nq"]
-) -> dict[str, dict[str, np.ndarray]]:
-    """Return side → segment → rotation from its axes (parallel in the zero pose) to the world's.
+def segment_axes(
+    seen: Paths, standing: Paths, tibia: Float[Array, "n_frames 3 3"], side: str
+) -> dict[str, Float[Array, "n_frames 3 3"]]:
+    """Return segment → rotation from its axes (forward, left, up) to the world's.
 
-    Raises:
-        ParameterError: If the person's feet are not multi-segment.
+    The arguments are those of :func:`foot_angles`. The hallux is missing where it has no marker.
     """
-    if human.feet != "multi-segment":
-        raise ParameterError(
-            f"a person with {human.feet} feet has no foot segments; make one with multi-segment "
-            "feet (--feet multi-segment)"
-        )
-    ends = [_metatarsal_end(human, name, side) for side in SIDES for name in _METATARSALS]
-    bodies, local, rest = zip(*ends, strict=True)
-    points = PointSet(human, bodies, np.array(local))
-    x = np.empty((len(qpos), len(bodies), 3))
-    turned = np.empty((len(qpos), human.model.nbody, 3, 3))
-    for k, state in enumerate(sweep(human, qpos)):
-        x[k], turned[k] = state.position(points), state.rotations
-    n = len(_METATARSALS)
+    medial = 1.0 if side == "r" else -1.0  # the way from lateral to medial, along the left axis
+    fore, rest = steadied(seen, FOREFOOT), steadied(standing, FOREFOOT)
+    head_1 = seen.get("metatarsal_1_head")
+    if head_1 is None:
+        place = standing["metatarsal_1_head"]
+        head_1 = _carried(_forefoot_frame(rest), _forefoot_frame(fore), place)
+    left = medial * (head_1 - fore["metatarsal_5_head"])
+    sole = (head_1, fore["metatarsal_5_head"], fore["metatarsal_5_base"])
+    base_1, base_5 = _onto(fore["metatarsal_1_base"], *sole), fore["metatarsal_5_base"]
+    # The lateral marker stands off its bone sideways, the medial one upwards.
+    width = np.linalg.norm(base_5 - base_1, axis=1)[:, None]
+    middle = base_1 + (base_5 - base_1) * (0.5 - FOOT_MARKER / (4 * width))
+    axes = {
+        "tibia": tibia,
+        "hindfoot": _hindfoot(seen, standing),
+        "forefoot": _turned(_onto(fore["metatarsal_2_head"], *sole) - middle, left),
+    }
+    if "hallux" in seen:
+        axes["hallux"] = _turned(seen["hallux"] - head_1, left)
+    return axes
+
+
+def tibia_axes(
+    seen: Paths, hip: Float[Array, "n_frames 3"], knee: float, ankle: float, side: str
+) -> Float[Array, "n_frames 3 3"] | None:
+    """Return the rotation from the axes of Plug-in Gait's tibia (forward, left, up) to the world's.
+
+    Knee and ankle joint centre lie beside their markers in the plane of that marker, the joint
+    centre above and the marker on the segment between [Davis1991]_; the frontal plane of the tibia
+    is that of knee centre, shank marker and lateral malleolus.
+
+    Args:
+        seen: Markers; those of thigh, knee, shank and lateral malleolus are used.
+        hip: Hip joint centre [m].
+        knee: From the marker of the knee to the joint centre [m].
+        ankle: From the marker of the malleolus to the joint centre [m].
+        side: ``"r"`` or ``"l"``.
+
+    Returns:
+        One rotation per frame; None where one of the markers is missing.
+    """
+    if not {"thigh", "knee_lateral", "shank", "ankle_lateral"} <= set(seen):
+        return None
+    above = _beside(hip, seen["thigh"], seen["knee_lateral"], knee)
+    below = _beside(above, seen["shank"], seen["ankle_lateral"], ankle)
+    outwards = _unit(seen["ankle_lateral"] - below)
+    z = _unit(above - below)
+    x = _unit(np.cross(outwards if side == "l" else -outwards, z))
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _beside(
+    proximal: np.ndarray, segment: np.ndarray, joint: np.ndarray, distance: float
+) -> np.ndarray:
+    """Return the joint centre at a right angle between its marker and the centre above."""
+    along = proximal - joint
+    cosine = distance / np.linalg.norm(along, axis=1)[:, None]
+    along = _unit(along)
+    out = segment - joint
+    out = _unit(out - along * np.sum(out * along, axis=1)[:, None])
+    return joint + distance * (cosine * along - np.sqrt(1 - cosine**2) * out)
+
+
+def steadied(seen: Paths, names: tuple[str, ...]) -> dict[str, Float[Array, "n_frames 3"]]:
+    """Return four markers of a segment, each moved halfway to where the other three have it.
+
+    The place among the other three is the mean over all frames. A hidden marker is put there
+    altogether. Fewer than four markers are returned as they are.
+    """
+    here = [n for n in names if n in seen]
+    if len(here) < 4:
+        return {name: seen[name] for name in here}
     result = {}
-    for i, side in enumerate(SIDES):
-        mine = slice(i * n, (i + 1) * n)
-        result[side] = {
-            "tibia": turned[:, human.body(f"tibia_{side}")],
-            "hindfoot": turned[:, human.body(f"heel_{side}")],
-            "forefoot": closest_rotation(np.array(rest[mine]), x[:, mine]),
-            "hallux": turned[:, human.body(f"medial_phalanges_{side}")],
-        }
+    for i, name in enumerate(here):
+        second, first, last = (seen[here[(i + k) % 4]] for k in (1, 2, 3))
+        frame = (first, _turned(second - first, first - last))
+        given = _carried(frame, frame, seen[name])
+        both = np.where(np.isfinite(given), 0.5 * (seen[name] + given), seen[name])
+        result[name] = np.where(np.isfinite(seen[name]), both, given)
     return result
 
 
-def closest_rotation(
-    rest: Float[Array, "n_points 3"], moved: Float[Array, "n_frames n_points 3"]
-) -> Float[Array, "n_frames 3 3"]:
-    """Return the rotations that carry points at rest closest to where they went ([Kabsch1976]_)."""
-    a = rest - rest.mean(axis=0)
-    b = moved - moved.mean(axis=1, keepdims=True)
-    u, _, vt = np.linalg.svd(np.einsum("fpi,pj->fij", b, a))
-    u[..., :, 2] *= np.linalg.det(u @ vt)[:, None]
-    return u @ vt
+def unsteadiness(seen: Paths) -> float:
+    """Return how far markers of a foot are from where the other three of their segment have them.
+
+    Root mean square over markers and frames [m]; zero for rigid segments.
+    """
+    apart = [
+        2.0 * np.linalg.norm(there - seen[name], axis=1)
+        for names in (FOREFOOT, HINDFOOT)
+        for name, there in steadied(seen, names).items()
+    ]
+    return float(np.sqrt(np.nanmean(np.square(apart))))
 
 
-def _metatarsal_end(human: Human, name: str, side: str) -> tuple[str, np.ndarray, np.ndarray]:
-    """Return body, place in it and place in the foot at rest of an end of a metatarsal [m]."""
-    place = point(name, human.dimensions) * (MIRROR if side == "r" else 1.0)
-    part = f"lateral_metatarsal_{side}" if name in _LATERAL else f"foot_{side}"
-    body, offset = human.skeleton.parts[part]
-    shift = human.skeleton.origins[f"foot_{side}"] - human.skeleton.origins[part]
-    return body, place + shift + offset, place
+def _hindfoot(seen: Paths, standing: Paths) -> np.ndarray:
+    now, rest = steadied(seen, HINDFOOT), steadied(standing, HINDFOOT)
+    heel = rest["heel"]
+    middle = 0.5 * (rest["heel_lateral"] + rest["sustentaculum"])
+    ahead = _onto(standing["metatarsal_5_base"], heel, standing["heel_upper"], middle)
+    ahead = np.column_stack([ahead[:, :2], heel[:, 2]])  # level with the heel: the foot is flat
+    frames = _hindfoot_frame(rest), _hindfoot_frame(now)
+    x = _carried(*frames, ahead) - now["heel"]
+    above = seen.get("heel_upper")
+    above = (_carried(*frames, standing["heel_upper"]) if above is None else above) - now["heel"]
+    x, y = _unit(x), _unit(np.cross(above, x))
+    return np.stack([x, y, np.cross(x, y)], axis=-1)
+
+
+def _forefoot_frame(fore: Paths) -> tuple[np.ndarray, np.ndarray]:
+    base_1, head_5, toe, base_5 = (fore[name] for name in FOREFOOT)
+    return base_1, _turned(base_1 - head_5, toe - base_5)
+
+
+def _hindfoot_frame(hind: Paths) -> tuple[np.ndarray, np.ndarray]:
+    heel, lateral, medial = (hind[name] for name in HINDFOOT[:3])
+    return heel, _turned(heel - 0.5 * (lateral + medial), medial - lateral)
+
+
+def _turned(x: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Return axes whose first is ``x`` and whose second is as near as it can be to ``near``."""
+    x = _unit(x)
+    z = _unit(np.cross(x, near))
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _carried(here, there, point: np.ndarray) -> np.ndarray:
+    """Return a point's mean place in frames ``here`` (origin, rotation), carried to ``there``."""
+    (origin, rotation), (new_origin, new_rotation) = here, there
+    local = np.einsum("fji,fj->fi", rotation, point - origin)
+    return new_origin + new_rotation @ np.nanmean(local, axis=0)
+
+
+def _onto(point: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return the foot of the perpendicular from a point to the plane of three others."""
+    normal = _unit(np.cross(b - a, c - a))
+    return point - normal * np.sum((point - a) * normal, axis=1)[:, None]
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)

@@ -1,34 +1,29 @@
-"""Angles between the segments of the feet of a walk, where enough markers show them.
+"""Angles between foot segments of a walk, where enough markers show them."""
 
-The fit whose angles are taken has multi-segment feet. Where the recording was fitted with other
-feet, a few of its gait cycles are fitted once more.
-"""
-
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.foot_angles import foot_angles
+from plantigrade.analyze.foot_angles import (
+    NEEDED,
+    WORN_IN_STANDING,
+    Paths,
+    foot_angles,
+    tibia_axes,
+    unsteadiness,
+)
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
-from plantigrade.errors import FitError
-from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.result import Fit
-from plantigrade.models import Human
-from plantigrade.models.markers import MarkerSet, place_markers, read_marker_set
-from plantigrade.models.person import Person
-from plantigrade.motion import Recording
+from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.models.landmarks import attachments
+from plantigrade.models.markers import MarkerSet, landmarks_of, read_marker_set
+from plantigrade.motion import Markers, Recording, Table
 from plantigrade.motion.cycles import PERCENT, Cycle, normalise_cycles
 from plantigrade.motion.filters import lowpass
-
-ENOUGH = 3  # markers on hindfoot and on forefoot of both feet
-LONGEST = 600  # frames that are fitted once more: a few cycles are enough for mean curves
-MARGIN = 0.1  # of recording around those cycles, so that the filter's ends lie outside [s]
-JOINTS, FEET = "66", "multi-segment"
 
 
 @dataclass(frozen=True)
@@ -37,42 +32,31 @@ class FootSegments:
 
     #: ``foot.percent``, ``foot.names`` and for each name ``foot.NAME``, one row per cycle [°]
     signals: dict[str, Array] = field(default_factory=dict, repr=False)
-    #: Ranges of motion (mean over cycles) and the marker error of the feet
+    #: Ranges of motion (mean over cycles) and how far the segments are from rigid
     figures: dict[str, float] = field(default_factory=dict)
 
 
 def foot_segment_signals(
-    recording: Recording,
-    trial: Trial,
-    known: dict[str, Any],
-    marker_set: Path | None = None,
-    cutoff: float = CUTOFF,
+    recording: Recording, trial: Trial, marker_set: Path | None = None, cutoff: float = CUTOFF
 ) -> FootSegments:
     """Return the foot segments of a walk; nothing where markers do not show them or nobody walks.
 
     Args:
-        recording: The recording as it was read.
-        trial: The same, fitted with any feet and analysed: its gait cycles are used.
-        known: What is known of the person; joints and feet are replaced by multi-segment ones.
+        recording: The recording as it was read, with its standing trial.
+        trial: The same, fitted and analysed.
         marker_set: The user's own marker set.
         cutoff: Low-pass of the angles [Hz].
     """
-    fitted, cycles = trial.fit, trial.cycles
     chosen = read_marker_set(marker_set) if marker_set else None
-    if fitted.source_kind != "markers" or not cycles or not shows_segments(fitted, chosen):
+    if not trial.cycles:
         return FootSegments()
-    if fitted.human.feet != FEET:
-        short, cycles = _cut(recording, cycles)
-        own: dict[str, Any] = {**known, "joints": JOINTS, "feet": FEET}
-        person = Person(**own)
-        try:
-            fitted = fit_markers(short, person, static=recording.static, marker_set=chosen)
-        except FitError:  # the markers of these few cycles alone are too few
-            return FootSegments()
-    curves = _curves(fitted, cycles, cutoff)
+    table = angles_of(trial.fit, recording.static, chosen)
+    curves = {} if table is None else _curves(table, trial.cycles, cutoff)
     if not curves:
         return FootSegments()
-    figures = {"foot_segments_marker_rms_mm": 1e3 * foot_marker_rms(fitted)}
+    feet = [feet_of(_used(trial.fit), side, chosen) for side in SIDES]
+    rms = [1e3 * unsteadiness(seen) for seen in feet if seen is not None]
+    figures = {"foot_segments_marker_rms_mm": float(np.sqrt(np.mean(np.square(rms))))}
     for name, rows in curves.items():
         rom = float(np.mean(np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1)))
         figures[f"{name[:-2]}_rom{name[-2:]}_deg"] = rom
@@ -80,31 +64,95 @@ def foot_segment_signals(
     return FootSegments(signals | {f"foot.{name}": rows for name, rows in curves.items()}, figures)
 
 
-def shows_segments(fitted: Fit, chosen: MarkerSet | None = None) -> bool:
-    """Return whether hindfoot and forefoot of both feet carry enough markers to be followed."""
-    names = [] if fitted.markers is None else fitted.markers.names
-    placed = place_markers(names, Human.create(joints=JOINTS, feet=FEET), chosen)
-    bodies = [place.body for place in placed.values() if place is not None]
-    return all(
-        bodies.count(f"heel_{s}") >= ENOUGH
-        and bodies.count(f"foot_{s}") + bodies.count(f"lateral_metatarsal_{s}") >= ENOUGH
-        and bodies.count(f"lateral_metatarsal_{s}") > 0
-        for s in SIDES
+def angles_of(
+    fitted: Fit, static: Recording | None = None, chosen: MarkerSet | None = None
+) -> Table | None:
+    """Return the angles between the foot segments of a fit over time [rad].
+
+    Args:
+        fitted: The fit; the markers are its own, knee and ankle joint centres those of its person.
+        static: A standing trial of the same person. Where none shows the landmarks that carry
+            markers in standing only, they are where the scaled person has them.
+        chosen: The user's own marker set.
+
+    Returns:
+        The columns of :func:`plantigrade.analyze.foot_angles.foot_angles` of every foot with
+        enough markers; None where there is none.
+    """
+    if fitted.markers is None:
+        return None
+    columns: dict[str, np.ndarray] = {}
+    for side in SIDES:
+        seen = feet_of(_used(fitted), side, chosen)
+        if seen is None:
+            continue
+        standing = None if static is None else feet_of(static.markers, side, chosen)
+        if standing is None or not set(WORN_IN_STANDING) <= set(standing):
+            standing = _zero_pose(fitted, side, seen, chosen)
+        columns |= foot_angles(seen, standing, _tibia(fitted, side, seen), side)
+    if not columns:
+        return None
+    return Table(tuple(columns), fitted.time, np.stack(list(columns.values()), axis=1))
+
+
+def feet_of(markers: Markers | None, side: str, chosen: MarkerSet | None = None) -> Paths | None:
+    """Return landmark (without side) → path of the markers of one side [m].
+
+    None if a marker that every angle needs is never seen.
+    """
+    if markers is None:
+        return None
+    found = {
+        mark.removesuffix(f"_{side}"): markers.positions[:, markers.index(name)]
+        for mark, name in landmarks_of(markers.names, chosen).items()
+        if mark.endswith(f"_{side}")
+    }
+    found = {mark: path for mark, path in found.items() if np.isfinite(path[:, 0]).any()}
+    return found if set(NEEDED) <= set(found) else None
+
+
+def _used(fitted: Fit) -> Markers | None:
+    """Return the markers of a fit without the samples that were left out."""
+    if fitted.markers is None or fitted.kept is None:
+        return fitted.markers
+    x = np.where(fitted.kept[..., None], fitted.markers.positions, np.nan)
+    return Markers(fitted.markers.names, fitted.markers.time, x)
+
+
+def _zero_pose(
+    fitted: Fit, side: str, seen: Mapping[str, np.ndarray], chosen: MarkerSet | None
+) -> Paths:
+    """Return the landmarks of the standing person: markers where the fit placed them."""
+    assert fitted.markers is not None
+    table = attachments(fitted.human)
+    names = landmarks_of(fitted.markers.names, chosen)
+    places = {}
+    for mark in {*seen, *WORN_IN_STANDING}:
+        name = names.get(f"{mark}_{side}")
+        own = None if name is None else fitted.places[fitted.markers.index(name)]
+        places[mark] = own or table[f"{mark}_{side}"]
+    points = PointSet.of(fitted.human, list(places.values()))
+    path = points.path(fitted.human.standing()[None])
+    return {mark: path[:, i] for i, mark in enumerate(places)}
+
+
+def _tibia(fitted: Fit, side: str, seen: Paths) -> np.ndarray:
+    """Return the axes of the tibia: by its markers, or those of the fitted body."""
+    human = fitted.human
+    femur, tibia = human.body(f"femur_{side}"), human.body(f"tibia_{side}")
+    states = [(s.origins[femur], s.rotations[tibia]) for s in sweep(human, fitted.qpos)]
+    hip, own = (np.array(column) for column in zip(*states, strict=True))
+    table = attachments(human)
+    knee, ankle = (
+        abs(float(table[f"{mark}_{side}"].position[1]))
+        for mark in ("knee_lateral", "ankle_lateral")
     )
+    found = tibia_axes(seen, hip, knee, ankle, side)
+    return own if found is None else found
 
 
-def foot_marker_rms(fitted: Fit) -> float:
-    """Return the root mean square distance of the markers on the feet to their places [m]."""
-    segments = ("foot", "heel", "medial_", "lateral_")
-    mine = [place.body.startswith(segments) for place in fitted.places]
-    assert fitted.residual is not None and fitted.kept is not None
-    used = np.where(fitted.kept, fitted.residual, np.nan)[:, mine]
-    return float(np.sqrt(np.nanmean(used**2)))
-
-
-def _curves(fitted: Fit, cycles: Sequence[Cycle], cutoff: float) -> dict[str, Array]:
+def _curves(table: Table, cycles: Sequence[Cycle], cutoff: float) -> dict[str, Array]:
     """Return the angles over the gait cycle by name [°]."""
-    table = foot_angles(fitted.human, fitted.time, fitted.qpos)
     values = np.rad2deg(table.values)
     rate = (len(table.time) - 1) / (table.time[-1] - table.time[0])
     if cutoff < 0.45 * rate and len(table.time) >= 12:
@@ -117,16 +165,3 @@ def _curves(fitted: Fit, cycles: Sequence[Cycle], cutoff: float) -> dict[str, Ar
         if len(rows):
             curves[name] = rows
     return curves
-
-
-def _cut(recording: Recording, cycles: Sequence[Cycle]) -> tuple[Recording, tuple[Cycle, ...]]:
-    """Return the recording of as many cycles as fit into the longest stretch, and those cycles."""
-    markers = recording.markers
-    assert markers is not None  # the fit is one of markers
-    start = min(c.start for c in cycles)
-    last = markers.time[min(np.searchsorted(markers.time, start) + LONGEST, markers.n_frames) - 1]
-    kept = [c for c in cycles if c.stop <= last] or [min(cycles, key=lambda c: c.start)]
-    stop = max(c.stop for c in kept)
-    inside = (markers.time >= start - MARGIN) & (markers.time <= stop + MARGIN)
-    short = replace(markers, time=markers.time[inside], positions=markers.positions[inside])
-    return replace(recording, markers=short, outputs={}, plates=()), tuple(kept)

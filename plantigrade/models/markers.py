@@ -244,8 +244,7 @@ def place_markers(
             human.body(body)
             result[name] = Attachment(body, np.array(position), LOOSE / 3)
             continue
-        mark = chosen.landmarks.get(name) or chosen.landmarks.get(_bare(name))
-        mark = mark or landmark_of(_bare(name))
+        mark = _landmark_in(chosen, name)
         if mark is not None and mark not in places:
             raise ParameterError(
                 f"marker set {chosen.name!r} puts {name} on {mark!r}; there is no such landmark; "
@@ -253,6 +252,28 @@ def place_markers(
             )
         result[name] = places[mark] if mark else None
     return result
+
+
+def landmarks_of(names: Iterable[str], marker_set: MarkerSet | None = None) -> dict[str, str]:
+    """Return landmark → marker of the markers whose landmark is known, the first of each.
+
+    Args:
+        names: Marker names as in the recording.
+        marker_set: The set to use first; by default the best built-in one.
+    """
+    names = list(names)
+    chosen = marker_set or best_set(names)
+    found: dict[str, str] = {}
+    for name in names:
+        mark = None if name in chosen.fixed else _landmark_in(chosen, name)
+        if mark is not None:
+            found.setdefault(mark, name)
+    return found
+
+
+def _landmark_in(chosen: MarkerSet, name: str) -> str | None:
+    mark = chosen.landmarks.get(name) or chosen.landmarks.get(_bare(name))
+    return mark or landmark_of(_bare(name))
 
 
 def read_marker_set(path: str | Path) -> MarkerSet:

@@ -161,8 +161,7 @@ def run_of(
     Its pages are called after the file where no title is given.
     """
     record = trial.record()
-    chosen = (settings.known, settings.marker_set, settings.cutoff)
-    feet = foot_segment_signals(recording, trial, *chosen)
+    feet = foot_segment_signals(recording, trial, settings.marker_set, settings.cutoff)
     if feet.signals:
         record = replace(record, signals={**record.signals, **feet.signals})
     return Run(

@@ -273,5 +273,5 @@ def test_foot_segments_are_drawn_where_the_fit_has_them(record):
     )
     section = sections(drawn)["Foot segments"]
     assert len(section.figures) == 1 and "Hindfoot dorsiflexion" in section.figures[0].svg
-    assert "in that fit: 3.2 mm" in section.text and "3 right, 3 left" in section.text
+    assert "3.2 mm (RMS)" in section.text and "3 right, 3 left" in section.text
     assert "Foot segments" not in sections(run)

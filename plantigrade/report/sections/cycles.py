@@ -166,14 +166,12 @@ def foot_segment_section(subject: Subject) -> list[Section]:
     if not curves:
         return []
     caption = (
-        "Angles between the segments of the foot, from a fit with multi-segment feet: hindfoot to "
-        "tibia, forefoot to hindfoot and to tibia, hallux to forefoot, with the signs and the "
-        "order of rotations of the Oxford Foot Model (zero: standing pose of the body). The "
-        "forefoot includes the tarsal bones, so the arch bends less than in that model."
+        "Angles between the segments of the foot by its markers, as the Oxford Foot Model defines "
+        "them: hindfoot to tibia, forefoot to hindfoot and to tibia, hallux to forefoot."
     )
     rms = subject.number("foot_segments_marker_rms_mm")
     if rms is not None:
-        caption += f" RMS error of the markers on the feet in that fit: {rms:.1f} mm."
+        caption += f" Markers of a segment move {rms:.1f} mm (RMS) against each other."
     found = cycle_section("Foot segments", curves, subject, caption=caption, published=False)
     return [replace(found, folded=True)]
 
