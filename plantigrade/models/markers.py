@@ -216,6 +216,20 @@ def best_set(names: Iterable[str]) -> MarkerSet:
     return max(MARKER_SETS.values(), key=lambda s: len(names & set(s.landmarks)))
 
 
+def landmark_names(
+    names: Iterable[str], marker_set: MarkerSet | None = None
+) -> dict[str, str | None]:
+    """Return the landmark of each marker by its name; None if its name is unknown.
+
+    Args:
+        names: Marker names as in the recording.
+        marker_set: The set to use first; by default the best built-in one.
+    """
+    names = list(names)
+    known = (marker_set or best_set(names)).landmarks
+    return {n: known.get(n) or known.get(_bare(n)) or landmark_of(_bare(n)) for n in names}
+
+
 def place_markers(
     names: Iterable[str], human: Human, marker_set: MarkerSet | None = None
 ) -> dict[str, Attachment | None]:
@@ -233,14 +247,12 @@ def place_markers(
     chosen = marker_set or best_set(names)
     places = attachments(human)
     result: dict[str, Attachment | None] = {}
-    for name in names:
+    for name, mark in landmark_names(names, chosen).items():
         if name in chosen.fixed:
             body, position = chosen.fixed[name]
             human.body(body)
             result[name] = Attachment(body, np.array(position), LOOSE / 3)
             continue
-        mark = chosen.landmarks.get(name) or chosen.landmarks.get(_bare(name))
-        mark = mark or landmark_of(_bare(name))
         if mark is not None and mark not in places:
             raise ParameterError(
                 f"marker set {chosen.name!r} puts {name} on {mark!r}; there is no such landmark; "
