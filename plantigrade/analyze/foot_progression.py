@@ -14,30 +14,50 @@ SHORTEST = 0.3
 """Way of the pelvis in a stride below which the person walks on the spot or on a belt [m]."""
 
 
+def foot_line(record: Record, side: str) -> Float[Array, "n_frames 3"]:
+    """Return the direction from the heel to the middle of first and fifth metatarsal heads.
+
+    World axes, unit length.
+    """
+    table = attachments(record.human)
+    ends = [table[f"{mark}_{side}"] for mark in MARKS]
+    points = PointSet(record.human, [e.body for e in ends], np.array([e.position for e in ends]))
+    path = points.path(record.motion.qpos)
+    line = path[:, 1:].mean(axis=1) - path[:, 0]
+    return line / np.linalg.norm(line, axis=1, keepdims=True)
+
+
+def inward_angle(
+    line: Float[Array, "n_frames 3"], side: str, way: Float[Array, " 2"]
+) -> Float[Array, " n_frames"]:
+    """Return the angle of a foot's line to the vertical plane through ``way`` [rad].
+
+    It is positive inward. While the foot is flat it is the angle seen from above; while it stands
+    on its tip, where the line has hardly an extent seen from above, it stays small. So clinical
+    programs that turn the foot by pitch, roll and progression, in this order, have it too.
+    """
+    left = np.array([-way[1], way[0]]) / np.linalg.norm(way)
+    return (1.0 if side == "r" else -1.0) * np.arcsin(np.clip(line[:, :2] @ left, -1, 1))
+
+
 def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
     """Return the foot progression angle over every gait cycle [deg], positive inward.
 
-    It is the angle, seen from above, between the line from the heel to the middle of the first and
-    fifth metatarsal heads and the way of the pelvis in that stride; on a treadmill the forward axis
-    takes the place of that way.
+    It is the angle between the line from the heel to the middle of the first and fifth metatarsal
+    heads and the vertical plane through the way of the pelvis in that stride; on a treadmill the
+    forward axis takes the place of that way.
 
     Returns:
         ``foot_progression_r`` and ``foot_progression_l``, one row per cycle of that foot; empty
         where there is none.
     """
-    table, motion = attachments(record.human), record.motion
+    motion = record.motion
     found: dict[str, np.ndarray] = {}
     for side in SIDES:
         cycles = cut_cycles(motion.events, side=side)
         if not cycles:
             continue
-        ends = [table[f"{mark}_{side}"] for mark in MARKS]
-        points = PointSet(
-            record.human, [e.body for e in ends], np.array([e.position for e in ends])
-        )
-        path = points.path(motion.qpos)
-        foot = (path[:, 1:].mean(axis=1) - path[:, 0])[:, :2]
-        inward = 1.0 if side == "r" else -1.0
+        line = foot_line(record, side)
         rows = []
         for cycle in cycles:
             start, stop = (
@@ -45,8 +65,7 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
             )
             way = motion.qpos[stop, :2] - motion.qpos[start, :2]
             way = way if np.linalg.norm(way) > SHORTEST else np.array([1.0, 0.0])
-            across = way[0] * foot[:, 1] - way[1] * foot[:, 0]
-            angle = np.unwrap(np.arctan2(across, foot @ way))
-            rows += list(normalise_cycles(motion.time, np.rad2deg(inward * angle), [cycle]))
+            angle = np.rad2deg(inward_angle(line, side, way))
+            rows += list(normalise_cycles(motion.time, angle, [cycle]))
         found[f"foot_progression_{side}"] = np.array(rows).reshape(-1, len(PERCENT))
     return found

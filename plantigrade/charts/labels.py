@@ -13,6 +13,7 @@ COORDINATES = {  # title, and what positive and negative mean, short enough for 
     "hip_rotation": ("Hip internal rotation", "internal", "external"),
     "knee_angle": ("Knee flexion", "flex.", "ext."),
     "ankle_angle": ("Ankle dorsiflexion", "dorsi", "plantar"),
+    "ankle_dorsiflexion": ("Shank to metatarsals", "dorsi", "plantar"),
     "subtalar_angle": ("Subtalar inversion", "inv.", "ev."),
     "foot_progression": ("Foot progression", "in", "out"),
     "mtp_angle": ("Toe dorsiflexion", "up", "down"),

@@ -1,7 +1,9 @@
 """How close fits come: to markers, to OpenSim, to Plug-in Gait, to force plates.
 
-Every walking trial of the data folder is fitted as a user would call it, with its file name alone;
-then its angles, moments and events are held against what other software and the plates say.
+Every trial of the data folder with markers is fitted as a user would call it, with its file name
+alone; then its angles in all planes, moments and events are held against what other software and
+the plates say. The people on whom constants of the fit were settled (:data:`SETTLED`) stand in a
+table of their own, so that the other tells what to expect of new recordings.
 """
 
 import time
@@ -11,9 +13,17 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.analyze.statistics import correlation, rmse_offset_removed
+from plantigrade.analyze.statistics import correlation
 from plantigrade.analyze.trial import CUTOFF, SIDES, Trial
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials
+from plantigrade.experiments.stored_angles import (
+    Agreement,
+    against_opensim,
+    against_plug_in_gait,
+    agreement_sheet,
+    on_clock,
+    shared,
+)
+from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials, sheet
 from plantigrade.io import read
 from plantigrade.io.mot import read_table
 from plantigrade.kinematics.inverse import InverseKinematics
@@ -35,8 +45,10 @@ NOTES = (
     "they are shown without a goal. gait2392's solution has its toes locked, so rigid feet are "
     "held against it and the default feet are shown beside. Plate events count only where the "
     "force rises or falls cleanly under one foot alone.",
-    "The constants of calibration and event detection were settled with these trials in view: on "
-    "other recordings expect somewhat more.",
+    "Angles of one rotation differ by a constant where the axes of the segments do, so RMSE stands "
+    "beside RMSE without the mean difference. OpenSim's knees are hinges like ours; Plug-in Gait's "
+    "turn freely, and what the thigh's markers slide is in its hip rotation. ankle_dorsiflexion is "
+    "Plug-in Gait's angle (shank to metatarsal head), ankle_angle the coordinate of a rigid foot.",
 )
 # Motions of other skeletons; those in which somebody walks become rows.
 SKELETONS = ("cmu_asfamc/*.amc", "cmu_bvh/*.bvh", "deepmimic/*.txt")
@@ -51,6 +63,16 @@ WALKS = (
     "opensim/rajagopal_walk/markers_walk.trc",
     "opensim/gait2392_subject01/subject01_walk1.trc",
 )
+# Other movements with markers: their angles, where OpenSim solved them, and their marker error.
+MOVEMENTS = (
+    "opensim/opencap_subject4/squats1.trc",
+    "opensim/opencap_subject4/STS1.trc",
+    "opensim/opencap_subject4/DJ1.trc",
+    "opensim/running_subject04/run200.trc",
+    "opensim/running_subject04/run300.trc",
+)
+SETTLED = ("HC032", "opensim_walking2", "gait2392_subject01", "opencap_subject4")
+"""People on whose recordings constants of the fit were settled, as parts of the trials' names."""
 # One of each kind: Plug-in Gait's outputs, OpenSim's angles and moments, each sort of skeleton.
 QUICK = (
     "c3d/HC032A03.c3d",
@@ -64,12 +86,13 @@ QUICK = (
 OPENSIM = {
     WALKS[-2]: ("coordinates.sto", "id_walk.sto", None),
     WALKS[-1]: ("std_subject01_walk1_ik.mot", None, "rigid"),
+    **{name: (f"{Path(name).stem}_ik.mot", None, None) for name in MOVEMENTS[:3]},
 }
-# Plug-in Gait's angle and moment → ours, and the sign between them.
+# Our coordinate → Plug-in Gait's moment, and the sign between them.
 PLUG_IN_GAIT = {
-    "hip_flexion": ("HipAngles", "HipMoment", -1),
-    "knee_angle": ("KneeAngles", "KneeMoment", -1),
-    "ankle_angle": ("AnkleAngles", "AnkleMoment", -1),
+    "hip_flexion": ("HipMoment", -1),
+    "knee_angle": ("KneeMoment", -1),
+    "ankle_angle": ("AnkleMoment", -1),
 }
 
 
@@ -79,12 +102,37 @@ def run(
     """Return the table over every walking trial in a data folder."""
     title = "Accuracy of fits, each called with its file name alone"
     others = [p.relative_to(data).as_posix() for s in SKELETONS for p in sorted(data.glob(s))]
-    names = QUICK if quick else (*WALKS, *others)
+    names = QUICK if quick else (*WALKS, *MOVEMENTS, *others)
+    with_markers = {*WALKS, *MOVEMENTS}
 
     def rows(path: Path, name: str) -> list[Row]:
-        return trial_rows(path, name) if name in WALKS else skeleton_rows(path, name)
+        return trial_rows(path, name) if name in with_markers else skeleton_rows(path, name)
 
-    return over_trials(title, data, names, rows, say=say, notes=NOTES)
+    table = over_trials(title, data, names, rows, say=say, notes=NOTES)
+    settled = [row for row in table.rows if any(who in row.subject for who in SETTLED)]
+    rest = [row for row in table.rows if row not in settled]
+    sheets = [
+        overview_sheet("All trials", table.rows),
+        agreement_sheet("Angles of people on whom constants were settled", settled),
+        agreement_sheet("Angles of other people", rest),
+    ]
+    return replace(table, sheets=sheets)
+
+
+def overview_sheet(title: str, rows: Iterable[Row]) -> str:
+    """Return the figures that every trial has as a wide table."""
+    columns = {
+        "marker RMS, mean": "markers [mm]",
+        "joint centre RMS": "joint centres [mm]",
+        "inverse kinematics, median": "ms a frame",
+        "read, fit and analyse": "all [s]",
+    }
+    found: dict[str, dict[str, str]] = {}
+    for row in rows:
+        if row.quantity in columns and row.value is not None:
+            found.setdefault(row.subject, {})[row.quantity] = f"{row.value:.1f}"
+    lines = [(who, *(values.get(c, "-") for c in columns)) for who, values in found.items()]
+    return sheet(title, ("", *columns.values()), lines)
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -97,21 +145,33 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         at_most(name, "inverse kinematics, median", frame_time_ms(trial), 1.0, "ms/frame"),
         Row(name, "read, fit and analyse", seconds, "s"),
     ]
-    rows += event_rows(name, trial, recording)
+    if name in WALKS:
+        rows += event_rows(name, trial, recording)
     if name in OPENSIM:
         angles, moments, feet = OPENSIM[name]
-        theirs = read(path.parent / angles)
-        rows += opensim_rows(name, trial, theirs, path.parent, moments)
-        if feet is not None:
-            for i, row in enumerate(rows):
-                if "against OpenSim" in row.quantity:  # other feet: shown, without a goal
-                    rows[i] = replace(row, goal="", met=None)
+        theirs = read(path.parent / angles).coordinates
+        assert theirs is not None
+        found = list(against_opensim(trial, theirs))
+        if feet is None:
+            rows += angle_rows(name, found)
+        else:  # other feet than theirs: shown, without a goal
             same = fit_trial(path, FitSettings(feet=feet))[1]
-            for row in opensim_rows(name, same, theirs, path.parent, moments):
-                rows.append(replace(row, quantity=f"{row.quantity}, {feet} feet as there"))
+            rows += angle_rows(name, found, goals=False)
+            note = f" with {feet} feet as there"
+            rows += angle_rows(name, against_opensim(same, theirs), note)
+        if moments is not None:
+            rows += opensim_moment_rows(name, trial, path.parent / moments)
     if recording.outputs:
-        rows += plug_in_gait_rows(name, trial, recording)
+        rows += angle_rows(name, against_plug_in_gait(trial, recording))
+        rows += plug_in_gait_moment_rows(name, trial, recording)
     return rows
+
+
+def angle_rows(
+    name: str, found: Iterable[Agreement], note: str = "", *, goals: bool = True
+) -> list[Row]:
+    """Return the figures of all angles of a trial."""
+    return [row for each in found for row in each.rows(name, note, goals=goals)]
 
 
 def skeleton_rows(path: Path, name: str) -> list[Row]:
@@ -153,23 +213,13 @@ def frame_time_ms(trial: Trial) -> float:
     return 1e3 * float(np.median(spent))
 
 
-def opensim_rows(
-    name: str, trial: Trial, theirs: Recording, folder: Path, moments: str | None
-) -> list[Row]:
-    """Hold angles and moments against OpenSim's."""
-    rows = []
-    assert theirs.coordinates is not None
-    names, values = trial.fit.human.to_coordinates(trial.fit.qpos)
-    ours = Table(names, trial.fit.time, values)
-    columns = [f"{joint}_{side}" for joint in LEGS for side in SIDES]
-    for column in columns:
-        a, b = shared(ours, theirs.coordinates, column)
-        error = rmse_offset_removed(np.rad2deg(a), np.rad2deg(b))
-        rows.append(at_most(name, f"{column} against OpenSim, RMSE", error, 3, "deg"))
-    if moments is None or trial.moments is None or trial.forces is None:
+def opensim_moment_rows(name: str, trial: Trial, moments: Path) -> list[Row]:
+    """Hold moments against OpenSim's."""
+    rows: list[Row] = []
+    if trial.moments is None or trial.forces is None:
         return rows
-    table = read_table(folder / moments)
-    for column in columns:
+    table = read_table(moments)
+    for column in (f"{joint}_{side}" for joint in LEGS for side in SIDES):
         i = 6 + trial.fit.human.hinge(column)
         known = np.asarray(trial.forces.valid_side)[:, trial.forces.sides.index(column[-1])]
         tau = np.where(known, trial.moments.tau[:, i], np.nan)
@@ -188,26 +238,20 @@ def opensim_rows(
     return rows
 
 
-def plug_in_gait_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
-    """Hold sagittal angles and moments against Plug-in Gait's, stored in the file."""
-    rows = []
-    fit = trial.fit
-    assert recording.markers is not None
-    clock = recording.markers.time
-    names, values = fit.human.to_coordinates(fit.qpos)
-    keys = {side.upper() + moment for _, moment, _ in PLUG_IN_GAIT.values() for side in SIDES}
+def plug_in_gait_moment_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
+    """Hold sagittal moments against Plug-in Gait's, stored in the file."""
+    rows: list[Row] = []
+    fit, markers = trial.fit, recording.markers
+    if markers is None or trial.moments is None or trial.forces is None:
+        return rows
+    clock = markers.time
+    keys = {side.upper() + moment for moment, _ in PLUG_IN_GAIT.values() for side in SIDES}
     noisy = any(roughness(recording.outputs[k][:, 0]) > ROUGH for k in keys & {*recording.outputs})
-    for joint, (angle, moment, sign) in PLUG_IN_GAIT.items():
+    for joint, (moment, sign) in PLUG_IN_GAIT.items():
         for side in SIDES:
-            column, prefix = f"{joint}_{side}", side.upper()
-            stored = recording.outputs.get(prefix + angle)
-            if stored is not None and np.isfinite(stored[:, 0]).sum() > 20:
-                theirs = on_clock(clock, stored[:, 0], fit.time)
-                mine = np.rad2deg(values[:, names.index(column)])
-                r = correlation(mine, theirs)
-                rows.append(at_least(name, f"{column} against Plug-in Gait, r", r, 0.95))
-            stored = recording.outputs.get(prefix + moment)
-            if stored is None or trial.moments is None or trial.forces is None:
+            column = f"{joint}_{side}"
+            stored = recording.outputs.get(side.upper() + moment)
+            if stored is None:
                 continue
             k = trial.forces.sides.index(side)
             loaded = np.asarray(trial.forces.valid_side)[:, k] & (trial.forces.force[:, k, 2] > 20)
@@ -271,15 +315,3 @@ def match(ours: Iterable, theirs: Iterable, kind: str, *, complete: bool):
     first, last = min(e.time for e in theirs), max(e.time for e in theirs)
     extra = [o for i, o in enumerate(ours) if i not in used and first < o.time < last]
     return errors, missed, len(extra) if complete else 0
-
-
-def shared(a: Table, b: Table, column: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return a column of both tables on the clock of the second, where both have it."""
-    inside = (b.time >= a.time[0]) & (b.time <= a.time[-1])
-    return np.interp(b.time[inside], a.time, a[column]), b[column][inside]
-
-
-def on_clock(clock: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return a signal at the samples of another clock that lie on it; NaN elsewhere."""
-    index = np.rint(np.interp(wanted, clock, np.arange(len(clock)))).astype(int)
-    return np.where(np.abs(clock[index] - wanted) < 1e-3, values[index], np.nan)

@@ -221,6 +221,20 @@ def best_set(names: Iterable[str]) -> MarkerSet:
     return max(MARKER_SETS.values(), key=lambda s: len(names & set(s.landmarks)))
 
 
+def landmark_names(
+    names: Iterable[str], marker_set: MarkerSet | None = None
+) -> dict[str, str | None]:
+    """Return the landmark of each marker by its name; None if its name is unknown.
+
+    Args:
+        names: Marker names as in the recording.
+        marker_set: The set to use first; by default the best built-in one.
+    """
+    names = list(names)
+    known = (marker_set or best_set(names)).landmarks
+    return {n: known.get(n) or known.get(_bare(n)) or landmark_of(_bare(n)) for n in names}
+
+
 def place_markers(
     names: Iterable[str], human: Human, marker_set: MarkerSet | None = None
 ) -> dict[str, Attachment | None]:
@@ -238,13 +252,12 @@ def place_markers(
     chosen = marker_set or best_set(names)
     places = attachments(human)
     result: dict[str, Attachment | None] = {}
-    for name in names:
+    for name, mark in landmark_names(names, chosen).items():
         if name in chosen.fixed:
             body, position = chosen.fixed[name]
             human.body(body)
             result[name] = Attachment(body, np.array(position), LOOSE / 3)
             continue
-        mark = _landmark_in(chosen, name)
         if mark is not None and mark not in places:
             raise ParameterError(
                 f"marker set {chosen.name!r} puts {name} on {mark!r}; there is no such landmark; "
@@ -264,16 +277,10 @@ def landmarks_of(names: Iterable[str], marker_set: MarkerSet | None = None) -> d
     names = list(names)
     chosen = marker_set or best_set(names)
     found: dict[str, str] = {}
-    for name in names:
-        mark = None if name in chosen.fixed else _landmark_in(chosen, name)
-        if mark is not None:
+    for name, mark in landmark_names(names, chosen).items():
+        if mark is not None and name not in chosen.fixed:
             found.setdefault(mark, name)
     return found
-
-
-def _landmark_in(chosen: MarkerSet, name: str) -> str | None:
-    mark = chosen.landmarks.get(name) or chosen.landmarks.get(_bare(name))
-    return mark or landmark_of(_bare(name))
 
 
 def read_marker_set(path: str | Path) -> MarkerSet:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from plantigrade.analyze.foot_segments import foot_segment_signals
+from plantigrade.analyze.laboratory_angles import laboratory_figures
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.errors import FitError
 from plantigrade.io import read
@@ -170,7 +171,7 @@ def run_of(
         title=title or recording.source.name,
         sentence=sentence(trial),
         status=status(trial),
-        figures={**trial.figures, **feet.figures},
+        figures={**trial.figures, **laboratory_figures(record), **feet.figures},
         provenance=provenance(recording, settings, command, seed),
         name=f"fit-{recording.source.stem}",
     )

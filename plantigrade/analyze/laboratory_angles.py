@@ -1,0 +1,137 @@
+r"""Angles as gait laboratories define them, where a coordinate of the model is another thing.
+
+The coordinate ``ankle_angle`` turns one rigid foot against the shank, as far as all markers on both
+agree. A laboratory measures a line on each segment instead. Both are given, under different names:
+
+* ``ankle_dorsiflexion`` is the angle between the lines knee centre to ankle centre and ankle centre
+  to second metatarsal head, in the shank's sagittal plane, less a right angle and the slope of the
+  latter line on a flat sole, as in Plug-in Gait [Kadaba1990]_, [Davis1991]_. Knee centre and ankle
+  centre are where the markers on epicondyles and malleoli carry them, the metatarsal head is where
+  its marker is. So it holds what ankle and midfoot bend together; at push-off, when the arch
+  flexes, it is several degrees more than the ankle alone, and it holds the sliding of the knee's
+  skin. Where one of these markers was not recorded the body's own point takes its place.
+* ``foot_progression`` is the angle between the line from the heel to the middle of the first and
+  fifth metatarsal heads and the vertical plane through the forward axis, positive inward.
+
+Both are zero where the person stands with vertical shanks on flat feet that point ahead.
+"""
+
+import numpy as np
+
+from plantigrade.analyze.foot_progression import foot_line, inward_angle
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.models.landmarks import attachments
+from plantigrade.models.markers import landmark_names
+from plantigrade.motion import Table
+from plantigrade.motion.cycles import cut_cycles, normalise_cycles
+from plantigrade.record import Record
+
+TOE = "metatarsal_2_head"
+AHEAD = np.array([1.0, 0.0])  # where a fitted person faces
+
+
+def shows_ankle(record: Record) -> bool:
+    """Return whether markers were recorded that show the ankle otherwise than the body does."""
+    return any(_marker(record, f"{TOE}_{side}") is not None for side in SIDES)
+
+
+def laboratory_figures(record: Record) -> dict[str, float]:
+    """Return range of motion and extremes of ``ankle_dorsiflexion`` in the gait cycle [deg].
+
+    Means over the cycles of each foot; nothing where no marker of the forefoot was recorded, or
+    nobody walks.
+    """
+    if not shows_ankle(record):
+        return {}
+    table, found = laboratory_angles(record), {}
+    for side in SIDES:
+        name = f"ankle_dorsiflexion_{side}"
+        cycles = cut_cycles(record.motion.events, side=side)
+        rows = normalise_cycles(table.time, np.rad2deg(table[name]), cycles)
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        if len(rows):
+            low, high = (float(f(rows, axis=1).mean()) for f in (np.min, np.max))
+            found[f"ankle_dorsiflexion_min_{side}_deg"] = low
+            found[f"ankle_dorsiflexion_max_{side}_deg"] = high
+            found[f"ankle_dorsiflexion_rom_{side}_deg"] = high - low
+    return found
+
+
+def laboratory_angles(record: Record) -> Table:
+    """Return ``ankle_dorsiflexion`` and ``foot_progression`` of both sides over time [rad].
+
+    Dorsiflexion and internal rotation are positive; the definitions are those of the module.
+    """
+    names, columns = [], []
+    for side in SIDES:
+        names += [f"ankle_dorsiflexion_{side}", f"foot_progression_{side}"]
+        line = foot_line(record, side)
+        columns += [_dorsiflexion(record, side), inward_angle(line, side, AHEAD)]
+    return Table(tuple(names), record.motion.time, np.stack(columns, axis=1))
+
+
+def _dorsiflexion(record: Record, side: str) -> Float[Array, " n_frames"]:
+    human, qpos = record.human, record.motion.qpos
+    toe = attachments(human)[f"{TOE}_{side}"]
+    points = PointSet(
+        human,
+        [f"tibia_{side}", f"foot_{side}", toe.body],
+        np.array([np.zeros(3), np.zeros(3), toe.position]),
+    )
+    knee, ankle, tip = np.swapaxes(points.path(qpos), 0, 1)
+    axes = np.array([state.rotations for state in sweep(human, qpos)])
+    thigh, shank = (axes[:, human.body(f"{name}_{side}"), :, 1] for name in ("femur", "tibia"))
+    knee = _carried(record, knee, thigh, "knee", side)
+    ankle = _carried(record, ankle, shank, "ankle", side)
+    tip = _seen(record, f"{TOE}_{side}", tip)
+    up = knee - ankle
+    forward = np.cross(shank, up)
+    line = tip - ankle
+    along, above = (
+        (line * axis).sum(axis=1) / np.linalg.norm(axis, axis=1) for axis in (forward, up)
+    )
+    _, heel, ball = points.path(human.standing()[None])[0]
+    flat = ball - heel
+    return np.arctan2(above, along) - np.arctan2(flat[2], flat[0])
+
+
+def _carried(record: Record, centre, across, joint: str, side: str) -> Float[Array, "n 3"]:
+    """Return a joint centre at the height of its lateral and medial markers, as they move [m].
+
+    ``across`` is the direction in which the markers lie beside the centre.
+    """
+    found = []
+    for place in ("lateral", "medial"):
+        marker = _marker(record, f"{joint}_{place}_{side}")
+        if marker is not None:
+            recorded, fitted = marker
+            inward = ((centre - fitted) * across).sum(axis=1, keepdims=True)
+            found.append(recorded + inward * across)
+    return np.mean(found, axis=0) if found else centre
+
+
+def _seen(record: Record, landmark: str, point) -> Float[Array, "n 3"]:
+    """Return where the marker of a landmark was recorded, or else the body's own point [m]."""
+    marker = _marker(record, landmark)
+    return point if marker is None else marker[0]
+
+
+def _marker(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return where a marker was recorded, gaps closed by the body's motion, and its place [m]."""
+    markers, fitted = record.recorded_markers, record.fitted_markers
+    if markers is None or fitted is None:
+        return None
+    marks = landmark_names(markers.names)
+    column = next((i for i, name in enumerate(markers.names) if marks[name] == landmark), None)
+    if column is None:
+        return None
+    place = fitted[:, column]
+    off = markers.positions[:, column] - place
+    known = np.isfinite(off[:, 0])
+    if not known.any():
+        return None
+    frames = np.arange(len(off))
+    off = np.stack([np.interp(frames, frames[known], x[known]) for x in off.T], axis=1)
+    return place + off, place

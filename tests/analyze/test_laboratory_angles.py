@@ -1,0 +1,121 @@
+"""Angles of gait laboratories: lines between markers, held against constructed feet."""
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze.foot_progression import foot_line, inward_angle
+from plantigrade.analyze.laboratory_angles import laboratory_angles, laboratory_figures
+from plantigrade.kinematics.state import PointSet
+from plantigrade.models import Human
+from plantigrade.models.landmarks import attachments
+from plantigrade.motion import GaitEvent, Markers, Motion
+from plantigrade.record import Record
+
+MARKS = {"RKNE": "knee_lateral_r", "RANK": "ankle_lateral_r", "RTOE": "metatarsal_2_head_r"}
+TIME = np.arange(101) / 100
+
+
+@pytest.fixture(scope="module")
+def human() -> Human:
+    """An average person."""
+    return Human.create()
+
+
+def record(human: Human, ankle_deg, *, events=(), hide=()) -> Record:
+    """Return a motion of the right ankle alone with markers that follow it exactly."""
+    qpos = np.tile(human.standing(), (len(TIME), 1))
+    qpos[:, 7 + human.hinge("ankle_angle_r")] = np.deg2rad(ankle_deg)
+    table = attachments(human)
+    places = [table[m] for m in MARKS.values()]
+    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
+    seen = points.path(qpos)
+    motion = Motion(
+        TIME, qpos, np.zeros((len(TIME), human.model.nv)), human.joint_names, events=events
+    )
+    names = tuple(n for n in MARKS if n not in hide)
+    kept = [i for i, n in enumerate(MARKS) if n not in hide]
+    markers = Markers(names, TIME, seen[:, kept].copy())
+    return Record(human, motion, recorded_markers=markers, fitted_markers=seen[:, kept])
+
+
+def shifted(given: Record, marker: str, by: np.ndarray) -> Record:
+    """Return the record with one marker recorded elsewhere [m]."""
+    from dataclasses import replace
+
+    assert given.recorded_markers is not None
+    positions = given.recorded_markers.positions.copy()
+    positions[:, given.recorded_markers.index(marker)] += by
+    return replace(given, recorded_markers=replace(given.recorded_markers, positions=positions))
+
+
+def dorsiflexion(given: Record) -> np.ndarray:
+    return np.rad2deg(laboratory_angles(given)["ankle_dorsiflexion_r"])
+
+
+def test_a_rigid_foot_turns_as_its_ankle_does(human):
+    angle = np.linspace(-20, 15, len(TIME))
+    found = dorsiflexion(record(human, angle))
+    # the ankle's axis is oblique, so a little less is seen from the side
+    assert 31 < np.ptp(found) < 35
+    np.testing.assert_allclose(found[np.abs(angle).argmin()], 0, atol=2.5)
+
+
+def test_a_midfoot_that_bends_is_seen_by_the_toe_marker_alone(human):
+    given = record(human, 0.0)
+    d = human.dimensions
+    assert given.recorded_markers is not None
+    toe = given.recorded_markers.positions[0, 2]
+    ankle = given.fitted_markers[0, 1]
+    lower = shifted(given, "RTOE", np.array([0.0, 0.0, -0.02]))
+    x, z = toe[0] - ankle[0], ankle[2] - toe[2]
+    expected = np.rad2deg(np.arctan2(z + 0.02, x) - np.arctan2(z, x))
+    np.testing.assert_allclose(dorsiflexion(given) - dorsiflexion(lower), expected, atol=0.6)
+    assert 0.1 * d.foot_length < x
+
+
+def test_the_shank_is_the_line_between_the_markers_of_knee_and_ankle(human):
+    given = record(human, 0.0)
+    forward = shifted(given, "RKNE", np.array([0.02, 0.0, 0.0]))
+    shank = human.dimensions.shank
+    expected = np.rad2deg(np.arctan2(0.02, shank))
+    np.testing.assert_allclose(dorsiflexion(forward) - dorsiflexion(given), expected, rtol=0.1)
+    outward = shifted(given, "RKNE", np.array([0.0, -0.02, 0.0]))
+    np.testing.assert_allclose(dorsiflexion(outward), dorsiflexion(given), atol=0.3)
+
+
+def test_markers_that_are_not_there_leave_the_body(human):
+    angle = np.linspace(-20, 15, len(TIME))
+    bare = record(human, angle, hide=tuple(MARKS))
+    assert 31 < np.ptp(dorsiflexion(bare)) < 35
+    assert laboratory_figures(bare) == {}
+    gap = record(human, angle)
+    assert gap.recorded_markers is not None
+    gap.recorded_markers.positions[30:40, 2] = np.nan
+    np.testing.assert_allclose(dorsiflexion(gap), dorsiflexion(record(human, angle)), atol=1e-9)
+
+
+def test_figures_are_of_whole_cycles(human):
+    angle = np.where(TIME < 0.1, 40.0, 10 * np.sin(2 * np.pi * TIME))
+    strikes = [GaitEvent(t, "r", "heel_strike") for t in (0.15, 0.95)]
+    found = laboratory_figures(record(human, angle, events=strikes))
+    assert set(found) == {f"ankle_dorsiflexion_{w}_r_deg" for w in ("min", "max", "rom")}
+    assert 17 < found["ankle_dorsiflexion_rom_r_deg"] < 21
+
+
+@pytest.mark.parametrize("side", ["r", "l"])
+def test_foot_progression_is_true_of_a_flat_foot_and_calm_on_its_tip(human, side):
+    """Seen from above, a foot on its tip would point anywhere."""
+    qpos = np.tile(human.standing(), (2, 1))
+    inward = np.deg2rad(12) * (1 if side == "r" else -1)
+    qpos[:, 3], qpos[:, 6] = np.cos(inward / 2), np.sin(inward / 2)
+    flat = Record(
+        human, Motion(np.arange(2.0), qpos, np.zeros((2, human.model.nv)), human.joint_names)
+    )
+    ahead = np.array([1.0, 0.0])
+    straight = foot_line(flat, side)
+    angle = np.rad2deg(inward_angle(straight, side, ahead))
+    qpos[:, 3:7] = human.standing()[3:7]
+    neutral = np.rad2deg(inward_angle(foot_line(flat, side), side, ahead))
+    assert 11 < (angle - neutral)[0] < 13
+    line = np.array([[0.02, 0.05, -1.0]]) / np.linalg.norm([0.02, 0.05, -1.0])
+    assert abs(np.rad2deg(inward_angle(line, side, ahead))[0]) < 3
