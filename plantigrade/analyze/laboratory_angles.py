@@ -13,7 +13,12 @@ agree. A laboratory measures a line on each segment instead. Both are given, und
 * ``foot_progression`` is the angle between the line from the heel to the middle of the first and
   fifth metatarsal heads and the vertical plane through the forward axis, positive inward.
 
-Both are zero where the person stands with vertical shanks on flat feet that point ahead.
+* ``pelvis_tilt_plane`` and ``hip_flexion_plane`` are tilt and hip flexion of a pelvis defined by
+  the plane through its iliac spines, positive forward: the coordinates ``pelvis_tilt`` (positive
+  backward) and ``hip_flexion`` but for :data:`plantigrade.models.anatomy.SPINE_PLANE`, the same for
+  everybody.
+
+The first two are zero where the person stands with vertical shanks on flat feet that point ahead.
 """
 
 import numpy as np
@@ -22,11 +27,13 @@ from plantigrade.analyze.foot_progression import foot_line, inward_angle
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.models.anatomy import SPINE_PLANE
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmark_names
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import cut_cycles, normalise_cycles
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
 
 TOE = "metatarsal_2_head"
 AHEAD = np.array([1.0, 0.0])  # where a fitted person faces
@@ -60,15 +67,20 @@ def laboratory_figures(record: Record) -> dict[str, float]:
 
 
 def laboratory_angles(record: Record) -> Table:
-    """Return ``ankle_dorsiflexion`` and ``foot_progression`` of both sides over time [rad].
+    """Return the angles of the module over time [rad], those of the legs of both sides.
 
-    Dorsiflexion and internal rotation are positive; the definitions are those of the module.
+    Flexion, dorsiflexion, forward tilt and internal rotation are positive.
     """
-    names, columns = [], []
+    plane = np.deg2rad(SPINE_PLANE)
+    motion = record.motion
+    names = ["pelvis_tilt_plane"]
+    columns = [plane - quaternion_to_pelvis_angles(motion.qpos[:, 3:7])[:, 0]]
     for side in SIDES:
-        names += [f"ankle_dorsiflexion_{side}", f"foot_progression_{side}"]
+        names += [f"{n}_{side}" for n in ("hip_flexion_plane", "ankle_dorsiflexion")]
+        names.append(f"foot_progression_{side}")
         line = foot_line(record, side)
-        columns += [_dorsiflexion(record, side), inward_angle(line, side, AHEAD)]
+        columns += [motion[f"hip_flexion_{side}"] + plane, _dorsiflexion(record, side)]
+        columns.append(inward_angle(line, side, AHEAD))
     return Table(tuple(names), record.motion.time, np.stack(columns, axis=1))
 
 

@@ -5,9 +5,11 @@ held against the stored one in four figures: Pearson's r, the root mean square d
 and without the mean difference, and the difference of the ranges of motion.
 
 Plug-in Gait turns hip and pelvis in the order of our coordinates (flexion, adduction, rotation;
-tilt, obliquity, rotation), so they are compared directly. Its ankle is the angle between the shank
-and the line from the ankle joint centre to the toe marker, however much the foot bends between
-them; beside the coordinate ``ankle_angle`` it is therefore held against ``ankle_dorsiflexion`` of
+tilt, obliquity, rotation), so they are compared directly; ``pelvis_tilt_plane`` and
+``hip_flexion_plane`` have its definition of the pelvis, too. Its ankle is the angle between the
+shank and the line from the ankle joint centre to the toe marker, however much the foot bends
+between them; beside the coordinate ``ankle_angle`` it is therefore held against
+``ankle_dorsiflexion`` of
 :mod:`plantigrade.analyze.laboratory_angles`, which is defined in the same way.
 """
 
@@ -42,6 +44,7 @@ FEWEST = 20
 _FRONTAL = {"hip_adduction": (0.95, 3, None, None), "hip_rotation": (0.85, 5, None, None)}
 _GOALS: dict[str, dict[str, tuple[float | None, float | None, float | None, float | None]]] = {
     "Plug-in Gait": {
+        "pelvis_tilt_plane": (None, 3, None, None),
         "hip_flexion": (0.95, 5, None, None),
         **_FRONTAL,
         "knee_angle": (0.95, None, None, None),
@@ -56,9 +59,11 @@ _GOALS: dict[str, dict[str, tuple[float | None, float | None, float | None, floa
 # Our angle → Plug-in Gait's output, its column, and its sign on the right and on the left side.
 _PLUG_IN_GAIT = {
     "pelvis_tilt": ("PelvisAngles", 0, -1, -1),
+    "pelvis_tilt_plane": ("PelvisAngles", 0, 1, 1),
     "pelvis_list": ("PelvisAngles", 1, -1, 1),
     "pelvis_rotation": ("PelvisAngles", 2, 1, -1),
     "hip_flexion": ("HipAngles", 0, 1, 1),
+    "hip_flexion_plane": ("HipAngles", 0, 1, 1),
     "hip_adduction": ("HipAngles", 1, 1, 1),
     "hip_rotation": ("HipAngles", 2, 1, 1),
     "knee_angle": ("KneeAngles", 0, 1, 1),

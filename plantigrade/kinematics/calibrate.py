@@ -58,7 +58,6 @@ LUMBAR_SPREAD = 0.01  # of the lumbar joint about its regression, standard devia
 # the pelvis is what they say it is. The width between them is left to BONE. All of them together
 # may sit elsewhere above the hip joint centres, as far as the regression of those is off.
 SPINE_SPREAD, HIP_SPREAD = 0.003, 0.008  # [m]
-SPINES = ("asis", "psis", "sacrum")
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
@@ -131,6 +130,10 @@ class Calibrator:
         spread[:, ["neck_" in c for c in human.coordinates]] = NECK_SPREAD
         spread[standing[:, None] & straight] = STANDING_SPREAD
         self.posture_weight = 1 / spread**2
+        marks = [(n or "").removesuffix("_r").removesuffix("_l") for n in self.landmark_names]
+        # A marker on the sacrum stands for the posterior spines where they have none.
+        defining = {"asis", "psis" if "psis" in marks else "sacrum"}
+        self.spines = {i for i, mark in enumerate(marks) if mark in defining}
         self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
 
     @property
@@ -273,7 +276,7 @@ class Calibrator:
             place = self.places[marker]
             spread = place.spread if place else FREE_SPREAD
             first = n_l + 3 * i
-            spine = self._is_spine(marker)
+            spine = marker in self.spines
             s = np.array([first + 1]) if spine else np.arange(first, first + 3)
             spines += [first] if spine else []
             H[s, s] += 1 / spread**2
@@ -285,10 +288,6 @@ class Calibrator:
             inverse = np.linalg.inv(apart)
             H[np.ix_(s, s)] += inverse
             g[s] -= inverse @ offsets[s - n_l]
-
-    def _is_spine(self, marker: int) -> bool:
-        name = self.landmark_names[marker] or ""
-        return name.removesuffix("_r").removesuffix("_l") in SPINES
 
     def attach_unknown(self) -> dict[str, str]:
         """Put markers without a place on the body on which they move least."""
