@@ -48,6 +48,11 @@ NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard 
 # Soft tissue moves the markers of thigh and upper arm most [Leardini2005]_: a multiple of NOISE
 # for markers there that are not on bone.
 SOFT = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
+# The iliac spines are what says how the pelvis lies; the legs, two markers against forty, tell it
+# only through hip joint centres of a regression that is a centimetre off, one-axis knees and the
+# skin of the thigh. At equal trust they tip it by 2 to 3 degrees in every stride, and the hips turn
+# against that. A multiple of NOISE for markers on the pelvis.
+FIRM = {"pelvis": 0.4}
 # Skin slides the same way in every stride, so frames are not independent evidence: all frames
 # together count as so many.
 INDEPENDENT_FRAMES = 6
@@ -95,7 +100,9 @@ class Calibration:
 
 def softness(place: Attachment | None) -> float:
     """Return how much more than a marker on bone a marker in this place moves on its segment."""
-    return SOFT.get(place.body, 1.0) if place is not None and place.spread > BONE else 1.0
+    if place is None:
+        return 1.0
+    return FIRM.get(place.body, SOFT.get(place.body, 1.0) if place.spread > BONE else 1.0)
 
 
 class Calibrator:
