@@ -16,7 +16,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.derivatives import differentiate
-from plantigrade.dynamics.inverse import Moments, inverse_dynamics, residual_metrics
+from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.state import PointSet
@@ -95,6 +95,7 @@ class Trial:
         }
         if self.moments is not None and self.forces is not None:
             figures |= residual_metrics(self.moments, self.forces)
+            figures |= com_metrics(self.moments, self.forces, motion.qpos)
             figures |= _peak_moments(human, self.forces, self.moments)
         return figures
 

@@ -35,6 +35,7 @@ from plantigrade.spatial.conventions import (
     rotation_matrix,
 )
 
+CARRIED = 0.8  # of what the motion needs: with less, a chair or an unmeasured foot carries too
 ROOT_NAMES = tuple(f"root_{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
 
 
@@ -173,3 +174,47 @@ def residual_metrics(moments: Moments, forces: FootForces) -> dict[str, float]:
         result["residual_force_rms_share"] = rms_force / peak
         result["residual_moment_rms_share"] = rms_moment / (peak * height)
     return result
+
+
+def com_metrics(
+    moments: Moments, forces: FootForces, qpos: Float[Array, "n_frames nq"]
+) -> dict[str, float]:
+    r"""Return how far the body's centre of mass lies from where the forces place it [mm].
+
+    A centre of mass that lies ahead of the true one by :math:`d` leaves a residual moment
+    :math:`d \times F`; the mean over the frames in which the plates carry the whole person tells
+    :math:`d`, forward of the pelvis and to its left. The horizontal force is taken from the motion
+    (:math:`m a`): a plate that is off by 10 N there would shift the result by more than 10 mm.
+
+    Args:
+        moments: From :func:`inverse_dynamics`.
+        forces: The ground reactions used.
+        qpos: Configurations of the motion, for its heading.
+
+    Returns:
+        ``com_ahead_mm`` and ``com_left_mm``; empty where fewer than ten frames tell.
+    """
+    push = forces.force.sum(axis=1)
+    inertial = push + moments.residual_force  # m (a + g)
+    level = np.nanmin(forces.point[..., 2]) if np.isfinite(forces.point).any() else 0.0
+    whole = np.asarray(forces.valid) & (push[:, 2] > CARRIED * inertial[:, 2]) & (push[:, 2] > 0)
+    if whole.sum() < 10:
+        return {}
+    arm = moments.com[whole, 2] - level
+    load, slip = push[whole, 2], moments.residual_force[whole]
+    off = (
+        np.stack(
+            [
+                -moments.residual_moment[whole, 1] - arm * slip[:, 0],
+                moments.residual_moment[whole, 0] - arm * slip[:, 1],
+            ],
+            axis=1,
+        )
+        / load[:, None]
+    )
+    forward = rotation_matrix(qpos[whole, 3:7])[:, :2, 0]
+    forward = forward / np.linalg.norm(forward, axis=1, keepdims=True)
+    ahead = np.einsum("ni,ni->n", off, forward)
+    left = off[:, 1] * forward[:, 0] - off[:, 0] * forward[:, 1]
+    share = load**2 / np.sum(load**2)
+    return {"com_ahead_mm": 1e3 * float(share @ ahead), "com_left_mm": 1e3 * float(share @ left)}

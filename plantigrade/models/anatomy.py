@@ -10,18 +10,24 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.models.anthropometry import (
+    COM_FORWARD,
     DE_LEVA,
-    SUPRASTERNALE,
+    PELVIS_COM_BEHIND,
+    TORSO_LENGTH,
     TRUNK_LANDMARKS,
     Dimensions,
 )
 from plantigrade.models.parts import Inertia, Part, Solid, block, combine, mirrored, rod
 
 # Where the trunk is divided, heights above the lumbar joint as fractions of the trunk.
+LOW_THORAX = {"male": 0.518, "female": 0.589}
 MID_UPPER_TRUNK = 0.742
 # 0.020 of stature below the acromion (de Leva's 10 % of the length from acromion to radiale), which
 # is at 0.820 of stature in ANSUR II [Gordon2014]_.
 SHOULDER_HEIGHT = 0.804
+# C7/T1 in front of the lumbar joint: the line on which the mass of the torso is placed ends there.
+# [Dumas2007]_ has it 55 % of the way from C7 to the suprasternale, turned up by 8 degrees.
+CERVICAL_FORWARD = 0.05
 # Where the neck is divided, heights above the joint under C7 as fractions of the head's length.
 MID_NECK, UPPER_NECK = 0.22, 0.42
 # Share of one shoulder girdle in the mass of de Leva's upper trunk: clavicle and scapula with the
@@ -136,30 +142,41 @@ def body_parts(d: Dimensions, sex: str, mass: float) -> list[Part]:
     return parts
 
 
+def torso(d: Dimensions, sex: str, mass: float) -> tuple[Inertia, Inertia]:
+    """Return the middle and the upper trunk, shoulder girdles included, from the lumbar joint.
+
+    Heights, masses and shape are [deLeva1996]_'s. Across the trunk both lie as far from the line
+    between lumbar joint and C7/T1 as [Dumas2007]_ have the two together.
+    """
+    rise = d.pelvis_height + d.trunk
+    marks = {name: share * rise - d.pelvis_height for name, share in TRUNK_LANDMARKS[sex].items()}
+    forward = COM_FORWARD[sex]["torso"] * TORSO_LENGTH * rise
+
+    def part(name: str, top: str, end: str) -> Inertia:
+        p, length = DE_LEVA[sex][name], marks[top] - marks[end]
+        z = marks[top] - p.com * length
+        return _principal(mass * p.mass, [CERVICAL_FORWARD * z + forward, 0, z], p.gyration, length)
+
+    return (
+        part("middle_trunk", "xiphoid", "omphalion"),
+        part("upper_trunk", "suprasternale", "xiphoid"),
+    )
+
+
 def _trunk(d: Dimensions, sex: str, mass: float) -> list[Part]:
-    table, marks = DE_LEVA[sex], TRUNK_LANDMARKS[sex]
-    h, low = hip(d), lumbar(d)
-    p = table["lower_trunk"]
-    length = marks["lower_trunk"] * d.pelvis_height
-    pelvis = _principal(mass * p.mass, [h[0], 0, h[2] + (1 - p.com) * length], p.gyration, length)
-    p = table["middle_trunk"]
-    length = marks["middle_trunk"] * d.trunk
-    middle = _principal(
+    h, low, middle, upper = hip(d), lumbar(d), *torso(d, sex, mass)
+    p, marks = DE_LEVA[sex]["lower_trunk"], TRUNK_LANDMARKS[sex]
+    rise = d.pelvis_height + d.trunk
+    back = PELVIS_COM_BEHIND[sex] * d.pelvis_width
+    pelvis = _principal(
         mass * p.mass,
-        [0.10 * d.trunk, 0, marks["xiphoid"] * d.trunk - p.com * length],
+        [-back, 0, h[2] + (1 - p.com) * marks["omphalion"] * rise],
         p.gyration,
-        length,
+        marks["lower_trunk"] * rise,
     )
-    p = table["upper_trunk"]
-    length = marks["upper_trunk"] * d.trunk
-    upper = _principal(
-        mass * p.mass,
-        [0.08 * d.trunk, 0, SUPRASTERNALE * d.trunk - p.com * length],
-        p.gyration,
-        length,
-    )
+    length = (marks["suprasternale"] - marks["xiphoid"]) * rise
     upper_low, upper_high = _halves(upper, length)
-    at = np.array([0.04 * d.trunk, 0, marks["xiphoid"] * d.trunk])
+    at = np.array([0.04 * d.trunk, 0, LOW_THORAX[sex] * d.trunk])
     high = np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
     wide, deep = 0.5 * d.shoulder_width, 0.5 * d.pelvis_depth
     return [
@@ -214,7 +231,7 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     face = np.array([0.19 * d.head, 0, 0.70 * d.head]) - upper
     origin = np.zeros(3)
     neck_low, neck_high = pieces[0], pieces[1].shifted(-lower)
-    size = [0.34 * d.head, 0.27 * d.head, 0.30 * d.head]
+    size = [0.365 * d.head, 0.285 * d.head, 0.30 * d.head]
     return [
         _part("lower_neck", "thorax", root, neck_low, "capsule", origin, lower, radius),
         _part(
@@ -224,8 +241,11 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     ]
 
 
-def _limb(mass, p, length) -> Inertia:
-    return _principal(mass * p.mass, [0, 0, -p.com * length], p.gyration, length)
+def _limb(mass, p, end: np.ndarray, forward: float = 0.0) -> Inertia:
+    """Return a limb from the origin to its far joint at ``end``; ``forward`` of that line."""
+    length = -end[2]
+    com = p.com * end + forward * length * np.array([1.0, 0.0, 0.0])
+    return _principal(mass * p.mass, com, p.gyration, length)
 
 
 def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
@@ -233,11 +253,11 @@ def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
     table = DE_LEVA[sex]
     at_thorax = np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
     s = shoulder(d)
-    sternum = np.array([0.16 * d.trunk, -0.1 * d.shoulder_width, 0.94 * d.trunk])
+    sternum = np.array([0.16 * d.trunk, -0.1 * d.shoulder_width, 0.88 * d.trunk])
     elbow = np.array([0.0, 0.03 * d.upper_arm, -d.upper_arm])
     girdle = GIRDLE_SHARE * mass * table["upper_trunk"].mass
-    upper = _limb(mass, table["upper_arm"], d.upper_arm)
-    lower = _limb(mass, table["forearm"], d.forearm)
+    upper = _limb(mass, table["upper_arm"], elbow)
+    lower = _limb(mass, table["forearm"], np.array([0.0, 0.0, -d.forearm]))
     palm_length = 0.46 * d.hand  # wrist to third metacarpal head, de Leva's lengths
     knuckles = np.array([0, 0, -palm_length])
     tip = np.array([0, 0, -(d.hand - palm_length)])
@@ -252,6 +272,9 @@ def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
     origin, half, wrist = np.zeros(3), [0, 0, -0.5 * d.forearm], [0, 0, -0.97 * d.forearm]
     thick = 0.06 * d.shoulder_width
     collar = rod(girdle, origin, s - sternum, thick)
+    # The shoulder blade lies as far behind as the collar bone lies in front.
+    level = torso(d, sex, mass)[1].com[0] - sternum[0]
+    collar = replace(collar, com=np.array([level, *collar.com[1:]]))
     return [
         _part(
             "clavicle", "thorax", sternum - at_thorax, collar, "capsule", origin, s - sternum, thick
@@ -278,14 +301,12 @@ def _leg(d: Dimensions, sex: str, mass: float) -> list[Part]:
     """Return the right leg above the foot; names without side. Offsets from [Rajagopal2016]_."""
     table = DE_LEVA[sex]
     knee = np.array([-0.011 * d.thigh, -0.0043 * d.thigh * -1, -d.thigh])
-    thigh, shank, origin = (
-        _limb(mass, table["thigh"], d.thigh),
-        _limb(mass, table["shank"], d.shank),
-        np.zeros(3),
-    )
+    ankle, origin = foot_position(d), np.zeros(3)
+    thigh = _limb(mass, table["thigh"], knee)
+    shank = _limb(mass, table["shank"], ankle, COM_FORWARD[sex]["shank"])
     return [
         _part("femur", "pelvis", hip(d), thigh, "capsule", origin, knee, 0.155 * d.thigh),
-        _part("tibia", "femur", knee, shank, "capsule", origin, foot_position(d), 0.105 * d.shank),
+        _part("tibia", "femur", knee, shank, "capsule", origin, ankle, 0.105 * d.shank),
     ]
 
 

@@ -1,9 +1,12 @@
 """Lengths and masses of body segments from stature, body mass and sex.
 
-Lengths are fractions of stature: legs, foot and heights from Drillis and Contini as tabulated in
-[Winter2009]_, arms and trunk divisions from [deLeva1996]_, the pelvis from Rajagopal's model
-[Rajagopal2016]_ and the hip joint centre by the regression of [Harrington2007]_. Masses, centres
-of mass and radii of gyration are those of [deLeva1996]_ by sex, of the segment's own length.
+Lengths are fractions of stature: legs, length of the foot and heights of joints from Drillis and
+Contini as tabulated in [Winter2009]_, the upper arm from [deLeva1996]_, forearm, hand, breadth of
+the foot and heights of the shoulder from the US Army's ANSUR II (4082 men, 1986 women)
+[Gordon2014]_, the pelvis from Rajagopal's model [Rajagopal2016]_ and the hip joint centre by the
+regression of [Harrington2007]_. Masses, centres of mass along a segment and radii of gyration are
+those of [deLeva1996]_ by sex, of the segment's own length; where the centre of mass lies across
+the segment is from [Dumas2007]_ and [DumasWojtusch2018]_.
 """
 
 from collections.abc import Mapping
@@ -26,12 +29,12 @@ _FRACTIONS = {
     "pelvis_width": 0.137,
     "pelvis_depth": 0.096,
     "lumbar_depth": 0.052,
-    "shoulder_width": 0.200,
-    "upper_arm": {"male": 0.1618, "female": 0.1586},
-    "forearm": {"male": 0.1545, "female": 0.1523},
-    "hand": {"male": 0.1079, "female": 0.0980},
+    "shoulder_width": {"male": 0.200, "female": 0.190},
+    "upper_arm": {"male": 0.1618, "female": 0.1605},
+    "forearm": {"male": 0.1595, "female": 0.1565},
+    "hand": {"male": 0.1090, "female": 0.1100},
     "foot_length": 0.152,
-    "foot_width": 0.055,
+    "foot_width": 0.0575,
 }
 _VERTICAL = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")
 _ABSORBING = ("pelvis_height", "trunk", "head")  # give way so that stature stays exact
@@ -196,10 +199,38 @@ DE_LEVA: dict[str, dict[str, SegmentParameters]] = {
     },
 }
 
-# Lengths between de Leva's trunk landmarks as fractions of our own lengths, from the mean
-# segment lengths of his table 4 (male stature 1.741 m, female 1.735 m).
+# Heights of de Leva's trunk landmarks above the hip joint centres, as fractions of the distance
+# from there up to the joint under C7, and his own length of the lower trunk. The suprasternale is
+# as high as in people ([Gordon2014]_: 0.819 and 0.816 of stature); below it hang his mean lengths
+# to xiphoid and omphalion (table 4, male stature 1.741 m, female 1.735 m). The omphalion comes out
+# where it is in men (0.598 of stature against 0.601) and 0.014 higher in women; his length from
+# there to the hips is oblique, for the navel lies in front of them.
 TRUNK_LANDMARKS = {
-    "male": {"lower_trunk": 0.890, "xiphoid": 0.518, "middle_trunk": 0.565, "upper_trunk": 0.4477},
-    "female": {"lower_trunk": 1.113, "xiphoid": 0.589, "middle_trunk": 0.540, "upper_trunk": 0.375},
+    "male": {
+        "suprasternale": 0.9236,
+        "xiphoid": 0.6104,
+        "omphalion": 0.2149,
+        "lower_trunk": 0.2674,
+    },
+    "female": {
+        "suprasternale": 0.9150,
+        "xiphoid": 0.6525,
+        "omphalion": 0.2744,
+        "lower_trunk": 0.3342,
+    },
 }
-SUPRASTERNALE = 0.966  # height above the lumbar joint, fraction of the trunk
+
+# Where the centre of mass lies across the line between the end joints of a segment, which de Leva
+# leaves open: in front of it, as a fraction of the line's length. Torso, from the lumbar joint to
+# the joint under C7, without arms and pelvis: [Dumas2007]_, table 2; shank: [DumasWojtusch2018]_,
+# table 9. Their thigh is not used: the 4 % of men and 8 % of women behind the line hang on hip
+# joint centres 20 to 29 mm in front of those of [Harrington2007]_, which explain most of it.
+COM_FORWARD = {
+    "male": {"torso": -0.036, "shank": -0.048},
+    "female": {"torso": -0.016, "shank": -0.049},
+}
+# The centre of mass of the pelvis behind the anterior superior iliac spines along the plane of the
+# spines, as a fraction of the distance between the anterior ones [Dumas2007]_.
+PELVIS_COM_BEHIND = {"male": 0.336, "female": 0.371}
+# Length of their torso as a fraction of the distance from the hips up to the joint under C7.
+TORSO_LENGTH = 0.86

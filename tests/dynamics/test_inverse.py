@@ -6,7 +6,12 @@ import pytest
 
 from plantigrade.dynamics.carriers import Carriers, shares
 from plantigrade.dynamics.centroid import centroid, without_constraints
-from plantigrade.dynamics.inverse import inverse_dynamics, opensim_moments, residual_metrics
+from plantigrade.dynamics.inverse import (
+    com_metrics,
+    inverse_dynamics,
+    opensim_moments,
+    residual_metrics,
+)
 from plantigrade.dynamics.plates import sole_points
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
@@ -49,6 +54,28 @@ def test_free_fall_needs_no_moment(joints, feet):
     qvel[:, 2], qacc[:, 2] = [1.0, 0.0, -1.0], -G
     m = inverse_dynamics(human, qpos, qvel, qacc)
     np.testing.assert_allclose(m.tau, 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0])
+@pytest.mark.parametrize("bias", [0.0, 20.0])  # of a plate's horizontal force [N]
+def test_how_far_the_centre_of_mass_lies_from_where_the_forces_place_it(heading, bias):
+    human, n = person(feet="rigid"), 12
+    still = np.zeros((n, human.model.nv))
+    qpos = np.tile(human.standing(), (n, 1))
+    qpos[:, 3:7] = [np.cos(heading / 2), 0, 0, np.sin(heading / 2)]
+    com = inverse_dynamics(human, qpos, still, still).com
+    forward = np.array([np.cos(heading), np.sin(heading), 0.0])
+    left = np.array([-np.sin(heading), np.cos(heading), 0.0])
+    point = np.repeat((com - 0.02 * forward + 0.005 * left)[:, None], 2, axis=1) * [1, 1, 0]
+    force = np.zeros((n, 2, 3))
+    force[:, 0] = bias * forward + bias * left
+    force[..., 2] = human.mass * G / 2
+    forces = feet_forces(force, point, 0 * force)
+    found = com_metrics(inverse_dynamics(human, qpos, still, still, forces), forces, qpos)
+    assert found["com_ahead_mm"] == pytest.approx(20.0, abs=0.01)
+    assert found["com_left_mm"] == pytest.approx(-5.0, abs=0.01)
+    seated = feet_forces(0.5 * force, point, 0 * force)  # a chair without a plate carries the rest
+    assert not com_metrics(inverse_dynamics(human, qpos, still, still, seated), seated, qpos)
 
 
 def test_standing_still_is_statics():

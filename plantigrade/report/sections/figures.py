@@ -105,6 +105,8 @@ GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
             Shown("moment, largest", "N m", "residual_moment_max_nm"),
             Shown("moment, RMS, of peak reaction times height of the centre of mass", "%",
                   "residual_moment_rms_share", 1, 100.0),
+            Shown("centre of mass ahead of where the forces place it", "mm", "com_ahead_mm"),
+            Shown("centre of mass to the left of it", "mm", "com_left_mm"),
         ),
     ),
     (
