@@ -68,6 +68,7 @@ FORMATS = (
     Format(
         "MOT/STO", (".mot", ".sto"), "mot:read_mot", "mot:write_mot", "coordinates plates", _MOT
     ),
+    Format("forces", (".forces",), "forces:read_forces", signature=(b"[force data]",)),
     Format("AMC", (".amc",), "amc:read_amc", signature=_AMC),
     Format("BVH", (".bvh",), "bvh:read_bvh", _BVH, "skeleton", (b"hierarchy",)),
     Format("DeepMimic", (".json", ".txt"), "deepmimic:read_deepmimic", signature=(b'"frames"',)),

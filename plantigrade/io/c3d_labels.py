@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.io.c3d_file import C3dFile
+from plantigrade.io.text import unique_labels
 
 _UNLABELLED = re.compile(
     r"(|\*\d*|[uc]_\d+|uname\*?\d*|unlabell?ed.*|unknown.*|unnamed.*|traj\w*\d+)", re.I
@@ -109,9 +110,7 @@ def sort_points(file: C3dFile) -> LabelledPoints:
     def columns(kind: str) -> tuple[int, ...]:
         return tuple(i for i, found in enumerate(kinds) if found == kind)
 
-    names, renamed = _unique([name or f"*{i + 1}" for i, name in enumerate(plain)])
-    if renamed:
-        warnings.append(f"repeated labels were numbered: {', '.join(renamed)}")
+    names = unique_labels([name or f"*{i + 1}" for i, name in enumerate(plain)], warnings)
     return LabelledPoints(
         names,
         columns("marker"),
@@ -186,18 +185,3 @@ def _computed_by_residual(file: C3dFile) -> np.ndarray:
     if file.points.shape[1] < 4 or measured.mean() < 0.5:
         return np.zeros(file.points.shape[1], dtype=bool)
     return ~measured & np.any(seen, axis=0)
-
-
-def _unique(names: list[str]) -> tuple[tuple[str, ...], list[str]]:
-    used: set[str] = set()
-    out, renamed = [], []
-    taken = set(names)
-    for name in names:
-        new, k = name, 2
-        while new in used or (new != name and new in taken):
-            new, k = f"{name}_{k}", k + 1
-        if new != name:
-            renamed.append(name)
-        used.add(new)
-        out.append(new)
-    return tuple(out), renamed

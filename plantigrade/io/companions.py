@@ -93,9 +93,9 @@ def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Pat
         return (), None
     own = _words(path.stem) - _KIND_WORDS
     named = []
-    for other in _siblings(path, [".mot", ".sto"])[:50]:
+    for other in _siblings(path, [".forces", ".mot", ".sto"])[:50]:
         words = _words(other.stem)
-        if not (words & _FORCE_WORDS):
+        if not (words & _FORCE_WORDS) and other.suffix.lower() != ".forces":
             continue
         rest = words - _FORCE_WORDS - _KIND_WORDS
         if rest == own or not own:
@@ -115,6 +115,8 @@ def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Pat
         overlap = min(time[-1], clock[-1]) - max(time[0], clock[0])
         if overlap >= 0.8 * (time[-1] - time[0]):
             found.append((candidate.plates, other))
+    converted = [each for each in found if each[1].suffix.lower() != ".forces"]
+    found = converted or found  # one force file may be there twice, as recorded and for OpenSim
     return found[0] if len(found) == 1 else ((), None)
 
 

@@ -26,7 +26,7 @@ import numpy as np
 from plantigrade.errors import FileError
 from plantigrade.io.axes import UP_AXES, to_world, up_axis_of_points
 from plantigrade.io.c3d import LENGTH_UNITS, NAMES_OF_UNITS, unit_of_points
-from plantigrade.io.text import check_time, numbers, read_text, write_text
+from plantigrade.io.text import check_time, numbers, read_text, unique_labels, write_text
 from plantigrade.motion.recording import Markers, Recording, Table
 
 _SURE = 1.4  # extent along the vertical over the next, of an upright body
@@ -53,7 +53,8 @@ def read_csv(path: str | Path) -> Recording:
             "the header must contain several names separated by commas, semicolons or tabs",
             remedy="write 'time, NAME_x, NAME_y, NAME_z, …'",
         )
-    names = _header(lines[at], delimiter, in_header)
+    warnings: list[str] = []
+    names = _header(lines[at], delimiter, in_header, warnings)
     times = [i for i, n in enumerate(names) if n.lower().replace(" ", "") in _TIME_NAMES]
     if not times:
         given = f"{', '.join(names[:6])}{', …' if len(names) > 6 else ''}"
@@ -74,7 +75,6 @@ def read_csv(path: str | Path) -> Recording:
         raise in_header("has a header but no rows of numbers", remedy="export it again")
     time = table[:, times[0]]
     check_time(time, rows, path, first_line=at + 2)
-    warnings: list[str] = []
     triples = _triples(names)
     taken = {i for three in triples.values() for i in three} | {times[0]}
     rest = [i for i, n in enumerate(names) if i not in taken and n.lower() not in _SKIPPED_NAMES]
@@ -151,7 +151,9 @@ def _comments(lines: list[str], path) -> tuple[dict[str, str], int]:
     raise FileError(path, "contains only comments", remedy="add a header and rows of numbers")
 
 
-def _header(line: str, delimiter: str, in_header: Callable[..., FileError]) -> list[str]:
+def _header(
+    line: str, delimiter: str, in_header: Callable[..., FileError], warnings: list[str]
+) -> list[str]:
     try:
         names = next(_csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except _csv.Error as error:
@@ -159,6 +161,7 @@ def _header(line: str, delimiter: str, in_header: Callable[..., FileError]) -> l
     names = [name.strip() for name in names]
     while names and not names[-1]:
         names.pop()
+    names = _numbered(names, warnings)
     seen = [name for name in names if name]
     twice = [name for name, n in Counter(seen).items() if n > 1]
     if twice:
@@ -167,6 +170,23 @@ def _header(line: str, delimiter: str, in_header: Callable[..., FileError]) -> l
     if seen and all(re.fullmatch(r"[-+.\deE]+", name) for name in seen):
         remedy = "add a header 'time, NAME_x, NAME_y, NAME_z, …'"
         raise in_header("starts with numbers instead of column names", remedy=remedy)
+    return names
+
+
+def _numbered(names: list[str], warnings: list[str]) -> list[str]:
+    """Return the columns with the labels of markers that occur again numbered: ``LKNE_2_x``."""
+    at: dict[str, list[int]] = {}
+    for i, name in enumerate(names):
+        if (match := _AXIS.fullmatch(name)) and not re.search(r"_t[xyz]$", name):
+            at.setdefault(match[2].lower(), []).append(i)
+    labels = {axis: [names[i][:-2] for i in columns] for axis, columns in at.items()}
+    if len(at) < 3 or len({tuple(each) for each in labels.values()}) > 1:
+        return names  # not three columns to each label
+    told: list[str] = []
+    for axis, columns in at.items():
+        for i, label in zip(columns, unique_labels(labels[axis], told), strict=True):
+            names[i] = label + names[i][-2:]
+    warnings += told[:1]
     return names
 
 

@@ -34,7 +34,14 @@ from plantigrade.io.opensim_coordinates import (
     turn_knees,
 )
 from plantigrade.io.opensim_forces import force_groups, plate_of, plates_table
-from plantigrade.io.text import count_of, numbers, parse_numbers, read_text, write_text
+from plantigrade.io.text import (
+    count_of,
+    numbers,
+    parse_numbers,
+    read_text,
+    unique_labels,
+    write_text,
+)
 from plantigrade.motion.recording import ForcePlate, Recording, Table
 
 _ANSWERS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
@@ -150,7 +157,7 @@ def _read(path: Path) -> MotFile:
     stated = header.get("nrows", header.get("datarows", ""))
     if (count_of(stated) or 0) > len(values):
         warnings.append(f"the header announces {stated} rows, the file holds {len(values)}")
-    names = _unique([_reduced(p) for p in paths[1:]], paths[1:])
+    names = _unique([_reduced(p) for p in paths[1:]], paths[1:], warnings)
     in_degrees = _ANSWERS.get(header.get("indegrees", "").lower())
     table = Table(names, values[:, 0], values[:, 1:])
     return MotFile(table, tuple(paths[1:]), in_degrees, tuple(warnings))
@@ -181,15 +188,10 @@ def _reduced(path: str) -> str:
     return "/".join(parts[-2:]) if parts else path
 
 
-def _unique(names: Sequence[str], paths: Sequence[str]) -> tuple[str, ...]:
+def _unique(names: Sequence[str], paths: Sequence[str], warnings: list[str]) -> tuple[str, ...]:
     """Return unique names: repeated ones get their full path, then a number."""
-    names = [p if names.count(n) > 1 else n for n, p in zip(names, paths, strict=True)]
-    seen: dict[str, int] = {}
-    for i, name in enumerate(names):
-        seen[name] = seen.get(name, 0) + 1
-        if seen[name] > 1:
-            names[i] = f"{name}#{seen[name]}"
-    return tuple(names)
+    full = [p if names.count(n) > 1 else n for n, p in zip(names, paths, strict=True)]
+    return unique_labels(full, warnings)
 
 
 def _rows(

@@ -256,6 +256,28 @@ def number(word: str, path: str | Path, *, where: str, what: str) -> float:
     return value
 
 
+def unique_labels(labels: Sequence[str], warnings: list[str]) -> tuple[str, ...]:
+    """Return the labels, each that occurs again with a number, and add a warning if there are any.
+
+    Example:
+        >>> unique_labels(["LKNE", "RKNE", "LKNE"], [])
+        ('LKNE', 'RKNE', 'LKNE_2')
+    """
+    taken, used = set(labels), set()
+    names, repeated = [], []
+    for label in labels:
+        new, k = label, 2
+        while new in used or (new != label and new in taken):
+            new, k = f"{label}_{k}", k + 1
+        if new != label:
+            repeated.append(label)
+        used.add(new)
+        names.append(new)
+    if repeated:
+        warnings.append(f"repeated labels were numbered: {', '.join(repeated)}")
+    return tuple(names)
+
+
 def _encoding_of(raw: bytes) -> str:
     for mark, encoding in _BYTE_ORDER_MARKS:
         if raw.startswith(mark):

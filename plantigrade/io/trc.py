@@ -5,7 +5,6 @@ detected from the height of the body. The header states the unit. An empty field
 "missing" and the exact point 0, 0, 0 all mean a missing marker.
 """
 
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,15 @@ import numpy as np
 from plantigrade.errors import FileError
 from plantigrade.io.axes import from_world, to_world, up_axis_of_points
 from plantigrade.io.c3d import LENGTH_UNITS, NAMES_OF_UNITS, unit_of_points
-from plantigrade.io.text import check_time, count_of, number, numbers, read_text, write_text
+from plantigrade.io.text import (
+    check_time,
+    count_of,
+    number,
+    numbers,
+    read_text,
+    unique_labels,
+    write_text,
+)
 from plantigrade.motion.recording import Markers, Recording
 
 _HEADER_LINES = 40  # a header longer than this is none
@@ -33,7 +40,7 @@ def read_trc(path: str | Path) -> Recording:
     warnings: list[str] = []
     labels_at = _find_labels(lines, path)
     fields = _header(lines[:labels_at])
-    names, delimiter = _names(lines[labels_at], path, labels_at + 1)
+    names, delimiter = _names(lines[labels_at], path, labels_at + 1, warnings)
     first = _first_row(lines, labels_at + 1)
     columns = ["Frame#", "Time"] + [f"{name} {axis}" for name in names for axis in "xyz"]
     rows = lines[first:]
@@ -137,19 +144,14 @@ def _header(lines: list[str]) -> dict[str, str]:
     return {}
 
 
-def _names(line: str, path, where: int) -> tuple[tuple[str, ...], str | None]:
+def _names(line: str, path, where: int, warnings: list[str]) -> tuple[tuple[str, ...], str | None]:
     delimiter = "\t" if line.count("\t") >= 2 else "," if line.count(",") >= 2 else None
     words = [word.strip() for word in line.split(delimiter)][2:]
     names = [word for word in words if word]
     if not names:
         remedy = "name one marker per 3 columns"
         raise FileError(path, "names no marker", where=f"line {where}", remedy=remedy)
-    twice = ", ".join(sorted(name for name, n in Counter(names).items() if n > 1)[:5])
-    if twice:
-        remedy = "give every marker a unique name"
-        problem = f"markers {twice} occur more than once"
-        raise FileError(path, problem, where=f"line {where}", remedy=remedy)
-    return tuple(names), delimiter
+    return unique_labels(names, warnings), delimiter
 
 
 def _first_row(lines: list[str], start: int) -> int:

@@ -11,7 +11,8 @@ Over a choice of frames :math:`f`, markers :math:`i`, lengths :math:`\ell_k` and
 by Gauss-Newton, the poses eliminated frame by frame (Schur complement), the joint limits kept.
 The places start from the landmarks of :mod:`plantigrade.models.landmarks`, each trusted as far
 as its kind allows (:math:`s_i`), the lengths from stature and sex. Markers of unknown name are
-put on the body on which they move least, once the known ones give the pose.
+put on the segment to which their distances are constant, once the known ones give the pose
+(:mod:`plantigrade.kinematics.unknown_markers`).
 
 Four things are added. Frames of one trial are not independent, so the marker term of all of them
 together counts as :data:`INDEPENDENT_FRAMES`. In a standing trial knees and feet are pulled to
@@ -26,7 +27,7 @@ through (the shape of the curve is not touched).
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -39,9 +40,11 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
 from plantigrade.kinematics.result import listed
 from plantigrade.kinematics.state import PointSet, integrate, sweep
+from plantigrade.kinematics.unknown_markers import segment_of
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.anatomy import usual_lumbar_depth
 from plantigrade.models.landmarks import BONE, Attachment, attachments
+from plantigrade.models.markers import side_of
 from plantigrade.spatial.conventions import rotation_matrix
 
 NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard deviation [m]
@@ -297,30 +300,26 @@ class Calibrator:
             g[s] -= inverse @ offsets[s - n_l]
 
     def attach_unknown(self) -> dict[str, str]:
-        """Put markers without a place on the body on which they move least."""
+        """Put markers without a place on the segment to which their distances are constant."""
         bodies, _ = self.geometry(self.dimensions)
         states = sweep(self.human, self.qpos, model=_resized(self.human, bodies))
-        frames = [(state.origins, state.rotations) for state in states]
-        origins, rotations = (np.array([frame[k] for frame in frames]) for k in (0, 1))
+        poses = [(state.origins, state.rotations) for state in states]
+        origins, rotations = (np.array([pose[k] for pose in poses]) for k in (0, 1))
+        names = self.human.body_names
+        frames = {n: (origins[:, b], rotations[:, b]) for b, n in enumerate(names, start=1)}
+        which = self.known()
+        on = [p.body for p in self.places if p is not None]
+        table = attachments(self.human, self.dimensions)
+        marks = [mark for name, mark in table.items() if "_joint_" not in name]  # on the skin
         attached = {}
         for i, place in enumerate(self.places):
-            seen = np.isfinite(self.measured[:, i, 0])
-            if place is not None or seen.sum() < 3:
-                continue
-            spreads = []
-            for body in range(1, self.human.model.nbody):
-                away = self.measured[seen, i] - origins[seen, body]
-                local = np.einsum("nji,nj->ni", rotations[seen, body], away)
-                middle = np.median(local, axis=0)
-                wander = np.linalg.norm(local - middle, axis=1).mean()
-                # Among bodies on which it moves alike, the nearer one is the one it sits on.
-                spreads.append((wander + 0.02 * np.linalg.norm(middle), body, middle, wander))
-            _, body, middle, wander = min(spreads, key=lambda s: s[0])
-            if wander > 0.05 or np.linalg.norm(middle) > 0.8:
-                continue  # belongs to no body: a wand of another person, a reference on the floor
-            name = self.human.body_names[body - 1]
-            self.places[i] = Attachment(name, middle, FREE_SPREAD)
-            attached[self.names[i]] = name
+            marker = self.measured[:, i]
+            if place is None and np.isfinite(marker[:, 0]).sum() >= 3:
+                side = side_of(self.names[i], self.names)
+                found = segment_of(marker, self.measured[:, which], on, frames, marks, side)
+                if found is not None:
+                    self.places[i] = replace(found, spread=FREE_SPREAD)
+                    attached[self.names[i]] = found.body
         return attached
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
+from plantigrade.io.opensim_coordinates import NO_ANGLE
 from plantigrade.kinematics.ground_level import level, moving_ground
 from plantigrade.kinematics.rests import contact_metrics, find_rests
 from plantigrade.kinematics.result import Fit, filled, human_of, listed
@@ -21,6 +22,7 @@ from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
+from plantigrade.motion.jumps import unwrapped
 from plantigrade.motion.recording import Table, rate_of
 from plantigrade.spatial.conventions import PELVIS
 
@@ -132,6 +134,13 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     for column in values.T:
         own = np.isfinite(column)
         column[~own] = np.interp(time[~own], time[own], column[own])
+    angles = [k for k, name in enumerate(names) if not NO_ANGLE.search(name)]
+    smooth = unwrapped(values[:, angles])
+    off = np.abs(smooth - values[:, angles]).max(axis=0, initial=0.0)
+    wrapped = [names[k] for k, by in zip(angles, off, strict=True) if by > np.pi]
+    if wrapped:
+        notes.append(f"angles that step by a whole turn were led on: {listed(wrapped)}.")
+        values[:, angles] = smooth
     return Table(names, time, values)
 
 

@@ -23,6 +23,7 @@ from plantigrade.kinematics.calibrate import (
     standing_poses,
 )
 from plantigrade.kinematics.inverse import InverseKinematics, track
+from plantigrade.kinematics.label_repair import relabelled
 from plantigrade.kinematics.plausible import (
     lean_notes,
     require_human_size,
@@ -99,6 +100,11 @@ def fit_markers(
     seen_as = _columns(markers, known)[start:stop]
     require_human_size(seen_as, recording.source)
     standing = PointSet.of(human, attached).path(human.standing()[None])[0]
+    right = relabelled(recording, static, human, names, placed)
+    recording, static, markers = right.recording, right.static, right.recording.markers
+    assert markers is not None
+    notes += right.notes
+    seen_as = _columns(markers, known)[start:stop]
     require_own_sides(attached, standing, seen_as, recording.source)
     recording, far = without_far_samples(recording)
     if far:
@@ -176,6 +182,7 @@ def fit_markers(
         metrics={
             **_metrics(used, calibration, kept, np.isfinite(residual)),
             **posture_figures(calibration.human, qpos, calibration.qpos[: len(still)]),
+            "labels_exchanged": [list(cycle) for cycle in right.exchanged],
         },
         warnings=tuple(recording.warnings) + tuple(notes),
     )

@@ -96,10 +96,16 @@ def require_own_sides(
         seen = np.isfinite(frame[:, 0])
         ratios.append(_mirrored_over_turned(a[seen], frame[seen]))
     if ratios and np.median(ratios) < MIRROR_GAIN:
-        raise FitError(
-            f"{source}: the person is mirrored: the names of left and right markers are exchanged, "
-            "or one axis of the file points the other way; rename the markers or turn that axis"
-        )
+        raise FitError(mirrored(source))
+
+
+def mirrored(source: object) -> str:
+    """Return what is wrong with a recording whose person is the mirror image of one."""
+    return (
+        f"{source}: the person is mirrored: the names of left and right markers are exchanged "
+        "(--swap-sides exchanges them back), or one axis of the file points the other way "
+        "(--mirror-axis turns it)"
+    )
 
 
 def _mirrored_over_turned(a: Float[Array, "n_points 3"], b: Float[Array, "n_points 3"]) -> float:

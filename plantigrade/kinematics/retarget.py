@@ -29,13 +29,14 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import contact_metrics, find_rests
-from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of
+from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.skeleton_targets import SkeletonTargets
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models.joint_names import identify
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
+from plantigrade.motion.jumps import jumps
 from plantigrade.motion.recording import SkeletonMotion, rate_of
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 
@@ -82,6 +83,14 @@ def fit_skeleton(
     if found.by == "shape":
         told = ", ".join(f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items()))
         notes.append(f"the joint names are unknown; the joints were identified by shape: {told}.")
+    bodily = {i for name, i in found.joints.items() if not name.startswith("thumb")}
+    sudden = jumps(skeleton, sorted(bodily))
+    if sudden:
+        notes.append(
+            f"joints turn suddenly between two frames, {len(sudden)} times: "
+            f"{listed([str(jump) for jump in sudden], 5)}; the motion is smoothed over it, but "
+            "check the file there."
+        )
     source = SkeletonSource(skeleton, found)
     angle = quarter_turn_to_face_x(source.facing())
     if angle:
@@ -143,6 +152,8 @@ def fit_skeleton(
         "stances": len(rests),
         **contact_metrics(before, rests, way, "_before"),
         **contact_metrics(after, rests, way),
+        "joint_jumps": len(sudden),
+        "joint_jump_max_deg": float(np.rad2deg(sudden[0].angle)) if sudden else 0.0,
         "skeleton_height_m": stature,
         "height_m": human.height,
         **{f"length_{k}_m": getattr(human.dimensions, k) for k in human.dimensions.names()},

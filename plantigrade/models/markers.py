@@ -11,7 +11,7 @@ TOML file::
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from plantigrade.bounds import shown
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models.human import Human
 from plantigrade.models.landmarks import LOOSE, Attachment, attachments
+from plantigrade.models.mirror import mirrored_name
 from plantigrade.toml import parse_toml, read_toml
 
 
@@ -88,7 +89,7 @@ _SPELLINGS: dict[str, str] = {
     "acromion": "SHO SHOULDER ACROMION ACROMIUM ACR SAE AC ACRO",
     "clavicle": "CLAVICLE CLA",
     "scapula": "BAK SCAP SCAPULA IAN",
-    "upper_arm": "UPA BICEP BICEPS UPPERARM ARM UARM",
+    "upper_arm": "UPA BICEP BICEPS UPPERARM ARM UARM HUMERUS",
     "elbow_lateral": "ELB ELBOW HLE ELBLAT LELB LEL ELBOWLAT LATELB LEE ELBL LELBOW",
     "elbow_medial": "MELB ELBM HME MELBOW ELBMED MEL ELBOWMED MEDELB MEE",
     "forearm": "FRM FRA FOREARM FARM FASUPERIOR",
@@ -143,6 +144,64 @@ def landmark_of(name: str) -> str | None:
             if rest != plain and rest in _BY_SPELLING:
                 return f"{_BY_SPELLING[rest]}_{side}"
     return None
+
+
+def other_side(name: str, names: Iterable[str]) -> str | None:
+    """Return the name among these that is spelled as this one, for the other side; or None.
+
+    Example:
+        >>> other_side("r_thigh1", ["L_thigh1", "L_thigh2"]), other_side("Ann:LKNE", ["Ann:RKNE"])
+        ('L_thigh1', 'Ann:RKNE')
+    """
+    spelled = {n.lower(): n for n in names}
+    return next((spelled[n] for n in _toggled(name) if n in spelled), None)
+
+
+def side_of(name: str, names: Iterable[str]) -> str | None:
+    """Return ``"r"`` or ``"l"`` of a name that some of these has a twin for; else None.
+
+    Example:
+        >>> side_of("RTH1", ["LTH1", "LTH2"]), side_of("Rod", ["LTH1"])
+        ('r', None)
+    """
+    twin = other_side(name, names)
+    if twin is None:
+        return None
+    changed = zip(_bare(name).lower(), _bare(twin).lower(), strict=False)
+    return next(a for a, b in changed if a != b)
+
+
+def names_of_other_sides(
+    names: Sequence[str], marker_set: MarkerSet | None = None
+) -> tuple[str, ...]:
+    """Return the names with left and right exchanged; those that tell no side stay.
+
+    A name changes to the one of these that the other side has, or else to the spelling of the
+    landmark of the other side.
+    """
+    chosen = marker_set or best_set(names)
+    marks = {n: chosen.landmarks.get(n) or landmark_of(_bare(n)) or "" for n in names}
+    at = {mark: n for n, mark in marks.items() if list(marks.values()).count(mark) == 1}
+    new = []
+    for name in names:
+        mirrored = mirrored_name(marks[name])
+        twin = at.get(mirrored) if mirrored != marks[name] else None
+        twin = twin or other_side(name, names)
+        if twin is None and mirrored != marks[name]:
+            spelled = (n.upper() for n in _toggled(name) if landmark_of(_bare(n)) == mirrored)
+            twin = next(spelled, None)
+        new.append(twin or name)
+    return tuple(new) if len(set(new)) == len(new) else tuple(names)
+
+
+def _toggled(name: str) -> list[str]:
+    """Return how the name may be spelled for the other side, in lower case."""
+    owner, colon, bare = name.lower().rpartition(":")
+    found = []
+    for a, b in (("right", "left"), ("left", "right"), ("r", "l"), ("l", "r")):
+        found += [b + bare.removeprefix(a)] if bare.startswith(a) else []
+        found += [bare.removesuffix(a) + b] if bare.endswith(a) else []
+    return [owner + colon + word for word in found]
 
 
 def _landmarks(

@@ -19,6 +19,7 @@ from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.plausible import verdict
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.retarget import fit_skeleton
+from plantigrade.kinematics.sides import mirror_axis, swap_sides
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
@@ -50,8 +51,8 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
         skeleton = find_asf(path)
     recording = read(path, **({"skeleton": skeleton} if skeleton else {}))
     if recording.markers is None or not recording.markers.names:
-        for name in ("static", "marker_set"):
-            if getattr(settings, name) is not None:
+        for name in ("static", "marker_set", "swap_sides", "mirror_axis"):
+            if getattr(settings, name):
                 raise FitError(f"{name} means nothing for {path.name}, which holds no markers")
     found = find_companions(recording, read) if settings.companions else Companions()
     static = read(settings.static) if settings.static else found.static
@@ -68,13 +69,20 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
     if source is not None and settings.forces is None:
         notes.append(f"{source.name} beside it was taken as its ground reactions.")
     named = (static.source if static else None, source, skeleton, settings.marker_set)
-    return replace(
+    recording = replace(
         recording,
         plates=plates,
         static=static,
         companions=tuple(each for each in named if each is not None),
-        warnings=(*recording.warnings, *notes),
     )
+    if settings.swap_sides:
+        chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
+        recording = swap_sides(recording, chosen)
+        notes.append("left and right were exchanged in the names of markers and events.")
+    if settings.mirror_axis:
+        recording = mirror_axis(recording)
+        notes.append("the axis to the left was turned round in markers and ground reactions.")
+    return replace(recording, warnings=(*recording.warnings, *notes))
 
 
 def fit_recording(recording: Recording, settings: FitSettings) -> Fit:

@@ -64,13 +64,26 @@ class FitSettings(Settings):
     skeleton: OptionalPath = None
     """Skeleton (.asf) of an AMC file."""
     forces: OptionalPath = None
-    """Ground reactions of the same trial (.mot, .sto)."""
+    """Ground reactions of the same trial (.mot, .sto, .forces)."""
     marker_set: OptionalPath = None
     """Your own marker set (.toml)."""
+    swap_sides: Flag = False
+    """Exchange left and right in the names of markers and events of a mirrored file."""
+    mirror_axis: Flag = False
+    """Turn the axis of a mirrored file that points the other way; names are kept."""
     cutoff: float = 6.0
     """Cut-off frequency of the low-pass filter for motion and forces [Hz]."""
     companions: tyro.conf.Suppress[bool] = True
     """Look beside the recording for files that belong to it."""
+
+    def __post_init__(self):
+        """Refuse to mirror twice."""
+        super().__post_init__()
+        if self.swap_sides and self.mirror_axis:
+            raise ParameterError(
+                "swap_sides and mirror_axis each mend a mirrored file, together they do nothing: "
+                "give one"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -120,3 +120,12 @@ def test_a_text_that_is_no_table(tmp_path):
     """A letter is no recording."""
     with pytest.raises(UnsupportedFormat, match="time"):
         read(write(tmp_path / "a.txt", "Dear reader,\nthis, is, not a table\n"))
+
+
+def test_labels_of_markers_that_occur_again_are_numbered(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time,A_x,A_y,A_z,A_x,A_y,A_z\n0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n")
+    found = read_csv(path)
+    assert found.markers.names == ("A", "A_2")
+    np.testing.assert_allclose(found.markers.positions[0, 1], [4, 5, 6])
+    assert "repeated labels were numbered: A" in found.warnings

@@ -92,7 +92,6 @@ def test_decimal_commas(tmp_path):
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        (lambda t: t.replace("\tHIP\t", "\tHEAD\t"), "line 4: markers HEAD occur more than once"),
         (lambda t: t.replace("Frame#", "Frams"), "starts with 'Frame#  Time'"),
         (lambda t: t.split("\n\n")[0], "no frames"),
         (lambda t: t.replace("0.020", "0.005"), "line 9: .*time must increase"),
@@ -105,6 +104,13 @@ def test_errors_name_the_line(tmp_path, change, match):
     with pytest.raises(FileError, match=match) as caught:
         read_trc(write(tmp_path / "a.trc", change(text())))
     assert caught.value.remedy and "a.trc" in str(caught.value)
+
+
+def test_labels_that_occur_again_are_numbered(tmp_path):
+    twice = text().replace("\tHIP\t", "\tHEAD\t")
+    recording = read_trc(write(tmp_path / "a.trc", twice))
+    assert recording.markers.names[:1] == ("HEAD",) and "HEAD_2" in recording.markers.names
+    assert recording.warnings == ("repeated labels were numbered: HEAD",)
 
 
 def test_what_is_odd_is_said(tmp_path):

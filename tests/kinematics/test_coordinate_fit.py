@@ -1,5 +1,6 @@
 """Joint coordinates: angles stay, stature and path follow from the feet."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -90,3 +91,17 @@ def test_gait_without_translation_walks_forward(data):
     """A stride of normal walking is between one and one and a half metres long."""
     fit = fit_coordinates(read_mot(data / "opensim" / "gait2392_subject01" / "normal_gait.mot"))
     assert 0.7 < fit.qpos[-1, 0] - fit.qpos[0, 0] < 1.7
+
+
+def test_angles_that_wrap_are_led_on(data):
+    """A hip that steps by a whole turn is the hip it was, not one at its limit."""
+    whole = read_mot(data / "opensim" / "gait2392_subject01" / "normal_gait.mot")
+    table = whole.coordinates
+    assert table is not None
+    values = table.values.copy()
+    column = table.names.index("hip_rotation_r")
+    values[40:60, column] += 2 * np.pi
+    wrapped = replace(whole, coordinates=replace(table, values=values))
+    fit, good = fit_coordinates(wrapped), fit_coordinates(whole)
+    np.testing.assert_allclose(fit.qpos, good.qpos, atol=1e-9)
+    assert any("hip_rotation_r" in w and "whole turn" in w for w in fit.warnings)

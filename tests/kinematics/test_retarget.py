@@ -312,3 +312,11 @@ def test_a_dog_is_refused_with_its_joints_named():
 def test_no_skeleton_is_refused():
     with pytest.raises(FitError, match="no skeleton"):
         fit_skeleton(Recording(Path("x")))
+
+
+def test_a_sudden_turn_is_said(data):
+    """The shared walk turns its left shoulder by 29 degrees from one frame to the next."""
+    fit = fit_skeleton(read_deepmimic(data / "deepmimic" / "humanoid3d_walk.txt"))
+    assert fit.metrics["joint_jumps"] == 1
+    assert fit.metrics["joint_jump_max_deg"] == pytest.approx(28.8, abs=0.1)
+    assert any("left_shoulder by 29° at 0.63 s" in w for w in fit.warnings)

@@ -1,0 +1,72 @@
+"""Recordings of a person's mirror image, turned back into the person.
+
+Two faults make one: left and right are exchanged in the names of the markers, or an axis of the
+file points the other way (a left-handed laboratory). The markers alone do not tell which: the user
+says it.
+"""
+
+from dataclasses import replace
+
+from plantigrade.errors import FitError
+from plantigrade.models.markers import MarkerSet, names_of_other_sides
+from plantigrade.models.parts import MIRROR
+from plantigrade.motion import Recording
+
+
+def swap_sides(recording: Recording, marker_set: MarkerSet | None = None) -> Recording:
+    """Return the recording with left and right exchanged in its names, its standing trial too.
+
+    Markers and gait events change their side; plates lose theirs, which the feet then tell. Model
+    outputs of the file are left out, as they were computed for the wrong side.
+
+    Args:
+        recording: The recording.
+        marker_set: The user's own marker set, whose names may be spelled without a side.
+
+    Raises:
+        FitError: If no marker has a side.
+    """
+    markers = recording.markers
+    if markers is None:
+        raise FitError(f"--swap-sides exchanges names of markers; {recording.source} has none")
+    names = names_of_other_sides(markers.names, marker_set)
+    if names == markers.names:
+        raise FitError(f"{recording.source}: no name of a marker tells its side")
+    sides = {"l": "r", "r": "l"}
+    return replace(
+        recording,
+        markers=replace(markers, names=names),
+        events=tuple(replace(e, side=sides[e.side]) for e in recording.events),
+        plates=tuple(replace(plate, side=None) for plate in recording.plates),
+        outputs={},
+        static=None if recording.static is None else swap_sides(recording.static, marker_set),
+    )
+
+
+def mirror_axis(recording: Recording) -> Recording:
+    """Return the recording with its axis to the left turned round, its standing trial too.
+
+    Which horizontal axis is turned does not matter: the one or the other is a half turn away.
+
+    Raises:
+        FitError: If it has no markers.
+    """
+    markers = recording.markers
+    if markers is None:
+        raise FitError(f"--mirror-axis turns an axis of markers; {recording.source} has none")
+    return replace(
+        recording,
+        markers=replace(markers, positions=markers.positions * MIRROR),
+        plates=tuple(
+            replace(
+                plate,
+                force=plate.force * MIRROR,
+                cop=plate.cop * MIRROR,
+                free_moment=-plate.free_moment,
+                corners=None if plate.corners is None else plate.corners * MIRROR,
+            )
+            for plate in recording.plates
+        ),
+        outputs={},
+        static=None if recording.static is None else mirror_axis(recording.static),
+    )

@@ -1,0 +1,43 @@
+"""Distances between markers: what a segment keeps, however it moves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+
+FEWEST = 5  # frames that show both markers
+MOST = 60  # frames looked at
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Distances between markers in a recording; NaN for pairs that are hardly seen together.
+
+    Attributes:
+        usual: Median over frames [m].
+        spread: Half of the range of the middle two thirds of the frames [m]: the standard deviation
+            of normally distributed ones, whatever a few frames do.
+    """
+
+    usual: Float[Array, "n_markers n_markers"]
+    spread: Float[Array, "n_markers n_markers"]
+
+
+def distances(positions: Float[Array, "n_frames n_markers 3"]) -> Distances:
+    """Return the distances between all markers, from frames spread over the recording."""
+    x = positions[np.unique(np.linspace(0, len(positions) - 1, MOST).astype(int))]
+    i, j = np.triu_indices(x.shape[1], 1)
+    apart = np.sort(np.linalg.norm(x[:, i] - x[:, j], axis=-1), axis=0)  # NaN come last
+    count = np.isfinite(apart).sum(axis=0)
+    columns = np.arange(len(i))
+    low, usual, high = (
+        apart[np.rint(share * np.maximum(count - 1, 0)).astype(int), columns]
+        for share in (0.16, 0.50, 0.84)
+    )
+    few = count < min(FEWEST, len(x))
+    n = x.shape[1]
+    found = Distances(np.zeros((n, n)), np.zeros((n, n)))
+    for matrix, values in ((found.usual, usual), (found.spread, (high - low) / 2)):
+        matrix[i, j] = matrix[j, i] = np.where(few, np.nan, values)
+    return found
