@@ -18,7 +18,12 @@ from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
+from plantigrade.kinematics.contacts import stances
+from plantigrade.kinematics.ground_level import ground_height
+from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.soles import height_figures, heights_in_stance
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
@@ -30,6 +35,8 @@ from plantigrade.record import Record
 
 CUTOFF = 6.0
 """Low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_."""
+LOADED = 20.0  # a foot with this much under it stands [N]
+FAR, FARTHEST = 10.0, 25.0  # from the ground, on average and at most: worth a word [mm]
 
 
 @dataclass(frozen=True)
@@ -53,6 +60,8 @@ class Trial:
     measures: GaitMeasures  #: Spatio-temporal measures
     forces: FootForces | None  #: Ground reactions by foot, where they were measured
     moments: Moments | None  #: Inverse dynamics, where forces were measured
+    #: Height of the lowest point of each sole above the ground (right, left) [m]; NaN in swing
+    soles: Float[Array, "n_frames 2"] | None = None
     notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
 
     def record(self) -> Record:
@@ -92,6 +101,7 @@ class Trial:
             "duration_s": motion.duration,
             "heading_turned_deg": float(np.rad2deg(self.fit.heading)),
             **self.measures.metrics(),
+            **({} if self.soles is None else height_figures(self.soles)),
         }
         if self.moments is not None and self.forces is not None:
             figures |= residual_metrics(self.moments, self.forces)
@@ -137,11 +147,53 @@ def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = Non
             f"the body mass is unknown; {human.mass:.1f} kg is assumed for this height "
             "(set it with --mass)."
         )
+    soles = _soles(fit, events, forces)
+    notes += _sole_notes(soles)
     motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     return Trial(
-        replace(fit, human=human), motion, feet, cycles, measures, forces, moments, tuple(notes)
+        fit=replace(fit, human=human),
+        motion=motion,
+        feet=feet,
+        cycles=cycles,
+        measures=measures,
+        forces=forces,
+        moments=moments,
+        soles=soles,
+        notes=tuple(notes),
     )
+
+
+def _soles(fit: Fit, events, forces: FootForces | None) -> Float[Array, "n_frames 2"]:
+    """Return the heights of the soles while their feet stand, as fitted."""
+    contact, time = sole_paths(fit.human, fit.qpos), fit.time
+    stance = np.zeros((len(time), 2), dtype=bool)
+    for s, side in enumerate(SIDES):
+        for start, stop, _ in stances(events, side, float(time[0]), float(time[-1])):
+            stance[:, s] |= (time >= start) & (time <= stop)
+    if not events and len(time) > 2:
+        rests = find_rests(contact, (len(time) - 1) / (time[-1] - time[0]))
+        for rest in rests:
+            stance[rest.start : rest.stop, SIDES.index(rest.side)] = True
+    if forces is not None:
+        order = [forces.sides.index(side) for side in SIDES]
+        loaded = forces.force[:, order, 2] > LOADED
+        stance = np.where(np.asarray(forces.valid_side)[:, order], loaded, stance)
+    ground = ground_height(fit.recording) if fit.source_kind == "markers" else 0.0
+    return heights_in_stance(contact, stance, ground=ground)
+
+
+def _sole_notes(soles: Float[Array, "n_frames 2"]) -> list[str]:
+    figures = height_figures(soles)
+    if not figures:
+        return []
+    mean, worst = figures["sole_in_stance_mean_mm"], figures["sole_in_stance_worst_mm"]
+    if abs(mean) <= FAR and abs(worst) <= FARTHEST:
+        return []
+    return [
+        f"the lowest point of the standing soles is {mean:+.0f} mm from the ground on average "
+        f"({worst:+.0f} mm at most): the feet do not stand on the ground of the file."
+    ]
 
 
 def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:

@@ -22,6 +22,8 @@ from plantigrade.kinematics.calibrate import (
     softness,
     standing_poses,
 )
+from plantigrade.kinematics.flat_feet import set_flat, settled, toes_on_ground
+from plantigrade.kinematics.ground_level import ground_height
 from plantigrade.kinematics.inverse import InverseKinematics, track
 from plantigrade.kinematics.label_repair import relabelled
 from plantigrade.kinematics.plausible import (
@@ -131,6 +133,19 @@ def fit_markers(
         if name not in calibration.names:
             ignored[name] = "moves with no segment of the body"
     window = slice(start, stop)
+    where = [names.index(n) for n in calibration.names]
+    ground = ground_height(recording)
+    feet = set_flat(
+        calibration.human,
+        calibration.places,
+        measured[window][:, where],
+        still[:, where],
+        markers.rate,
+        calibration.qpos[len(still)],
+        ground=ground,
+    )
+    calibration = replace(calibration, human=feet.human, places=feet.places)
+    notes += feet.notes
     in_trial = [i for i, n in enumerate(calibration.names) if n in markers.names]
     tracked = [calibration.names[i] for i in in_trial]
     samples = _columns(markers, tracked)[window]
@@ -141,6 +156,10 @@ def fit_markers(
     first = calibration.qpos[len(still)]
     qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
     notes += more
+    if feet.grounded:
+        human = settled(calibration.human, places, markers.time[window], qpos, ground=ground)
+        calibration = replace(calibration, human=human)
+    qpos = toes_on_ground(calibration.human, places, qpos, ground=ground)
     qpos = unseen_toes_follow(calibration.human, places, qpos)
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(

@@ -7,12 +7,24 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.rests import SHORTEST, STILL, point_speed
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
+from plantigrade.motion import Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import even_clock
 
 STEEPEST = 0.035  # a steeper slope is real, not a tilt of the laboratory
 LEVELS = 0.04  # heights of rest that differ by less belong to one level [m]
+
+
+def ground_height(recording: Recording) -> float:
+    """Return the height of the ground of a recording [m]: that of its plates, or the lab's origin.
+
+    Plates whose corners do not lie in one level tell nothing.
+    """
+    corners = [plate.corners[:, 2] for plate in recording.plates if plate.corners is not None]
+    if not corners or not np.isfinite(corners).all() or np.ptp(corners) > LEVELS:
+        return 0.0
+    return float(np.mean(corners))
 
 
 def moving_ground(

@@ -7,6 +7,7 @@ rest while it stands flat tell its sole; joint angles are not touched.
 
 import numpy as np
 
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.rests import Rest
 from plantigrade.kinematics.sole_paths import SolePaths
@@ -29,6 +30,31 @@ def on_own_soles(human: Human, contact: SolePaths, rests: list[Rest]) -> Human:
             return human
         offsets[name] = -height
     return human.with_soles(offsets)
+
+
+def heights_in_stance(
+    contact: SolePaths, stance: Bool[Array, "n_frames 2"], *, ground: float = 0.0
+) -> Float[Array, "n_frames 2"]:
+    """Return how high the lowest point of each sole is above the ground [m]; NaN off the ground.
+
+    Args:
+        contact: The soles over a motion.
+        stance: Where each foot stands (right, left).
+        ground: Height of the ground [m].
+    """
+    low = [contact.position[:, contact.of(side), 2].min(axis=1) - ground for side in SIDES]
+    return np.where(stance, np.stack(low, axis=1), np.nan)
+
+
+def height_figures(heights: Float[Array, "n_frames 2"]) -> dict[str, float]:
+    """Return mean and worst height of the soles in stance as figures [mm]; none without stance."""
+    seen = 1e3 * heights[np.isfinite(heights)]
+    if not len(seen):
+        return {}
+    return {
+        "sole_in_stance_mean_mm": float(seen.mean()),
+        "sole_in_stance_worst_mm": float(seen[np.abs(seen).argmax()]),
+    }
 
 
 def _flat(contact: SolePaths, rests: list[Rest], side: str) -> np.ndarray:

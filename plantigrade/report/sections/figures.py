@@ -71,6 +71,8 @@ GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
             Shown("drift of standing feet, largest", "mm", "foot_drift_max_mm"),
             Shown("drift before correction, mean", "mm", "foot_drift_mean_mm_before"),
             Shown("drift before correction, largest", "mm", "foot_drift_max_mm_before"),
+            Shown("soles above ground in stance, mean", "mm", "sole_in_stance_mean_mm"),
+            Shown("soles above ground in stance, furthest", "mm", "sole_in_stance_worst_mm"),
             Shown("feet below ground, largest", "mm", "penetration_max_mm"),
             Shown("feet below ground before, largest", "mm", "penetration_max_mm_before"),
         ),

@@ -1,0 +1,362 @@
+r"""Feet that stand flat where the recorded feet stand flat.
+
+Markers tell where the bones are, but not what is below them: a marker a few millimetres off its
+landmark pitches a foot by some degrees, and how thick the flesh or the shoe under the bones is no
+marker sees. The ground tells both. While heel and forefoot rest together the sole lies on the
+ground; over these frames
+
+* the way up, seen from the foot, becomes the foot's own vertical axis: its markers keep their
+  places in the world, the zeros of ankle and subtalar joint (and of joints within the foot) move;
+* the height of the ankle joint centre above the ground is that of the bare foot and of the shoe.
+  The bare foot's is :math:`a_0 \pm \sigma_a` by the height of the lateral malleolus [ANSUR2012]_,
+  the shoe's thickness :math:`t \ge 0` some :math:`\sigma_t`, so of the height :math:`c`
+
+.. math:: a = \min(c,\; a_0 + (c - a_0)\,\sigma_a^2 / (\sigma_a^2 + \sigma_t^2)), \quad t = c - a.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.ground_level import moving_ground
+from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.models import Human
+from plantigrade.models.landmarks import Attachment, attachments
+from plantigrade.motion.filters import lowpass
+
+# Height of the lateral malleolus over stature, and its spread, of 4,082 men and 1,986 women.
+MALLEOLUS = {"male": 0.0415, "female": 0.0385}
+MALLEOLUS_SPREAD = 0.005  # standard deviation [m]
+SHOE_SPREAD = 0.025  # of the thickness of soles that people wear [m]
+# An ankle this much lower or higher than a bare foot has it does not stand on the floor [m].
+NO_FLOOR = (-0.03, 0.07)
+# A foot stands flat while heel and forefoot are near their lowest, calm, and near the usual level
+# of such frames: [m], a share of the highest vertical speed and at least [m/s], [m].
+LOW, CALM, CALMEST, LEVEL = 0.020, 0.07, 0.05, 0.004
+SMOOTH = 10.0  # low-pass of marker heights before their speed is taken [Hz]
+# Markers that are a centimetre off pitch a foot by 5 deg, and tilt it, which is a third as wide as
+# long, by 12 deg. One that rests at more than twice as much, as in equinus, does not stand flat.
+MOST_PITCHED, MOST_TILTED = np.deg2rad(12), np.deg2rad(25)
+FEWEST, MOST = 3, 10  # frames in which a foot stands flat: needed, used
+CARRYING = 0.003  # a region this near the lowest point of its foot carries it [m]
+YIELD = 0.015  # what flesh, toe spring and a worn sole may differ from a flat sole [m]
+THICK = 0.010  # a sole that is worth a word [m]
+
+
+@dataclass(frozen=True)
+class FlatFeet:
+    """A person whose feet stand flat.
+
+    Attributes:
+        human: The person, with the height of the ankles and the soles found.
+        places: Where each marker sits.
+        grounded: Whether a foot was seen to stand flat on the ground.
+        notes: What the user should know, one sentence each.
+    """
+
+    human: Human
+    places: tuple[Attachment, ...]
+    grounded: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def set_flat(
+    human: Human,
+    places: Sequence[Attachment],
+    samples: Float[Array, "n_frames n_markers 3"],
+    still: Float[Array, "n_still n_markers 3"],
+    rate: float,
+    start: Float[Array, " nq"],
+    *,
+    ground: float = 0.0,
+) -> FlatFeet:
+    """Return the person and marker places with feet that stand flat on the ground.
+
+    Feet that never stand flat, or whose markers do not show it, are left as they are.
+
+    Args:
+        human: The person, scaled to the markers.
+        places: Where the markers sit.
+        samples: The markers, in the order of ``places`` [m]; NaN where not seen.
+        still: The same in some frames of a standing trial.
+        rate: Frames per second of ``samples`` [Hz].
+        start: A configuration near some frame, to solve the poses from.
+        ground: Height of the ground [m].
+    """
+    every = np.concatenate([samples, still])
+    flat = {side: _flat_frames(human, places, every, len(samples), rate, side) for side in SIDES}
+    chosen = np.unique(np.concatenate(list(flat.values()))).astype(int)
+    if not len(chosen):
+        return FlatFeet(human, tuple(places))
+    points = PointSet.of(human, places)
+    solver, poses, pose = InverseKinematics(points), [], start
+    for f in chosen:
+        pose = solver.solve(every[f], pose).qpos
+        poses.append(pose)
+    markers = points.path(np.array(poses))
+    states = [(state.rotations, state.origins) for state in sweep(human, np.array(poses))]
+    rotations, origins = (np.array(column) for column in zip(*states, strict=True))
+    found: dict[int, np.ndarray] = {}
+    heights: dict[str, float] = {}
+    notes: list[str] = []
+    for side in SIDES:
+        own, foot = np.isin(chosen, flat[side]), human.body(f"foot_{side}")
+        if not own.any():
+            continue
+        R, ankle = rotations[own, foot], origins[own, foot]
+        up = R[:, 2].mean(axis=0)
+        pitch, tilt = np.arctan2(np.abs(up[:2]), up[2])
+        if pitch > MOST_PITCHED or tilt > MOST_TILTED:
+            notes.append(
+                f"the {'right' if side == 'r' else 'left'} foot rests {np.rad2deg(pitch):.0f}° "
+                f"pitched and {np.rad2deg(tilt):.0f}° tilted: it is not taken to stand flat."
+            )
+            continue
+        heights[side] = float(np.median(ankle[:, 2])) - ground
+        level = _upright(up)
+        for i, place in enumerate(places):
+            if place.body in _bodies(human, side):
+                local = np.einsum("fji,fj->fi", R, markers[own, i] - ankle).mean(axis=0)
+                found[i] = level @ local
+    bare = None if not heights else _bare_ankle(human, float(np.mean(list(heights.values()))))
+    if heights and bare is None:
+        middle = float(np.mean(list(heights.values())))
+        notes.append(
+            f"the ankles of standing feet are {1e3 * middle:.0f} mm above the ground of the file: "
+            "its floor is elsewhere, and the soles were left as they are."
+        )
+    shod = human
+    if bare is not None:
+        thick = {s: heights.get(s, float(np.mean(list(heights.values())))) - bare for s in SIDES}
+        shod = _with_ankles(human, bare, thick)
+        mean = float(np.mean(list(thick.values())))
+        if mean > THICK:
+            notes.append(
+                f"the ankles stand {1e3 * mean:.0f} mm higher than on bare feet; soles of that "
+                "thickness were put under them."
+            )
+    moved = tuple(
+        replace(p, position=_in_body(shod, p.body, found.get(i, _in_foot(human, p))))
+        if p.body in _bodies(human, p.body[-1])
+        else p
+        for i, p in enumerate(places)
+    )
+    return FlatFeet(shod, moved, bare is not None, tuple(notes))
+
+
+def settled(
+    human: Human,
+    places: Sequence[Attachment],
+    time: Float[Array, " n_frames"],
+    qpos: Float[Array, "n_frames nq"],
+    *,
+    ground: float = 0.0,
+) -> Human:
+    """Return the person with soles whose heel, ball and toes rest on the ground when they carry.
+
+    Each region of each sole is moved by the median height at which it rests as the lowest of its
+    foot: toes of a shoe are bent up, flesh under a heel gives way. Toes without a marker go with
+    the ball.
+
+    Args:
+        human: The person, with feet that stand flat.
+        places: Where the markers sit.
+        time: Time of each frame [s].
+        qpos: The motion.
+        ground: Height of the ground [m].
+    """
+    paths = sole_paths(human, qpos)
+    contact = SolePaths(paths.sites, paths.position - [0.0, 0.0, ground])
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    ends = [
+        np.stack([contact.position[:, contact.of(s, r)].mean(axis=1) for s in SIDES], axis=1)
+        for r in ("heel", "toes")
+    ]
+    rests = find_rests(contact, rate, way=moving_ground(time, *ends))
+    seen = {p.body for p in places}
+    offsets: dict[str, float] = {}
+    for side in SIDES:
+        lowest = contact.position[:, contact.of(side), 2].min(axis=1)
+        shift = {}
+        for region in ("heel", "ball", "toes"):
+            height = contact.position[:, contact.of(side, region), 2].min(axis=1)
+            carries = np.zeros(len(time), dtype=bool)
+            for rest in rests:
+                if (rest.side, rest.region) == (side, region):
+                    carries[rest.start : rest.stop] = True
+            carries &= height < lowest + CARRYING
+            if carries.sum() >= FEWEST:
+                shift[region] = float(np.clip(-np.median(height[carries]), -YIELD, YIELD))
+        if not seen & {f"{part}_{side}" for part in _TOES}:
+            shift["toes"] = shift.get("ball", 0.0)
+        for region, by in shift.items():
+            for i in contact.of(side, region):
+                offsets[human.contact_points[i][0]] = by
+    return human.with_soles(offsets)
+
+
+def toes_on_ground(
+    human: Human,
+    places: Sequence[Attachment],
+    qpos: Float[Array, "n_frames nq"],
+    *,
+    ground: float = 0.0,
+) -> Float[Array, "n_frames nq"]:
+    """Return the poses with toes that carry no marker bent as far as the ground bends them.
+
+    They are straight in the air; where the foot comes up over them they stay on the ground.
+    """
+    seen = {p.body for p in places}
+    qpos = np.array(qpos)
+    for side in SIDES:
+        toes = {f"{part}_{side}": f"{joint}_{side}" for part, joint in _TOES.items()}
+        toes = {part: joint for part, joint in toes.items() if part in human.body_names}
+        if not toes or seen & set(toes):
+            continue
+        for part, joint in toes.items():
+            qpos[:, 7 + human.hinge(joint)] = _bent(human, qpos, part, joint, ground)
+    return qpos
+
+
+_TOES = {"toes": "mtp_angle", "medial_phalanges": "mtp_angle", "lateral_phalanges": "mtp4_angle"}
+
+
+def _bent(human: Human, qpos: np.ndarray, part: str, joint: str, ground: float) -> np.ndarray:
+    """Return the least angle at which no point of the toes is below the ground [rad]."""
+    from scipy.spatial.transform import Rotation
+
+    body = next(b for b in human.skeleton.bodies if b.name == part)
+    hinge = next(h for h in body.hinges if h.name == joint)
+    angles = np.linspace(0.0, hinge.high, 31)
+    turned = Rotation.from_rotvec(angles[:, None] * hinge.axis).as_matrix()
+    spheres = np.array([c.position for c in body.contacts])
+    radius = np.array([c.radius for c in body.contacts])
+    places = body.position + np.einsum("aij,kj->aki", turned, spheres)  # in the parent
+    parent = human.body(body.parent)
+    frames = [(s.origins[parent, 2], s.rotations[parent, 2]) for s in sweep(human, qpos)]
+    height, up = (np.array(column) for column in zip(*frames, strict=True))
+    above = height[:, None, None] + np.einsum("fi,aki->fak", up, places) - radius - ground
+    above = above.min(axis=2)
+    clear = above >= 0.0
+    first = np.where(clear.any(axis=1), clear.argmax(axis=1), above.argmax(axis=1))
+    before, rows = np.maximum(first - 1, 0), np.arange(len(qpos))
+    low, high = above[rows, before], above[rows, first]
+    crossed = (low < 0) & (high > 0)
+    share = np.where(crossed, -low / np.where(crossed, high - low, 1.0), 1.0)
+    return angles[before] + share * (angles[first] - angles[before])
+
+
+def _flat_frames(
+    human: Human,
+    places: Sequence[Attachment],
+    samples: Float[Array, "n_all n_markers 3"],
+    moving: int,
+    rate: float,
+    side: str,
+) -> np.ndarray:
+    """Return some frames in which heel and forefoot rest; after ``moving`` frames all is calm."""
+    ahead = {
+        i: float(_in_foot(human, p)[0])
+        for i, p in enumerate(places)
+        if p.body in _bodies(human, side)
+    }
+    toes = tuple(f"{part}_{side}" for part in _TOES)
+    length = human.dimensions.foot_length
+    hind = [i for i, x in ahead.items() if x < 0.1 * length]
+    fore = [i for i, x in ahead.items() if x > 0.25 * length and places[i].body not in toes]
+    fore = fore or [i for i, x in ahead.items() if x > 0.25 * length]
+    if not hind or not fore:
+        return np.empty(0, dtype=int)
+    heights = [_height(samples[:, group, 2], moving) for group in (hind, fore)]
+    resting = np.ones(len(samples), dtype=bool)
+    for height in heights:
+        speed = np.abs(_speed(height, moving, rate))
+        calm = max(CALMEST, CALM * float(np.nanmax(speed, initial=0.0)))
+        resting &= (speed < calm) & (height < LOW)
+    if not resting.any():
+        return np.empty(0, dtype=int)
+    flat = resting
+    for height, share in zip(heights, (25, 50), strict=True):  # the heel rises slowly
+        flat = flat & (np.abs(height - np.percentile(height[resting], share)) < LEVEL)
+    frames = np.flatnonzero(flat)
+    if len(frames) < FEWEST:
+        return np.empty(0, dtype=int)
+    return frames[np.unique(np.linspace(0, len(frames) - 1, MOST).astype(int))]
+
+
+def _height(z: Float[Array, "n_all n_group"], moving: int) -> np.ndarray:
+    """Return how high markers are above where each is at its lowest, on the mean [m]."""
+    z = z[:, np.isfinite(z[:moving]).mean(axis=0) > 0.3]
+    above, seen = np.full(len(z), np.nan), np.isfinite(z).any(axis=1)
+    if z.shape[1]:
+        above[seen] = np.nanmean((z - np.nanpercentile(z[:moving], 5, axis=0))[seen], axis=1)
+    return above
+
+
+def _speed(height: np.ndarray, moving: int, rate: float) -> np.ndarray:
+    speed = np.zeros(len(height))
+    if moving < 3:
+        return speed
+    path = height[:moving]
+    if moving > 15 and rate > 2.5 * SMOOTH:
+        path = lowpass(np.arange(moving) / rate, path, cutoff=SMOOTH)
+    speed[:moving] = np.gradient(path) * rate
+    return np.where(np.isfinite(height), speed, np.nan)
+
+
+def _bare_ankle(human: Human, height: float) -> float | None:
+    """Return the height of the ankle joint centre above a bare sole [m]; None: no floor there."""
+    marker, foot = attachments(human)["ankle_lateral_r"], human.body("foot_r")
+    above = float(marker.position[2] - human.model.body_pos[foot, 2])
+    usual = MALLEOLUS[human.sex] * human.height - above
+    excess = height - usual
+    if not NO_FLOOR[0] < excess < NO_FLOOR[1]:
+        return None
+    share = MALLEOLUS_SPREAD**2 / (MALLEOLUS_SPREAD**2 + SHOE_SPREAD**2)
+    return usual + (excess if excess < 0 else share * excess)
+
+
+def _with_ankles(human: Human, ankle: float, thick: dict[str, float]) -> Human:
+    """Return the person with bare ankles this high on soles this thick; the head takes the rest."""
+    d = human.dimensions
+    lengths = {n: getattr(d, n) for n in d.names() if n != "head"} | {"ankle_height": ankle}
+    bare = Human.create(
+        human.height, human.mass, human.sex, human.joints, human.feet, lengths=lengths
+    )
+    return bare.with_soles({name: -thick[side] for name, side, _ in bare.contact_points})
+
+
+def _upright(up: Float[Array, "3"]) -> Float[Array, "3 3"]:
+    """Return the smallest rotation that makes a direction vertical."""
+    from scipy.spatial.transform import Rotation
+
+    across = np.cross(up, [0.0, 0.0, 1.0])
+    sine = np.linalg.norm(across)
+    angle = np.arctan2(sine, up[2])
+    return Rotation.from_rotvec(across * (angle / sine if sine > 0 else 0.0)).as_matrix()
+
+
+def _bodies(human: Human, side: str) -> tuple[str, ...]:
+    """Return the bodies of a foot."""
+    heads = ("foot_", "toes_", "heel_", "medial_", "lateral_")
+    return tuple(n for n in human.body_names if n.startswith(heads) and n.endswith(f"_{side}"))
+
+
+def _in_foot(human: Human, place: Attachment) -> Float[Array, "3"]:
+    """Return a place on any body of a foot in the frame of the foot, zero pose [m]."""
+    return place.position + _offset(human, place.body)
+
+
+def _in_body(human: Human, body: str, position: Float[Array, "3"]) -> Float[Array, "3"]:
+    return position - _offset(human, body)
+
+
+def _offset(human: Human, body: str) -> Float[Array, "3"]:
+    origins = human.skeleton.origins
+    return origins[body] - origins[f"foot_{body[-1]}"]
