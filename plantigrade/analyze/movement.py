@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.feet import foot_path
 from plantigrade.analyze.gait import gait_measures
 from plantigrade.analyze.gait_shape import agreement_with_norm
 from plantigrade.analyze.norms import speed_class
-from plantigrade.analyze.trial import foot_path
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.dynamics.passive import passive_moments, scale

