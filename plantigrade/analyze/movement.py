@@ -86,7 +86,7 @@ def walk_figures(record: Record) -> dict[str, Any]:
     feet = foot_path(human, motion.qpos)
     heel, toe = (interpolate(time, motion.time, x) for x in (feet.heel, feet.toe))
     found: dict[str, Any] = gait_measures(time, heel, toe, motion.events).metrics()
-    for key in ("treadmill", "belt_speed_m_s"):
+    for key in ("treadmill", "belt_speed_m_s", "running"):
         found.pop(key, None)
     if any(c.quantity == "displacement" for c in record.conditions):  # every stride is the same
         found = {k: v for k, v in found.items() if "_sd_" not in k}

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.motion import ForcePlate
+from plantigrade.motion import ForcePlate, GaitEvent
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.plate_events import contact_events, plate_events
@@ -275,3 +275,51 @@ def test_against_stored_events(data, name):
     assert not missed and not invented
     for kind in errors:  # where no plate was, the file's were set by hand, to 10 or 20 ms
         assert np.mean(np.abs(errors[kind])) <= 0.025
+
+
+def test_a_plate_stored_smooth_is_no_clock():
+    """A low-pass before storing moves the landing forward; the motion is believed instead."""
+    from plantigrade.motion.event_sources import as_measured, clock_shift, with_measured
+    from plantigrade.motion.filters import lowpass
+
+    time = np.arange(3000) / 1000
+    true = 700 * np.clip((time - 1.0) / 0.05, 0, 1) * np.clip((2.0 - time) / 0.1, 0, 1)
+    sharp = plate(true, time)
+    smooth = plate(lowpass(time, true, cutoff=10.0), time)
+    early = contact_events(time, smooth.force[:, 2])[0].start
+    assert early < 0.995 < contact_events(time, true)[0].start
+    assert as_measured([sharp]) == (sharp,) and as_measured([smooth]) == ()
+
+    seen = [GaitEvent(1.0, "l", "heel_strike"), GaitEvent(2.0, "l", "toe_off")]
+    moved = [GaitEvent(e.time + 0.008, e.side, e.kind) for e in seen]
+    assert with_measured(moved, seen) == (tuple(seen), 2)
+    assert clock_shift(moved, seen) is None
+    late = [GaitEvent(e.time - 0.05, e.side, e.kind) for e in seen]
+    assert clock_shift(late, seen) == pytest.approx(0.05)
+    # Early landings and late lift-offs are a smooth force, not a shifted clock.
+    wide = [GaitEvent(1.03, "l", "heel_strike"), GaitEvent(1.97, "l", "toe_off")]
+    assert clock_shift(wide, seen) is None
+
+
+def test_a_runner_is_recognised_and_timed():
+    from plantigrade.motion.event_timing import is_running
+
+    for name in ("usual", "fast", "runner"):
+        time, heel, toe, pelvis, _ = walker(**WALKS[name])
+        assert is_running(detect_gait_events(time, heel, toe, pelvis)) == (name == "runner")
+
+
+def test_baselines():
+    from plantigrade.motion.plate_baseline import unloaded
+
+    time = np.arange(4000) / 1000
+    noise = np.random.default_rng(1).normal(0, 2, len(time))
+    step = 700.0 * ((time > 1) & (time < 1.7))
+    assert unloaded(time, step + noise) is None
+    for level in (-15.0, 12.0):
+        found = unloaded(time, step + level + noise)
+        assert found is not None and not found[(time > 0.98) & (time < 1.72)].any()
+        assert np.median((step + level + noise)[found]) == pytest.approx(level, abs=0.5)
+    # Who sits leaves some weight on the feet, and rises slowly: that is a load.
+    rise = 20 + 350 * np.clip((time - 1.5) / 0.6, 0, 1)
+    assert unloaded(time, rise + noise) is None
