@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from plantigrade import Ground
-from plantigrade.analyze.trial import analyse
 from plantigrade.record import Record, Run
-from tests.analyze.plated_walk import plated_walk
+from tests.analyze.plated_walk import analyse, plated_walk
 from tests.analyze.standing import standing_record
 from tests.stored.make import MOTIONS, stored
 

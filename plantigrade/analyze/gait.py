@@ -1,4 +1,4 @@
-r"""Spatio-temporal measures of walking from gait events and the feet's path.
+r"""Spatio-temporal measures of walking and running from gait events and the feet's path.
 
 Lengths are taken over the ground: on a treadmill the ground's own motion
 (:mod:`plantigrade.motion.ground_velocity`) is taken out first, so that a stride
@@ -7,7 +7,9 @@ along and across the line of that foot's stride, so that walking may go in any d
 a step is named after the foot that lands.
 
 Terms as in [Whittle2007]_, chapter 2: double support is the sum of both parts of the cycle in
-which both feet are on the ground.
+which both feet are on the ground. In running, where steps have a flight
+(:func:`~plantigrade.motion.event_timing.is_running`), there is none; contact time, flight time and
+duty factor, contact time over stride time, take its place.
 
 References:
     [Whittle2007]_.
@@ -21,14 +23,27 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion.cycles import cut_cycles
+from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import derivative, fill_gaps
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import GaitEvent
+from plantigrade.motion.swings import LONGEST_FLIGHT
+
+LONGEST_STANCE = 3.0
+"""Longest contact of a gait [s]; somebody who stands longer has stopped."""
 
 _UNITS = {
-    "cadence": "steps_min", "step_width": "m", "double_support": "pct", "stride_length": "m",
-    "stride_time": "s", "step_length": "m", "step_time": "s", "stance": "pct", "swing": "pct",
-}  # fmt: skip
+    "cadence": "steps_min",
+    "step_width": "m",
+    "double_support": "pct",
+    "stride_length": "m",
+    "stride_time": "s",
+    "step_length": "m",
+    "step_time": "s",
+    "stance": "pct",
+    "swing": "pct",
+}
+_UNITS_OF_RUNNING = {"contact_time": "s", "flight_time": "s", "duty_factor": "ratio"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -52,7 +67,7 @@ class Statistic:
 class GaitMeasures:
     """Spatio-temporal measures; those by side are dictionaries with keys ``"l"`` and ``"r"``."""
 
-    #: Walking speed over the ground [m/s]: stride length over stride time, all strides
+    #: Speed over the ground [m/s]: stride length over stride time, all strides
     speed: Statistic
     #: Steps per minute [1/min]: two in each stride time, so that a step which was missed or
     #: imagined cannot double it
@@ -72,6 +87,18 @@ class GaitMeasures:
     #: Mean speed of the ground [m/s]; 0 overground. It is estimated from the feet in stance,
     #: not read from the treadmill.
     belt_speed: float
+    running: bool  #: Whether most steps have a flight
+    contact_time: dict[str, Statistic]  #: Heel strike to toe off [s]
+    #: Of running: toe off to the other foot's heel strike, named after the foot that leaves [s]
+    flight_time: dict[str, Statistic]
+
+    @property
+    def duty_factor(self) -> dict[str, Statistic]:
+        """Contact time over stride time."""
+        return {
+            side: Statistic(s.mean / 100.0, s.sd / 100.0, s.count)
+            for side, s in self.stance.items()
+        }
 
     def metrics(self) -> dict[str, float | int | bool]:
         """Return every measure under a flat key with its unit; unknown ones are left out."""
@@ -83,8 +110,8 @@ class GaitMeasures:
             if measure.count > 1:
                 flat[f"{name}_sd_{unit}"] = measure.sd
 
-        put("walking_speed", "m_s", self.speed)
-        for name, unit in _UNITS.items():
+        put("running_speed" if self.running else "walking_speed", "m_s", self.speed)
+        for name, unit in (_UNITS | (_UNITS_OF_RUNNING if self.running else {})).items():
             measure = getattr(self, name)
             if isinstance(measure, dict):
                 for side in SIDES:
@@ -94,6 +121,7 @@ class GaitMeasures:
         for side in SIDES:
             flat[f"strides_{side}_count"] = self.stride_time[side].count
         flat["treadmill"] = self.treadmill
+        flat["running"] = self.running
         if self.treadmill:
             flat["belt_speed_m_s"] = self.belt_speed
         return flat
@@ -138,6 +166,19 @@ def gait_measures(
                 both = max(cycle.toe_off - second, 0.0) + max(first - cycle.start, 0.0)
                 double.append(100.0 * both / cycle.duration)
 
+    running = is_running(events)
+    contacts, flights = {s: [] for s in SIDES}, {s: [] for s in SIDES}
+    for own, other in (SIDES, SIDES[::-1]):
+        offs = [e.time for e in events if (e.side, e.kind) == (own, "toe_off")]
+        for start in (e.time for e in strikes if e.side == own):
+            contacts[own] += [off - start for off in offs if 0 < off - start < LONGEST_STANCE][:1]
+        for off in offs if running else ():
+            flights[own] += [
+                e.time - off
+                for e in strikes
+                if e.side == other and 0 < e.time - off < LONGEST_FLIGHT
+            ][:1]
+
     step_times = {s: [] for s in SIDES}
     measured: dict[int, list[float]] = {}  # step length by index of the strike that ends it
     widths = []
@@ -177,9 +218,12 @@ def gait_measures(
         step_width=Statistic.of(widths),
         stance=by_side(stance),
         swing=by_side(swing),
-        double_support=Statistic.of(double),
+        double_support=Statistic.of(() if running else double),
         treadmill=belt > 0,
         belt_speed=belt,
+        running=running,
+        contact_time=by_side(contacts),
+        flight_time=by_side(flights),
     )
 
 

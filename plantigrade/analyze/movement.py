@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.feet import foot_path
 from plantigrade.analyze.gait import gait_measures
 from plantigrade.analyze.gait_shape import agreement_with_norm
 from plantigrade.analyze.norms import speed_class
-from plantigrade.analyze.trial import foot_path
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.dynamics.passive import passive_moments, scale
@@ -86,7 +86,7 @@ def walk_figures(record: Record) -> dict[str, Any]:
     feet = foot_path(human, motion.qpos)
     heel, toe = (interpolate(time, motion.time, x) for x in (feet.heel, feet.toe))
     found: dict[str, Any] = gait_measures(time, heel, toe, motion.events).metrics()
-    for key in ("treadmill", "belt_speed_m_s"):
+    for key in ("treadmill", "belt_speed_m_s", "running"):
         found.pop(key, None)
     if any(c.quantity == "displacement" for c in record.conditions):  # every stride is the same
         found = {k: v for k, v in found.items() if "_sd_" not in k}

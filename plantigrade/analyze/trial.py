@@ -6,47 +6,41 @@ joint moments, cut the cycles, measure the gait.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from plantigrade.analyze.body_mass import Weighing, weigh_gait, weigh_standing
+from plantigrade.analyze.feet import FootPath, event_points, foot_path
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
+from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.carriers import segment_forces
+from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
-from plantigrade.kinematics.contacts import stances
-from plantigrade.kinematics.ground_level import ground_height
-from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.result import Fit
-from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.soles import height_figures, heights_in_stance
+from plantigrade.kinematics.soles import height_figures
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
-from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
+from plantigrade.motion.event_sources import as_measured, clock_shift, with_measured
+from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
-from plantigrade.motion.filters import runs
+from plantigrade.motion.plate_events import plate_events
 from plantigrade.record import Record
 
 CUTOFF = 6.0
 """Low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_."""
-LOADED = 20.0  # a foot with this much under it stands [N]
-FAR, FARTHEST = 10.0, 25.0  # from the ground, on average and at most: worth a word [mm]
+RUNNING_CUTOFF = 15.0
+"""The same in running [Hz] [Hamner2013]_; forces and motion alike [Kristianslund2012]_."""
 
-
-@dataclass(frozen=True)
-class FootPath:
-    """Where the feet were."""
-
-    heel: Float[Array, "n_frames 2 3"]  #: Back of the heel, right then left [m]
-    #: Forefoot, right then left: midway between second metatarsal head and hallux [m]
-    toe: Float[Array, "n_frames 2 3"]
-    pelvis: Float[Array, "n_frames 3"]  #: Middle of the pelvis [m]
+DOUBTFUL_MASS = 0.1
+"""A given body mass that differs more from the one weighed, as a fraction of it, is doubted."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +57,9 @@ class Trial:
     #: Height of the lowest point of each sole above the ground (right, left) [m]; NaN in swing
     soles: Float[Array, "n_frames 2"] | None = None
     notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
+    cutoff: float | None = None  #: Low-pass of motion and forces [Hz]
+    weighed: Weighing | None = None  #: The body mass that the plates carry
+    events_from_plates: int = 0  #: How many gait events were timed by plates
 
     def record(self) -> Record:
         """Return motion, moments, measured forces and markers."""
@@ -96,6 +93,9 @@ class Trial:
             **self.fit.metrics,
             "height_m": human.height,
             "mass_kg": human.mass,
+            **({} if self.weighed is None else {"mass_on_plates_kg": self.weighed.mass}),
+            **({} if self.cutoff is None else {"cutoff_hz": self.cutoff}),
+            "events_from_plates_count": self.events_from_plates,
             **({} if age is None else {"age_years": age}),
             "frames": motion.n_frames,
             "duration_s": motion.duration,
@@ -110,155 +110,123 @@ class Trial:
         return figures
 
 
-def analyse(fit: Fit, *, cutoff: float | None = CUTOFF, mass: float | None = None) -> Trial:
+def analyse(
+    fit: Fit, *, cutoff: float | Literal["usual"] | None = "usual", mass: float | None = None
+) -> Trial:
     """Analyse a fitted recording.
 
     Args:
         fit: The fit.
-        cutoff: Low-pass of motion and forces [Hz]; None to leave them as they are.
+        cutoff: Low-pass of motion and forces [Hz]: the one usual for what the person does
+            (:data:`CUTOFF`, in running :data:`RUNNING_CUTOFF`) if not given; None to leave them as
+            they are.
         mass: Body mass given by the user [kg]; None: that of the file, or else the one that the
             measured forces carry.
     """
-    human, notes = fit.human, list(fit.warnings)
+    human, notes, plates = fit.human, list(fit.warnings), fit.recording.plates
     if mass is not None and abs(mass - human.mass) > 1e-9:
         human = human.with_mass(mass)
     given = mass is not None or fit.recording.subject.mass is not None
+    feet = foot_path(human, fit.qpos)  # as fitted: the filter of the dynamics blurs contact
+    heel, ball = event_points(fit)
+    events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
+    running = is_running(events)
+    if cutoff == "usual":
+        cutoff = RUNNING_CUTOFF if running else CUTOFF
+        if running:
+            notes.append(
+                f"the person runs: motion and forces are low-passed at {RUNNING_CUTOFF:g} Hz, not "
+                f"at the {CUTOFF:g} Hz of walking (--cutoff sets another)."
+            )
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
-    feet = foot_path(human, fit.qpos)  # as fitted: the filter of the dynamics blurs contact
-    events = detect_gait_events(fit.time, feet.heel, feet.toe, feet.pelvis)
-    cycles = cut_cycles(events)
-    forces = moments = found = None
-    if fit.recording.plates:
-        plates, soles = fit.recording.plates, sole_points(human, smooth.qpos)
-        forces = assign_plates(plates, fit.time, soles, cutoff=cutoff)
+    forces = moments = None
+    from_plates = 0
+    if plates:
+        soles = sole_points(human, smooth.qpos)
+        body = centroid(human, smooth.qpos, smooth.qvel, smooth.qacc)
+        assert body.force is not None
+        lift = body.force[:, 2] / human.mass
+        forces = assign_plates(
+            plates, fit.time, soles, cutoff=cutoff, lift=lift, mass=human.mass if given else None
+        )
         notes += forces.warnings
-        if not given and cycles:
-            found = mass_from_forces(fit.time, forces, cycles)
-        elif not given:
-            over = over_plates(plates, soles) | forces.valid
-            found = mass_from_standing(fit.time, plates, over)
-        if found is not None:
-            human = human.with_mass(found)
-            notes.append(f"the file gives no body mass; the force plates show {found:.1f} kg.")
+        seen = plate_events(plates, fit.time, feet.heel, feet.toe, spoiled=forces.spoiled(fit.time))
+        shift = clock_shift(events, seen)
+        if shift is not None:
+            notes.append(
+                f"the clock of the force plates seems to be {abs(1e3 * shift):.0f} ms "
+                f"{'late' if shift > 0 else 'early'} against that of the motion: feet are loaded "
+                "and unloaded at other times than they land and leave; joint moments are doubtful."
+            )
+        else:
+            clean = as_measured(plates)
+            seen = plate_events(clean, fit.time, feet.heel, feet.toe, forces.spoiled(fit.time))
+            events, from_plates = with_measured(events, seen)
+    cycles = cut_cycles(events)
+    weighed = None
+    if forces is not None:
+        weighed = weigh_gait(fit.time, forces, cycles, lift) or weigh_standing(
+            fit.time,
+            plates,
+            over_plates(plates, soles) | forces.valid,
+            body.com_vel,
+            lift,
+            _pelvis_height(human, smooth.qpos, soles),
+        )
+        _tell_mass(human, weighed, given, notes)
+        if weighed is not None and not given:
+            human = human.with_mass(weighed.mass)
         moments = inverse_dynamics(human, smooth.qpos, smooth.qvel, smooth.qacc, forces)
-    if not given and found is None:
+    elif not given:
+        _tell_mass(human, None, False, notes)
+    motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
+    measures = gait_measures(fit.time, feet.heel, feet.toe, events)
+    heights = standing_soles(fit, events, forces)
+    notes += sole_notes(heights)
+    return Trial(
+        replace(fit, human=human),
+        motion,
+        feet,
+        cycles,
+        measures,
+        forces,
+        moments,
+        heights,
+        tuple(notes),
+        cutoff,
+        weighed,
+        from_plates,
+    )
+
+
+def _tell_mass(human: Human, weighed: Weighing | None, given: bool, notes: list[str]) -> None:
+    """Say where the body mass comes from, or that it is doubtful."""
+    if given:
+        if weighed is not None and abs(weighed.mass / human.mass - 1) > DOUBTFUL_MASS:
+            notes.append(
+                f"the body mass is given as {human.mass:.1f} kg, but the force plates carry "
+                f"{weighed.mass:.1f} kg."
+            )
+    elif weighed is not None:
+        where = "quiet standing" if weighed.how == "standing" else "gait"
+        notes.append(
+            f"the file gives no body mass; the force plates show {weighed.mass:.1f} kg over "
+            f"{weighed.seconds:.1f} s of {where}."
+        )
+    else:
         notes.append(
             f"the body mass is unknown; {human.mass:.1f} kg is assumed for this height "
             "(set it with --mass)."
         )
-    soles = _soles(fit, events, forces)
-    notes += _sole_notes(soles)
-    motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
-    measures = gait_measures(fit.time, feet.heel, feet.toe, events)
-    return Trial(
-        fit=replace(fit, human=human),
-        motion=motion,
-        feet=feet,
-        cycles=cycles,
-        measures=measures,
-        forces=forces,
-        moments=moments,
-        soles=soles,
-        notes=tuple(notes),
-    )
 
 
-def _soles(fit: Fit, events, forces: FootForces | None) -> Float[Array, "n_frames 2"]:
-    """Return the heights of the soles while their feet stand, as fitted."""
-    contact, time = sole_paths(fit.human, fit.qpos), fit.time
-    stance = np.zeros((len(time), 2), dtype=bool)
-    for s, side in enumerate(SIDES):
-        for start, stop, _ in stances(events, side, float(time[0]), float(time[-1])):
-            stance[:, s] |= (time >= start) & (time <= stop)
-    if not events and len(time) > 2:
-        rests = find_rests(contact, (len(time) - 1) / (time[-1] - time[0]))
-        for rest in rests:
-            stance[rest.start : rest.stop, SIDES.index(rest.side)] = True
-    if forces is not None:
-        order = [forces.sides.index(side) for side in SIDES]
-        loaded = forces.force[:, order, 2] > LOADED
-        stance = np.where(np.asarray(forces.valid_side)[:, order], loaded, stance)
-    ground = ground_height(fit.recording) if fit.source_kind == "markers" else 0.0
-    return heights_in_stance(contact, stance, ground=ground)
-
-
-def _sole_notes(soles: Float[Array, "n_frames 2"]) -> list[str]:
-    figures = height_figures(soles)
-    if not figures:
-        return []
-    mean, worst = figures["sole_in_stance_mean_mm"], figures["sole_in_stance_worst_mm"]
-    if abs(mean) <= FAR and abs(worst) <= FARTHEST:
-        return []
-    return [
-        f"the lowest point of the standing soles is {mean:+.0f} mm from the ground on average "
-        f"({worst:+.0f} mm at most): the feet do not stand on the ground of the file."
-    ]
-
-
-def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
-    """Return heel, toe and pelvis of a motion [m]."""
-    table = attachments(human)
-    marks = ("heel", "metatarsal_2_head", "hallux", "asis", "psis")
-    names = [f"{mark}_{side}" for mark in marks for side in SIDES]
-    points = PointSet(
-        human, [table[n].body for n in names], np.array([table[n].position for n in names])
-    )
-    x = points.path(qpos)
-    return FootPath(x[:, 0:2], (x[:, 2:4] + x[:, 4:6]) / 2, x[:, 6:].mean(axis=1))
-
-
-def mass_from_standing(time, plates, known) -> float | None:
-    """Return the body mass on the plates [kg]: the median of their total vertical force.
-
-    ``known`` are the frames in which the plates carry the whole person.
-    """
-    total = np.zeros(len(time))
-    for plate in plates:
-        push = np.nan_to_num(plate.force[:, 2])
-        total += np.interp(time, plate.time, push, left=0.0, right=0.0)
-    steady = total[known & (total > 50)]
-    return float(np.median(steady) / GRAVITY) if len(steady) > 10 else None
-
-
-def mass_from_forces(time, forces: FootForces, cycles) -> float | None:
-    """Return the body mass that the forces of a walk carry [kg]; None where they cannot tell.
-
-    Over a stride the impulses of one stance of each foot make up body weight times the stride's
-    duration, for the body neither rises nor sinks from stride to stride.
-    """
-    vertical = forces.force[..., 2]
-    dt = float(np.median(np.diff(time)))
-    weights: dict[str, list[float]] = {"l": [], "r": []}
-    for c in cycles:
-        if c.toe_off is None:
-            continue
-        k = forces.sides.index(c.side)
-        stance = (time >= c.start - 0.03) & (time <= c.toe_off + 0.03)
-        known = _leg_known(forces, c.side)[stance]
-        if known.mean() > 0.97 and vertical[stance, k].max() > 100:
-            weights[c.side].append(float(vertical[stance, k].sum() * dt / c.duration))
-    if not weights["l"] and not weights["r"]:
-        stride = np.median([c.duration for c in cycles])
-        return _mass_from_stances(time, forces, vertical, dt, stride)
-    sides = [float(np.mean(w)) for w in weights.values() if w]
-    return float(2 * np.mean(sides) / GRAVITY)
-
-
-def _mass_from_stances(time, forces, vertical, dt, stride) -> float | None:
-    """Use single stances on a plate where no whole cycle was seen."""
-    impulses = []
-    for k, side in enumerate(forces.sides):
-        on = (vertical[:, k] > 20) & _leg_known(forces, side)
-        for run in runs(on):
-            if 0 < run.start and run.stop < len(on) and (run.stop - run.start) * dt > 0.3:
-                impulses.append(float(vertical[run, k].sum() * dt / stride))
-    return float(2 * np.mean(impulses) / GRAVITY) if impulses else None
-
-
-def _leg_known(forces: FootForces, side: str) -> np.ndarray:
-    """Return the frames in which the force on one foot is known (also when it is in the air)."""
-    return np.asarray(forces.valid_side)[:, forces.sides.index(side)]
+def _pelvis_height(human: Human, qpos: np.ndarray, soles: dict[str, np.ndarray]) -> np.ndarray:
+    """Return the height of the pelvis above the soles, as a fraction of that in standing."""
+    neutral = human.standing()[None]
+    low = min(float(points[..., 2].min()) for points in sole_points(human, neutral).values())
+    lowest = np.min([points[..., 2].min(axis=1) for points in soles.values()], axis=0)
+    return (qpos[:, 2] - lowest) / (neutral[0, 2] - low)
 
 
 def _possible_cutoff(time, cutoff: float | None) -> float | None:
@@ -267,6 +235,11 @@ def _possible_cutoff(time, cutoff: float | None) -> float | None:
         return None
     rate = (len(time) - 1) / (time[-1] - time[0])
     return cutoff if cutoff < 0.45 * rate else None
+
+
+def _leg_known(forces: FootForces, side: str) -> np.ndarray:
+    """Return the frames in which the force on one foot is known (also when it is in the air)."""
+    return np.asarray(forces.valid_side)[:, forces.sides.index(side)]
 
 
 def _contact(human: Human, motion: Motion, forces: FootForces) -> dict[str, Any]:

@@ -112,11 +112,12 @@ def summary(folder: Path, metrics: dict) -> str:
         what = "marker" if "marker_rms_mean_mm" in metrics else "joint centre"
         lines.append(f"  {what} error   {error:.1f} mm RMS")
     lines.append(f"  person         {metrics['height_m']:.3f} m, {metrics['mass_kg']:.1f} kg")
-    if "walking_speed_m_s" in metrics:
-        lines.append(
-            f"  walking        {metrics['walking_speed_m_s']:.2f} m/s, "
-            f"{metrics['cadence_steps_min']:.0f} steps/min"
-        )
+    for what in ("walking", "running"):
+        if f"{what}_speed_m_s" in metrics:
+            lines.append(
+                f"  {what}        {metrics[f'{what}_speed_m_s']:.2f} m/s, "
+                f"{metrics['cadence_steps_min']:.0f} steps/min"
+            )
     lines.append(f"  report         {folder / 'report.html'}")
     lines.append(f"  viewer         {folder / 'viewer.html'}")
     return "\n".join(lines)

@@ -22,6 +22,7 @@ class Loading:
     peak: float
     owner: np.ndarray  # side index per frame, -1 for neither
     problem: str = ""
+    left_out: bool = False  # nothing of it is used
 
 
 def loadings_of(

@@ -1,4 +1,4 @@
-"""Which foot a loading of a force plate belongs to, and in which frames this is unknown."""
+"""Which foot a loading of a force plate belongs to."""
 
 import numpy as np
 
@@ -8,11 +8,12 @@ from plantigrade.motion.filters import derivative, lowpass, runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import rate_of
 
-NEAR = 0.20  # furthest a centre of pressure may be from the sole it is given to [m]
-SHARED = 0.06  # centre of pressure this far off a foot whose fellow also stands: both carry [m]
+CHANGE = (
+    0.10  # a centre of pressure this near one sole and this far from the other changed feet [m]
+)
+NOBODY = 0.30  # a centre of pressure further from both feet is that of something else [m]
 LOW = 0.03  # height above the ground below which a point of the sole may touch it [m]
 SLOW = 0.35  # speed relative to the ground below which it does [m/s]
-BESIDE = 0.02  # how far a point of the sole must rest outside a plate to count as beside it [m]
 EDGE = 0.10  # a foot that rests this much longer than its plate is loaded is partly beside it [s]
 MARGIN = 0.05  # a foot beside the plates may carry this long before and after it looks at rest [s]
 
@@ -49,7 +50,7 @@ def longer(time, flags, shortest) -> np.ndarray:
     return result
 
 
-def _distance(sole: np.ndarray, cop: np.ndarray) -> np.ndarray:
+def distance(sole: np.ndarray, cop: np.ndarray) -> np.ndarray:
     """Return the horizontal distance of each point from a sole, (n_frames,) [m].
 
     A sole is the set of all lines between its points: dense enough for a foot.
@@ -70,21 +71,21 @@ def find_owner(loading: Loading, points: list[np.ndarray], touch: np.ndarray) ->
     if loading.plate.side in SIDES:
         loading.owner[:] = SIDES.index(loading.plate.side)
         return
-    far = np.stack([_distance(p[frames], loading.cop) for p in points], axis=1)
+    far = np.stack([distance(p[frames], loading.cop) for p in points], axis=1)
     load = loading.force[:, 2]
     typical = np.array([_weighted_median(far[:, k], load) for k in (0, 1)])
     best = int(np.argmin(typical))
     other = 1 - best
     loading.owner[:] = best
     # One foot after the other without the plate coming free in between: a belt, a long plate.
-    changes = (far[:, other] < NEAR / 2) & (far[:, best] > NEAR / 2) & touch[frames, other]
+    changes = (far[:, other] < CHANGE) & (far[:, best] > CHANGE) & touch[frames, other]
     if load[changes].sum() > 0.1 * load.sum():
         nearer = np.where(far[:, best] <= far[:, other], best, other)
         stands = touch[frames]
         nearer = np.where(stands[:, best] & ~stands[:, other], best, nearer)
         nearer = np.where(stands[:, other] & ~stands[:, best], other, nearer)
-        loading.owner[:] = np.where(far[np.arange(len(frames)), nearer] < NEAR, nearer, -1)
-    elif not typical[best] < NEAR:
+        loading.owner[:] = nearer
+    elif not typical[best] < NOBODY:
         loading.owner[:] = -1
         loading.problem = "no foot was at the centre of pressure"
 
@@ -93,72 +94,6 @@ def _weighted_median(values, weights) -> float:
     order = np.argsort(values)
     total = np.cumsum(weights[order])
     return float(values[order][np.searchsorted(total, 0.5 * total[-1])])
-
-
-def exclude_shared(loading, loadings, points, resting, touch, excluded) -> None:
-    """Mark frames in which the other foot also stands on this plate."""
-    nobody = loading.owner < 0
-    excluded[loading.frames[nobody]] = True
-    if loading.plate.side in SIDES:
-        return
-    shared = np.zeros(len(loading.frames), dtype=bool)
-    for k in (0, 1):
-        frames = loading.frames
-        elsewhere = np.isin(
-            frames,
-            np.concatenate(
-                [o.frames[o.owner == 1 - k] for o in loadings if o.plate is not loading.plate]
-                or [np.empty(0, dtype=int)]
-            ),
-        )
-        mine = (loading.owner == k) & touch[frames, 1 - k]
-        if loading.plate.corners is not None:
-            inside = outside_of(loading.plate.corners, points[1 - k][frames]) < -0.01
-            on = (inside & resting[1 - k][frames]).any(axis=1)
-            # Beside a second plate that also carries it, a foot on the edge is no third case.
-            shared |= mine & on & ~(elsewhere & (_distance(points[k][frames], loading.cop) < 0.02))
-        else:
-            off = _distance(points[k][frames], loading.cop) > SHARED
-            shared |= mine & ~elsewhere & off
-    # The instants around heel strike and toe off, where low and slow is not yet carrying, hurt
-    # nobody; a real double support lasts longer.
-    if shared.sum() >= 3:
-        excluded[loading.frames[shared]] = True
-        loading.problem = loading.problem or "both feet were on it"
-
-
-def exclude_partial(loading, plates, points, resting, excluded) -> None:
-    """Mark a loading during which its foot rests partly beside every plate."""
-    if loading.plate.corners is None or loading.plate.side in SIDES:
-        return
-    for k in (0, 1):
-        frames = loading.frames[loading.owner == k]
-        if len(frames) == 0:
-            continue
-        outside = [
-            outside_of(p.corners, points[k][frames]) for p in plates if p.corners is not None
-        ]
-        beside = np.min(outside, axis=0) > BESIDE
-        partly = (beside & resting[k][frames]).any(axis=1)
-        if partly.mean() > 0.1:
-            excluded[frames, k] = True
-            loading.problem = loading.problem or "the foot was partly beside it"
-
-
-def outside_of(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return how far points are outside a plate, negative inside, (n_frames, n_points) [m]."""
-    c = corners[:, :2]
-    centre = c.mean(axis=0)
-    far = np.full(points.shape[:2], -np.inf)
-    for a, b in zip(c, np.roll(c, -1, axis=0), strict=True):
-        edge = b - a
-        length = np.linalg.norm(edge)
-        if length < 1e-9:
-            continue
-        normal = np.array([edge[1], -edge[0]]) / length
-        normal = -normal if normal @ (centre - a) > 0 else normal
-        far = np.maximum(far, (points[..., :2] - a) @ normal)
-    return far
 
 
 def unmeasured_frames(time, touch: np.ndarray, measured: np.ndarray) -> np.ndarray:

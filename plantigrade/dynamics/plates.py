@@ -4,7 +4,8 @@ r"""Measured ground reactions on the frames of a motion: which plate holds which
 a plate that names its side is believed. One plate may hold one foot after the other. While both
 feet are on the same plate, or a foot is partly beside its plate, the force on each foot is
 unknown: these frames are reported and left out, as are frames in which a foot rests on the ground
-without any plate under it.
+without any plate under it, and contacts whose centre of pressure lies outside the sole
+(:mod:`plantigrade.dynamics.plate_checks`).
 
 **Filter.** Every loading is filtered by itself: the wrench about a fixed point, force
 :math:`F` and moment :math:`M`, with the cut-off used for the motion, reflected at the ends of the
@@ -25,14 +26,19 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.plate_loadings import centres, loadings_of, plate_level, seen_frames
-from plantigrade.dynamics.plate_owner import (
+from plantigrade.dynamics.plate_checks import (
     BESIDE,
+    exclude_light,
     exclude_partial,
     exclude_shared,
+    leave_out_far,
+    needed_force,
+    outside_of,
+)
+from plantigrade.dynamics.plate_loadings import centres, loadings_of, plate_level, seen_frames
+from plantigrade.dynamics.plate_owner import (
     find_owner,
     longer,
-    outside_of,
     resting_points,
     unmeasured_frames,
 )
@@ -71,6 +77,14 @@ class FootForces:
     warnings: tuple[str, ...] = ()  #: What the user should know, one sentence each
     sides: tuple[str, str] = SIDES  #: Names of the sides, in the order of the second axis
 
+    def spoiled(self, time: Float[Array, " n_frames"]) -> tuple[tuple[str, float, float], ...]:
+        """Return name of the plate, start and end [s] of each loading with a problem."""
+        return tuple(
+            (use.plate, float(time[use.start]), float(time[use.stop - 1]))
+            for use in self.uses
+            if use.problem
+        )
+
 
 def assign_plates(
     plates: tuple[ForcePlate, ...],
@@ -79,6 +93,8 @@ def assign_plates(
     *,
     cutoff: float | None = None,
     threshold: float = 20.0,
+    lift: Float[Array, " n_frames"] | None = None,
+    mass: float | None = None,
 ) -> FootForces:
     """Return the ground reaction on each foot.
 
@@ -90,6 +106,9 @@ def assign_plates(
         cutoff: Zero-lag fourth-order low-pass of the wrenches [Hz], the motion's own; None for
             none. Where the plates' rate cannot hold it, it is left out.
         threshold: Vertical force that counts as contact [N].
+        lift: Vertical acceleration of the centre of mass and gravity, smoothed like the wrenches
+            [m/s²]; where given, contacts are held against the force that the motion needs.
+        mass: Body mass, where it is known [kg].
 
     Raises:
         ParameterError: If a side is missing or the points are not on the frames.
@@ -107,9 +126,12 @@ def assign_plates(
     for loading in loadings:
         find_owner(loading, points, touch)
     excluded = np.zeros((n, 2), dtype=bool)
+    need = needed_force(frame_time, loadings, touch, lift, mass)
     for loading in loadings:
-        exclude_shared(loading, loadings, points, resting, touch, excluded)
+        exclude_shared(frame_time, loading, loadings, points, resting, touch, need, excluded)
         exclude_partial(loading, plates, points, resting, excluded)
+        leave_out_far(frame_time, loading, loadings, points, excluded)
+        exclude_light(frame_time, loading, touch, lift, need, excluded)
 
     force, moment = np.zeros((n, 2, 3)), np.zeros((n, 2, 3))
     height, weight = np.zeros((n, 2)), np.zeros((n, 2))
@@ -118,12 +140,14 @@ def assign_plates(
         for k in (0, 1):
             mine = loading.owner == k
             at = loading.frames[mine]
+            measured[at, k] = True
+            if loading.left_out:
+                continue
             f, c = loading.force[mine], loading.cop[mine]
             force[at, k] += f
             moment[at, k] += np.cross(c, f) + loading.free[mine, None] * [0.0, 0.0, 1.0]
             height[at, k] += f[:, 2] * c[:, 2]
             weight[at, k] += f[:, 2]
-            measured[at, k] = True
     point = np.full((n, 2, 3), np.nan)
     torque = np.zeros((n, 2, 3))
     with np.errstate(invalid="ignore", divide="ignore"):

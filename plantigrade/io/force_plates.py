@@ -29,6 +29,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.io.c3d_file import C3dFile
+from plantigrade.motion.plate_baseline import baseline_note, unloaded
 from plantigrade.motion.recording import ForcePlate
 
 COP_THRESHOLD = 10.0
@@ -107,6 +108,7 @@ def plates_from_c3d(
     signs = _signs([wrench.force @ geometry.rotation.T @ turn.T for _, geometry, wrench in found])
     plates = []
     for (name, geometry, wrench), sign in zip(found, signs, strict=True):
+        wrench = _at_zero(wrench, sign * (turn @ geometry.rotation)[2], time, name, warnings)
         plate = _plate(name, geometry, wrench, sign, time, turn)
         plates.append(plate)
         outside = _share_outside(plate, geometry, turn)
@@ -261,6 +263,21 @@ def _without_baseline(file: C3dFile, raw: np.ndarray, name: str, warnings: list)
         )
         return raw
     return raw - baseline.mean(axis=0)
+
+
+def _at_zero(wrench: _Wrench, up: np.ndarray, time: np.ndarray, name: str, warnings: list):
+    """Return a wrench without the baseline that the plate shows while nobody stands on it.
+
+    ``up`` takes its force to the vertical one on the body.
+    """
+    nobody = unloaded(time, wrench.force @ up)
+    if nobody is None:
+        return wrench
+    warnings.append(baseline_note(name, float(np.median(wrench.force[nobody] @ up))))
+    return _Wrench(
+        wrench.force - np.median(wrench.force[nobody], axis=0),
+        wrench.moment - np.median(wrench.moment[nobody], axis=0),
+    )
 
 
 def _signs(forces: list[np.ndarray]) -> list[float]:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.errors import ParameterError
+from plantigrade.motion.plate_baseline import baseline_note, unloaded
 from plantigrade.motion.recording import ForcePlate, Table
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 
@@ -98,6 +99,10 @@ def plate_of(table: Table, group: ForceGroup, warnings: list[str]) -> ForcePlate
     if loaded.any() and np.median(f[loaded, 1]) < 0:
         warnings.append(f"{group.name}: forces point down; they were reversed to act on the body")
         f, t = -f, -t
+    nobody = unloaded(table.time, f[:, 1])
+    if nobody is not None:  # the points of the file stay: of an unloaded plate they mean nothing
+        warnings.append(baseline_note(group.name, float(np.median(f[nobody, 1]))))
+        f = f - np.median(f[nobody], axis=0)
     loaded &= f[:, 1] >= MIN_FORCE
     far = np.abs(p[loaded & np.isfinite(p).all(axis=1)])
     if far.size and np.median(far.max(axis=1)) > 20.0:

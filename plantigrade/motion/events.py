@@ -10,10 +10,10 @@ strike, both in mid-stance, the toe in push-off. The speed of the slower end,
 .. math:: s(t) = \min(|\dot p_\text{heel} - v_g|, |\dot p_\text{toe} - v_g|),
 
 is near zero in stance and has one hump per swing, whatever the direction of walking: forward, in a
-turn, sideways, backward. The foot leaves where the hump rises through ``TOE_OFF_FRACTION``
-of its own peak and lands where it falls through ``HEEL_STRIKE_FRACTION``
-(:mod:`plantigrade.motion.swings`). Heel strike and toe off alternate by construction, and the
-thresholds scale with the walker.
+turn, sideways, backward (:mod:`plantigrade.motion.swings`). Heel strike and toe off alternate by
+construction, and the thresholds scale with the walker. Near the edges of each hump the events are
+then timed, of walking and of running by methods of their own
+(:mod:`plantigrade.motion.event_timing`).
 
 **Steps.** Not every hump is a step. A step puts the foot clear of its last footprint and moves
 it further than it lifts it; otherwise it is a shuffle, a kick or a jump on the spot. The other foot
@@ -23,11 +23,10 @@ otherwise it is a hop.
 
 Velocity thresholds are those of [Ghoussayni2004]_; that they must scale with walking speed, and how
 the published methods compare, is in [Bruening2014]_. The peak speed of the slower end is about
-three and a half times the walking speed, so the two fractions are about 0.45 (heel strike) and 0.8
-(toe off) of the walking speed. A heel strike threshold must lie above the speed at which a heel
-marker still rolls forward about the heel while the foot comes down (a tenth of the peak). The
-coordinate method [Zeni2008]_ finds heel strike 20 to 45 ms before the plates do on the recordings
-this was checked on, so it is not used here.
+three and a half times the walking speed. A heel strike threshold must lie above the speed at which
+a heel marker still rolls forward about the heel while the foot comes down (a tenth of the peak).
+The coordinate method [Zeni2008]_ finds heel strike 20 to 45 ms before the plates do on the
+recordings this was checked on, so it is not used here.
 
 References:
     [Ghoussayni2004]_, [Bruening2014]_, [Zeni2008]_.
@@ -38,8 +37,15 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
+from plantigrade.motion.event_timing import time_events
 from plantigrade.motion.filters import derivative, fill_gaps
-from plantigrade.motion.ground_velocity import CUTOFF, ground_velocity, smooth_feet, travel
+from plantigrade.motion.ground_velocity import (
+    CUTOFF,
+    LONGEST_GAP,
+    ground_velocity,
+    smooth_feet,
+    travel,
+)
 from plantigrade.motion.recording import GaitEvent
 from plantigrade.motion.swings import (
     Swing,
@@ -118,7 +124,9 @@ def detect_gait_events(
             events.append(GaitEvent(float(swing.start), SIDES[k], "toe_off"))
         if swing.stop is not None:
             events.append(GaitEvent(float(swing.stop), SIDES[k], "heel_strike"))
-    return tuple(sorted(events, key=lambda event: (event.time, event.side)))
+    events.sort(key=lambda event: (event.time, event.side))
+    closed = fill_gaps(time, np.stack([heel, toe], axis=2), longest=LONGEST_GAP)
+    return time_events(time, closed[:, :, 0], closed[:, :, 1], speed, ground, events)
 
 
 def check_frames(time, heel, toe, pelvis):

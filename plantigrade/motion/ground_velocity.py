@@ -13,6 +13,10 @@ from plantigrade.motion.recording import rate_of
 SLOWEST_BELT = 0.15
 """Slower ground counts as stationary [m/s]; treadmills run faster."""
 
+MOST_DRIFT = 0.5
+"""Fastest somebody on a treadmill gets on in the room, as a fraction of the belt's speed. Feet that
+roll through short stances seem to share a velocity of their own, as in running overground."""
+
 LONGEST_GAP = 0.1
 """Longest gap of a marker that is filled before event detection [s]."""
 
@@ -31,7 +35,7 @@ def ground_velocity(
 
     It is the velocity that the feet's points share most often (the densest spot of their
     velocities). On a treadmill it is tracked through the recording, so that the belt may change its
-    speed or be inclined.
+    speed or be inclined. The ground of somebody who gets on in the room stands still.
 
     Args:
         time: Time of each frame [s].
@@ -48,6 +52,8 @@ def ground_velocity(
     common = _densest(samples[seen])
     if common is None or np.linalg.norm(common) < SLOWEST_BELT:
         return still
+    if np.linalg.norm(_drift(time, heel, toe)) > MOST_DRIFT * np.linalg.norm(common):
+        return still  # who gets on in the room is not carried back by a belt
     # Follow the belt: the densest spot among the samples of two seconds to either side.
     centres = np.arange(time[0], time[-1] + 0.5, 0.5)
     followed = []
@@ -70,6 +76,15 @@ def travel(time, velocity):
     """Return the displacement of the ground since the first frame."""
     steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None]
     return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+
+
+def _drift(time, heel, toe):
+    """Return the mean velocity of the feet in the room over a recording [m/s], by regression."""
+    middle = ((heel + toe) / 2).mean(axis=1)
+    seen = np.isfinite(middle).all(axis=1)
+    if seen.sum() < 2:
+        return np.zeros(2)
+    return np.polyfit(time[seen] - time[seen].mean(), middle[seen, :2], 1)[0]
 
 
 def _densest(samples, radius=0.15):

@@ -103,6 +103,7 @@ def plate_events(
     time: Float[Array, " n_frames"],
     heel: Float[Array, "n_frames 2 3"],
     toe: Float[Array, "n_frames 2 3"],
+    spoiled: Sequence[tuple[str, float, float]] = (),
 ) -> tuple[GaitEvent, ...]:
     """Return the heel strikes and toe offs that were recorded by force plates.
 
@@ -118,6 +119,7 @@ def plate_events(
         time: Time of each marker frame [s].
         heel: Back of the heel, right then left, world [m].
         toe: Toe tip or metatarsal head, right then left, world [m].
+        spoiled: Name of the plate, start and end [s] of contacts that are not to be used.
     """
     check_frames(time, heel, toe, None)
     contacts = [
@@ -130,6 +132,10 @@ def plate_events(
     events = []
     for plate, found in zip(plates, contacts, strict=True):
         for contact in found:
+            first = -np.inf if contact.start is None else contact.start
+            last = np.inf if contact.stop is None else contact.stop
+            if any(name == plate.name and first < b and last > a for name, a, b in spoiled):
+                continue
             side = plate.side or _foot_on(plate, contact, time, heel, toe)
             if side is None:
                 continue

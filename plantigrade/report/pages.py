@@ -17,6 +17,7 @@ from plantigrade.report.viewer import viewer_html
 PICTURES = 8  # in the strip
 MEASURED = (
     ("walking speed", " m/s", "walking_speed_m_s", 2),
+    ("running speed", " m/s", "running_speed_m_s", 2),
     ("cadence", " steps/min", "cadence_steps_min", 0),
     ("RMS marker error", " mm", "marker_rms_mean_mm", 1),
     ("RMS joint centre error", " mm", "joint_rms_mm", 1),

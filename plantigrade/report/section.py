@@ -89,6 +89,11 @@ class Subject:
             return "free"
         return norms.speed_class(speed, sum(known))
 
+    @property
+    def runs(self) -> bool:
+        """Whether the person runs, so that no norm of walking is any measure of it."""
+        return bool(self.figures.get("running", False))
+
     def number(self, key: str) -> float | None:
         """Return a figure of the run; None where it is not known."""
         value = self.figures.get(key)

@@ -9,7 +9,7 @@ from typing import Any
 
 from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.laboratory_angles import laboratory_figures
-from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.analyze.trial import CUTOFF, Trial, analyse
 from plantigrade.errors import FitError
 from plantigrade.io import read
 from plantigrade.io.asf import find_asf
@@ -119,7 +119,7 @@ def fit_trial(
     with step("fitting"):
         fitted = fit_recording(recording, settings)
     with step("analysing"):
-        return recording, analyse(fitted, cutoff=settings.cutoff, mass=settings.mass)
+        return recording, analyse(fitted, cutoff=settings.cutoff or "usual", mass=settings.mass)
 
 
 @on_one_thread
@@ -170,7 +170,8 @@ def run_of(
     Its pages are called after the file where no title is given.
     """
     record = trial.record()
-    feet = foot_segment_signals(recording, trial, settings.marker_set, settings.cutoff)
+    cutoff = trial.cutoff or CUTOFF
+    feet = foot_segment_signals(recording, trial, settings.marker_set, cutoff)
     if feet.signals:
         record = replace(record, signals={**record.signals, **feet.signals})
     return Run(

@@ -56,7 +56,7 @@ class FitSettings(Settings):
         ParameterError: If the cut-off frequency is out of range.
     """
 
-    activity = "motion (6 suits walking)"
+    activity = "motion (6 suits walking, 15 running)"
     ranges = {"cutoff": (SLOWEST, FASTEST, "Hz")}
 
     static: OptionalPath = None
@@ -71,8 +71,8 @@ class FitSettings(Settings):
     """Exchange left and right in the names of markers and events of a mirrored file."""
     mirror_axis: Flag = False
     """Turn the axis of a mirrored file that points the other way; names are kept."""
-    cutoff: float = 6.0
-    """Cut-off frequency of the low-pass filter for motion and forces [Hz]."""
+    cutoff: Number = None
+    """Cut-off frequency of the low-pass filter for motion and forces [Hz]; 6, in running 15."""
     companions: tyro.conf.Suppress[bool] = True
     """Look beside the recording for files that belong to it."""
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.feet import FootPath, foot_path
 from plantigrade.analyze.gait import gait_measures
-from plantigrade.analyze.trial import FootPath, Trial, foot_path
+from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.derivatives import continuous, differentiate

@@ -514,8 +514,7 @@ def test_a_run_folder_can_be_checked_again(tmp_path, standing):
 
 def test_measured_forces_act_where_the_plates_say():
     """A walk over plates: no plan, no spheres, but the same laws."""
-    from plantigrade.analyze.trial import analyse
-    from tests.analyze.plated_walk import plated_walk
+    from tests.analyze.plated_walk import analyse, plated_walk
 
     record = analyse(plated_walk().fit(), cutoff=None).record()
     record = having(

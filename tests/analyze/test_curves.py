@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.curves import coordinates_of, gait_curves, known, side_of
-from plantigrade.analyze.trial import analyse
-from tests.analyze.plated_walk import MASS, plated_walk, without_plates
+from tests.analyze.plated_walk import MASS, analyse, plated_walk, without_plates
 
 
 @pytest.fixture(scope="module")

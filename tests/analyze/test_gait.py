@@ -34,3 +34,25 @@ def test_nothing_known():
     m = gait_measures(np.arange(100) / 100, np.zeros((100, 2, 3)), np.ones((100, 2, 3)), ())
     assert np.isnan(m.speed.mean) and m.speed.count == 0
     assert "walking_speed_m_s" not in m.metrics()
+
+
+def test_a_runner_flies():
+    time, heel, toe, _, truth = walker(speed=3.5, stride_time=0.7, stance=0.36, cycles=8, runs=True)
+    events = [GaitEvent(*row) for row in truth if 0 <= row[0] <= time[-1] - 0.3]
+    m = gait_measures(time, heel, toe, events)
+    assert m.running and not m.treadmill and m.double_support.count == 0
+    flat = m.metrics()
+    assert "walking_speed_m_s" not in flat and flat["running"] is True
+    assert flat["running_speed_m_s"] == pytest.approx(3.5, rel=0.02)
+    for side in "lr":
+        assert flat[f"contact_time_{side}_s"] == pytest.approx(0.36 * 0.7)
+        assert flat[f"flight_time_{side}_s"] == pytest.approx(0.14 * 0.7)
+        assert flat[f"duty_factor_{side}_ratio"] == pytest.approx(0.36)
+
+
+def test_feet_that_seem_to_share_a_velocity_are_no_treadmill():
+    """A runner's feet roll on through their short stances, at 0.3 m/s here."""
+    time, heel, toe, _, truth = walker(speed=3.5, stride_time=0.7, stance=0.36, cycles=8, runs=True)
+    roll = np.stack([0.3 * time, 0 * time, 0 * time], axis=1)[:, None]
+    m = gait_measures(time, heel + roll, toe + roll, [GaitEvent(*row) for row in truth])
+    assert not m.treadmill and m.speed.mean == pytest.approx(3.8, rel=0.02)

@@ -165,7 +165,11 @@ def test_side_that_the_file_names_is_believed():
     plate = reaction(PLATE_TIME, *stance("r", 1), side="l")
     f = assign_plates((plate,), t, soles)
     assert f.uses[0].side == "l"
-    assert f.force[(t > 1.3) & (t < 1.6), 1, 2].min() > 300
+    # The force under the other foot's sole is not used for either, and said.
+    assert (f.force == 0).all() and not f.valid_side[(t > 1.3) & (t < 1.6), 1].any()
+    assert "outside the sole of the left foot" in f.uses[0].problem
+    right = replace(plate, side="r")
+    assert assign_plates((right,), t, soles).force[(t > 1.3) & (t < 1.6), 0, 2].min() > 300
 
 
 def test_treadmill_with_two_belts():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.motion import ForcePlate
+from plantigrade.motion import ForcePlate, GaitEvent
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.plate_events import contact_events, plate_events
@@ -12,7 +12,7 @@ WALKS = {
     "usual": {},
     "slow": {"speed": 0.5, "stride_time": 1.7, "stance": 0.68},
     "fast": {"speed": 2.2, "stride_time": 0.85, "stance": 0.56},
-    "runner": {"speed": 3.5, "stride_time": 0.7, "stance": 0.36},
+    "runner": {"speed": 3.5, "stride_time": 0.7, "stance": 0.36, "runs": True},
     "child": {"speed": 0.8, "stride_time": 0.7, "foot": 0.13},
     "60 Hz": {"rate": 60.0},
     "250 Hz": {"rate": 250.0},
@@ -32,8 +32,9 @@ def test_made_walker(name):
     errors, missed, invented = compare(events, truth)
     assert not invented
     assert not [e for e in missed if time[0] + 0.15 < e[0] < time[-1] - 0.15]
-    for kind in errors:
-        assert np.mean(np.abs(errors[kind])) < 0.025
+    # These feet leave at once; the threshold waits until they are as fast as people's feet then.
+    for kind, limit in (("heel_strike", 0.015), ("toe_off", 0.03)):
+        assert np.mean(np.abs(errors[kind])) < limit
 
 
 def test_ground_is_found():
@@ -151,7 +152,7 @@ def test_hops_are_no_steps(name):
 
 
 def test_a_leap_is_no_running_step():
-    runner = {"speed": 2.5, "stance": 0.36}
+    runner = {"speed": 2.5, "stance": 0.36, "runs": True}
     for stride_time, found in ((0.8, True), (2.4, False)):  # 0.11 and 0.34 s in the air
         time, heel, toe, pelvis, _ = walker(**runner, stride_time=stride_time)
         assert bool(detect_gait_events(time, heel, toe, pelvis)) == found
@@ -272,5 +273,53 @@ def test_against_stored_events(data, name):
     ]
     errors, missed, invented = compare(detect_gait_events(time, heel, toe), truth)
     assert not missed and not invented
-    for kind in errors:
-        assert np.mean(np.abs(errors[kind])) <= 0.020
+    for kind in errors:  # where no plate was, the file's were set by hand, to 10 or 20 ms
+        assert np.mean(np.abs(errors[kind])) <= 0.025
+
+
+def test_a_plate_stored_smooth_is_no_clock():
+    """A low-pass before storing moves the landing forward; the motion is believed instead."""
+    from plantigrade.motion.event_sources import as_measured, clock_shift, with_measured
+    from plantigrade.motion.filters import lowpass
+
+    time = np.arange(3000) / 1000
+    true = 700 * np.clip((time - 1.0) / 0.05, 0, 1) * np.clip((2.0 - time) / 0.1, 0, 1)
+    sharp = plate(true, time)
+    smooth = plate(lowpass(time, true, cutoff=10.0), time)
+    early = contact_events(time, smooth.force[:, 2])[0].start
+    assert early < 0.995 < contact_events(time, true)[0].start
+    assert as_measured([sharp]) == (sharp,) and as_measured([smooth]) == ()
+
+    seen = [GaitEvent(1.0, "l", "heel_strike"), GaitEvent(2.0, "l", "toe_off")]
+    moved = [GaitEvent(e.time + 0.008, e.side, e.kind) for e in seen]
+    assert with_measured(moved, seen) == (tuple(seen), 2)
+    assert clock_shift(moved, seen) is None
+    late = [GaitEvent(e.time - 0.05, e.side, e.kind) for e in seen]
+    assert clock_shift(late, seen) == pytest.approx(0.05)
+    # Early landings and late lift-offs are a smooth force, not a shifted clock.
+    wide = [GaitEvent(1.03, "l", "heel_strike"), GaitEvent(1.97, "l", "toe_off")]
+    assert clock_shift(wide, seen) is None
+
+
+def test_a_runner_is_recognised_and_timed():
+    from plantigrade.motion.event_timing import is_running
+
+    for name in ("usual", "fast", "runner"):
+        time, heel, toe, pelvis, _ = walker(**WALKS[name])
+        assert is_running(detect_gait_events(time, heel, toe, pelvis)) == (name == "runner")
+
+
+def test_baselines():
+    from plantigrade.motion.plate_baseline import unloaded
+
+    time = np.arange(4000) / 1000
+    noise = np.random.default_rng(1).normal(0, 2, len(time))
+    step = 700.0 * ((time > 1) & (time < 1.7))
+    assert unloaded(time, step + noise) is None
+    for level in (-15.0, 12.0):
+        found = unloaded(time, step + level + noise)
+        assert found is not None and not found[(time > 0.98) & (time < 1.72)].any()
+        assert np.median((step + level + noise)[found]) == pytest.approx(level, abs=0.5)
+    # Who sits leaves some weight on the feet, and rises slowly: that is a load.
+    rise = 20 + 350 * np.clip((time - 1.5) / 0.6, 0, 1)
+    assert unloaded(time, rise + noise) is None

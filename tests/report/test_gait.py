@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze import norms
-from plantigrade.analyze.trial import analyse
 from plantigrade.record import Run
 from plantigrade.report.pages import facts_of, pages
 from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import LOADED, chosen
-from tests.analyze.plated_walk import plated_walk, without_plates
+from tests.analyze.plated_walk import analyse, plated_walk, without_plates
 
 
 @pytest.fixture(scope="module")

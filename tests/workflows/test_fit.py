@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plantigrade.analyze.trial import analyse
 from plantigrade.errors import FitError, ParameterError
 from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.record import Run
@@ -15,7 +14,7 @@ from plantigrade.report.pages import pages
 from plantigrade.workflows import fit as fitting
 from plantigrade.workflows.save import save
 from plantigrade.workflows.settings import FitSettings
-from tests.analyze.plated_walk import plated_walk
+from tests.analyze.plated_walk import analyse, plated_walk
 from tests.io.test_companions import coordinates, forces, standing, walking
 
 
@@ -29,7 +28,7 @@ def written(tmp_path_factory):
     recording = dataclasses.replace(fit.recording, source=source)
     fit = dataclasses.replace(fit, recording=recording)
     settings = FitSettings(static=Path("somewhere/static.c3d"), feet="two-segment")
-    trial = analyse(fit, cutoff=settings.cutoff, mass=settings.mass)
+    trial = analyse(fit, cutoff="usual", mass=settings.mass)
     command = "plantigrade fit walk.trc"
     run = fitting.run_of(recording, trial, settings, title="A walk", command=command, seed=3)
     run = save(run, folder / "out")
@@ -120,7 +119,6 @@ def test_what_holds_no_motion_cannot_be_fitted(tmp_path):
 
 def test_the_standing_trial_says_who_it_is():
     """Mass and stature told by the standing trial alone are known, not guessed."""
-    from plantigrade.analyze.trial import analyse
     from plantigrade.kinematics.fit import fit_markers
     from tests.kinematics.test_fit import markers_of, walker
 

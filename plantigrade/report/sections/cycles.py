@@ -265,6 +265,8 @@ def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Arra
 def _norms(subject: Subject) -> dict[str, norms.NormCurve]:
     """Return published curves: those of the person's population, else those of children."""
     found = {}
+    if subject.runs:
+        return found
     for population in (norms.CHILDREN, subject.population):
         for name in norms.names(population):
             band = norms.norm(name, subject.speed_class, population=population)

@@ -10,6 +10,7 @@ from plantigrade.report.text import rounded_text, signed_text
 MEASURES = "Spatio-temporal measures"
 WHOLE = (
     ("walking speed", "m/s", "walking_speed{}_m_s", 2),
+    ("running speed", "m/s", "running_speed{}_m_s", 2),
     ("cadence", "steps/min", "cadence{}_steps_min", 0),
     ("step width", "m", "step_width{}_m", 2),
     ("double support", "% of stride", "double_support{}_pct", 0),
@@ -21,6 +22,9 @@ BY_SIDE = (
     ("step time", "s", "step_time_SIDE{}_s", 2),
     ("stance", "% of stride", "stance_SIDE{}_pct", 1),
     ("swing", "% of stride", "swing_SIDE{}_pct", 1),
+    ("contact time", "s", "contact_time_SIDE{}_s", 3),
+    ("flight time", "s", "flight_time_SIDE{}_s", 3),
+    ("duty factor", "of stride", "duty_factor_SIDE{}_ratio", 2),
 )
 """Name, unit, key of the figure (``{}``: where the standard deviation's has ``_sd``), decimals."""
 
@@ -30,7 +34,7 @@ def measure_section(subject: Subject) -> list[Section]:
     if not subject.walks:
         missing = "no whole gait cycle was found, so no step or stride could be measured."
         return [Section(MEASURES, missing=missing)]
-    published = _published(subject)
+    published = {} if subject.runs else _published(subject)
     rows = [
         [name, "", "", _value(subject, key, digits), "", unit, published.get(name, "")]
         for name, unit, key, digits in WHOLE
@@ -64,8 +68,10 @@ def profile_section(subject: Subject) -> list[Section]:
     """Return the Gait Profile Score against adults; nothing where an angle is not known."""
     angles = subject.angle_curves.angles
     legs = [f"{name}_{side}" for side in SIDES for name in LEG]
-    if subject.population is not norms.ADULTS or not all(
-        len(angles.get(name, ())) for name in (*PELVIS, *legs)
+    if (
+        subject.runs
+        or subject.population is not norms.ADULTS
+        or not all(len(angles.get(name, ())) for name in (*PELVIS, *legs))
     ):
         return []
     found = gait_profile(subject.angle_curves.percent, angles)

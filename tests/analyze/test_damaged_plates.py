@@ -1,0 +1,116 @@
+"""Plates that lie: an offset, a baseline, two feet on one plate, a shifted clock."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.kinematics.result import Fit
+from plantigrade.motion import ForcePlate
+from plantigrade.workflows.fit import fit_recording, load
+from plantigrade.workflows.settings import FitSettings
+
+
+def fitted(path) -> Fit:
+    """Return a recording fitted as a user's is."""
+    settings = FitSettings()
+    return fit_recording(load(path, settings), settings)
+
+
+@pytest.fixture(scope="module")
+def walk(data) -> Fit:
+    """A walk over two plates."""
+    return fitted(data / "c3d" / "HC038A11.c3d")
+
+
+@pytest.fixture(scope="module")
+def belts(data) -> Fit:
+    """A walk whose plates say whose foot they hold."""
+    return fitted(data / "opensim" / "rajagopal_walk" / "markers_walk.trc")
+
+
+def damaged(fit: Fit, change, **more) -> Trial:
+    """Analyse a fit with every plate changed."""
+    plates = tuple(change(plate) for plate in fit.recording.plates)
+    return analyse(replace(fit, recording=replace(fit.recording, plates=plates, **more)))
+
+
+def moved(plate: ForcePlate, by) -> ForcePlate:
+    corners = None if plate.corners is None else plate.corners + by
+    return replace(plate, cop=plate.cop + by, corners=corners)
+
+
+@pytest.mark.parametrize("name", ["walk", "belts"])
+def test_good_plates_are_used(name, request):
+    trial = analyse(request.getfixturevalue(name))
+    assert not [use.problem for use in trial.forces.uses if use.problem]
+    assert not any("clock" in note or "outside" in note for note in trial.notes)
+
+
+@pytest.mark.parametrize("by", [(0.15, 0, 0), (0, 0.15, 0), (-0.15, 0, 0), (0, -0.15, 0)])
+@pytest.mark.parametrize("name", ["walk", "belts"])
+def test_plates_fifteen_centimetres_off_are_left_out(name, by, request):
+    trial = damaged(request.getfixturevalue(name), lambda plate: moved(plate, np.array(by, float)))
+    assert all(use.problem for use in trial.forces.uses if use.peak > 200)
+    assert any("outside the sole" in note or "beside" in note for note in trial.notes)
+    loaded = trial.forces.force[..., 2] > 100
+    assert not (loaded & trial.forces.valid_side).any()
+    assert trial.events_from_plates == 0
+
+
+def test_a_clock_fifty_milliseconds_late_is_said(walk):
+    late = damaged(walk, lambda plate: replace(plate, time=plate.time + 0.05))
+    said = [note for note in late.notes if "clock" in note]
+    assert said and "late" in said[0]
+    assert late.events_from_plates == 0
+
+
+def test_two_feet_on_one_plate_are_given_to_neither(walk):
+    """Both plates of a walk as one big plate: only while one foot stands alone is it known."""
+    one, two = walk.recording.plates
+    force = one.force + two.force
+    moment = sum(np.cross(np.nan_to_num(p.cop), p.force) for p in (one, two))
+    moment[:, 2] += one.free_moment + two.free_moment
+    up = force[:, 2] > 10
+    with np.errstate(all="ignore"):
+        cop = np.stack([-moment[:, 1] / force[:, 2], moment[:, 0] / force[:, 2], 0 * up], axis=1)
+    cop[~up] = np.nan
+    both = ForcePlate("1", one.time, force, cop, np.zeros(len(force)))
+    trial = analyse(replace(walk, recording=replace(walk.recording, plates=(both,))))
+    assert any("both feet were on it" in use.problem for use in trial.forces.uses)
+    apart = analyse(walk).forces
+    double = (apart.force[..., 2] > 150).all(axis=1)
+    assert not trial.forces.valid_side[double].any()
+
+
+def test_half_a_foot_on_a_plate_is_seen_by_its_load(walk):
+    """Without corners nothing tells where the plate ends; the other plate tells the weight."""
+    first, second = (replace(plate, corners=None) for plate in walk.recording.plates)
+    half = replace(second, force=0.5 * second.force)
+    fit = replace(walk, recording=replace(walk.recording, plates=(first, half)))
+    uses = {use.plate: use.problem for use in analyse(fit).forces.uses}
+    assert not uses[first.name] and "of the weight" in uses[half.name]
+
+
+def test_body_mass_is_weighed_where_the_person_is_carried(data):
+    folder = data / "opensim" / "opencap_subject4"
+    jump = analyse(fitted(folder / "DJ1.trc"))  # a landing from a box
+    assert jump.weighed is None and any("mass is unknown" in note for note in jump.notes)
+    still = analyse(fitted(folder / "static1.trc"))
+    assert still.weighed is not None and still.weighed.how == "standing"
+    assert still.fit.human.mass == pytest.approx(60.0, rel=0.01)
+
+
+@pytest.mark.slow
+def test_the_chair_carries_a_part_of_who_sits(data):
+    seated = analyse(fitted(data / "opensim" / "opencap_subject4" / "STS1.trc"))
+    assert seated.weighed is None or seated.weighed.mass == pytest.approx(60.0, rel=0.03)
+
+
+def test_the_mass_of_a_walker_is_that_of_the_scales(walk):
+    """The file gives 56.8 kg."""
+    unknown = replace(walk.recording.subject, mass=None)
+    trial = analyse(replace(walk, recording=replace(walk.recording, subject=unknown)))
+    assert trial.weighed is not None and trial.weighed.how == "gait"
+    assert trial.fit.human.mass == pytest.approx(56.8, rel=0.02)
