@@ -64,6 +64,8 @@ class Trial:
         signals = {}
         if self.fit.residual is not None:
             signals["markers.residual"] = self.fit.residual
+        if self.fit.assumed:
+            signals["assumed.joints"] = np.array(self.fit.assumed)
         markers, fitted = _markers(self.fit, self.motion)
         contact: dict[str, Any] = {}
         if self.forces is not None:
@@ -90,6 +92,7 @@ class Trial:
             **({} if age is None else {"age_years": age}),
             "frames": motion.n_frames,
             "duration_s": motion.duration,
+            "assumed_joints": list(self.fit.assumed),
             "heading_turned_deg": float(np.rad2deg(self.fit.heading)),
             **self.measures.metrics(),
         }

@@ -291,18 +291,27 @@ class Calibrator:
         return name.removesuffix("_r").removesuffix("_l") in SPINES
 
     def attach_unknown(self) -> dict[str, str]:
-        """Put markers without a place on the body on which they move least."""
+        """Put markers without a place on the body on which they move least.
+
+        It is one whose pose known markers tell: an arm of which nothing is seen hangs beside the
+        hip, and so would carry markers of the pelvis.
+        """
         bodies, _ = self.geometry(self.dimensions)
         states = sweep(self.human, self.qpos, model=_resized(self.human, bodies))
         frames = [(state.origins, state.rotations) for state in states]
         origins, rotations = (np.array([frame[k] for frame in frames]) for k in (0, 1))
-        attached = {}
+        attached: dict[str, str] = {}
+        shown: set[int] = set()
+        for body in (self.human.body(p.body) for p in self.places if p is not None):
+            while body:
+                shown.add(body)
+                body = int(self.human.model.body_parentid[body])
         for i, place in enumerate(self.places):
             seen = np.isfinite(self.measured[:, i, 0])
             if place is not None or seen.sum() < 3:
                 continue
             spreads = []
-            for body in range(1, self.human.model.nbody):
+            for body in sorted(shown):
                 away = self.measured[seen, i] - origins[seen, body]
                 local = np.einsum("nji,nj->ni", rotations[seen, body], away)
                 middle = np.median(local, axis=0)
