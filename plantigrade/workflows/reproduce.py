@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.gait_forces import measured_signals
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.analyze.reproduction_status import force_figures, gait_figures, gait_status
@@ -92,8 +93,9 @@ def run_of(
         "duration_s": record.motion.duration,
         "tasks": settings.tasks,
         **gait_figures(record, held),
+        **limit_figures(record),
     }
-    notes = [*walk.notes, *_notes(walk, reference)]
+    notes = [*walk.notes, *_notes(walk, reference), *limit_notes(record)]
     others: dict[str, Record] = {}
     if not settings.no_dynamics:
         forced = rebuild(reference, tasks, forces=True).record()

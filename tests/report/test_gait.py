@@ -7,7 +7,8 @@ import pytest
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.trial import analyse
-from plantigrade.record import Run
+from plantigrade.charts.theme import DOTTED
+from plantigrade.record import Limits, Run
 from plantigrade.report.pages import facts_of, pages
 from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
@@ -106,3 +107,35 @@ def test_missing_figures_are_left_out(run):
 
 def test_pages_are_the_same_twice(run):
     assert pages(run) == pages(run)
+
+
+def test_curves_at_a_limit_are_hatched_and_assumed_ones_dotted(run):
+    """Also over time, where there is no gait cycle; a sentence says what it means."""
+    record, human = run.record, run.record.human
+    qpos = record.motion.qpos.copy()
+    k = human.hinge("knee_angle_l")
+    qpos[:, 7 + k] = np.maximum(qpos[:, 7 + k], np.deg2rad(20))
+    low, high = human.limits.copy()
+    low[k] = np.deg2rad(20)
+    record = replace(
+        record,
+        motion=replace(record.motion, qpos=qpos),
+        limits=Limits(coordinate=np.array([low, high])),
+    )
+    figures = {**run.figures, "assumed_joints": ["arm_flex_r"]}
+    walks = replace(run, record=record, figures=figures)
+    still = replace(record, motion=replace(record.motion, events=()))
+    for one, titles in (
+        (walks, ("Joint angles over the gait cycle", "Feet, trunk and arms over the gait cycle")),
+        (replace(walks, record=still), ("Joint angles", "Further joint angles")),
+    ):
+        found = [sections(one)[title] for title in titles]
+        plots = [figure.svg for section in found for figure in section.figures]
+        hatched = [svg for svg in plots if 'class="hatched"' in svg]
+        assert len(hatched) == 1 and ">Knee flexion</text>" in hatched[0]
+        dotted = [svg for svg in plots if f'stroke-dasharray="{DOTTED}"' in svg]
+        assert len(dotted) == 1 and ">Shoulder flexion</text>" in dotted[0]
+        words = " ".join(section.text for section in found)
+        assert "Hatched: the joint is at a limit" in words and "Dotted: assumed" in words
+    before = [svg for s in sections(run).values() for svg in (f.svg for f in s.figures)]
+    assert not any('class="hatched"' in svg for svg in before)
