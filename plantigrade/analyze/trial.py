@@ -20,6 +20,7 @@ from plantigrade.dynamics.inverse import Moments, inverse_dynamics, residual_met
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers, Motion
@@ -65,7 +66,7 @@ class Trial:
         if self.fit.residual is not None:
             signals["markers.residual"] = self.fit.residual
         if self.fit.assumed:
-            signals["assumed.joints"] = np.array(self.fit.assumed)
+            signals[ASSUMED] = np.array(self.fit.assumed)
         markers, fitted = _markers(self.fit, self.motion)
         contact: dict[str, Any] = {}
         if self.forces is not None:

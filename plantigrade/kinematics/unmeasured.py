@@ -40,6 +40,8 @@ PARTS = {
     "arms": ("arm_flex", "arm_add", "arm_rot", "elbow_flex"),
 }
 """What follows the legs where it was not measured, and its coordinates without their side."""
+SIGNAL = "assumed.joints"
+"""Signal of a Record that names the coordinates that nothing in the recording shows."""
 
 SMOOTH = 0.02  # of the legs' rate [s]: a bell of this width halves what is faster than 9 Hz
 # The first harmonic of the feet's distance is largest a little after the heel strike: so far in
@@ -160,6 +162,18 @@ def leg_swing(
     height = qpos[:, 2] - weight @ qpos[:, 2]
     rise = 2 * float(weight @ (height * np.cos(2 * phase)))
     return Legs(phase, speed, strides, rise > RISE)
+
+
+def bodies_of(human: Human, names: Sequence[str]) -> set[str]:
+    """Return the bodies of trunk, head and arms that some of these coordinates move."""
+    model, found = human.model, set()
+    joints = [n for n in names if _plain(n) in sum(PARTS.values(), ()) and n in human.coordinates]
+    moved = {int(model.joint(name).bodyid[0]) for name in joints}
+    for body, name in enumerate(human.body_names, start=1):
+        if body in moved or int(model.body_parentid[body]) in moved:
+            moved.add(body)
+            found.add(name)
+    return found
 
 
 def words(names: Sequence[str]) -> str:

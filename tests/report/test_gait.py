@@ -9,10 +9,12 @@ from plantigrade.analyze import norms
 from plantigrade.analyze.trial import analyse
 from plantigrade.charts.theme import DOTTED
 from plantigrade.record import Limits, Run
-from plantigrade.report.pages import facts_of, pages
+from plantigrade.report.pages import facts_of, pages, strip_of
+from plantigrade.report.scene import assumed_bodies, build_scene
 from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import LOADED, chosen
+from plantigrade.report.shapes import PALE
 from tests.analyze.plated_walk import plated_walk, without_plates
 
 
@@ -139,3 +141,19 @@ def test_curves_at_a_limit_are_hatched_and_assumed_ones_dotted(run):
         assert "Hatched: the joint is at a limit" in words and "Dotted: assumed" in words
     before = [svg for s in sections(run).values() for svg in (f.svg for f in s.figures)]
     assert not any('class="hatched"' in svg for svg in before)
+
+
+def test_assumed_parts_of_the_body_are_drawn_paler(run):
+    """In the strip and in the viewer: the arm with what hangs on it, and toes never."""
+    names = np.array(["arm_flex_r", "arm_add_r", "arm_rot_r", "mtp_angle_r"])
+    record = replace(run.record, signals={**run.record.signals, "assumed.joints": names})
+    assert assumed_bodies(record) == {"humerus_r", "forearm_r", "hand_r", "fingers_r"}
+    assert assumed_bodies(run.record) == set()
+    before, after = (build_scene(r).shapes for r in (run.record, record))
+    for plain, shape in zip(before, after, strict=True):
+        paler = shape.body_name in assumed_bodies(record)
+        assert (shape.paint != plain.paint) == paler
+        assert all(a >= b for a, b in zip(shape.paint, plain.paint, strict=True))
+    mark = f'opacity="{1 - PALE:.2f}"'
+    assert mark in strip_of(Subject(replace(run, record=record)))
+    assert mark not in strip_of(Subject(run))
