@@ -25,6 +25,7 @@ from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, 
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.soles import height_figures
 from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.models import Human
 from plantigrade.motion import Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
@@ -70,6 +71,8 @@ class Trial:
         signals = {}
         if self.fit.residual is not None:
             signals["markers.residual"] = self.fit.residual
+        if self.fit.assumed:
+            signals[ASSUMED] = np.array(self.fit.assumed)
         markers, fitted = _markers(self.fit, self.motion)
         contact: dict[str, Any] = {}
         if self.forces is not None:
@@ -99,6 +102,7 @@ class Trial:
             **({} if age is None else {"age_years": age}),
             "frames": motion.n_frames,
             "duration_s": motion.duration,
+            "assumed_joints": list(self.fit.assumed),
             "heading_turned_deg": float(np.rad2deg(self.fit.heading)),
             **self.measures.metrics(),
             **({} if self.soles is None else height_figures(self.soles)),

@@ -11,6 +11,7 @@ from plantigrade.charts.svg import (
     axes,
     curve,
     data_range,
+    hatching,
     legend,
     legend_width,
     linear_scale,
@@ -77,6 +78,8 @@ def line_plot(
                 f'<path d="{path_data(px(x), py(y))}Z" style="fill:{band.colour}" '
                 f'opacity="{band.opacity}"/>'
             )
+    for k, s in enumerate(series):
+        parts += hatching(s, px, box, rising=k % 2 == 0)
     for k, (where, colour) in enumerate(marks):
         at = float(px(where))
         near = any(abs(float(px(other)) - at) < NEAR for other, _ in marks[:k])

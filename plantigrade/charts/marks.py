@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.charts.theme import STROKE_MIDDLE
 
 
@@ -18,6 +18,7 @@ class Series:
         width: Of the stroke [px].
         opacity: Of the stroke.
         dash: SVG dash pattern; solid where empty.
+        hatched: Where the plot is hatched behind the curve; nowhere if None.
     """
 
     x: Float[Array, " n"]
@@ -27,6 +28,7 @@ class Series:
     width: float = 1.8
     opacity: float = 1.0
     dash: str = ""
+    hatched: Bool[Array, " n"] | None = None
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,15 @@
 """Curves over time as panels: left and right of one quantity share a plot."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
 from plantigrade.charts.lines import line_plot
 from plantigrade.charts.marks import Series
-from plantigrade.charts.theme import STROKES
+from plantigrade.charts.theme import DOTTED, STROKES
 
 FIRST = ("hip_flexion", "knee_angle", "ankle_angle", "pelvis_tilt", "lumbar_extension")
 
@@ -22,11 +22,15 @@ class Panel:
         name: The quantity without its side (``"knee_angle"``).
         unit: Its unit (``"°"``, ``"N"``, …).
         curves: Side (``"r"``, ``"l"`` or empty) → values; NaN where unknown.
+        hatched: Side → where the plot is hatched behind its curve.
+        dotted: Sides whose curves are dotted.
     """
 
     name: str
     unit: str
     curves: Mapping[str, Float[Array, " n"]]
+    hatched: Mapping[str, Bool[Array, " n"]] = field(default_factory=dict)
+    dotted: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
@@ -60,7 +64,14 @@ def panel_plot(panel: Panel, time: Float[Array, " n"], **options) -> str:
     """Return the plot of a panel over time [s]; ``options`` are those of ``line_plot``."""
     return line_plot(
         [
-            Series(time, values, SIDE_NAMES.get(side, ""), STROKES[side])
+            Series(
+                time,
+                values,
+                SIDE_NAMES.get(side, ""),
+                STROKES[side],
+                dash=DOTTED if side in panel.dotted else "",
+                hatched=panel.hatched.get(side),
+            )
             for side, values in panel.curves.items()
         ],
         **{

@@ -7,6 +7,7 @@ import numpy as np
 
 SOFT, GRID, INK = "var(--soft, #64707f)", "var(--grid, #e3e7ec)", "var(--fg, #1c2430)"
 TITLE, LETTER = 7.6, 5.6  # width of a letter of the title and of the legend, about [px]
+HATCH = 7  # between two lines of a hatching [px]
 _FONT = 'font-family="system-ui, sans-serif"'
 
 
@@ -127,6 +128,33 @@ def curve(s, px, py) -> str:
         f'<path d="{path_data(px(s.x), py(s.y))}" fill="none" style="stroke:{s.colour}" '
         f'stroke-width="{s.width}" opacity="{s.opacity}" stroke-linejoin="round"{dash}/>'
     )
+
+
+def hatching(s, px, box, *, rising: bool) -> Iterator[str]:
+    """Yield oblique lines over the stretches of a series that are hatched, as high as the plot.
+
+    They are lines and no SVG pattern: a pattern of a folded part of a page is not drawn elsewhere.
+    """
+    if s.hatched is None or not np.any(s.hatched):
+        return
+    left, right, top, bottom = box
+    edges = np.flatnonzero(np.diff(np.r_[0, np.asarray(s.hatched, int), 0]))
+    tall = bottom - top
+    for first, stop in edges.reshape(-1, 2):
+        a, b = (float(px(s.x[k])) for k in (first, stop - 1))
+        a, b = max(left, a - 1), min(right, b + 1)
+        lines = []
+        for foot in np.arange(left - tall, right, HATCH):
+            x0, x1 = max(a, foot), min(b, foot + tall)
+            if x1 > x0:
+                y0, y1 = bottom - (x0 - foot), bottom - (x1 - foot)
+                if not rising:
+                    y0, y1 = top + bottom - y0, top + bottom - y1
+                lines.append(f"M{x0:.1f} {y0:.1f}L{x1:.1f} {y1:.1f}")
+        yield (
+            f'<path class="hatched" d="{"".join(lines) or "M0 0"}" fill="none" '
+            f'style="stroke:{s.colour}" stroke-width="0.9" opacity="0.55"/>'
+        )
 
 
 def open_svg(width: float, height: float, label: str) -> str:

@@ -25,6 +25,9 @@ STROKE_FORCE = "var(--force, #b07c00)"
 STROKES = {"r": STROKE_RIGHT, "l": STROKE_LEFT, None: STROKE_MIDDLE, "": STROKE_MIDDLE}
 """Colours of the sides in plots."""
 
+DOTTED = "2 3"
+"""Dashes of a curve that is assumed and not measured."""
+
 BY_SIDE = (RIGHT, LEFT, MIDDLE)
 """Of forces and places on the right, on the left, and of no known side."""
 COM = "#e0b020"

@@ -300,15 +300,24 @@ class Calibrator:
             g[s] -= inverse @ offsets[s - n_l]
 
     def attach_unknown(self) -> dict[str, str]:
-        """Put markers without a place on the segment to which their distances are constant."""
+        """Put markers without a place on the segment to which their distances are constant.
+
+        It is one whose pose known markers tell: an arm of which nothing is seen hangs beside the
+        hip, and so would carry markers of the pelvis.
+        """
         bodies, _ = self.geometry(self.dimensions)
         states = sweep(self.human, self.qpos, model=_resized(self.human, bodies))
         poses = [(state.origins, state.rotations) for state in states]
         origins, rotations = (np.array([pose[k] for pose in poses]) for k in (0, 1))
-        names = self.human.body_names
-        frames = {n: (origins[:, b], rotations[:, b]) for b, n in enumerate(names, start=1)}
-        which = self.known()
         on = [p.body for p in self.places if p is not None]
+        shown: set[int] = set()
+        for body in map(self.human.body, on):
+            while body:
+                shown.add(body)
+                body = int(self.human.model.body_parentid[body])
+        names = self.human.body_names
+        frames = {names[b - 1]: (origins[:, b], rotations[:, b]) for b in sorted(shown)}
+        which = self.known()
         table = attachments(self.human, self.dimensions)
         marks = [mark for name, mark in table.items() if "_joint_" not in name]  # on the skin
         attached = {}

@@ -19,6 +19,7 @@ from plantigrade.kinematics.rests import contact_metrics, find_rests
 from plantigrade.kinematics.result import Fit, filled, human_of, listed
 from plantigrade.kinematics.root_path import forward_path
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
+from plantigrade.kinematics.unmeasured import follow_the_legs, note, unmeasured
 from plantigrade.models import Human
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
@@ -82,6 +83,10 @@ def fit_coordinates(
     shift = float(np.median(rise))
     if abs(shift) > 0.02:
         notes.append(f"the motion was moved vertically by {1e3 * shift:+.0f} mm onto the ground.")
+    seen = np.array([name in table.names for name in human.coordinates])
+    assumed = unmeasured(human, seen)
+    qpos = follow_the_legs(human, table.time, qpos, seen)
+    notes += note(assumed, "no column of the file")
     contact = sole_paths(human, qpos)
     rests = find_rests(contact, rate, way=way)
     return Fit(
@@ -90,6 +95,7 @@ def fit_coordinates(
         qpos=qpos,
         recording=replace(recording, coordinates=table),
         source_kind="coordinates",
+        assumed=assumed,
         metrics={
             "height_m": human.height,
             "ground_shift_mm": 1e3 * shift,

@@ -9,6 +9,7 @@ and say what was noticed.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +37,7 @@ from plantigrade.kinematics.plausible import (
 from plantigrade.kinematics.posture import posture_figures
 from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
 from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.unmeasured import follow_the_legs, note, seen_hinges, unmeasured
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
@@ -161,6 +163,10 @@ def fit_markers(
         calibration = replace(calibration, human=human)
     qpos = toes_on_ground(calibration.human, places, qpos, ground=ground)
     qpos = unseen_toes_follow(calibration.human, places, qpos)
+    seen = seen_hinges(solver.points)
+    assumed = unmeasured(calibration.human, seen)
+    qpos = follow_the_legs(calibration.human, markers.time[window], qpos, seen)
+    notes += note(assumed, "no marker")
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
         recording,
@@ -200,9 +206,12 @@ def fit_markers(
         heading=angle,
         metrics={
             **_metrics(used, calibration, kept, np.isfinite(residual)),
-            **posture_figures(calibration.human, qpos, calibration.qpos[: len(still)]),
+            **_without_assumed(
+                posture_figures(calibration.human, qpos, calibration.qpos[: len(still)]), assumed
+            ),
             "labels_exchanged": [list(cycle) for cycle in right.exchanged],
         },
+        assumed=assumed,
         warnings=tuple(recording.warnings) + tuple(notes),
     )
 
@@ -224,6 +233,13 @@ def unseen_toes_follow(
         known, unseen = hinges if medial in seen else hinges[::-1]
         qpos[:, unseen] = qpos[:, known]
     return qpos
+
+
+def _without_assumed(figures: dict[str, Any], assumed: Sequence[str]) -> dict[str, Any]:
+    """Return figures of posture without those of trunk, head and arms that nothing showed."""
+    of = {"trunk": "lumbar_extension", "neck": "neck_extension", "arms": "elbow_flex_r"}
+    hidden = tuple(f"{part}_" for part, joint in of.items() if joint in assumed)
+    return {name: value for name, value in figures.items() if not name.startswith(hidden)}
 
 
 def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:

@@ -32,6 +32,8 @@ class Fit:
         kept: Which marker samples were used; False where a sample was found wrong and left out.
         attached: Markers of unknown name → the body they were put on.
         heading: Angle by which the recording was turned about the vertical [rad].
+        assumed: Coordinates that the recording does not show: those of trunk, head and arms follow
+            a published posture and motion of walking, others keep their value in standing.
         metrics: Figures of the fit (flat, unit suffix).
         warnings: What the user should know, one sentence each.
     """
@@ -47,6 +49,7 @@ class Fit:
     kept: Bool[Array, "n_frames n_markers"] | None = None
     attached: dict[str, str] = field(default_factory=dict)
     heading: float = 0.0
+    assumed: tuple[str, ...] = ()
     metrics: dict = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 

@@ -33,6 +33,7 @@ from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.skeleton_targets import SkeletonTargets
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.unmeasured import follow_the_legs, note, unmeasured
 from plantigrade.models.joint_names import identify
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
@@ -126,6 +127,9 @@ def fit_skeleton(
         qpos = plant_feet(human, qpos, rate=rate, rests=rests, way=way, progress=report)
     else:
         notes.append("no foot ever rests on the ground; the feet were left as they are.")
+    assumed = unmeasured(human, targets.seen)
+    qpos = follow_the_legs(human, source.time, qpos, targets.seen)
+    notes += note(assumed, "no joint of the skeleton")
     after = sole_paths(human, qpos)
     middle = float(np.median(rise))
     if abs(middle) > 0.10:
@@ -165,6 +169,7 @@ def fit_skeleton(
         recording=recording,
         source_kind="skeleton",
         heading=angle,
+        assumed=assumed,
         metrics=metrics,
         warnings=tuple(recording.warnings) + tuple(notes),
     )

@@ -8,6 +8,7 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.inverse import InverseKinematics, Terms
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.state import PointSet, integrate
+from plantigrade.kinematics.unmeasured import seen_hinges
 from plantigrade.models import Human
 from plantigrade.models.anatomy import hip, lumbar, shoulder
 from plantigrade.models.human import coordinate_of
@@ -233,6 +234,11 @@ class SkeletonTargets:
             relative = np.swapaxes(R, 1, 2) @ T
             B = _mean_rotation(relative[flat]) if len(flat) >= 3 else np.eye(3)
             self._add_axis(part, _X, T @ (B.T @ A @ _X), WEIGHTS["toes"])
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Which hinges the skeleton tells."""
+        return seen_hinges(Terms(self.human, self.points, self.pairs))
 
     def follow(self, report=None) -> np.ndarray:
         """Return the configurations of all frames."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Run
-from plantigrade.report.scene import check, nearest
+from plantigrade.report.scene import assumed_bodies, check, nearest
 from plantigrade.report.section import Section, Subject, draw_all, page_html
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import SHOWN
@@ -129,6 +129,7 @@ def strip_of(subject: Subject, *, height_px: int = 250, background: str | None =
         frames,
         time=motion.time,
         height_px=height_px,
+        pale=assumed_bodies(record),
         ground=record.ground,
         background=background,
         behind=None if reference is None else resampled(reference, motion.time).qpos,

@@ -14,6 +14,8 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
+from plantigrade.kinematics.unmeasured import bodies_of
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Record
 from plantigrade.report.shapes import Shape, shapes_of
@@ -76,6 +78,11 @@ class Scene:
     cop: Float[Array, "n 3 3"] | None = None
 
 
+def assumed_bodies(record: Record) -> set[str]:
+    """Return the bodies of trunk, head and arms whose motion was not measured but assumed."""
+    return bodies_of(record.human, [str(n) for n in np.ravel(record.signals.get(ASSUMED, ()))])
+
+
 def build_scene(record: Record, *, forces: Record | None = None, rate: float = VIEW_RATE) -> Scene:
     """Return what to draw of a record, at most ``rate`` frames per second [Hz].
 
@@ -107,7 +114,7 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
         ground=record.ground,
         floor=floor,
         level=gaussian_filter1d(floor, window, mode="nearest"),
-        shapes=shapes_of(model),
+        shapes=shapes_of(model, assumed_bodies(record)),
         positions=positions,
         quats=quats,
         com=com,

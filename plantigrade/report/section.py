@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze import norms
+from plantigrade.analyze.at_limit import at_limit, cycles_at_limit
 from plantigrade.analyze.curves import GaitCurves, gait_curves
 from plantigrade.analyze.foot_progression import foot_progression
 from plantigrade.analyze.reproduction import Comparison, compare
@@ -52,6 +53,22 @@ class Subject:
         """Forces, moments and powers over the gait cycle."""
         same = self.forces is self.record
         return self.angle_curves if same else gait_curves(self.forces)
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Coordinates that the recording does not show."""
+        figure = self.figures.get("assumed_joints")
+        return tuple(map(str, figure)) if isinstance(figure, list) else ()
+
+    @cached_property
+    def held(self) -> dict[str, Array]:
+        """Joints that are often at a limit, and in which frames."""
+        return at_limit(self.record)
+
+    @cached_property
+    def held_in_cycles(self) -> dict[str, Array]:
+        """Joints that are often at a limit, and at which percents of the gait cycle."""
+        return cycles_at_limit(self.record, self.angle_curves.cycles)
 
     @cached_property
     def comparison(self) -> Comparison:

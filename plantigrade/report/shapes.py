@@ -1,5 +1,6 @@
 """What a body looks like: its visual geoms, as meshes and as outlines."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import mujoco
@@ -14,6 +15,7 @@ _KINDS = {
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name.upper()}")): "mesh" if name == "hfield" else name
     for name in ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "hfield")
 }
+PALE = 0.55  # share of white in what is drawn paler
 GROUND = ("floor", "bump", "relief")
 """How the names of the ground's geoms begin in :mod:`plantigrade.contact.scene`."""
 
@@ -35,6 +37,7 @@ class Shape:
         vertices: Of a mesh, in the shape's frame [m].
         faces: Of a mesh.
         name: Of the geom.
+        pale: Whether it is drawn paler: where it is was assumed.
     """
 
     kind: str
@@ -47,6 +50,7 @@ class Shape:
     vertices: Float[Array, "n_vertices 3"] | None = None
     faces: Int[Array, "n_faces 3"] | None = None
     name: str = ""
+    pale: bool = False
 
     @property
     def side(self) -> str | None:
@@ -71,7 +75,9 @@ class Shape:
             red, green, blue = rgb(theme.FLOOR)
             return red * self.shade, green * self.shade, blue * self.shade
         sides = {"r": theme.RIGHT_BODY, "l": theme.LEFT_BODY}
-        return self.colour or rgb(sides.get(self.side or "", theme.BODY))
+        red, green, blue = self.colour or rgb(sides.get(self.side or "", theme.BODY))
+        white = PALE if self.pale else 0.0
+        return tuple(white + (1 - white) * part for part in (red, green, blue))
 
 
 def rgb(colour: str) -> tuple[float, float, float]:
@@ -85,8 +91,11 @@ def rgb(colour: str) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def shapes_of(model: mujoco.MjModel) -> tuple[Shape, ...]:
-    """Return the visual geoms (MuJoCo's groups 0 to 2, planes left out)."""
+def shapes_of(model: mujoco.MjModel, pale: Collection[str] = ()) -> tuple[Shape, ...]:
+    """Return the visual geoms (MuJoCo's groups 0 to 2, planes left out).
+
+    Those of the bodies ``pale`` are drawn paler.
+    """
     shapes = []
     for g in range(model.ngeom):
         kind = _KINDS.get(int(model.geom_type[g]))
@@ -111,6 +120,7 @@ def shapes_of(model: mujoco.MjModel) -> tuple[Shape, ...]:
                 vertices=vertices,
                 faces=faces,
                 name=model.geom(g).name,
+                pale=model.body(body).name in pale,
             )
         )
     return tuple(shapes)

@@ -1,6 +1,6 @@
 """A picture strip of a motion as plain SVG, with no OpenGL: capsules are thick round strokes."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from xml.sax.saxutils import escape
 
 import mujoco
@@ -12,7 +12,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.report.scene import poses, travel
-from plantigrade.report.shapes import shapes_of, silhouette
+from plantigrade.report.shapes import PALE, shapes_of, silhouette
 from plantigrade.spatial.conventions import rotation_matrix
 
 GROUND = "#8a94a3"
@@ -43,6 +43,7 @@ def strip_svg(
     height_px: int = 230,
     background: str | None = None,
     behind: Float[Array, "n nq"] | None = None,
+    pale: Collection[str] = (),
     ground: Ground | None = None,
 ) -> str:
     """Return an SVG of the body at several instants, seen from its right, and what carries it.
@@ -61,6 +62,7 @@ def strip_svg(
         height_px: Height of the picture [px]; the drawing scales freely.
         background: CSS colour behind it; none where None.
         behind: Another motion of the same body, drawn translucent behind the first.
+        pale: Bodies that are drawn paler.
         ground: What it stands and sits on: slope, steps, bumps, relief and seats are drawn; level
             ground at height zero where None.
 
@@ -72,7 +74,7 @@ def strip_svg(
         raise ParameterError(f"picture instants {indices} must be frames from 0 to {len(qpos) - 1}")
     chosen = np.asarray(qpos)[indices]
     positions, quats, com = poses(model, chosen)
-    shapes = [shape for shape in shapes_of(model) if shape.body]
+    shapes = [shape for shape in shapes_of(model, pale) if shape.body]
     forward = travel(com)
     weight = max(float(model.body_mass.sum()) * GRAVITY, 1e-9)
 
@@ -206,7 +208,10 @@ def _figure(shapes, positions, quats, forward, colours=None):
         edge, fill = colours or TINTS[shape.side]
         if shape.colour is not None and colours is None:
             fill = "#" + "".join(f"{round(255 * c):02x}" for c in shape.colour)
-        marks.append((near, _element(points, width, edge, fill)))
+        element = _element(points, width, edge, fill)
+        marks.append(
+            (near, f'<g opacity="{1 - PALE:.2f}">{element}</g>' if shape.pale else element)
+        )
         low, high = points.min(axis=0) - width / 2, points.max(axis=0) + width / 2
         spans.append((low[0], high[0], high[1]))
     left, right, top = np.transpose(spans)

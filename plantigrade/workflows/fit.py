@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.laboratory_angles import laboratory_figures
 from plantigrade.analyze.trial import CUTOFF, Trial, analyse
@@ -172,6 +173,7 @@ def run_of(
     record = trial.record()
     cutoff = trial.cutoff or CUTOFF
     feet = foot_segment_signals(recording, trial, settings.marker_set, cutoff)
+    record = replace(record, notes=(*record.notes, *limit_notes(record)))
     if feet.signals:
         record = replace(record, signals={**record.signals, **feet.signals})
     return Run(
@@ -180,7 +182,12 @@ def run_of(
         title=title or recording.source.name,
         sentence=sentence(trial),
         status=status(trial),
-        figures={**trial.figures, **laboratory_figures(record), **feet.figures},
+        figures={
+            **trial.figures,
+            **limit_figures(record),
+            **laboratory_figures(record),
+            **feet.figures,
+        },
         provenance=provenance(recording, settings, command, seed),
         name=f"fit-{recording.source.stem}",
     )

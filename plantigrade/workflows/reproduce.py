@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.gait_forces import measured_signals
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.analyze.reproduction_status import force_figures, gait_figures, gait_status
 from plantigrade.analyze.trial import Trial
+from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
 from plantigrade.record import Record, Run
 from plantigrade.reproduce.gait import gait_tasks
@@ -92,8 +94,10 @@ def run_of(
         "duration_s": record.motion.duration,
         "tasks": settings.tasks,
         **gait_figures(record, held),
+        **limit_figures(record),
     }
-    notes = [*walk.notes, *_notes(walk, reference)]
+    notes = [*walk.notes, *_notes(walk, reference), *limit_notes(record)]
+    assumed = {name: s for name, s in trial.record().signals.items() if name == ASSUMED}
     others: dict[str, Record] = {}
     if not settings.no_dynamics:
         forced = rebuild(reference, tasks, forces=True).record()
@@ -108,7 +112,11 @@ def run_of(
                 "and joint moments are drawn up to there only."
             )
     return Run(
-        replace(record, notes=tuple(dict.fromkeys(notes))),
+        replace(
+            record,
+            signals={**record.signals, **assumed},
+            notes=tuple(dict.fromkeys(notes)),
+        ),
         "reproduce",
         title=title or f"{recording.source.name}, reproduced",
         sentence=_sentence(walk.name, record, held, settings.tasks),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.check import check
 from plantigrade.analyze.movement import movement_figures
 from plantigrade.analyze.verdict import Verdict
@@ -265,7 +266,11 @@ def checked(
     are computing times.
     """
     verdict, human = check(record), record.human
-    record = replace(record, signals={**record.signals, **verdict.signals()})
+    record = replace(
+        record,
+        signals={**record.signals, **verdict.signals()},
+        notes=(*record.notes, *limit_notes(record)),
+    )
     state = status(verdict, violations)
     passed = "it passed the check" if state == "ok" else "it did not pass the check"
     sentence = (
@@ -275,6 +280,7 @@ def checked(
     )
     size = {"duration_s": record.motion.duration, "frames": record.motion.n_frames}
     every = {**size, **figures, **verdict.figures(), **movement_figures(record)}
+    every |= limit_figures(record)
     settings = {**settings, "friction": record.ground.friction}
     files = source_files(origin.files)
     return Run(

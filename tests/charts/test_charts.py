@@ -108,3 +108,22 @@ def test_a_grid_holds_its_drawings_and_is_saved(tmp_path):
         figure.save(tmp_path / "a.png")
     with pytest.raises(FileError, match="cannot be written"):
         Figure("<svg/>").save(tmp_path / "none" / "a.svg")
+
+
+def test_a_plot_is_hatched_where_its_curve_says():
+    """Within these stretches and nowhere else, and the two sides in two directions."""
+    x = np.arange(101.0)
+    one, other = (x > 20) & (x < 40), x > 90
+    series = [Series(x, x, "right", hatched=one), Series(x, -x, "left", hatched=other)]
+    svg = line_plot(series, **LABELS)
+    ElementTree.fromstring(svg)
+    found = [[float(v) for v in re.findall(r"[\d.]+", d)]
+             for d in re.findall(r'class="hatched" d="([^"]+)"', svg)]  # fmt: skip
+    assert len(found) == 2 and all(len(f) > 8 for f in found)
+    scale = (330 - 10 - 52) / 100
+    for numbers, (a, b) in zip(found, ((21, 39), (91, 100)), strict=True):
+        across = np.array(numbers[::2])
+        assert across.min() > 52 + a * scale - 2 and across.max() < 52 + b * scale + 2
+    rises = [f[1] > f[3] for f in found]
+    assert rises == [True, False]
+    assert "hatched" not in line_plot([Series(x, x, hatched=x > 200)], **LABELS)

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze import norms
-from plantigrade.record import Run
-from plantigrade.report.pages import facts_of, pages
+from plantigrade.charts.theme import DOTTED
+from plantigrade.record import Limits, Run
+from plantigrade.report.pages import facts_of, pages, strip_of
+from plantigrade.report.scene import assumed_bodies, build_scene
 from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import LOADED, chosen
+from plantigrade.report.shapes import PALE
 from tests.analyze.plated_walk import analyse, plated_walk, without_plates
 
 
@@ -105,3 +108,51 @@ def test_missing_figures_are_left_out(run):
 
 def test_pages_are_the_same_twice(run):
     assert pages(run) == pages(run)
+
+
+def test_curves_at_a_limit_are_hatched_and_assumed_ones_dotted(run):
+    """Also over time, where there is no gait cycle; a sentence says what it means."""
+    record, human = run.record, run.record.human
+    qpos = record.motion.qpos.copy()
+    k = human.hinge("knee_angle_l")
+    qpos[:, 7 + k] = np.maximum(qpos[:, 7 + k], np.deg2rad(20))
+    low, high = human.limits.copy()
+    low[k] = np.deg2rad(20)
+    record = replace(
+        record,
+        motion=replace(record.motion, qpos=qpos),
+        limits=Limits(coordinate=np.array([low, high])),
+    )
+    figures = {**run.figures, "assumed_joints": ["arm_flex_r"]}
+    walks = replace(run, record=record, figures=figures)
+    still = replace(record, motion=replace(record.motion, events=()))
+    for one, titles in (
+        (walks, ("Joint angles over the gait cycle", "Feet, trunk and arms over the gait cycle")),
+        (replace(walks, record=still), ("Joint angles", "Further joint angles")),
+    ):
+        found = [sections(one)[title] for title in titles]
+        plots = [figure.svg for section in found for figure in section.figures]
+        hatched = [svg for svg in plots if 'class="hatched"' in svg]
+        assert len(hatched) == 1 and ">Knee flexion</text>" in hatched[0]
+        dotted = [svg for svg in plots if f'stroke-dasharray="{DOTTED}"' in svg]
+        assert len(dotted) == 1 and ">Shoulder flexion</text>" in dotted[0]
+        words = " ".join(section.text for section in found)
+        assert "Hatched: the joint is at a limit" in words and "Dotted: assumed" in words
+    before = [svg for s in sections(run).values() for svg in (f.svg for f in s.figures)]
+    assert not any('class="hatched"' in svg for svg in before)
+
+
+def test_assumed_parts_of_the_body_are_drawn_paler(run):
+    """In the strip and in the viewer: the arm with what hangs on it, and toes never."""
+    names = np.array(["arm_flex_r", "arm_add_r", "arm_rot_r", "mtp_angle_r"])
+    record = replace(run.record, signals={**run.record.signals, "assumed.joints": names})
+    assert assumed_bodies(record) == {"humerus_r", "forearm_r", "hand_r", "fingers_r"}
+    assert assumed_bodies(run.record) == set()
+    before, after = (build_scene(r).shapes for r in (run.record, record))
+    for plain, shape in zip(before, after, strict=True):
+        paler = shape.body_name in assumed_bodies(record)
+        assert (shape.paint != plain.paint) == paler
+        assert all(a >= b for a, b in zip(shape.paint, plain.paint, strict=True))
+    mark = f'opacity="{1 - PALE:.2f}"'
+    assert mark in strip_of(Subject(replace(run, record=record)))
+    assert mark not in strip_of(Subject(run))

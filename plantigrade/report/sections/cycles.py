@@ -1,6 +1,6 @@
 """A walk: curves of angles, forces, moments and powers over the gait cycle."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from plantigrade.analyze.curves import known_above
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
-from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
+from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
 from plantigrade.motion.views import curves_of
 from plantigrade.report.section import Section, Subject, needs
 
@@ -68,9 +68,17 @@ def angle_section(subject: Subject) -> list[Section]:
         )
         found = cycle_section("Joint angles over the gait cycle", curves, subject, caption=caption)
         return [replace(found, folded="recorded" in subject.record.references)]
-    motion = subject.record.motion
-    panels = panels_of(curves_of(motion, motion.joint_names[1:]))
+    motion, held = subject.record.motion, subject.held
+    panels = tuple(
+        replace(
+            panel,
+            hatched={s: held[name] for s, name in _names(panel).items() if name in held},
+            dotted=tuple(s for s, name in _names(panel).items() if name in subject.assumed),
+        )
+        for panel in panels_of(curves_of(motion, motion.joint_names[1:]))
+    )
     text = "Joint angles over time; no whole gait cycle was found or asked for."
+    text += _signs(any(p.hatched for p in panels), any(p.dotted for p in panels))
     found = [Section("Joint angles", _over_time(panels[:FIRST], motion.time), text=text)]
     if len(panels) > FIRST:
         text = "Drawn in the same way."
@@ -191,9 +199,10 @@ def cycle_section(
     bands = _norms(subject) if published else {}
     marks = [(at, STROKES[side]) for side, at in subject.foot_off.items()]
     figures = [
-        Figure(_plot(base, unit, members, bands.get(base), marks))
+        Figure(_plot(base, unit, members, bands.get(base), marks, subject))
         for (base, unit), members in grouped.items()
     ]
+    names = {curve.name for curve in curves}
     words = caption
     if any(len(curve.values) > 1 for curve in curves):
         counts = ", ".join(
@@ -204,11 +213,25 @@ def cycle_section(
         words += f" Line and coloured band: mean and standard deviation over cycles ({counts})."
     if marks:
         words += " Dashed upright lines: foot off."
+    words += _signs(names & set(subject.held_in_cycles), names & set(subject.assumed))
     words += _whose(subject, [bands[base] for base, _ in grouped if base in bands])
     return Section(title, figures, text=words)
 
 
-def _plot(base: str, unit: str, members: Sequence[CycleCurves], norm, marks) -> str:
+def _names(panel: Panel) -> dict[str, str]:
+    """Return side → full name of the coordinates of a panel."""
+    return {side: f"{panel.name}_{side}" if side else panel.name for side in panel.curves}
+
+
+def _signs(hatched: Collection | bool, dotted: Collection | bool) -> str:
+    """Return what hatching and dots mean, where there are any."""
+    words = " Hatched: the joint is at a limit of its range." if hatched else ""
+    return words + (" Dotted: assumed, not measured." if dotted else "")
+
+
+def _plot(
+    base: str, unit: str, members: Sequence[CycleCurves], norm, marks, subject: Subject
+) -> str:
     series, ribbons = [], []
     if norm is not None:
         low, high = norm.mean - norm.sd, norm.mean + norm.sd
@@ -220,7 +243,10 @@ def _plot(base: str, unit: str, members: Sequence[CycleCurves], norm, marks) -> 
         mean, sd = mean_sd(curve.values)
         if len(curve.values) > 1:
             ribbons.append(Ribbon(curve.percent, mean - sd, mean + sd, STROKES[side], 0.18))
-        series.append(Series(curve.percent, mean, SIDE_NAMES.get(side or "", ""), STROKES[side], 2))
+        held = subject.held_in_cycles.get(curve.name)
+        dash = DOTTED if curve.name in subject.assumed else ""
+        name, colour = SIDE_NAMES.get(side or "", ""), STROKES[side]
+        series.append(Series(curve.percent, mean, name, colour, 2, dash=dash, hatched=held))
     sides = {side_of(curve.name) for curve in members}
     return line_plot(
         series,

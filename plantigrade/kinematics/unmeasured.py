@@ -1,0 +1,251 @@
+r"""What a recording does not show of a person: trunk, head and arms follow the legs.
+
+Joints that no marker moves cannot be fitted. Instead of being welded at zero, those of trunk, head
+and arms follow a published posture and motion of walking (:mod:`plantigrade.models.upper_body`), in
+step with the legs and as far as the legs swing.
+
+The phase of the legs comes from how far the right ankle is before the left one, :math:`d`, and its
+rate: :math:`z = d - i\,\dot d/\omega` turns once in a stride, and is real and largest when the
+right foot has just landed. Turned back by :math:`e^{-i\omega t}` and smoothed, its angle is the
+phase and its size the length of a step; both are known in every frame, also in those before the
+first and after the last heel strike. Where the legs do not swing the size vanishes, and with it all
+motion: the trunk stays upright above the pelvis and the arms hang.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.models import Human
+from plantigrade.models.upper_body import LEAN, upper_body, vigour
+from plantigrade.spatial.conventions import (
+    pelvis_angles_to_quaternion,
+    quaternion_to_pelvis_angles,
+    wxyz_to_xyzw,
+    xyzw_to_wxyz,
+)
+
+SPINE, NECK = ("lumbar", "lower_thorax", "thorax"), ("lower_neck", "upper_neck", "neck")
+_TURNS = ("extension", "bending", "rotation")
+PARTS = {
+    "trunk": tuple(f"{joint}_{turn}" for joint in SPINE for turn in _TURNS),
+    "head": tuple(f"{joint}_{turn}" for joint in NECK for turn in _TURNS),
+    "arms": ("arm_flex", "arm_add", "arm_rot", "elbow_flex"),
+}
+"""What follows the legs where it was not measured, and its coordinates without their side."""
+SIGNAL = "assumed.joints"
+"""Signal of a Record that names the coordinates that nothing in the recording shows."""
+
+SMOOTH = 0.02  # of the legs' rate [s]: a bell of this width halves what is faster than 9 Hz
+# The first harmonic of the feet's distance is largest a little after the heel strike: so far in
+# mean curves at free speed [Schwartz2008]_, 19 degrees in those of an adult [Falisse2019]_ [rad].
+LANDS = np.deg2rad(15.0)
+STRIDES = 0.4, 2.0  # per second, fewest and most that people make [Hz]
+FEWEST = 12  # frames in which a phase can be found
+UPRIGHT = np.deg2rad(25.0)  # tilt and list of a pelvis above which a trunk is still upright [rad]
+HANGS = np.deg2rad(60.0)  # lean of a trunk from which an arm still hangs [rad]
+STRAIGHT = 0.3  # share of the frames, those with the straightest knees, that tell the pelvis's tilt
+RISE = 0.01  # wave of the pelvis that tells running from walking [m]
+
+
+@dataclass(frozen=True)
+class Legs:
+    """How the legs swing."""
+
+    phase: Float[Array, " n_frames"]  #: Of the right foot's cycle [rad]; zero at its heel strike
+    speed: Float[Array, " n_frames"]  #: Dimensionless speed of walking that belongs to it
+    strides: float  #: Strides per second [Hz]
+    runs: bool  #: Whether the pelvis is highest when the feet are furthest apart
+
+
+def seen_hinges(points: PointSet) -> Bool[Array, " n_hinges"]:
+    """Return which hinges move any of the points that are measured."""
+    return np.asarray(points.moved[:, 0, 6:].any(axis=0))
+
+
+def unmeasured(human: Human, seen: Bool[Array, " n_hinges"]) -> tuple[str, ...]:
+    """Return the coordinates that were not seen."""
+    return tuple(n for n, there in zip(human.coordinates, seen, strict=True) if not there)
+
+
+def follow_the_legs(
+    human: Human,
+    time: Float[Array, " n_frames"],
+    qpos: Float[Array, "n_frames nq"],
+    seen: Bool[Array, " n_hinges"],
+) -> Float[Array, "n_frames nq"]:
+    """Return the poses with trunk, head and arms, as far as they were not seen, as people walk.
+
+    Args:
+        human: The person.
+        time: Time of each frame [s].
+        qpos: Poses; what was not seen of trunk, head and arms is replaced.
+        seen: Which hinges were measured.
+    """
+    qpos, hidden = np.array(qpos), set(unmeasured(human, seen))
+    if not any(_plain(name) in every for name in hidden for every in PARTS.values()):
+        return qpos
+    legs = leg_swing(human, time, qpos, seen)
+    usual, share = upper_body(legs.phase, legs.speed, runs=legs.runs), vigour(legs.speed)
+    share = np.minimum(share, 1.0)
+    tilt, side_lean, turned = _angles(qpos[:, 3:7]).T
+    ahead = _smooth(time, turned, 0.5 / legs.strides)
+    # Walking people hold the trunk still above the pelvis; others lean with it, once it leans far.
+    trunk = usual.trunk.copy()
+    trunk[:, 0] += (1 - share) * (tilt - _upright_tilt(human, qpos, tilt))
+    trunk[:, 1] += side_lean - np.clip(side_lean, -UPRIGHT, UPRIGHT)
+    trunk[:, 2] = share * (ahead + trunk[:, 2]) + (1 - share) * turned
+    _turn_to(human, qpos, SPINE, hidden, trunk)
+    above = _angles(_rotation(human, qpos, _arm_carrier(human)))
+    head = np.zeros_like(trunk)
+    head[:, 2] = share * ahead + (1 - share) * above[:, 2]
+    _turn_to(human, qpos, NECK, hidden, head)
+    low, high = human.limits
+    for name, angle in usual.arms.items():
+        if name not in hidden:
+            continue
+        if name.startswith("arm_flex"):
+            angle = angle - np.clip(above[:, 0] - LEAN, -HANGS, HANGS)
+        k = human.hinge(name)
+        qpos[:, 7 + k] = np.clip(angle, low[k], high[k])
+    return qpos
+
+
+def leg_swing(
+    human: Human,
+    time: Float[Array, " n_frames"],
+    qpos: Float[Array, "n_frames nq"],
+    seen: Bool[Array, " n_hinges"],
+) -> Legs:
+    """Return phase and speed of the legs' swing; still legs where there are too few frames.
+
+    Of a leg that was not seen, the swing is taken to be opposite to the other's.
+    """
+    n = len(time)
+    still = Legs(np.zeros(n), np.zeros(n), STRIDES[0], False)
+    if n < FEWEST:
+        return still
+    ankles = [human.skeleton.parts[f"foot_{side}"] for side in SIDES]
+    feet = PointSet(human, [b for b, _ in ankles], np.array([at for _, at in ankles])).path(qpos)
+    turned = _angles(qpos[:, 3:7])[:, 2, None]
+    before = feet - qpos[:, None, :3]
+    before = np.cos(turned) * before[..., 0] + np.sin(turned) * before[..., 1]
+    shown = [bool(seen[human.hinge(f"hip_flexion_{side}")]) for side in SIDES]
+    if sum(shown) == 1:
+        one = before[:, shown.index(True)]
+        before[:, shown.index(False)] = 2 * one.mean() - one
+    ahead = _smooth(time, before[:, 0] - before[:, 1], SMOOTH)
+    rate = np.gradient(ahead, time)
+    size = float(np.sqrt(np.mean(ahead**2)))
+    if size < 1e-6:
+        return still
+    strides = float(np.clip(np.sqrt(np.mean(rate**2)) / size / (2 * np.pi), *STRIDES))
+    for _ in range(3):  # the rhythm, ever better
+        omega = 2 * np.pi * strides
+        turning = (ahead - 1j * rate / omega) * np.exp(-1j * omega * time)
+        real, imaginary = (_smooth(time, x, 0.25 / strides) for x in (turning.real, turning.imag))
+        steady = real + 1j * imaginary
+        phase = omega * time + np.unwrap(np.angle(steady)) + LANDS
+        step = np.abs(steady)
+        weight = step / step.sum()
+        strides = float(np.clip(weight @ np.gradient(phase, time) / (2 * np.pi), *STRIDES))
+    d = human.dimensions
+    leg = d.thigh + d.shank + d.ankle_height
+    speed = 2 * step * strides / np.sqrt(GRAVITY * leg)
+    height = qpos[:, 2] - weight @ qpos[:, 2]
+    rise = 2 * float(weight @ (height * np.cos(2 * phase)))
+    return Legs(phase, speed, strides, rise > RISE)
+
+
+def bodies_of(human: Human, names: Sequence[str]) -> set[str]:
+    """Return the bodies of trunk, head and arms that some of these coordinates move."""
+    model, found = human.model, set()
+    joints = [n for n in names if _plain(n) in sum(PARTS.values(), ()) and n in human.coordinates]
+    moved = {int(model.joint(name).bodyid[0]) for name in joints}
+    for body, name in enumerate(human.body_names, start=1):
+        if body in moved or int(model.body_parentid[body]) in moved:
+            moved.add(body)
+            found.add(name)
+    return found
+
+
+def words(names: Sequence[str]) -> str:
+    """Return the parts of the body to which coordinates belong: ``"the trunk and the arms"``."""
+    there = {_plain(name) for name in names}
+    parts = [f"the {part}" for part, every in PARTS.items() if there & set(every)]
+    return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))
+
+
+def note(names: Sequence[str], what: str) -> list[str]:
+    """Return what the user should know where trunk, head or arms are not seen.
+
+    ``what`` does not show them: ``"no marker"``.
+    """
+    parts = words(names)
+    if not parts:
+        return []
+    return [
+        f"{what} shows {parts}: assumed, not measured, by a published posture and motion of "
+        "walking in step with the legs."
+    ]
+
+
+def _turn_to(human: Human, qpos, joints, hidden: set[str], target) -> None:
+    """Turn the outermost of a chain of joints so that its last body has a target's angles.
+
+    The joints that were not seen share the turn; those nearer to the pelvis that were seen stay.
+    """
+    here = [j for j in joints if f"{j}_extension" in hidden]
+    if not here:
+        return
+    model = human.model
+    first = int(model.joint(f"{here[0]}_extension").bodyid[0])
+    base = Rotation.from_quat(wxyz_to_xyzw(_rotation(human, qpos, int(model.body_parentid[first]))))
+    wanted = Rotation.from_quat(wxyz_to_xyzw(pelvis_angles_to_quaternion(target)))
+    share = Rotation.from_rotvec((base.inv() * wanted).as_rotvec() / len(here))
+    angles = _angles(xyzw_to_wxyz(share.as_quat()))
+    low, high = human.limits
+    for joint in here:
+        for turn, values in zip(_TURNS, angles.T, strict=True):
+            k = human.hinge(f"{joint}_{turn}")
+            qpos[:, 7 + k] = np.clip(values, low[k], high[k])
+
+
+def _rotation(human: Human, qpos, body: int) -> Float[Array, "n_frames 4"]:
+    """Return the orientation of a body in every frame, ``wxyz``."""
+    turned = np.array([state.rotation(body) for state in sweep(human, qpos)])
+    return xyzw_to_wxyz(Rotation.from_matrix(turned).as_quat())
+
+
+def _arm_carrier(human: Human) -> int:
+    """Return the body of the trunk that carries the arms."""
+    return human.body(human.skeleton.parts["thorax"][0])
+
+
+def _angles(quat: Float[Array, "n_frames 4"]) -> Float[Array, "n_frames 3"]:
+    return quaternion_to_pelvis_angles(quat)
+
+
+def _upright_tilt(human: Human, qpos, tilt) -> float:
+    """Return the pelvis's tilt in upright standing: its median while the knees are straightest."""
+    bend = sum(qpos[:, 7 + human.hinge(f"knee_angle_{side}")] for side in SIDES)
+    straight = bend <= np.quantile(bend, STRAIGHT)
+    return float(np.clip(np.median(tilt[straight]), -UPRIGHT, UPRIGHT))
+
+
+def _smooth(time, values, width: float) -> np.ndarray:
+    """Return a signal's mean about each frame, weighted by a bell of standard deviation [s]."""
+    frames = width * (len(time) - 1) / (time[-1] - time[0])
+    bell = partial(gaussian_filter1d, sigma=frames, mode="constant")
+    return bell(np.asarray(values, float)) / bell(np.ones(len(time)))
+
+
+def _plain(name: str) -> str:
+    return name.removesuffix("_r").removesuffix("_l")
