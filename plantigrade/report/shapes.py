@@ -77,7 +77,8 @@ class Shape:
         sides = {"r": theme.RIGHT_BODY, "l": theme.LEFT_BODY}
         red, green, blue = self.colour or rgb(sides.get(self.side or "", theme.BODY))
         white = PALE if self.pale else 0.0
-        return tuple(white + (1 - white) * part for part in (red, green, blue))
+        colour = 1 - white
+        return white + colour * red, white + colour * green, white + colour * blue
 
 
 def rgb(colour: str) -> tuple[float, float, float]:
