@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from plantigrade.motion.recording import Recording
     from plantigrade.record.record import Record
     from plantigrade.record.run import Run, load_run
+    from plantigrade.workflows.compare import compare
     from plantigrade.workflows.fit import fit
     from plantigrade.workflows.motions import synthesize
     from plantigrade.workflows.reproduce import reproduce
@@ -49,6 +50,7 @@ __all__ = [
     "Run",
     "__version__",
     "check",
+    "compare",
     "fit",
     "load_run",
     "read",
@@ -68,6 +70,7 @@ _HOMES = {
     "Recording": "motion.recording",
     "Run": "record.run",
     "check": "analyze.check",
+    "compare": "workflows.compare",
     "fit": "workflows.fit",
     "load_run": "record.run",
     "read": "io",

@@ -40,6 +40,7 @@ def optional(metavar: str):
 
 
 Metres = Annotated[float | None, optional("METRES")]
+Years = Annotated[float | None, optional("YEARS")]
 Kilograms = Annotated[float | None, optional("KG")]
 OptionalPath = Annotated[Path | None, optional("PATH")]
 OptionalWord = Annotated[str | None, optional("TEXT")]

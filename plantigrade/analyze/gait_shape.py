@@ -121,9 +121,10 @@ def agreement_with_norm(
     speed_class: str = "free",
     *,
     side: str = "r",
+    population: norms.Population = norms.CHILDREN,
 ) -> Agreement:
     """Return how far a curve is from a published mean (:func:`plantigrade.analyze.norms.norm`)."""
-    band = norms.norm(name, speed_class, side=side)
+    band = norms.norm(name, speed_class, side=side, population=population)
     theirs = np.interp(percent, band.percent, band.mean)
     return Agreement(
         rmse(values, theirs), rmse_offset_removed(values, theirs), correlation(values, theirs)

@@ -1,14 +1,16 @@
 """Figures of a movement with its forces, from a Record: distance, work, flight, gait, norms."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.clinical import clinical_figures, compared_with
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.feet import foot_path
 from plantigrade.analyze.gait import gait_measures
 from plantigrade.analyze.gait_shape import agreement_with_norm
-from plantigrade.analyze.norms import speed_class
+from plantigrade.analyze.norms import names
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.dynamics.passive import passive_moments, scale
@@ -25,10 +27,11 @@ TRAVELS = 0.3
 """Of a movement with a cost of transport [m]."""
 
 
-def movement_figures(record: Record) -> dict[str, Any]:
+def movement_figures(record: Record, person: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return how far the body moves and what that takes; of a walk also how it walks.
 
-    Flat keys in snake_case, unit as suffix. The record needs torques and contact forces.
+    Flat keys in snake_case, unit as suffix. The record needs torques and contact forces; figures of
+    the ``person`` (``age_years``) say with whom a walk is compared.
     """
     motion, human = record.motion, record.human
     whole = centroid(human, motion.qpos, motion.qvel)
@@ -57,7 +60,7 @@ def movement_figures(record: Record) -> dict[str, Any]:
     if way > TRAVELS:
         found["cost_of_transport"] = work / (record.weight * way)
         found["cost_of_transport_positive"] = given / (record.weight * way)
-    return found | walk_figures(record)
+    return found | walk_figures(record, person or {})
 
 
 def flight_figures(record: Record, whole: Centroid) -> dict[str, float]:
@@ -75,7 +78,7 @@ def flight_figures(record: Record, whole: Centroid) -> dict[str, float]:
     }
 
 
-def walk_figures(record: Record) -> dict[str, Any]:
+def walk_figures(record: Record, person: Mapping[str, Any]) -> dict[str, Any]:
     """Return the measures of a walk; nothing for other motions."""
     motion, human = record.motion, record.human
     if not motion.events:
@@ -92,9 +95,9 @@ def walk_figures(record: Record) -> dict[str, Any]:
         found = {k: v for k, v in found.items() if "_sd_" not in k}
     for name in ("thigh", "shank", "ankle_height"):
         found[f"length_{name}_m"] = float(getattr(human.dimensions, name))
-    speed = found.get("walking_speed_m_s")
-    norms = {} if speed is None else norm_figures(record, speed)
-    return found | ground_force_figures(record) | norms
+    known = {**person, **found}
+    found |= ground_force_figures(record) | clinical_figures(record, known)
+    return found | norm_figures(record, known)
 
 
 def ground_force_figures(record: Record) -> dict[str, float]:
@@ -117,17 +120,23 @@ def ground_force_figures(record: Record) -> dict[str, float]:
     return found
 
 
-def norm_figures(record: Record, speed: float) -> dict[str, float]:
-    """Return how far angles of hip, knee and ankle are from published means over the cycle."""
-    d = record.human.dimensions
-    group = speed_class(speed, d.thigh + d.shank + d.ankle_height)
-    curves = gait_curves(record)
+def norm_figures(record: Record, known: Mapping[str, Any]) -> dict[str, float]:
+    """Return how far angles of hip, knee and ankle are from published means over the cycle.
+
+    The means are those of adults or children, whichever the person is; of own norms if given.
+    """
+    who, curves = compared_with(record, known), gait_curves(record)
+    if "walking_speed_m_s" not in known or not set(SAGITTAL) <= set(names(who.population)):
+        return {}
     found, raw, free = {}, [], []
     for name in SAGITTAL:
         rows = curves.angles.get(f"{name}_r", np.empty((0, 1)))
         if not len(rows):
             return {}
-        held = agreement_with_norm(curves.percent, np.nanmean(rows, axis=0), name, group)
+        mean = np.nanmean(rows, axis=0)
+        held = agreement_with_norm(
+            curves.percent, mean, name, who.speed_class, population=who.population
+        )
         raw.append(held.rmse)
         free.append(held.rmse_offset_removed)
         found[f"norm_rmse_{name}_deg"] = held.rmse

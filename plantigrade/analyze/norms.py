@@ -9,12 +9,14 @@ Two populations, never mixed up: a page names the one it shows, with number, age
   17 years, barefoot, at five speeds: joint angles, moments, powers, ground reactions. Children's
   ankle moment and power are smaller than adults'.
 
+A user's own are a third (:mod:`plantigrade.analyze.own_norms`).
+
 No table of joint moments, powers or ground reactions of adults with their standard deviation is
 free to be passed on; those of children are then the nearest there is, and are called children's.
 
-Angles are those of a pelvis defined by the plane through its iliac spines. In Rajagopal's pelvis
-that plane leans forward by :data:`plantigrade.models.anatomy.SPINE_PLANE` where the tilt is zero:
-this is taken out of pelvis tilt and hip flexion.
+Published angles are those of a pelvis defined by the plane through its iliac spines. In Rajagopal's
+pelvis that plane leans forward by :data:`plantigrade.models.anatomy.SPINE_PLANE` where the tilt is
+zero: this is taken out of pelvis tilt and hip flexion.
 
 ``schwartz2008.json`` and ``fukuchi2018.json`` were made from those tables: every 2 % of the cycle,
 angles rounded to 0.1 degree and everything else to 0.01; names and signs turned to those of
@@ -29,7 +31,8 @@ References:
 """
 
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 
@@ -39,6 +42,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.models.anatomy import SPINE_PLANE
+
+MIRRORED = ("pelvis_list", "pelvis_rotation")
+"""Angles that change sign where left and right are exchanged."""
 
 SPEED_CLASSES = ("very_slow", "slow", "free", "fast", "very_fast")
 """Speed classes, slowest first."""
@@ -51,10 +57,17 @@ CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)
 class Population:
     """Whose gait was published."""
 
-    name: str  #: ``"adults"`` or ``"children"``
+    name: str  #: ``"adults"``, ``"children"`` or ``"own norms"``
     people: str  #: Who they are, how many, of which ages
     speed: str  #: How fast they walked
     citation: str  #: Where the numbers were published
+    #: Mean and SD of a user's own curves, at even percentages of the cycle, by our names
+    curves: Mapping[str, tuple[Array, Array]] = field(default_factory=dict, compare=False)
+
+    @property
+    def own(self) -> bool:
+        """Whether the curves are a user's own."""
+        return bool(self.curves)
 
 
 COMFORTABLE = (1.24, 0.16)
@@ -72,6 +85,14 @@ CHILDREN = Population(
     "barefoot at five speeds",
     "Schwartz, Rozumalski & Trost 2008, J Biomech 41:1639–1650",
 )
+PUBLISHED_NAMES = {
+    "ground_force_up": "vertical_grf",
+    "ground_force_forward": "anterior_grf",
+    "hip_flexion_power": "hip_power",
+    "knee_angle_power": "knee_power",
+    "ankle_angle_power": "ankle_power",
+}
+"""Names of our curves → those of the published tables, where they differ."""
 
 ADULT_AGE = 18.0
 """Age from which somebody is compared with adults [years]."""
@@ -129,9 +150,23 @@ def population(age: float | None = None, height: float | None = None) -> Populat
     return CHILDREN if height is not None and height < SHORT else ADULTS
 
 
+def reason(age: float | None = None, height: float | None = None) -> str:
+    """Return why :func:`population` chose as it did.
+
+    Example:
+        >>> reason(9), reason(None, 1.7)
+        ('by an age of 9 years', 'by a body height of 1.70 m, for no age is known')
+    """
+    if age is not None:
+        return f"by an age of {age:.3g} years"
+    if height is not None:
+        return f"by a body height of {height:.2f} m, for no age is known"
+    return "for neither age nor body height is known"
+
+
 def names(population: Population = CHILDREN) -> tuple[str, ...]:
     """Return the names of the curves there are of a population."""
-    return tuple(_tables(population.name))
+    return tuple(population.curves or _tables(population.name))
 
 
 def norm(
@@ -141,12 +176,13 @@ def norm(
     side: str = "r",
     population: Population = CHILDREN,
 ) -> NormCurve:
-    """Return the published band of a curve.
+    """Return the published band of a curve, or a user's own.
 
     Args:
         name: A coordinate (``"knee_angle"``, or with its side, ``"knee_angle_l"``), its moment
-            (``"knee_angle_moment"``), ``"hip_power"``, ``"knee_power"``, ``"ankle_power"``,
-            ``"vertical_grf"`` or ``"anterior_grf"``.
+            (``"knee_angle_moment"``) or power (``"knee_angle_power"``), ``"ground_force_up"`` or
+            ``"ground_force_forward"``; the names of the published tables (``"hip_power"``,
+            ``"vertical_grf"``) are taken too.
         speed_class: One of :data:`SPEED_CLASSES`; see :func:`speed_class`. Adults walked at their
             comfortable speed only.
         side: Foot whose heel strikes bound the cycle; for ``"l"`` pelvis list and rotation change
@@ -156,32 +192,46 @@ def norm(
     Raises:
         ParameterError: If there is no such curve or class.
     """
-    stem, tables = name, _tables(population.name)
+    there = names(population)
+    stem = name
+    if not population.own:
+        stem = PUBLISHED_NAMES.get(name, name)
     for suffix in ("_r", "_l"):
-        if name not in tables and name.endswith(suffix):
-            stem = name.removesuffix(suffix)
-        else:
+        if stem not in there:
+            stem = stem.removesuffix(suffix)
             stem = stem.replace(f"{suffix}_moment", "_moment").replace(f"{suffix}_power", "_power")
-    if stem not in tables:
-        there = ", ".join(tables)
-        raise ParameterError(f"no norm {name!r} of {population.name}; there are {there}")
+    if stem not in there:
+        raise ParameterError(f"no norm {name!r} of {population.name}; there are {', '.join(there)}")
     if speed_class not in SPEED_CLASSES:
         raise ParameterError(f"{speed_class=}: allowed are {', '.join(SPEED_CLASSES)}")
     if side not in SIDES:
         raise ParameterError(f"{side=}: allowed are 'r' and 'l'")
-    speed_class = next(iter(tables[stem])) if population is ADULTS else speed_class
-    table = tables[stem][speed_class]
-    mirrored = side == "l" and stem in ("pelvis_list", "pelvis_rotation")
-    mean = np.array(table["mean"], dtype=float) * (-1 if mirrored else 1)
-    # Tilt is positive backward, flexion forward: the plane's lean leaves both.
-    mean = mean + {"pelvis_tilt": SPINE_PLANE, "hip_flexion": -SPINE_PLANE}.get(stem, 0.0)
-    unit = "deg"
-    for ending, other in (("_moment", "N m/kg"), ("_power", "W/kg"), ("_grf", "body weight")):
-        if stem.endswith(ending):
-            unit = other
+    if population.own:
+        mean, sd = (np.array(values, dtype=float) for values in population.curves[stem])
+        speed_class = "as given"
+    else:
+        table = _tables(population.name)[stem]
+        speed_class = next(iter(table)) if population is ADULTS else speed_class
+        mean, sd = (np.array(table[speed_class][key], dtype=float) for key in ("mean", "sd"))
+        # Tilt is positive backward, flexion forward: the plane's lean leaves both.
+        mean = mean + {"pelvis_tilt": SPINE_PLANE, "hip_flexion": -SPINE_PLANE}.get(stem, 0.0)
+    if side == "l" and stem in MIRRORED:
+        mean = -mean
     percent = np.linspace(0.0, 100.0, len(mean))
-    sd = np.array(table["sd"], dtype=float)
-    return NormCurve(stem, speed_class, percent, mean, sd, unit, population)
+    return NormCurve(stem, speed_class, percent, mean, sd, unit_of(stem), population)
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a curve by its name.
+
+    Example:
+        >>> unit_of("knee_angle"), unit_of("hip_power"), unit_of("ground_force_up")
+        ('deg', 'W/kg', 'body weight')
+    """
+    for part, unit in (("_moment", "N m/kg"), ("_power", "W/kg"), ("_grf", "body weight")):
+        if name.endswith(part):
+            return unit
+    return "body weight" if name.startswith("ground_force") else "deg"
 
 
 def comfortable(speed: float) -> bool:

@@ -91,7 +91,7 @@ class Trial:
     @property
     def figures(self) -> dict[str, Any]:
         """Every figure of fit and gait: flat keys in snake_case, unit as suffix."""
-        human, motion, age = self.fit.human, self.motion, self.fit.recording.subject.age
+        human, motion, subject = self.fit.human, self.motion, self.fit.recording.subject
         figures = {
             **self.fit.metrics,
             "height_m": human.height,
@@ -99,7 +99,7 @@ class Trial:
             **({} if self.weighed is None else {"mass_on_plates_kg": self.weighed.mass}),
             **({} if self.cutoff is None else {"cutoff_hz": self.cutoff}),
             "events_from_plates_count": self.events_from_plates,
-            **({} if age is None else {"age_years": age}),
+            **subject.figures,
             "frames": motion.n_frames,
             "duration_s": motion.duration,
             "assumed_joints": list(self.fit.assumed),

@@ -9,6 +9,7 @@ from plantigrade.charts.marks import Ribbon, Series
 from plantigrade.charts.svg import (
     TITLE,
     axes,
+    box,
     curve,
     data_range,
     hatching,
@@ -17,6 +18,7 @@ from plantigrade.charts.svg import (
     linear_scale,
     open_svg,
     path_data,
+    rule,
     title_text,
 )
 
@@ -31,6 +33,8 @@ def line_plot(
     y_label: str,
     bands: Sequence[Ribbon] = (),
     marks: Sequence[tuple[float, str]] = (),
+    ticks: Sequence[tuple[float, str]] = (),
+    spans: Sequence[tuple[float, float, str]] = (),
     width: int = 330,
     height: int = 210,
     zero: bool = False,
@@ -46,6 +50,8 @@ def line_plot(
         y_label: With its unit.
         bands: Shaded ranges, drawn behind.
         marks: Vertical dashed lines: where, and in which colour (foot off).
+        ticks: Short lines at the upper edge, likewise (events of the other foot).
+        spans: Thick lines along the lower edge: from, to, and in which colour.
         width: Of the drawing [px].
         height: Of the drawing [px].
         zero: Whether zero must lie on the vertical axis.
@@ -67,8 +73,8 @@ def line_plot(
     px = linear_scale(x0, x1, left, right)
     py = linear_scale(y0, y1, bottom, top)
     parts = [open_svg(width, height, f"{title}, {y_label} over {x_label}"), title_text(title, left)]
-    box = (left, right, top, bottom)
-    parts += axes(x0, x1, y0, y1, px, py, box, x_label, y_label, powers=log > 0)
+    frame = (left, right, top, bottom)
+    parts += axes(x0, x1, y0, y1, px, py, frame, x_label, y_label, powers=log > 0)
     for band in bands:
         ok = np.isfinite(band.low) & np.isfinite(band.high)
         x = np.concatenate([band.x[ok], band.x[ok][::-1]])
@@ -79,7 +85,7 @@ def line_plot(
                 f'opacity="{band.opacity}"/>'
             )
     for k, s in enumerate(series):
-        parts += hatching(s, px, box, rising=k % 2 == 0)
+        parts += hatching(s, px, frame, rising=k % 2 == 0)
     for k, (where, colour) in enumerate(marks):
         at = float(px(where))
         near = any(abs(float(px(other)) - at) < NEAR for other, _ in marks[:k])
@@ -88,6 +94,9 @@ def line_plot(
             f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
             f'style="stroke:{colour}" stroke-dasharray="4 4"{shift} stroke-width="1"/>'
         )
+    parts += [rule(px(x), px(x), top, top + 6, colour, 1.4) for x, colour in ticks]
+    for start, stop, colour in spans:
+        parts.append(box(px(start), bottom - 4, px(stop) - px(start), 4, colour, "0.9"))
     parts += [curve(s, px, py) for s in series]
     parts += legend(series, right, 30 if second else 15)
     return "".join(parts) + "</svg>"

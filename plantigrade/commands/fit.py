@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -13,10 +13,15 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.settings import FitSettings
 
+if TYPE_CHECKING:
+    from plantigrade.record import Run
+
 
 @dataclass(frozen=True, kw_only=True)
 class Command(FitSettings, RunOptions, JobOptions):
     """Fit a recording to a scaled human: motion, and moments where forces were measured.
+
+    Several are independent runs, and one table of them all.
 
     A standing trial, a skeleton or a file of forces that belongs to the recording is found beside
     it by name and content, or named by option.
@@ -32,50 +37,86 @@ class Command(FitSettings, RunOptions, JobOptions):
         """Fit one recording, or each of several on its own."""
         if not self.files:
             raise ParameterError("no recording was named; write plantigrade fit FILE")
-        if len(self.files) > 1 and self.out is not None:
-            raise ParameterError(
-                "--out names one folder but several recordings were given; leave it out (each goes "
-                "to runs/fit-<name>) or fit them one by one"
-            )
         names = [f"fit-{name}" for name in run_names(self.files)]
+        if len(self.files) > 1:
+            return self._several(names)
         self.refuse_existing(*names)
-        if len(self.files) == 1:
-            return fit_one(self, (self.files[0], names[0]))
-        return self._several(names)
+        (path,) = self.files
+        run = fit_one(self, (path, self.out, names[0]))
+        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
     def _several(self, names: Sequence[str]) -> Outcome:
-        items = zip(self.files, names, strict=True)
-        done = self.side_by_side(partial(fit_one, self, quiet=True), items)
+        """Fit each recording on its own, and put them into one table."""
+        from plantigrade.record.folder import refuse_existing
+        from plantigrade.record.run import RUNS
+        from plantigrade.workflows import fit_table
+
+        default = f"fit-table-{study_name(self.files)}"
+        self.refuse_existing(default)
+        out = self.out or RUNS / default
+        folders = [out.parent / name for name in names]
+        if self.overwrite:
+            for folder in folders:
+                refuse_existing(folder, overwrite=True)
+        items = zip(self.files, folders, names, strict=True)
+        done = self.side_by_side(partial(_member, self), items)
         lines: list[str] = []
         metrics: dict[str, Any] = {}
+        fitted, left_out = [], {}
         for each in done:
-            path = each.item[0]
+            path, folder, name = each.item
             if each.result is None:
                 lines.append(f"{path}: error: {each.problem}")
                 metrics[str(path)] = {"status": each.problem}
+                left_out[str(path)] = each.problem
             else:
-                lines.append(f"{path}: {each.result.text}")
-                metrics[str(path)] = each.result.metrics
+                place, found = each.result
+                lines.append(f"{path}: {summary(place, found)}")
+                metrics[str(path)] = found
+                fitted.append((name.removeprefix("fit-"), path, place, found))
+        if fitted:
+            table = fit_table.write(
+                fitted,
+                left_out,
+                out,
+                command=command_line(),
+                settings=FitSettings.of(self),
+                overwrite=self.overwrite,
+                numbered=self.out is None and not self.overwrite,
+            )
+            lines.append(f"table of {len(fitted)} fits: {table / fit_table.PAGE}")
         failed = sum(found.get("status") != "ok" for found in metrics.values())
         status = "ok" if not failed else f"{failed} of {len(self.files)} recordings failed"
         return Outcome("\n".join(lines), {"status": status, **metrics})
 
 
-def fit_one(options: Command, item: tuple[Path, str], quiet: bool = False) -> Outcome:
-    """Fit one recording and write its run folder, called so where ``--out`` is absent."""
+def _member(options: Command, item: tuple[Path, Path, str]) -> tuple[Path, dict[str, Any]]:
+    """Fit one recording of several: its folder and metrics."""
+    run = fit_one(options, item, quiet=True, numbered=not options.overwrite)
+    return run.folder or item[1], run.metrics
+
+
+def fit_one(
+    options: Command,
+    item: tuple[Path, Path | None, str],
+    quiet: bool = False,
+    numbered: bool = False,
+) -> "Run":
+    """Fit one recording and write its run folder, called so where no folder is named."""
     from plantigrade.commands.progress import Progress
     from plantigrade.workflows.fit import fit
     from plantigrade.workflows.save import save
 
-    path, name = item
+    path, out, name = item
     progress = Progress(quiet=options.quiet or quiet)
     run = fit(path, FitSettings.of(options), step=progress.step, command=command_line())
     with progress.step("writing the report and the viewer"):
-        run = save(replace(run, name=name), options.out, overwrite=options.overwrite)
+        named = replace(run, name=name)
+        run = save(named, out, overwrite=options.overwrite, numbered=numbered)
     of = f"{path.name}: " if len(options.files) > 1 else ""
     for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
         progress.warn(of + sentence)
-    return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+    return run
 
 
 def run_names(files: Sequence[Path]) -> list[str]:
@@ -102,6 +143,17 @@ def run_names(files: Sequence[Path]) -> list[str]:
     if twice:
         raise ParameterError(f"{twice[0]} was named twice; name each recording once")
     return names
+
+
+def study_name(given: Sequence[Path]) -> str:
+    """Return what several are called after: their folder, or the first recording and their number.
+
+    Example:
+        >>> study_name([Path("a/walk.c3d"), Path("b/run.c3d"), Path("c.trc")])
+        'walk-and-2-more'
+    """
+    first = given[0].resolve().name if given[0].is_dir() else given[0].stem
+    return first if len(given) == 1 else f"{first}-and-{len(given) - 1}-more"
 
 
 def summary(folder: Path, metrics: dict) -> str:

@@ -36,6 +36,8 @@ COMMANDS = {
     "model": "Write the human as MJCF and print what it is made of.",
     "view": "Show a run as a live, movable scene in the browser.",
     "report": "Write the report and the viewer page of a run anew.",
+    "compare": "Compare walks: curves over each other, differences with confidence, one page.",
+    "norms": "Write your own norms from runs: mean and standard deviation over people.",
     "picture": "Draw a run as one picture that moves, or as a strip of instants.",
     "experiment": "Compute a table or figure: ours beside the published numbers.",
     "data": "List the recordings in a folder and what each of them holds.",

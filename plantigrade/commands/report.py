@@ -8,6 +8,7 @@ import tyro
 
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
+from plantigrade.options import OptionalPath, Years
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,12 +17,16 @@ class Command(PrintOptions):
 
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder to report on."""
+    norms: OptionalPath = None
+    """Compare with your own norms from now on: a table (.csv) or a folder of runs."""
+    age: Years = None
+    """Age [years]: whether adults or children are the norm from now on."""
 
     def run(self) -> Outcome:
         """Do it."""
-        from plantigrade.record import Run
-        from plantigrade.record.folder import read_metrics, replace_files
-        from plantigrade.report.pages import pages
+        from plantigrade.record.folder import read_metrics
+        from plantigrade.workflows.save import report
 
-        written = replace_files(self.run_folder, pages(Run.load(self.run_folder)))
+        page = report(self.run_folder, norms=self.norms, age=self.age)
+        written = (page, page.with_name("viewer.html"))
         return Outcome("\n".join(str(path) for path in written), read_metrics(self.run_folder))

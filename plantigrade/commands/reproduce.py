@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from plantigrade.commands.fit import run_names
+from plantigrade.commands.fit import run_names, study_name
 from plantigrade.commands.options import JobOptions, RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
@@ -151,17 +151,6 @@ def recordings(given: Sequence[Path]) -> tuple[list[Path], set[Path]]:
             raise ParameterError(f"{path} holds no recording of a known format")
         files += [each for each in inside if each not in files]
     return files, {path for path in given if not path.is_dir()}
-
-
-def study_name(given: Sequence[Path]) -> str:
-    """Return what a study is called after: its folder, or its first recording and their number.
-
-    Example:
-        >>> study_name([Path("a/walk.c3d"), Path("b/run.c3d"), Path("c.trc")])
-        'walk-and-2-more'
-    """
-    first = given[0].resolve().name if given[0].is_dir() else given[0].stem
-    return first if len(given) == 1 else f"{first}-and-{len(given) - 1}-more"
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:

@@ -212,6 +212,8 @@ def event_side(label: str, context: str) -> str | None:
 _MASS_NAMES = ("bodymass", "mass", "weight", "bodyweight", "subjectmass", "subjectweight")
 _HEIGHT_NAMES = ("height", "bodyheight", "stature", "subjectheight")
 _LEG_NAMES = ("leglength", "lleglength", "rleglength", "leftleglength", "rightleglength")
+_PERSON_NAMES = ("names", "name", "subjectname", "patientname", "label", "labels")
+_DATE_NAMES = ("date", "recordingdate", "trialdate", "measurementdate", "sessiondate")
 _SEXES = {
     **dict.fromkeys(("m", "male", "man"), "male"),
     **dict.fromkeys(("f", "female", "w", "woman"), "female"),
@@ -253,13 +255,27 @@ def _subject(file: C3dFile, warnings: list[str]) -> Subject:
     )
     age = plausible(("age", "ageyears"), 1, 120, (1.0,), "age must be 1 to 120 years")
     leg = plausible(_LEG_NAMES, 0.1, 1.5, lengths, "leg length must be 0.1 to 1.5 m")
+    people = _words(file, ("SUBJECTS", "SUBJECT", "PATIENT"), _PERSON_NAMES)
+    dates = _words(file, ("TRIAL", "SUBJECTS", "SUBJECT", "PATIENT", "PROCESSING"), _DATE_NAMES)
     return Subject(
         height=height[0] if height else None,
         mass=mass[0] if mass else None,
         sex=_SEXES.get(sex),
         leg_length=float(np.mean(leg)) if leg else None,
         age=age[0] if age else None,
+        name=people[0] if len(people) == 1 else None,
+        date=dates[0] if dates else None,
     )
+
+
+def _words(file: C3dFile, groups: tuple[str, ...], names: tuple[str, ...]) -> list[str]:
+    """Return the different words that parameters of these names hold, spelled anyhow."""
+    found: dict[str, None] = {}
+    for group in groups:
+        for name, value in file.groups.get(group, {}).items():
+            if re.sub(r"[^a-z]", "", name.lower()) in names and isinstance(value, list):
+                found |= dict.fromkeys(w for word in value if (w := word.strip()[:80]))
+    return list(found)
 
 
 def _people(points: LabelledPoints) -> list[str]:

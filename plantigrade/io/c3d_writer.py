@@ -192,8 +192,10 @@ def _subject(subject: Subject) -> Parameters:
     mm = None if subject.height is None else 1e3 * subject.height
     leg = None if subject.leg_length is None else 1e3 * subject.leg_length
     processing = {"BODYMASS": subject.mass, "HEIGHT": mm, "LLEGLENGTH": leg, "RLEGLENGTH": leg}
-    subjects = {"SEX": None if subject.sex is None else [subject.sex], "AGE": subject.age}
-    groups = {"PROCESSING": processing, "SUBJECTS": subjects}
+    words = {"SEX": subject.sex, "NAMES": subject.name}
+    subjects = {k: None if v is None else [v] for k, v in words.items()} | {"AGE": subject.age}
+    trial = {"DATE": None if subject.date is None else [subject.date]}
+    groups = {"PROCESSING": processing, "SUBJECTS": subjects, "TRIAL": trial}
     known = {g: {k: v for k, v in d.items() if v is not None} for g, d in groups.items()}
     return {
         group: {k: v if isinstance(v, list) else np.array([float(v)]) for k, v in entries.items()}

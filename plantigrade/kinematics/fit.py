@@ -78,7 +78,8 @@ def fit_markers(
         FitError: If the recording has no markers, too few known ones, or no usable frame.
     """
     if static is not None:
-        recording = replace(recording, subject=filled(recording.subject, static.subject))
+        beside = replace(static.subject, date=None)  # that of another recording
+        recording = replace(recording, subject=filled(recording.subject, beside))
     person = filled(person or Person(), recording.subject)
     markers = recording.markers
     if markers is None or not markers.names:

@@ -118,6 +118,8 @@ class Subject:
         sex: ``"male"`` or ``"female"``.
         leg_length: Leg length, mean of both sides [m].
         age: Age [years].
+        name: Name or code of the person.
+        date: When it was recorded, in the words of the file.
     """
 
     height: float | None = None
@@ -125,6 +127,15 @@ class Subject:
     sex: str | None = None
     leg_length: float | None = None
     age: float | None = None
+    name: str | None = None
+    date: str | None = None
+
+    @property
+    def figures(self) -> dict[str, float | str]:
+        """What the page of a run shows of the person, under flat keys; unknown is left out."""
+        keys = {"age": "age_years", "sex": "sex", "name": "subject_name", "date": "recorded_on"}
+        found = {key: getattr(self, name) for name, key in keys.items()}
+        return {key: value for key, value in found.items() if value is not None}
 
 
 @dataclass(frozen=True)

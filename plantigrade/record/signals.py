@@ -42,6 +42,10 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "posture.end": (NUMBERS, ("postures",)),
     "contact.span": (NUMBERS, ("contacts", 2)),
     "contact.place": (WORDS, ("contacts",)),
+    "norms.people": (WORDS, (1,)),
+    "norms.names": (WORDS, ("curves",)),
+    "norms.mean": (NUMBERS, ("curves", "percent")),
+    "norms.sd": (NUMBERS, ("curves", "percent")),
     "foot.names": (WORDS, ("angles",)),
     "foot.percent": (NUMBERS, ("percent",)),
     "measured.force": (NUMBERS, ("frames", 2, 3)),
@@ -50,12 +54,21 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
 }
 """Name of a signal → numbers or words, and its axes."""
 
-FINITE = ("tasks.level", "phase.span", "contact.span", "posture.end", "foot.percent")
+FINITE = (
+    "tasks.level",
+    "phase.span",
+    "contact.span",
+    "posture.end",
+    "foot.percent",
+    "norms.mean",
+    "norms.sd",
+)
 """Signals of numbers none of which is missing."""
 
 TOGETHER = (
     ("phase.span", "phase.kind", "phase.swing"),
     ("contact.span", "contact.place"),
+    ("norms.people", "norms.names", "norms.mean", "norms.sd"),
     ("measured.moment", "measured.moment_names"),
 )
 """Signals of which none is there without the others."""

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.constants import SIDES
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Run
 from plantigrade.report.scene import assumed_bodies, check, nearest
@@ -152,13 +153,19 @@ def _strip_frames(subject: Subject) -> list[int]:
 
 
 def who_of(subject: Subject) -> list[str]:
-    """Return who moved: body height, mass, sex and age as far as known, and the model."""
-    human, age = subject.record.human, subject.number("age_years")
-    known = [f"Body height {human.height:.2f} m", f"mass {human.mass:.1f} kg"]
-    known += [f"{age:.0f} years"] if age is not None else []
-    model = f"{human.model.nv} degrees of freedom, {human.feet} feet"
-    compared = [f"compared with {subject.population.name}"] if subject.walks else []
-    return [*known, model, *compared]
+    """Return who moved, as far as it is known, the model, and with whom the gait is compared."""
+    human, age, figures = subject.record.human, subject.number("age_years"), subject.figures
+    name, sex, date = (figures.get(key) for key in ("subject_name", "sex", "recorded_on"))
+    known = [f"Subject {name}"] if name else []
+    known += [str(sex)] if sex else []
+    known += [f"{age:.3g} years"] if age is not None else []
+    known += [f"body height {human.height:.2f} m", f"mass {human.mass:.1f} kg"]
+    known += [f"recorded on {date}"] if date else []
+    known += [f"{human.model.nv} degrees of freedom, {human.feet} feet"]
+    who = subject.compared
+    if subject.walks and (who.population.own or not subject.runs):
+        known += [f"compared with {who.population.name}, {who.reason}"]
+    return known
 
 
 def facts_of(subject: Subject) -> dict[str, str]:
@@ -172,7 +179,28 @@ def facts_of(subject: Subject) -> dict[str, str]:
         return found
     if "tasks.names" in signals:
         return _told(subject, FROM_TASKS)
-    return _told(subject, MEASURED) | _knee_ranges(subject)
+    found = _told(subject, MEASURED[:3]) | _both_sides(subject)
+    return found | _told(subject, MEASURED[3:])
+
+
+def _both_sides(subject: Subject) -> dict[str, str]:
+    """Return step length, Gait Profile Score and range of the knee, right and left."""
+    found, usual = {}, rounded_text(subject.number("gps_reference_deg"), 1)
+    for name, unit, key, digits in (
+        ("step length, right and left", " m", "step_length_{}_m", 2),
+        (f"Gait Profile Score (usual: {usual}°)", "°", "gps_{}_deg", 1),
+    ):
+        sides = [subject.number(key.format(side)) for side in SIDES]
+        if any(value is not None for value in sides):
+            found[name] = " / ".join(rounded_text(value, digits) for value in sides) + unit
+    ranges = []
+    for side in SIDES:
+        rows = subject.angle_curves.angles.get(f"knee_angle_{side}", np.empty((0, 1)))
+        spans = np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1) if len(rows) else [np.nan]
+        ranges.append(rounded_text(float(np.mean(spans)), 0))
+    if ranges != ["–", "–"]:
+        found["knee range, right and left"] = " / ".join(ranges) + "°"
+    return found
 
 
 def _told(subject: Subject, wanted: tuple[tuple[str, str, str, int], ...]) -> dict[str, str]:
@@ -181,13 +209,3 @@ def _told(subject: Subject, wanted: tuple[tuple[str, str, str, int], ...]) -> di
         for name, unit, key, digits in wanted
         if (value := subject.number(key)) is not None
     }
-
-
-def _knee_ranges(subject: Subject) -> dict[str, str]:
-    found = {}
-    for side, word in (("r", "right"), ("l", "left")):
-        rows = subject.angle_curves.angles.get(f"knee_angle_{side}", np.empty((0, 1)))
-        if len(rows):
-            rom = float(np.nanmean(np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1)))
-            found[f"{word} knee range"] = f"{rom:.0f}°"
-    return found

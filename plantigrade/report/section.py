@@ -4,7 +4,7 @@ No page holds an outside address.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, wraps
 from importlib import resources
 from typing import Any
@@ -13,8 +13,8 @@ import numpy as np
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.at_limit import at_limit, cycles_at_limit
+from plantigrade.analyze.clinical import Compared, clinical_angles, compared_with
 from plantigrade.analyze.curves import GaitCurves, gait_curves
-from plantigrade.analyze.foot_progression import foot_progression
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure
@@ -22,8 +22,6 @@ from plantigrade.constants import SIDES
 from plantigrade.record import Record, Run
 from plantigrade.report.scene import side_forces
 from plantigrade.report.text import anchor, provenance_rows
-
-LEG_LENGTHS = ("thigh", "shank", "ankle_height")
 
 
 class Subject:
@@ -44,9 +42,13 @@ class Subject:
 
     @cached_property
     def angle_curves(self) -> GaitCurves:
-        """Joint angles and foot progression over the gait cycle."""
-        found = gait_curves(self.record)
-        return replace(found, angles=found.angles | foot_progression(self.record))
+        """Joint angles over the gait cycle."""
+        return gait_curves(self.record)
+
+    @cached_property
+    def clinical_angles(self) -> dict[str, Array]:
+        """Angles of both sides over the gait cycle, pelvis and foot progression too."""
+        return clinical_angles(self.record, self.angle_curves)
 
     @cached_property
     def force_curves(self) -> GaitCurves:
@@ -92,19 +94,19 @@ class Subject:
         return {side: value for side, value in stance.items() if value is not None}
 
     @cached_property
-    def population(self) -> norms.Population:
-        """Whom the person is compared with: adults, unless age or else height say a child."""
-        return norms.population(self.number("age_years"), self.record.human.height)
+    def compared(self) -> Compared:
+        """Whom the person is compared with, and why."""
+        return compared_with(self.record, self.figures)
 
-    @cached_property
+    @property
+    def population(self) -> norms.Population:
+        """Whom the person is compared with."""
+        return self.compared.population
+
+    @property
     def speed_class(self) -> str:
         """The class of walking speed whose published values of children are shown."""
-        speed = self.number("walking_speed_m_s")
-        lengths = [self.number(f"length_{name}_m") for name in LEG_LENGTHS]
-        known = [length for length in lengths if length is not None]
-        if speed is None or len(known) < len(lengths):
-            return "free"
-        return norms.speed_class(speed, sum(known))
+        return self.compared.speed_class
 
     @property
     def runs(self) -> bool:
@@ -146,6 +148,8 @@ class Section:
         headers: Of its table.
         rows: Of its table.
         groups: Small tables side by side.
+        grid: Rows of drawings, or of words where there is none, under one heading for each column.
+        sheet: Whether it is part of the first page on paper.
         folded: Whether only its heading is seen at first; on paper every section is open.
         missing: Why there is nothing to show; then it is one line of the report.
     """
@@ -156,6 +160,8 @@ class Section:
     headers: Sequence[str] = ()
     rows: Sequence[Sequence[str]] = field(default_factory=tuple)
     groups: Sequence[Group] = ()
+    grid: Sequence[Sequence[Figure | str]] = ()
+    sheet: bool = False
     folded: bool = False
     missing: str = ""
 

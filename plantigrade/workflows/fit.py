@@ -8,9 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
+from plantigrade.analyze.clinical import clinical_figures
 from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.laboratory_angles import laboratory_figures
+from plantigrade.analyze.norms_of_runs import norm_files, read_norms
+from plantigrade.analyze.own_norms import as_signals
 from plantigrade.analyze.trial import CUTOFF, Trial, analyse
+from plantigrade.arrays import Array
 from plantigrade.errors import FitError
 from plantigrade.io import read
 from plantigrade.io.asf import find_asf
@@ -24,10 +28,11 @@ from plantigrade.kinematics.sides import mirror_axis, swap_sides
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
+from plantigrade.motion.recording import Subject
 from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
-from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.settings import FitSettings, Settings
 from plantigrade.workflows.threads import on_one_thread
 
 Step = Callable[[str], contextlib.AbstractContextManager]
@@ -115,6 +120,7 @@ def fit_trial(
         FitError: If it cannot be fitted; the message says why.
     """
     settings, path = settings or FitSettings(), as_path(path, "a recording")
+    norm_signals(settings)  # what is wrong with them is said before the work
     with step(f"reading {path.name}"):
         recording = load(path, settings)
     with step("fitting"):
@@ -173,21 +179,19 @@ def run_of(
     record = trial.record()
     cutoff = trial.cutoff or CUTOFF
     feet = foot_segment_signals(recording, trial, settings.marker_set, cutoff)
-    record = replace(record, notes=(*record.notes, *limit_notes(record)))
-    if feet.signals:
-        record = replace(record, signals={**record.signals, **feet.signals})
+    signals = {**record.signals, **feet.signals, **norm_signals(settings)}
+    notes = (*record.notes, *limit_notes(record))
+    record = replace(record, signals=signals, notes=notes)
+    figures = {**trial.figures, **laboratory_figures(record), **feet.figures}
+    figures |= limit_figures(record)
+    figures |= personal_figures(settings)
     return Run(
         record,
         "fit",
         title=title or recording.source.name,
         sentence=sentence(trial),
         status=status(trial),
-        figures={
-            **trial.figures,
-            **limit_figures(record),
-            **laboratory_figures(record),
-            **feet.figures,
-        },
+        figures={**figures, **clinical_figures(record, figures)},
         provenance=provenance(recording, settings, command, seed),
         name=f"fit-{recording.source.stem}",
     )
@@ -197,8 +201,24 @@ def provenance(
     recording: Recording, settings: FitSettings, command: str = "", seed: int | None = None
 ) -> Provenance:
     """Return where a result on a recording comes from: all files that were read."""
-    files = source_files([recording.source, *recording.companions])
+    own = norm_files(settings.norms)
+    files = source_files([recording.source, *recording.companions, *own])
     return Provenance(command, settings.plain(), files, seed)
+
+
+def norm_signals(settings: FitSettings) -> dict[str, Array]:
+    """Return the user's own norms as signals of a record; none where they are not given.
+
+    Raises:
+        FileError: If they cannot be read.
+        ParameterError: If they are a folder without runs of people who walk.
+    """
+    return {} if settings.norms is None else as_signals(read_norms(settings.norms))
+
+
+def personal_figures(settings: Settings) -> dict[str, Any]:
+    """Return what the settings say of a person, as the figures of a run hold it."""
+    return Subject(age=settings.age, sex=settings.sex).figures
 
 
 def status(trial: Trial) -> str:

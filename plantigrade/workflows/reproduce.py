@@ -19,7 +19,14 @@ from plantigrade.reproduce.gait import gait_tasks
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.result import rebuild
 from plantigrade.wbc.stepping import OrderedMotion
-from plantigrade.workflows.fit import Step, fit_trial, provenance, silent
+from plantigrade.workflows.fit import (
+    Step,
+    fit_trial,
+    norm_signals,
+    personal_figures,
+    provenance,
+    silent,
+)
 from plantigrade.workflows.settings import ReproduceSettings
 from plantigrade.workflows.threads import on_one_thread
 from plantigrade.workflows.walks import RecordedWalk, walk_to_reproduce
@@ -90,6 +97,7 @@ def run_of(
     held = compare(record)
     figures: dict[str, Any] = {
         **walk.figures,
+        **personal_figures(settings),
         "frames": record.motion.n_frames,
         "duration_s": record.motion.duration,
         "tasks": settings.tasks,
@@ -111,12 +119,9 @@ def run_of(
                 f"of the gait moved by forces: {figures['dynamics_status']}; its ground reactions "
                 "and joint moments are drawn up to there only."
             )
+    signals = {**record.signals, **assumed, **norm_signals(settings)}
     return Run(
-        replace(
-            record,
-            signals={**record.signals, **assumed},
-            notes=tuple(dict.fromkeys(notes)),
-        ),
+        replace(record, notes=tuple(dict.fromkeys(notes)), signals=signals),
         "reproduce",
         title=title or f"{recording.source.name}, reproduced",
         sentence=_sentence(walk.name, record, held, settings.tasks),

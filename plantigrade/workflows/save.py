@@ -1,12 +1,19 @@
 """A run with its pages, written."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
+from plantigrade.analyze.clinical import clinical_figures
+from plantigrade.analyze.norms_of_runs import norm_files, read_norms
+from plantigrade.analyze.own_norms import as_signals
 from plantigrade.options import as_path
 from plantigrade.record import Run
-from plantigrade.record.folder import replace_files
+from plantigrade.record.folder import METRICS, replace_files
+from plantigrade.record.provenance import source_files
+from plantigrade.record.run import COORDINATES, MODEL, MOTION
 from plantigrade.report.pages import pages
+from plantigrade.workflows.settings import FitSettings
 
 REPORT = "report.html"
 
@@ -33,7 +40,12 @@ def save(
 
 
 def report(
-    run: Run | str | Path, out: str | Path | None = None, *, overwrite: bool = False
+    run: Run | str | Path,
+    out: str | Path | None = None,
+    *,
+    overwrite: bool = False,
+    norms: str | Path | None = None,
+    age: float | None = None,
 ) -> Path:
     """Write the report and the viewer of a run and return the path of ``report.html``.
 
@@ -43,6 +55,9 @@ def report(
             numbered where that is taken, if absent; one that is saved stays where it is, and its
             two pages are written anew.
         overwrite: Replace an existing run.
+        norms: Your own norms, a table or a folder of runs: the run is compared with them from now
+            on, its figures too.
+        age: Age of the person [years], likewise.
 
     Raises:
         RunExists: If ``out`` exists and is not to be replaced, or is no run.
@@ -51,8 +66,45 @@ def report(
     """
     if not isinstance(run, Run):
         run = Run.load(as_path(run, "a run"))
+    if norms is not None or age is not None:
+        run = compared_anew(run, norms, age)
+        if out is None and run.folder is not None:
+            own = (MODEL, MOTION, COORDINATES, METRICS, *(f"{name}.npz" for name in run.others))
+            names = [name for name in run.files if name not in own]
+            kept = {name: (run.folder / name).read_bytes() for name in names}
+            save(run, run.folder, overwrite=True, files={**kept, **pages(run)})
+            return run.folder / REPORT
     if out is not None or run.folder is None:
         saved = save(run, out, overwrite=overwrite)
         return (saved.folder or Path()) / REPORT
     replace_files(run.folder, pages(run))
     return run.folder / REPORT
+
+
+def compared_anew(run: Run, norms: str | Path | None, age: float | None) -> Run:
+    """Return a run that is compared with other norms: its figures, and what they come from.
+
+    Raises:
+        FileError: If the norms cannot be read.
+        ParameterError: If they are a folder without runs of people who walk, or the age is not
+            allowed.
+    """
+    told = FitSettings(norms=None if norms is None else as_path(norms, "norms"), age=age)
+    record, figures = run.record, {k: v for k, v in run.figures.items() if not _of_norms(k)}
+    settings, files = dict(run.provenance.settings), dict(run.provenance.source_files)
+    if told.age is not None:
+        figures["age_years"] = settings["age"] = told.age
+    if told.norms is not None:
+        record = replace(record, signals={**record.signals, **as_signals(read_norms(told.norms))})
+        settings["norms"] = str(told.norms)
+        files |= source_files(norm_files(told.norms))
+    return replace(
+        run,
+        record=record,
+        figures={**figures, **clinical_figures(record, figures)},
+        provenance=replace(run.provenance, settings=settings, source_files=files),
+    )
+
+
+def _of_norms(key: str) -> bool:
+    return key.startswith(("gps_", "gvs_", "norm_population", "norm_reason"))

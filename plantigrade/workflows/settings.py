@@ -10,7 +10,7 @@ import tyro
 from plantigrade.bounds import SEEDS, word
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
-from plantigrade.options import Flag, Number, OptionalPath, Seconds, refuse_unknown
+from plantigrade.options import Flag, Number, OptionalPath, Seconds, Years, refuse_unknown
 from plantigrade.synthesize.tasks.settings import Basis
 
 TRACK, PAPER = "track", "zhakatayev2023"
@@ -24,6 +24,11 @@ SLOWEST, FASTEST = 0.5, 500.0
 @dataclass(frozen=True, kw_only=True)
 class Settings(Person):
     """Settings that a command inherits."""
+
+    ranges = {"age": (0.5, 120, "years")}
+
+    age: Years = None
+    """Age [years]: whether adults or children are the norm."""
 
     @classmethod
     def of(cls, options: Any) -> Any:
@@ -71,6 +76,8 @@ class FitSettings(Settings):
     """Exchange left and right in the names of markers and events of a mirrored file."""
     mirror_axis: Flag = False
     """Turn the axis of a mirrored file that points the other way; names are kept."""
+    norms: OptionalPath = None
+    """Your own norms: a table (.csv) or a folder of runs."""
     cutoff: Number = None
     """Cut-off frequency of the low-pass filter for motion and forces [Hz]; 6, in running 15."""
     companions: tyro.conf.Suppress[bool] = True

@@ -279,7 +279,9 @@ def checked(
         f"and {human.feet} feet, made {made}; {passed} in {record.motion.n_frames} frames."
     )
     size = {"duration_s": record.motion.duration, "frames": record.motion.n_frames}
-    every = {**size, **figures, **verdict.figures(), **movement_figures(record)}
+    age = settings.get("age") or figures.get("age_years")
+    person = {} if age is None else {"age_years": age}
+    every = {**size, **figures, **verdict.figures(), **person, **movement_figures(record, person)}
     every |= limit_figures(record)
     settings = {**settings, "friction": record.ground.friction}
     files = source_files(origin.files)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces, measured_signals
+from plantigrade.analyze.norms_of_runs import norm_files
 from plantigrade.analyze.trial import Trial
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ReproduceError
@@ -29,7 +30,7 @@ from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.tracking import Tracking, grounded
 from plantigrade.synthesize.tasks.tracking import track as track_task
-from plantigrade.workflows.fit import fit_trial, silent
+from plantigrade.workflows.fit import fit_trial, norm_signals, silent
 from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
 from plantigrade.workflows.walks import RecordedWalk
@@ -174,12 +175,15 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
         f"from the recording by the banded interior point "
         f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
     )
+    record = tracked.record()
     return checked(
-        tracked.record(),
+        replace(record, signals={**record.signals, **norm_signals(settings)}),
         f"track ({name})",
         made,
         {"task": "track", "file": name, **settings.plain()},
-        replace(origin, files=(recording.source, *recording.companions)),
+        replace(
+            origin, files=(recording.source, *recording.companions, *norm_files(settings.norms))
+        ),
         {**solver_figures(solution), **tracked.figures()},
         solution.violations,
         kind="track",

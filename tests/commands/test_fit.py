@@ -50,7 +50,12 @@ def study(data, tmp_path_factory):
 def test_one_bad_file_among_good_ones(study):
     done, folder = study
     assert done.returncode == 3, done.stderr
-    assert {p.name for p in (folder / "runs").iterdir()} == {f"fit-{name}" for name in KINDS}
+    made = {p.name for p in (folder / "runs").iterdir()}
+    (table,) = made - {f"fit-{name}" for name in KINDS}
+    assert made - {table} == {f"fit-{name}" for name in KINDS}
+    assert table.startswith("fit-table-") and table.endswith("-and-6-more")
+    lines = (folder / "runs" / table / "table.csv").read_text("utf-8").splitlines()
+    assert len(lines) == 8 and sum("broken" in line for line in lines) == 1
     assert "broken.trc" in done.stderr and "1 of 7 recordings failed" in done.stdout
 
 
@@ -211,7 +216,8 @@ def test_files_of_one_name_go_to_folders_of_their_own():
     [
         (["fit", "{data}/opensim/gait2392_subject01/subject01_walk1_grf.mot"], "no motion to fit"),
         (["fit", "nowhere.c3d"], "nowhere.c3d"),
-        (["fit", "a.c3d", "b.c3d", "--out", "x"], "--out names one folder"),
+        (["fit", "a.c3d", "--norms", "nowhere.csv"], "nowhere.csv: there is no such file"),
+        (["fit", "a.c3d", "--age", "200"], "age must be 0.5–120 years"),
         (
             ["fit", "{data}/c3d/HC038A11.c3d", "--static", "{data}/cmu_asfamc/07_01.amc"],
             "no standing trial",

@@ -479,3 +479,27 @@ def test_markers_alone_make_a_round_trip(tmp_path):
     assert again is not None and again.names == ("A", "B", "C")
     np.testing.assert_allclose(again.positions, x, atol=1e-6)
     np.testing.assert_allclose(again.time, time, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("groups", "name", "date"),
+    [
+        ({"SUBJECTS": {"NAMES": ["HC032A  "], "AGE": 33.0}}, "HC032A", None),
+        ({"SUBJECTS": {"NAMES": ["Ann", "Bob"]}}, None, None),  # two people: nobody's
+        ({"SUBJECTS": {"NAMES": ["Ann", ""]}}, "Ann", None),
+        ({"SUBJECT": {"NAME": ["Ann"]}, "TRIAL": {"DATE": ["2026-05-01"]}}, "Ann", "2026-05-01"),
+        ({"SUBJECTS": {"NAMES": [" "]}}, None, None),
+        ({}, None, None),
+    ],
+)
+def test_who_it_was_and_when(tmp_path, groups, name, date):
+    """Name and date are the file's own words, or not there; they come back when written."""
+    path = tmp_path / "a.c3d"
+    parameters = {"POINT": point_group("ABCDEF"), **groups}
+    path.write_bytes(build(body(), np.zeros((5, 1, 0)), parameters))
+    subject = read_c3d(path).subject
+    assert (subject.name, subject.date) == (name, date)
+    again = tmp_path / "again.c3d"
+    write_c3d(read_c3d(path), again)
+    assert read_c3d(again).subject == subject
+    assert subject.figures.get("subject_name") == name

@@ -11,12 +11,16 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze import norms
+from plantigrade.analyze.clinical import clinical_figures
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.foot_progression import foot_progression
 from plantigrade.analyze.gait_study import study
+from plantigrade.analyze.run_comparison import compare_runs
 from plantigrade.contact.ground import Bump, Ground, Seat, Step
 from plantigrade.models import Human
 from plantigrade.record import Provenance
+from plantigrade.report.compare import compare_html
+from plantigrade.report.fit_table import Fitted, table_html
 from plantigrade.report.pages import report_html
 from plantigrade.report.scene import scene_model
 from plantigrade.report.section import Subject, draw_all
@@ -51,7 +55,18 @@ def every_page(record) -> dict[str, str]:
         "failed": solved(record, bad=True),
     }
     pages = {name: report_html(replace(run, provenance=LONG)) for name, run in made.items()}
-    return pages | {"study": study_page(4), "small study": study_page(2)}
+    runs = [replace(made["fit"], name=name) for name in ("before-the-operation", "after-it")]
+    compared = compare_runs(runs, [run.name for run in runs])
+    fits = [Fitted(name, made["fit"].figures | {"status": "ok"}, name) for name in ("a" * 40, "b")]
+    return pages | {
+        "study": study_page(4),
+        "small study": study_page(2),
+        "compare": compare_html(compared, {"runs": ["x" * 64]}),
+        "sides": compare_html(compare_runs(runs[:1], ["one"]), {"version": "1"}),
+        "table": table_html(
+            fits, {"bad.c3d": "damaged"}, status="1 failed", provenance={"version": "1"}
+        ),
+    }
 
 
 def sections(run):
@@ -85,7 +100,7 @@ def test_every_page_is_as_wide_as_a_phone(browser, tmp_path, every_page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["fit", "reproduce", "failed", "study"])
+@pytest.mark.parametrize("kind", ["fit", "reproduce", "failed", "study", "compare"])
 def test_no_heading_ends_a_sheet_of_paper(browser, tmp_path, every_page, kind):
     """The lowest words of an A4 page, as the PDF places them, are no heading."""
     pypdf = pytest.importorskip("pypdf")
@@ -113,6 +128,23 @@ def test_no_heading_ends_a_sheet_of_paper(browser, tmp_path, every_page, kind):
         assert min(words)[1] not in headings
         seen |= {text for _, text in words}
     assert len(seen & headings) > len(headings) / 2, "the headings were not recognised"
+
+
+def test_the_clinical_sheet_fills_the_first_page_of_paper(browser, tmp_path, every_page):
+    """Heading, person and five levels in three planes are on one page; the next begins anew."""
+    pypdf = pytest.importorskip("pypdf")
+    path = tmp_path / "page.html"
+    path.write_text(every_page["fit"], encoding="utf-8")
+    browser.open(path)
+    options = {"preferCSSPageSize": True, "printBackground": True}
+    made = base64.b64decode(browser.call("Page.printToPDF", **options)["data"])
+    first, second, *_ = (
+        unicodedata.normalize("NFKC", sheet.extract_text())
+        for sheet in pypdf.PdfReader(io.BytesIO(made)).pages
+    )
+    for words in ("A person walking", "Pelvis tilt", "Knee flexion", "Foot progression", "1.75 m"):
+        assert words in first
+    assert "Foot progression" not in second and "equally spaced instants" in second
 
 
 def test_paper_is_white_and_open(browser, tmp_path, record):
@@ -211,7 +243,8 @@ def test_adults_are_compared_with_adults_and_children_with_children(record):
     angles = grown["Joint angles over the gait cycle"]
     assert "42 healthy adults, 21–37 and 50–84 years" in angles.text
     assert "1.24 ± 0.16 m/s" in angles.text and "children" not in angles.text
-    assert all(">adults</text>" in figure.svg for figure in angles.figures)
+    bands = [">adults</text>" in svg for svg in drawn(angles)]
+    assert sum(bands) == 9, "the nine that are published of adults"
     assert grown["Spatio-temporal measures"].headers[-1] == "adults"
     moments = grown["Joint moments"]
     assert "83 typically developing children, 4–17 years" in moments.text
@@ -241,28 +274,45 @@ def test_asymmetry_is_right_minus_left_of_their_mean(record):
     assert rows["stride length"][4] == "+20.0 %" and rows["step length"][4] == ""
 
 
-def test_the_gait_profile_is_that_of_adults_alone(record):
-    run = fitted(record)
-    (*rows, score) = sections(run)["Gait Profile Score"].rows
+def test_the_profile_is_drawn_from_the_figures_of_the_run(record):
+    """Score, profile and symmetry are those of metrics.json; without them there is no section."""
+    title, known = "Gait Profile Score and symmetry", fitted(record).figures
+    run = fitted(record, **clinical_figures(record, known))
+    section = sections(run)[title]
+    (*rows, score) = section.rows
     assert len(rows) == 9 and score[0] == "Gait Profile Score"
-    sides = [float(cell) for cell in score[1:4]]
-    assert sides[2] == pytest.approx(np.mean(sides[:2]), abs=1.0) and float(score[4]) > 3
-    assert "Gait Profile Score" not in sections(fitted(record, age_years=9.0))
+    assert score[3] == f"{run.figures['gps_deg']:.1f}"
+    assert rows[6][1] == f"{run.figures['gvs_knee_angle_r_deg']:.1f}"
+    assert "42 healthy adults" in section.text and section.folded
+    child = fitted(record, **clinical_figures(record, {**known, "age_years": 9.0}), age_years=9.0)
+    assert "83 typically developing children" in sections(child)[title].text
+    assert child.figures["gps_deg"] != run.figures["gps_deg"]
+    assert title not in sections(fitted(record))
     still = replace(record, motion=replace(record.motion, events=()))
-    assert "Gait Profile Score" not in sections(fitted(still))
+    assert clinical_figures(still, known) == {}
 
 
 # Curves and pictures ------------------------------------------------------------------------------
 
 
-def test_the_clinical_nine_come_first_in_their_order(record):
+def drawn(section) -> list[str]:
+    """Return the drawings of a section's grid."""
+    return [cell.svg for row in section.grid for cell in row if not isinstance(cell, str)]
+
+
+def test_the_clinical_sheet_has_five_levels_in_three_planes(record):
     angles = sections(fitted(record))["Joint angles over the gait cycle"]
-    titles = [re.findall(r'font-weight="600"[^>]*>([^<]*)<', f.svg)[0] for f in angles.figures]
+    titles = [re.findall(r'font-weight="600"[^>]*>([^<]*)<', svg)[0] for svg in drawn(angles)]
     assert titles == [
         "Pelvis tilt", "Pelvis obliquity", "Pelvis rotation",
         "Hip flexion", "Hip adduction", "Hip internal rotation",
-        "Knee flexion", "Ankle dorsiflexion", "Foot progression",
+        "Knee flexion", "Ankle dorsiflexion", "Toe dorsiflexion", "Foot progression",
     ]  # fmt: skip
+    assert [len(row) for row in angles.grid] == [3] * 6
+    assert angles.grid[0] == ("sagittal plane", "frontal plane", "transverse plane")
+    assert angles.grid[3][1] == angles.grid[3][2] == "The knee of this model is a hinge."
+    assert angles.sheet and not angles.folded
+    assert not sections(from_tasks(record))["Joint angles over the gait cycle"].sheet
 
 
 @pytest.mark.parametrize("turn", [0.0, 30.0])
@@ -306,7 +356,7 @@ def test_force_curves_go_to_the_end_of_the_cycle(record):
 
 def test_foot_off_of_both_sides_is_seen(record):
     run = fitted(record)  # at 62.0 and 62.1 %
-    svg = sections(run)["Joint angles over the gait cycle"].figures[6].svg
+    svg = drawn(sections(run)["Joint angles over the gait cycle"])[6]
     lines = re.findall(r'<line [^>]*stroke-dasharray="4 4"[^>]*>', svg)
     assert len(lines) == 2 and sum("dashoffset" in line for line in lines) == 1
 

@@ -1,6 +1,7 @@
 """The sections of a report, in order; each draws itself if the run has what it needs."""
 
 from plantigrade.report.sections import (
+    clinical,
     contacts,
     cycles,
     figures,
@@ -26,9 +27,10 @@ SECTIONS = (
     recorded.force_section,
     recorded.moment_section,
     # what every motion has, and what its forces add
-    measures.measure_section,
+    clinical.clinical_section,
     cycles.angle_section,
-    measures.profile_section,
+    measures.measure_section,
+    clinical.profile_section,
     cycles.other_angle_section,
     cycles.force_section,
     cycles.moment_section,

@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import known_above
+from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
@@ -14,18 +15,16 @@ from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
 from plantigrade.motion.views import curves_of
 from plantigrade.report.section import Section, Subject, needs
 
-CLINICAL = (
-    *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
-    *("hip_flexion", "hip_adduction", "hip_rotation"),
-    *("knee_angle", "ankle_angle", "foot_progression"),
-)
-"""The nine curves of a clinical gait report, in its order [Baker2009]_."""
 OTHERS = (
-    *("ankle_dorsiflexion", "subtalar_angle", "mtp_angle"),
+    "ankle_dorsiflexion",
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex", "arm_add", "elbow_flex"),
 )
-SHOWN = (*(name for name in CLINICAL if name != "foot_progression"), *OTHERS)
+SHOWN = (
+    *(name for name in ANGLES if name != "foot_progression"),
+    *("subtalar_angle", "mtp_angle"),
+    *OTHERS,
+)
 LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
 POWERED = (*LOADED, "lumbar_extension")
@@ -34,14 +33,6 @@ FORCES = {
     "forward": "ground_force_forward",
     "left": "ground_force_sideways",
 }
-NORMS = {
-    "vertical_grf": "ground_force_up",
-    "anterior_grf": "ground_force_forward",
-    "hip_power": "hip_flexion_power",
-    "knee_power": "knee_angle_power",
-    "ankle_power": "ankle_angle_power",
-}
-"""Names of published curves where they are not ours."""
 FIRST, MOST = 9, 24  # panels of joint angles over time: open, and in all
 
 
@@ -59,15 +50,9 @@ class CycleCurves:
 
 
 def angle_section(subject: Subject) -> list[Section]:
-    """Return joint angles over the gait cycle; over time where there is no whole cycle."""
+    """Return joint angles over time, where there is no whole gait cycle."""
     if subject.walks:
-        curves = chosen(subject.angle_curves.percent, subject.angle_curves.angles, CLINICAL, "°")
-        caption = (
-            "From one heel strike of a foot (0 %) to its next (100 %); curves of the pelvis by the "
-            "right foot."
-        )
-        found = cycle_section("Joint angles over the gait cycle", curves, subject, caption=caption)
-        return [replace(found, folded="recorded" in subject.record.references)]
+        return []
     motion, held = subject.record.motion, subject.held
     panels = tuple(
         replace(
@@ -90,12 +75,12 @@ def angle_section(subject: Subject) -> list[Section]:
 
 
 def other_angle_section(subject: Subject) -> list[Section]:
-    """Return the angles of toes, trunk and arms over the gait cycle."""
+    """Return the angles of trunk and arms over the gait cycle."""
     source = subject.angle_curves
     curves = chosen(source.percent, source.angles, OTHERS, "°") if subject.walks else []
     if not curves:
         return []
-    title, caption = "Feet, trunk and arms over the gait cycle", "Drawn in the same way."
+    title, caption = "Trunk and arms over the gait cycle", "Drawn in the same way."
     return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
 
 
@@ -196,13 +181,18 @@ def cycle_section(
     grouped: dict[tuple[str, str], list[CycleCurves]] = {}
     for curve in curves:
         grouped.setdefault((without_side(curve.name), curve.unit), []).append(curve)
-    bands = _norms(subject) if published else {}
-    marks = [(at, STROKES[side]) for side, at in subject.foot_off.items()]
     figures = [
-        Figure(_plot(base, unit, members, bands.get(base), marks, subject))
-        for (base, unit), members in grouped.items()
+        curve_figure(base, members, subject, published=published)
+        for (base, _), members in grouped.items()
     ]
-    names = {curve.name for curve in curves}
+    names = [base for base, _ in grouped] if published else []
+    return Section(title, figures, text=cycle_words(caption, curves, subject, names))
+
+
+def cycle_words(
+    caption: str, curves: Sequence[CycleCurves], subject: Subject, names: Sequence[str]
+) -> str:
+    """Return what stands before curves over the cycle: of whom, and whose norms of these names."""
     words = caption
     if any(len(curve.values) > 1 for curve in curves):
         counts = ", ".join(
@@ -211,11 +201,11 @@ def cycle_section(
             if (counted := [len(c.values) for c in curves if side_of(c.name) == side])
         )
         words += f" Line and coloured band: mean and standard deviation over cycles ({counts})."
-    if marks:
+    if subject.foot_off:
         words += " Dashed upright lines: foot off."
-    words += _signs(names & set(subject.held_in_cycles), names & set(subject.assumed))
-    words += _whose(subject, [bands[base] for base, _ in grouped if base in bands])
-    return Section(title, figures, text=words)
+    every = {curve.name for curve in curves}
+    words += _signs(every & set(subject.held_in_cycles), every & set(subject.assumed))
+    return words + _whose(subject, [band for n in names if (band := _norm(subject, n)) is not None])
 
 
 def _names(panel: Panel) -> dict[str, str]:
@@ -229,10 +219,20 @@ def _signs(hatched: Collection | bool, dotted: Collection | bool) -> str:
     return words + (" Dotted: assumed, not measured." if dotted else "")
 
 
-def _plot(
-    base: str, unit: str, members: Sequence[CycleCurves], norm, marks, subject: Subject
-) -> str:
+def curve_figure(
+    base: str,
+    members: Sequence[CycleCurves],
+    subject: Subject,
+    *,
+    published: bool = True,
+    ticks: Sequence[tuple[float, str]] = (),
+    y_label: str = "",
+    height: int = 210,
+) -> Figure:
+    """Return the curves of one quantity, left and right, over the gait cycle and its norm."""
     series, ribbons = [], []
+    unit, norm = members[0].unit, _norm(subject, base) if published else None
+    marks = [(at, STROKES[side]) for side, at in subject.foot_off.items()]
     if norm is not None:
         low, high = norm.mean - norm.sd, norm.mean + norm.sd
         ribbons.append(Ribbon(norm.percent, low, high, STROKE_MIDDLE, 0.22))
@@ -248,15 +248,18 @@ def _plot(
         name, colour = SIDE_NAMES.get(side or "", ""), STROKES[side]
         series.append(Series(curve.percent, mean, name, colour, 2, dash=dash, hatched=held))
     sides = {side_of(curve.name) for curve in members}
-    return line_plot(
+    drawn = line_plot(
         series,
         bands=ribbons,
         marks=[mark for mark in marks if any(STROKES[side] == mark[1] for side in sides)],
+        ticks=ticks,
         title=title_of(base),
         x_label="gait cycle [%]",
-        y_label=axis_label(base, unit),
+        y_label=y_label or axis_label(base, unit),
         least=SPAN.get(unit, 0.0),
+        height=height,
     )
+    return Figure(drawn)
 
 
 def chosen(
@@ -288,23 +291,30 @@ def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Arra
     return mean, sd
 
 
-def _norms(subject: Subject) -> dict[str, norms.NormCurve]:
-    """Return published curves: those of the person's population, else those of children."""
-    found = {}
-    if subject.runs:
-        return found
-    for population in (norms.CHILDREN, subject.population):
-        for name in norms.names(population):
-            band = norms.norm(name, subject.speed_class, population=population)
-            found[NORMS.get(name, name)] = band
-    return found
+def _norm(subject: Subject, name: str) -> norms.NormCurve | None:
+    """Return the norm of a curve: of the person's population, else of children; None if none.
+
+    A user's own norms are never mixed with others.
+    """
+    own = subject.population.own
+    if subject.runs and not own:
+        return None
+    for population in (subject.population,) if own else (subject.population, norms.CHILDREN):
+        known = name if own else norms.PUBLISHED_NAMES.get(name, name)
+        if known in norms.names(population):
+            return norms.norm(known, subject.speed_class, population=population)
+    return None
 
 
 def _whose(subject: Subject, bands: Sequence[norms.NormCurve]) -> str:
     """Return whose published curves are drawn, how many people, of which age, how fast."""
     words, speed = "", subject.number("walking_speed_m_s")
     for people in dict.fromkeys(band.population for band in bands):
-        words += f" Grey band: mean ± 1 SD of {people.people}, {people.speed}"
+        words += f" Grey band: mean ± 1 SD of {people.people}"
+        if people.own:
+            words += " (your own norms)."
+            continue
+        words += f", {people.speed}"
         if people is norms.CHILDREN:
             words += f" (here: {subject.speed_class.replace('_', ' ')})"
         words += f"; {people.citation}."

@@ -1,8 +1,7 @@
 """Spatio-temporal measures of a walk, beside what is published of adults or children."""
 
 from plantigrade.analyze import norms
-from plantigrade.analyze.gait_profile import LEG, PELVIS, gait_profile
-from plantigrade.charts.labels import title_of
+from plantigrade.analyze.symmetry import symmetry_index
 from plantigrade.constants import SIDES
 from plantigrade.report.section import Section, Subject
 from plantigrade.report.text import rounded_text, signed_text
@@ -30,7 +29,7 @@ BY_SIDE = (
 
 
 def measure_section(subject: Subject) -> list[Section]:
-    """Return the table of measures: right, left, both, their asymmetry, and published."""
+    """Return the table of measures: right, left, both, their symmetry, and published."""
     if not subject.walks:
         missing = "no whole gait cycle was found, so no step or stride could be measured."
         return [Section(MEASURES, missing=missing)]
@@ -42,14 +41,15 @@ def measure_section(subject: Subject) -> list[Section]:
     for name, unit, key, digits in BY_SIDE:
         keys = [key.replace("SIDE", side) for side in SIDES]
         cells = [_value(subject, one, digits) for one in keys]
-        rows.append([name, *cells, "", _asymmetry(subject, keys), unit, published.get(name, "")])
+        rows.append([name, *cells, "", _symmetry(subject, keys), unit, published.get(name, "")])
     rows = [row for row in rows if any(row[1:4])]
     if not rows:
         return [Section(MEASURES, missing="no measure of the walk is known.")]
     text = (
         "A step goes from one foot's heel strike to the other's and is named after the foot that "
         "lands; a stride goes to the same foot's next. Mean ± standard deviation where there are "
-        "several. Asymmetry: right minus left, of the mean of both."
+        "several. Symmetry index: right minus left, of the mean of both (Robinson et al. 1987, J "
+        "Manipulative Physiol Ther 10:172)."
     )
     who = subject.population
     if published and who is norms.ADULTS:
@@ -60,39 +60,8 @@ def measure_section(subject: Subject) -> list[Section]:
     elif published:
         speed = subject.speed_class.replace("_", " ")
         text += f" Children: {who.people}, {who.speed}; here: {speed} ({who.citation})."
-    headers = ("measure", "right", "left", "both", "asymmetry", "unit", who.name)
+    headers = ("measure", "right", "left", "both", "symmetry index", "unit", who.name)
     return [Section(MEASURES, headers=headers, rows=rows, text=text)]
-
-
-def profile_section(subject: Subject) -> list[Section]:
-    """Return the Gait Profile Score against adults; nothing where an angle is not known."""
-    angles = subject.angle_curves.angles
-    legs = [f"{name}_{side}" for side in SIDES for name in LEG]
-    if (
-        subject.runs
-        or subject.population is not norms.ADULTS
-        or not all(len(angles.get(name, ())) for name in (*PELVIS, *legs))
-    ):
-        return []
-    found = gait_profile(subject.angle_curves.percent, angles)
-    rows = [
-        [title_of(name), "", "", f"{found.difference[name]:.1f}", f"{found.usual[name]:.1f}"]
-        for name in PELVIS
-    ]
-    for name in LEG:
-        cells = [f"{found.difference[f'{name}_{side}']:.1f}" for side in SIDES]
-        rows.append([title_of(name), *cells, "", f"{found.usual[name]:.1f}"])
-    scores = [f"{found.score(side):.1f}" for side in (*SIDES, "")]
-    rows.append(["Gait Profile Score", *scores, f"{found.usual_score:.1f}"])
-    text = (
-        "Root mean square difference in degrees between the mean curve of each of the nine angles "
-        "and that of adults, and the root mean square of them all (Baker et al. 2009, Gait & "
-        "Posture 30:265). The last column is one standard deviation of the adults. Offsets that "
-        "come from another definition of an angle are part of it, most of all in pelvis tilt, hip "
-        f"rotation and foot progression. Adults: {norms.ADULTS.people}, {norms.ADULTS.speed}."
-    )
-    headers = ("angle", "right", "left", "both", "usual")
-    return [Section("Gait Profile Score", text=text, headers=headers, rows=rows, folded=True)]
 
 
 def _value(subject: Subject, key: str, digits: int) -> str:
@@ -104,12 +73,11 @@ def _value(subject: Subject, key: str, digits: int) -> str:
     return rounded_text(mean, digits) + spread
 
 
-def _asymmetry(subject: Subject, keys: list[str]) -> str:
-    """Return the difference of right and left in percent of their mean."""
+def _symmetry(subject: Subject, keys: list[str]) -> str:
+    """Return the symmetry index of a measure."""
     right, left = (subject.number(key.format("")) for key in keys)
-    if right is None or left is None or right + left <= 0:
-        return ""
-    return f"{signed_text(200.0 * (right - left) / (right + left))} %"
+    index = float("nan") if right is None or left is None else symmetry_index(right, left)
+    return f"{signed_text(index)} %" if index == index else ""
 
 
 def _published(subject: Subject) -> dict[str, str]:

@@ -1,0 +1,124 @@
+"""Norms from the runs of several people: each counts once, with the mean of its cycles."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.analyze.clinical import clinical_angles
+from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.norms import Population
+from plantigrade.analyze.own_norms import NAMES, own_population, read_norms_file
+from plantigrade.arrays import Array, Float
+from plantigrade.charts.labels import without_side
+from plantigrade.constants import SIDES
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.record import Record, Run
+from plantigrade.record.folder import METRICS
+from plantigrade.record.run import MOTION
+
+LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+"""Joints whose moments and powers are drawn over the gait cycle."""
+FEWEST = 2
+"""People without whom there is no standard deviation."""
+
+
+def read_norms(path: str | Path) -> Population:
+    """Return the norms of a file, or of the runs in a folder.
+
+    Raises:
+        FileError: If the file, or a run, cannot be read.
+        ParameterError: If the folder holds fewer than two runs of people who walk.
+    """
+    path = Path(path).expanduser()
+    return norms_of_folder(path) if path.is_dir() else read_norms_file(path)
+
+
+def norm_files(path: str | Path | None) -> list[Path]:
+    """Return the files that :func:`read_norms` reads: the table, or the motions of the runs."""
+    if path is None:
+        return []
+    path = Path(path).expanduser()
+    return [run / MOTION for run in run_folders(path)] if path.is_dir() else [path]
+
+
+def run_folders(folder: Path) -> list[Path]:
+    """Return the run folders in a folder; the folder itself where it is one.
+
+    The folder of a study or a table holds no motion and does not count.
+    """
+    inside = [folder] if (folder / METRICS).exists() else sorted(folder.iterdir())
+    return [place for place in inside if all((place / n).is_file() for n in (METRICS, MOTION))]
+
+
+def norms_of_folder(*folders: str | Path) -> Population:
+    """Return the norms of the runs in folders, or of run folders, each run one person's.
+
+    Raises:
+        FileError: If a run cannot be read.
+        ParameterError: If there are fewer than two, two of one recording, or one without a whole
+            gait cycle.
+    """
+    found: dict[str, Run] = {}
+    for folder in map(Path, folders):
+        if not folder.is_dir():
+            raise FileError(folder, "is no folder", remedy="name a folder that holds run folders")
+        found |= {str(each): Run.load(each) for each in run_folders(folder)}
+    where = ", ".join(map(str, folders))
+    sources: dict[tuple, str] = {}
+    for name, run in found.items():
+        key = tuple(run.provenance.source_files.values())
+        if key and key in sources:
+            raise ParameterError(
+                f"{name} and {sources[key]} are runs of one recording; norms need one run per "
+                "person: move one elsewhere"
+            )
+        sources[key] = name
+    people = f"{len(found)} people: the runs in {', '.join(Path(f).name for f in folders)}"
+    return norms_of({name: run.record for name, run in found.items()}, people, where)
+
+
+def norms_of(records: Mapping[str, Record], people: str, where: str = "") -> Population:
+    """Return mean and SD over the people of records, by name; of the curves that all have.
+
+    Raises:
+        ParameterError: If there are fewer than two, or one has no whole gait cycle.
+    """
+    if len(records) < FEWEST:
+        raise ParameterError(
+            f"norms need the runs of {FEWEST} people at least; {where or 'here'} holds "
+            f"{len(records)}: name a folder that holds run folders"
+        )
+    means = {name: person_curves(record) for name, record in records.items()}
+    still = [name for name, curves in means.items() if not curves]
+    if still:
+        raise ParameterError(
+            f"{', '.join(still)}: no whole gait cycle; move what shows no walking elsewhere"
+        )
+    shared = [n for n in NAMES if all(n in curves for curves in means.values())]
+    curves = {}
+    for name in shared:
+        rows = np.array([each[name] for each in means.values()])
+        curves[name] = rows.mean(axis=0), rows.std(axis=0, ddof=1)
+    return own_population(curves, people)
+
+
+def person_curves(record: Record) -> dict[str, Float[Array, " n_percent"]]:
+    """Return the curves of one person by name without side: mean of cycles, then of both sides."""
+    curves = gait_curves(record)
+    if not curves.cycles:
+        return {}
+    rows: dict[str, Array] = dict(clinical_angles(record, curves))
+    rows |= {n: v for n, v in curves.angles.items() if n.startswith("lumbar")}
+    for ending, table in (("_moment", curves.moments), ("_power", curves.powers)):
+        rows |= {
+            f"{n}{ending}_{s}": table.get(f"{n}_{s}", np.empty(0)) for n in LOADED for s in SIDES
+        }
+    for axis in ("up", "forward"):
+        for side in SIDES:
+            rows[f"ground_force_{axis}_{side}"] = curves.forces.get(f"{axis}_{side}", np.empty(0))
+    sides: dict[str, list[Array]] = {}
+    for name, values in rows.items():
+        if len(values) and np.isfinite(values).any(axis=0).all():
+            sides.setdefault(without_side(name), []).append(np.nanmean(values, axis=0))
+    return {name: np.mean(both, axis=0) for name, both in sides.items() if name in NAMES}

@@ -1,0 +1,131 @@
+"""A user's own norms: from a table, from runs, inside a record; and what is wrong with them."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze.clinical import clinical_figures, compared_with
+from plantigrade.analyze.norms import norm
+from plantigrade.analyze.norms_of_runs import norms_of, person_curves, read_norms
+from plantigrade.analyze.own_norms import as_signals, from_signals, norms_csv, read_norms_file
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.models import Human
+from plantigrade.record import Run
+from tests.report.walker import walk
+
+TABLE = "# our 3 friends\nvariable,percent,mean,sd\nknee_angle,0,5,4\nknee_angle,100,7,2\n"
+
+
+@pytest.fixture(scope="module")
+def people():
+    """Walks of two people."""
+    return {str(h): walk(Human.create(h, 70.0)) for h in (1.6, 1.8)}
+
+
+def bent(record, degrees: float):
+    """A walk with knees bent more by some degrees."""
+    qpos = record.motion.qpos.copy()
+    for side in "rl":
+        qpos[:, 7 + record.human.hinge(f"knee_angle_{side}")] += np.deg2rad(degrees)
+    return replace(record, motion=replace(record.motion, qpos=qpos))
+
+
+def test_a_table_is_read_at_every_percent(tmp_path):
+    path = tmp_path / "norms.csv"
+    path.write_text(TABLE)
+    found = read_norms(path)
+    band = norm("knee_angle_r", population=found)
+    assert found.people == "our 3 friends" and found.own
+    assert band.mean[50] == 6.0 and band.sd[50] == 3.0 and len(band.percent) == 101
+    with pytest.raises(ParameterError, match="no norm 'hip_flexion'.*knee_angle"):
+        norm("hip_flexion", population=found)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("knee_angle,0", "knee_angel,0", "line 3.*did you mean knee_angle"),
+        ("knee_angle,0", "knee_angle_r,0", "line 3.*write knee_angle"),
+        ("mean", "average", "no column mean"),
+        ("5,4", "x,4", "line 3.*must be numbers"),
+        ("5,4", "5,-4", "line 3.*not negative"),
+        ("5,4", "nan,4", "line 3.*finite"),
+        ("100,7", "90,7", "knee_angle goes from 0 to 90 percent"),
+        ("knee_angle,100,7,2\n", "", "goes from 0 to 0"),
+        ("knee_angle,0,5,4\nknee_angle,100,7,2\n", "", "holds no rows"),
+    ],
+)
+def test_what_is_wrong_with_a_table_is_said(tmp_path, old, new, words):
+    path = tmp_path / "norms.csv"
+    path.write_text(TABLE.replace(old, new))
+    with pytest.raises(FileError, match=words):
+        read_norms_file(path)
+
+
+def test_mean_and_sd_are_over_people(people):
+    """Two people whose knees differ by 10° have a mean between and an SD of 10 / √2."""
+    first, second = people["1.6"], bent(people["1.6"], 10.0)
+    found = norms_of({"a": first, "b": second}, "two")
+    mean, sd = found.curves["knee_angle"]
+    np.testing.assert_allclose(mean - person_curves(first)["knee_angle"], 5.0, atol=1e-6)
+    np.testing.assert_allclose(sd, 10 / np.sqrt(2), atol=1e-6)
+    assert {"pelvis_tilt", "foot_progression", "ground_force_up"} <= set(found.curves)
+
+
+def test_a_table_written_from_runs_reads_the_same(tmp_path, people):
+    found = norms_of(people, "two\npeople")
+    path = tmp_path / "norms.csv"
+    path.write_text(norms_csv(found))
+    again = read_norms(path)
+    assert again.people == "two people" and list(again.curves) == list(found.curves)
+    for name, (mean, _) in found.curves.items():
+        np.testing.assert_allclose(again.curves[name][0], mean, rtol=1e-4, atol=1e-5)
+
+
+def test_a_folder_of_runs_is_a_norm(tmp_path, people):
+    for name, record in people.items():
+        Run(record, "fit").save(tmp_path / "runs" / name)
+    (tmp_path / "runs" / "table").mkdir()
+    (tmp_path / "runs" / "table" / "metrics.json").write_text(json.dumps({"status": "ok"}))
+    found = read_norms(tmp_path / "runs")
+    assert found.people == "2 people: the runs in runs"
+    with pytest.raises(ParameterError, match="2 people at least.*holds 1"):
+        read_norms(tmp_path / "runs" / "1.6")
+    still = replace(people["1.6"], motion=replace(people["1.6"].motion, events=()))
+    Run(still, "fit").save(tmp_path / "runs" / "still")
+    with pytest.raises(ParameterError, match="still: no whole gait cycle"):
+        read_norms(tmp_path / "runs")
+
+
+def test_a_person_is_compared_with_own_norms_inside_the_record(people):
+    """A gait that is itself the mean scores zero, and the reason is said."""
+    record = people["1.6"]
+    own = norms_of({"a": record, "b": bent(record, 10.0)}, "two")
+    held = replace(bent(record, 5.0), signals=as_signals(own))
+    assert from_signals(held.signals).people == "two"
+    assert compared_with(held, {}).reason == "given with --norms"
+    found = clinical_figures(held, {})
+    assert found["norm_population"] == "own norms"
+    assert found["gvs_knee_angle_r_deg"] == pytest.approx(0.0, abs=0.2)
+    assert found["gps_deg"] < 0.5 < clinical_figures(record, {})["gps_deg"]
+
+
+def test_age_comes_before_height(people):
+    record = people["1.6"]
+    assert clinical_figures(record, {})["norm_population"] == "adults"
+    child = clinical_figures(record, {"age_years": 9.0})
+    assert child["norm_population"] == "children" and "age of 9" in child["norm_reason"]
+    assert child["gps_reference_deg"] != clinical_figures(record, {})["gps_reference_deg"]
+
+
+def test_a_run_is_held_against_own_norms_only(people):
+    """Norms of walking are no measure of running; those of one's own runners are."""
+    record = people["1.6"]
+    running = clinical_figures(record, {"running": True})
+    assert not any(key.startswith(("gps", "norm")) for key in running)
+    assert any(key.startswith("trend_symmetry") for key in running)
+    own = norms_of({"a": record, "b": bent(record, 10.0)}, "two")
+    held = replace(record, signals=as_signals(own))
+    assert clinical_figures(held, {"running": True})["norm_population"] == "own norms"
