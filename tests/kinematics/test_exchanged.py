@@ -1,12 +1,14 @@
 """Labels exchanged through a whole recording are found and put back; right ones are left alone."""
 
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from plantigrade import io
 from plantigrade.errors import FitError
-from plantigrade.io import read
 from plantigrade.kinematics.exchanged import Exchange, Landmarks, exchanged_by_anatomy
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.sides import mirror_axis, swap_sides
@@ -40,6 +42,12 @@ STANDING = {
     "opensim/opencap_subject4/DJ1.trc": "opensim/opencap_subject4/static1.trc",
     "opensim/opencap_subject4/STS1.trc": "opensim/opencap_subject4/static1.trc",
 }
+
+
+@cache
+def read(path: Path) -> Recording:
+    """Read a recording once."""
+    return io.read(path)
 
 
 @pytest.fixture(scope="module")
