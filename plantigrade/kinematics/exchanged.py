@@ -120,21 +120,20 @@ def exchanged_by_anatomy(
     frames = samples[np.isfinite(samples[..., 0]).sum(axis=1) >= min(6, len(usual))]
     if len(frames):
         frames = frames[np.unique(np.linspace(0, len(frames) - 1, FRAMES).astype(int))]
-        order = _as_a_person_stands(known, frames, usual, source)
+        order, most = _as_a_person_stands(known, frames, usual)
         if (order != usual).any() and _confirmed(known, frames, usual, order):
+            if most:
+                raise FitError(mirrored(source))
             usual = order
     return Exchange.of(known.names, usual)
 
 
 def _as_a_person_stands(
-    known: Landmarks,
-    frames: Float[Array, "n_frames n_markers 3"],
-    order: np.ndarray,
-    source: object,
-) -> np.ndarray:
+    known: Landmarks, frames: Float[Array, "n_frames n_markers 3"], order: np.ndarray
+) -> tuple[np.ndarray, bool]:
     """Return the column that each label's marker is taken from to stand as a person does.
 
-    Exchanged are two markers, or all that a segment has in common with that of the other side.
+    And whether that exchanges most of the trunk and much of the rest, as in a mirror.
     """
     standing = known.standing
     standing = standing * _scale(frames, standing)
@@ -170,11 +169,12 @@ def _as_a_person_stands(
         new = other
     moved, comparable = new != np.arange(len(new)), (told | told.T).any(axis=1)
     sided = np.abs(standing[:, 1]) > OFF_MIDLINE
-    for those in (comparable, comparable & sided):
-        most = moved[those & trunk].sum() > 0.5 * (those & trunk).sum()
-        if most and moved[those].sum() > 0.3 * those.sum():
-            raise FitError(mirrored(source))
-    return order[new]
+    mirror = any(
+        moved[those & trunk].sum() > 0.5 * (those & trunk).sum()
+        and moved[those].sum() > 0.3 * those.sum()
+        for those in (comparable, comparable & sided)
+    )
+    return order[new], mirror
 
 
 def _as_a_segment_stands(
