@@ -38,6 +38,7 @@ FREE = ("humerus", "forearm", "ulna", "radius", "hand", "fingers")  # turn about
 FRAMES, CONFIRMED_ON = 24, 6  # frames the anatomy is seen in, and inverse kinematics
 ENOUGH = 6  # markers of the trunk that tell where it faces, without those of the legs
 OPPOSITE, APART = -0.5, 0.05  # rho of exchanged labels; landmarks nearer than this [m] are not told
+LIMB_OPPOSITE = -0.3  # rho of all markers of a limb together: runners set their feet on one line
 OFF_MIDLINE = 0.02  # a landmark that has a side [m]
 GAIN = 0.02  # of the distance between exchanged labels by which inverse kinematics comes nearer
 LOOSE, MUCH = 0.5, 0.03  # a marker of the other leg: its spread there over that here, and here [m]
@@ -138,7 +139,6 @@ def _as_a_person_stands(
     standing = known.standing
     standing = standing * _scale(frames, standing)
     trunk = np.array([p.body in TRUNK for p in known.places], dtype=bool)
-    x = _facing_x(frames[:, order], standing, trunk)
     e = standing[:, None] - standing
     length2 = np.maximum((e**2).sum(axis=-1), 1e-12)
     twins = np.triu(_twins(known))
@@ -146,15 +146,16 @@ def _as_a_person_stands(
     moves = [np.array([pair]) for pair in np.argwhere(told)]
     limb = _limbs(known)
     moves += [pairs for b in sorted({*limb}) if len(pairs := _of_limb(twins, limb == b)) > 1]
+    least = np.array([OPPOSITE if len(pairs) == 1 else LIMB_OPPOSITE for pairs in moves])
     groups = [np.flatnonzero(limb == b) for b in sorted({*limb}) if not b.startswith(FREE)]
     new = np.arange(len(order))
     for _ in known.names:
-        now = x[:, new]
+        now = _facing_x(frames[:, order[new]], standing, trunk)
         m = now[:, :, None] - now[:, None]
         dot = _median(np.einsum("fijk,ijk->fij", m, e))
         gains = np.array([-dot[tuple(pairs.T)].sum() for pairs in moves])
         sizes = np.array([length2[tuple(pairs.T)].sum() for pairs in moves])
-        gains[~(gains > -OPPOSITE * sizes)] = 0.0
+        gains[~(gains > -least * sizes)] = 0.0
         other = new.copy()
         if gains.max(initial=0.0) > 0:
             for i, j in moves[gains.argmax()]:
