@@ -1,24 +1,25 @@
 r"""Labels that are exchanged through a whole recording, found by anatomy and by rigidity.
 
-Seen along the direction a person faces, the vector :math:`e` from one landmark to
-another is known where both are on one segment of pelvis, trunk, head, legs or feet, or are the same
-point of the left and the right: a knee is to the right of the other, the forehead in front of the
-occiput. With :math:`m` the same vector as recorded, middle of all frames,
+Seen along the direction a person faces, the vector :math:`e` from one landmark to another is known
+where both are on one segment of pelvis, trunk, head, legs or feet, or are the same point of the
+left and the right: a knee is to the right of the other, the forehead in front of the occiput. With
+:math:`m` the same vector as recorded, middle of all frames,
 
 .. math:: \rho = \frac{m \cdot e}{\lVert e \rVert^2}
 
 is near 1 where the labels are right and near -1 where they are exchanged; walking, running, squats
 and jumps leave it above 0. Exchanging two labels lowers the squared distance to the standing body
-by :math:`-2 m \cdot e`, so the pair with the smallest :math:`m \cdot e` is exchanged first. What
-was found is believed only if inverse kinematics on usual proportions agrees. The medial markers of
-the two knees pass near to each other: there the distances tell, which are constant to the markers
-of one's own limb.
+by :math:`-2 m \cdot e`. What lowers it most is exchanged first: two labels, a limb and its twin, or
+those of a segment by the best assignment; it is believed only if inverse kinematics on usual
+proportions agrees. The medial markers of the two knees pass near to each other: there the distances
+tell, which are constant to the markers of one's own limb.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
@@ -37,6 +38,7 @@ FREE = ("humerus", "forearm", "ulna", "radius", "hand", "fingers")  # turn about
 FRAMES, CONFIRMED_ON = 24, 6  # frames the anatomy is seen in, and inverse kinematics
 ENOUGH = 6  # markers of the trunk that tell where it faces, without those of the legs
 OPPOSITE, APART = -0.5, 0.05  # rho of exchanged labels; landmarks nearer than this [m] are not told
+LIMB_OPPOSITE = -0.3  # rho of all markers of a limb together: runners set their feet on one line
 OFF_MIDLINE = 0.02  # a landmark that has a side [m]
 GAIN = 0.02  # of the distance between exchanged labels by which inverse kinematics comes nearer
 LOOSE, MUCH = 0.5, 0.03  # a marker of the other leg: its spread there over that here, and here [m]
@@ -119,26 +121,24 @@ def exchanged_by_anatomy(
     frames = samples[np.isfinite(samples[..., 0]).sum(axis=1) >= min(6, len(usual))]
     if len(frames):
         frames = frames[np.unique(np.linspace(0, len(frames) - 1, FRAMES).astype(int))]
-        order = _as_a_person_stands(known, frames, usual, source)
+        order, most = _as_a_person_stands(known, frames, usual)
         if (order != usual).any() and _confirmed(known, frames, usual, order):
+            if most:
+                raise FitError(mirrored(source))
             usual = order
     return Exchange.of(known.names, usual)
 
 
 def _as_a_person_stands(
-    known: Landmarks,
-    frames: Float[Array, "n_frames n_markers 3"],
-    order: np.ndarray,
-    source: object,
-) -> np.ndarray:
+    known: Landmarks, frames: Float[Array, "n_frames n_markers 3"], order: np.ndarray
+) -> tuple[np.ndarray, bool]:
     """Return the column that each label's marker is taken from to stand as a person does.
 
-    Exchanged are two markers, or all that a segment has in common with that of the other side.
+    And whether that exchanges most of the trunk and much of the rest, as in a mirror.
     """
     standing = known.standing
     standing = standing * _scale(frames, standing)
     trunk = np.array([p.body in TRUNK for p in known.places], dtype=bool)
-    x = _facing_x(frames[:, order], standing, trunk)
     e = standing[:, None] - standing
     length2 = np.maximum((e**2).sum(axis=-1), 1e-12)
     twins = np.triu(_twins(known))
@@ -146,24 +146,66 @@ def _as_a_person_stands(
     moves = [np.array([pair]) for pair in np.argwhere(told)]
     limb = _limbs(known)
     moves += [pairs for b in sorted({*limb}) if len(pairs := _of_limb(twins, limb == b)) > 1]
+    least = np.array([OPPOSITE if len(pairs) == 1 else LIMB_OPPOSITE for pairs in moves])
+    groups = [np.flatnonzero(limb == b) for b in sorted({*limb}) if not b.startswith(FREE)]
     new = np.arange(len(order))
     for _ in known.names:
-        m = x[:, new][:, :, None] - x[:, new][:, None]
+        now = _facing_x(frames[:, order[new]], standing, trunk)
+        m = now[:, :, None] - now[:, None]
         dot = _median(np.einsum("fijk,ijk->fij", m, e))
-        sums = np.array([dot[tuple(pairs.T)].sum() for pairs in moves])
+        gains = np.array([-dot[tuple(pairs.T)].sum() for pairs in moves])
         sizes = np.array([length2[tuple(pairs.T)].sum() for pairs in moves])
-        wrong = sums < OPPOSITE * sizes
-        if not wrong.any():
+        gains[~(gains > -least * sizes)] = 0.0
+        other = new.copy()
+        if gains.max(initial=0.0) > 0:
+            for i, j in moves[gains.argmax()]:
+                other[[i, j]] = other[[j, i]]
+        for group in groups:
+            taken, gain = _as_a_segment_stands(now[:, group], standing[group])
+            if gain > gains.max(initial=0.0):
+                gains, other = np.array([gain]), new.copy()
+                other[group] = new[group[taken]]
+        if (other == new).all():
             break
-        for i, j in moves[np.where(wrong, sums, np.inf).argmin()]:
-            new[[i, j]] = new[[j, i]]
+        new = other
     moved, comparable = new != np.arange(len(new)), (told | told.T).any(axis=1)
     sided = np.abs(standing[:, 1]) > OFF_MIDLINE
-    for those in (comparable, comparable & sided):
-        most = moved[those & trunk].sum() > 0.5 * (those & trunk).sum()
-        if most and moved[those].sum() > 0.3 * those.sum():
-            raise FitError(mirrored(source))
-    return order[new]
+    mirror = any(
+        moved[those & trunk].sum() > 0.5 * (those & trunk).sum()
+        and moved[those].sum() > 0.3 * those.sum()
+        for those in (comparable, comparable & sided)
+    )
+    return order[new], mirror
+
+
+def _as_a_segment_stands(
+    x: Float[Array, "n_frames n 3"], standing: Float[Array, "n 3"]
+) -> tuple[np.ndarray, float]:
+    """Return the column of each label of a segment by the best assignment, and what it gains [m²].
+
+    Parts of the assignment that exchange landmarks near to each other, or gain less than opposite
+    labels do, are left out.
+    """
+    none = np.arange(len(standing))
+    whole = x[np.isfinite(x[..., 0]).all(axis=1)]
+    if len(none) < 2 or not len(whole):
+        return none, 0.0
+    p = standing - standing.mean(axis=0)
+    alike = np.median((whole - whole.mean(axis=1, keepdims=True)) @ p.T, axis=0)  # column, label
+    labels, columns = linear_sum_assignment(-alike.T)
+    taken, total = none.copy(), 0.0
+    left = {int(k) for k in labels[labels != columns]}
+    while left:
+        cycle = [left.pop()]
+        while (after := int(columns[cycle[-1]])) != cycle[0]:
+            cycle.append(after)
+            left.discard(after)
+        to = columns[cycle]
+        gain = float((alike[to, cycle] - alike[cycle, cycle]).sum())
+        apart2 = ((p[cycle] - p[to]) ** 2).sum(axis=1)
+        if gain > -OPPOSITE * apart2.sum() / 2 and apart2.min() >= APART**2:
+            taken[cycle], total = to, total + gain
+    return taken, total
 
 
 def _limbs(known: Landmarks) -> np.ndarray:
@@ -265,10 +307,10 @@ def _facing_x(
 
 def _median(values: np.ndarray) -> np.ndarray:
     """Return the median over frames; infinite where a pair is never seen."""
-    seen = np.isfinite(values).any(axis=0)
-    out = np.full(values.shape[1:], np.inf)
-    out[seen] = np.nanmedian(values[:, seen], axis=0)
-    return out
+    ordered = np.sort(values, axis=0)  # NaN come last
+    count = np.isfinite(values).sum(axis=0)
+    middle = np.take_along_axis(ordered, np.maximum(count - 1, 0)[None] // 2, axis=0)[0]
+    return np.where(count > 0, middle, np.inf)
 
 
 def _confirmed(known: Landmarks, frames: np.ndarray, now: np.ndarray, order: np.ndarray) -> bool:

@@ -98,6 +98,15 @@ def write_deepmimic(path: Path) -> None:
     path.write_text(f'{{"Loop": "wrap", "Frames": [{row}, {row}]}}')
 
 
+def write_forces(path: Path) -> None:
+    """Write a foot on one plate."""
+    rows = "".join(f"{i}\t1.00\t2.00\t700.00\t10.0\t20.0\t0.0\t30.0\n" for i in range(1, 13))
+    path.write_text(
+        "[Force Data]\nNumberOfForcePlates=1\nSampleRate=1000.000000\nNumberOfSamples=12\n"
+        "#Sample\tFX1\tFY1\tFZ1\tX1\tY1\tZ1\tMZ1\n" + rows
+    )
+
+
 def write_npz(path: Path) -> None:
     """Write a motion of one hinge."""
     np.savez(
@@ -117,6 +126,7 @@ SAMPLES: dict[str, tuple[str, Callable[[Path], None]]] = {
     "BVH": (".bvh", write_bvh),
     "AMC": (".amc", write_amc),
     "DeepMimic": (".json", write_deepmimic),
+    "forces": (".forces", write_forces),
     "npz": (".npz", write_npz),
 }
 NAMES = tuple(SAMPLES)
@@ -164,7 +174,7 @@ def test_the_sample_itself_is_read(samples, name):
     path, content = samples[name]
     path.write_bytes(content)
     found = read(path)
-    assert found.markers or found.skeleton or found.coordinates
+    assert found.markers or found.skeleton or found.coordinates or found.plates
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,12 +1,15 @@
 """Labels exchanged through a whole recording are found and put back; right ones are left alone."""
 
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from plantigrade import io
 from plantigrade.errors import FitError
-from plantigrade.io import read
 from plantigrade.kinematics.exchanged import Exchange, Landmarks, exchanged_by_anatomy
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.sides import mirror_axis, swap_sides
@@ -42,6 +45,12 @@ STANDING = {
 }
 
 
+@cache
+def read(path: Path) -> Recording:
+    """Read a recording once."""
+    return io.read(path)
+
+
 @pytest.fixture(scope="module")
 def human() -> Human:
     """A person of usual size."""
@@ -75,6 +84,15 @@ def found(human: Human, markers: Markers) -> Exchange:
 @pytest.mark.parametrize("name", RECORDINGS)
 def test_labels_that_are_right_are_left_alone(data, human, name):
     assert not found(human, read(data / name).markers)
+
+
+@pytest.mark.parametrize("name", ["c3d/HC038A27.c3d", "opensim/opencap_subject4/squats1.trc"])
+@pytest.mark.parametrize("angle", [-90, 45, 90])
+def test_a_person_who_lies_or_leans_is_left_alone(data, human, name, angle):
+    """On the back, on the face, or bent forward: no label is exchanged, and nobody is mirrored."""
+    markers = read(data / name).markers
+    turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
+    assert not found(human, replace(markers, positions=markers.positions @ turn.T))
 
 
 @pytest.mark.parametrize(

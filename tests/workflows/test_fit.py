@@ -101,6 +101,34 @@ def test_a_cutoff_that_means_nothing_is_refused(cutoff):
         FitSettings(cutoff=cutoff)
 
 
+def test_sides_are_exchanged_in_all_that_has_them(tmp_path):
+    """Names of markers of the recording and of its standing trial; plates lose their side."""
+    path = walking(tmp_path / "p1_walk1.trc")
+    standing(tmp_path / "p1_static.trc")
+    forces(tmp_path / "p1_walk1_grf.mot")
+    usual, swapped = (fitting.load(path, FitSettings(swap_sides=s)) for s in (False, True))
+    other = {"L": "R", "R": "L"}
+    for one, two in ((usual, swapped), (usual.static, swapped.static)):
+        assert two.markers.names == tuple(other[n[0]] + n[1:] for n in one.markers.names)
+        np.testing.assert_array_equal(two.markers.positions, one.markers.positions)
+    assert {p.side for p in usual.plates} == {"r", "l"} and {p.side for p in swapped.plates} == {
+        None
+    }
+    assert any("left and right were exchanged" in w for w in swapped.warnings)
+    turned = fitting.load(path, FitSettings(mirror_axis=True))
+    mirrored = usual.markers.positions * [1, -1, 1]
+    np.testing.assert_array_equal(turned.markers.positions, mirrored)
+
+
+def test_sides_of_no_marker_are_not_exchanged(tmp_path):
+    angles = coordinates(tmp_path / "angles.mot")
+    for option in ("swap_sides", "mirror_axis"):
+        with pytest.raises(FitError, match=f"{option} means nothing"):
+            fitting.load(angles, FitSettings(**{option: True}))
+    with pytest.raises(ParameterError, match="together"):
+        FitSettings(swap_sides=True, mirror_axis=True)
+
+
 def test_files_that_are_not_what_they_were_named_for(tmp_path):
     path = walking(tmp_path / "walk.trc")
     other = coordinates(tmp_path / "angles.mot")
