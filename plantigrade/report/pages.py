@@ -157,7 +157,8 @@ def who_of(subject: Subject) -> list[str]:
     known = [f"Body height {human.height:.2f} m", f"mass {human.mass:.1f} kg"]
     known += [f"{age:.0f} years"] if age is not None else []
     model = f"{human.model.nv} degrees of freedom, {human.feet} feet"
-    compared = [f"compared with {subject.population.name}"] if subject.walks else []
+    walks = subject.walks and not subject.runs
+    compared = [f"compared with {subject.population.name}"] if walks else []
     return [*known, model, *compared]
 
 
