@@ -21,7 +21,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.motion.cycles import Cycle
 from plantigrade.motion.filters import runs
-from plantigrade.motion.recording import ForcePlate
+from plantigrade.motion.recording import ForcePlate, GaitEvent
 
 QUIET_SPEED = 0.1
 """Fastest centre of mass in quiet standing [m/s]; people sway at 0.01 to 0.03 m/s."""
@@ -90,6 +90,7 @@ def weigh_standing(
 def weigh_gait(
     time: Float[Array, " n_frames"],
     forces: FootForces,
+    events: Sequence[GaitEvent],
     cycles: Sequence[Cycle],
     lift: Float[Array, " n_frames"],
 ) -> Weighing | None:
@@ -98,16 +99,16 @@ def weigh_gait(
     Args:
         time: Time of each frame [s].
         forces: Ground reaction on each foot, smoothed like the motion.
+        events: Gait events by time: from the first to the last the person walks or runs.
         cycles: Gait cycles.
         lift: Vertical acceleration of the centre of mass and gravity [m/s²].
     """
-    if not cycles:
+    if not events:
         return None
-    inside = np.zeros(len(time), dtype=bool)
-    whole = inside.copy()
+    inside = (time >= events[0].time) & (time <= events[-1].time)
+    whole = np.zeros(len(time), dtype=bool)
     for cycle in cycles:
         frames = (time >= cycle.start) & (time < cycle.stop)
-        inside |= frames
         if forces.valid[frames].all():
             whole |= frames
     known = whole if whole.any() else inside & forces.valid

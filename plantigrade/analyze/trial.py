@@ -170,7 +170,7 @@ def analyse(
     cycles = cut_cycles(events)
     weighed = None
     if forces is not None:
-        weighed = weigh_gait(fit.time, forces, cycles, lift) or weigh_standing(
+        weighed = weigh_gait(fit.time, forces, events, cycles, lift) or weigh_standing(
             fit.time,
             plates,
             over_plates(plates, soles) | forces.valid,
@@ -178,12 +178,12 @@ def analyse(
             lift,
             _pelvis_height(human, smooth.qpos, soles),
         )
-        _tell_mass(human, weighed, given, notes)
+        _tell_mass(human, weighed, given, True, notes)
         if weighed is not None and not given:
             human = human.with_mass(weighed.mass)
         moments = inverse_dynamics(human, smooth.qpos, smooth.qvel, smooth.qacc, forces)
     elif not given:
-        _tell_mass(human, None, False, notes)
+        _tell_mass(human, None, False, False, notes)
     motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
@@ -204,7 +204,9 @@ def analyse(
     )
 
 
-def _tell_mass(human: Human, weighed: Weighing | None, given: bool, notes: list[str]) -> None:
+def _tell_mass(
+    human: Human, weighed: Weighing | None, given: bool, plates: bool, notes: list[str]
+) -> None:
     """Say where the body mass comes from, or that it is doubtful."""
     if given:
         if weighed is not None and abs(weighed.mass / human.mass - 1) > DOUBTFUL_MASS:
@@ -219,8 +221,9 @@ def _tell_mass(human: Human, weighed: Weighing | None, given: bool, notes: list[
             f"{weighed.seconds:.1f} s of {where}."
         )
     else:
+        why = ", and nobody stands quietly or walks on the force plates alone" if plates else ""
         notes.append(
-            f"the body mass is unknown; {human.mass:.1f} kg is assumed for this height "
+            f"the body mass is unknown{why}; {human.mass:.1f} kg is assumed for this height "
             "(set it with --mass)."
         )
 

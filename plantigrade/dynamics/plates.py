@@ -19,6 +19,7 @@ with :math:`z` the height at which the plate gives its centre of pressure. Smoot
 pressure itself would drag it towards where the force is small and its place is noise.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -35,7 +36,13 @@ from plantigrade.dynamics.plate_checks import (
     needed_force,
     outside_of,
 )
-from plantigrade.dynamics.plate_loadings import centres, loadings_of, plate_level, seen_frames
+from plantigrade.dynamics.plate_loadings import (
+    Loading,
+    centres,
+    loadings_of,
+    plate_level,
+    seen_frames,
+)
 from plantigrade.dynamics.plate_owner import (
     find_owner,
     longer,
@@ -47,6 +54,7 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.motion.recording import ForcePlate
 
+LISTED = 3  # contacts with the same problem that are named one by one
 SHORTEST_REST = 0.06  # shorter rests of a foot are a low pass in swing [s]
 
 
@@ -204,13 +212,19 @@ def sole_points(
 
 
 def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
+    alike: dict[tuple[str, str], list[Loading]] = {}  # by plate and kind of problem
     for loading in loadings:
         if loading.problem:
-            span = f"{time[loading.frames[0]]:.2f} to {time[loading.frames[-1]]:.2f} s"
-            notes.append(
-                f"force plate {loading.plate.name}, {span}: {loading.problem}; its frames are left "
-                "out of the moments."
-            )
+            kind = re.sub(r"[\d.]+", "", loading.problem)
+            alike.setdefault((loading.plate.name, kind), []).append(loading)
+    for (plate, _), found in alike.items():
+        spans = [f"{time[each.frames[0]]:.2f} to {time[each.frames[-1]]:.2f} s" for each in found]
+        more = f" and {len(spans) - LISTED} times more" if len(spans) > LISTED else ""
+        heaviest = max(found, key=lambda each: each.peak)
+        notes.append(
+            f"force plate {plate}, {', '.join(spans[:LISTED])}{more}: {heaviest.problem}; its "
+            "frames are left out of the moments."
+        )
     names = {"r": "right", "l": "left"}
     for k, side in enumerate(SIDES):
         share = float(unmeasured[:, k].mean()) if len(unmeasured) else 0.0

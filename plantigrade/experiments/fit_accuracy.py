@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.analyze.feet import event_points
 from plantigrade.analyze.statistics import correlation
 from plantigrade.analyze.trial import CUTOFF, SIDES, Trial
+from plantigrade.experiments.event_agreement import event_rows, event_sheet
 from plantigrade.experiments.stored_angles import (
     Agreement,
     against_opensim,
@@ -30,18 +30,12 @@ from plantigrade.io.mot import read_table
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.state import PointSet
 from plantigrade.motion import Recording, Table
-from plantigrade.motion.event_sources import as_measured
-from plantigrade.motion.event_timing import is_running
-from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.filters import lowpass
-from plantigrade.motion.plate_events import plate_events
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
 
 LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
 ROUGH = 0.6  # roughness of the worst stored moment above which none of a file is held against
-END = 0.1  # events nearer to the first or last frame cannot be seen in the motion [s]
-LONGEST_MATCH = 0.15  # events further apart than this are different events [s]
 
 NOTES = (
     "",
@@ -120,6 +114,8 @@ def run(
         overview_sheet("All trials", table.rows),
         agreement_sheet("Angles of people on whom constants were settled", settled),
         agreement_sheet("Angles of other people", rest),
+        event_sheet("Events of people on whom constants were settled", settled),
+        event_sheet("Events of other people", rest),
     ]
     return replace(table, sheets=sheets)
 
@@ -150,7 +146,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         at_most(name, "inverse kinematics, median", frame_time_ms(trial), 1.0, "ms/frame"),
         Row(name, "read, fit and analyse", seconds, "s"),
     ]
-    if name in WALKS:
+    if name in WALKS or trial.measures.running:
         rows += event_rows(name, trial, recording)
     if name in OPENSIM:
         angles, moments, feet = OPENSIM[name]
@@ -278,64 +274,3 @@ def roughness(values: np.ndarray) -> float:
     """Return how much of a curve is frame-to-frame noise: its second differences to its spread."""
     x = values[np.isfinite(values)]
     return float(np.std(np.diff(x, 2)) / np.std(x)) if len(x) > 10 else float("nan")
-
-
-def event_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
-    """Hold the events found from the motion alone against plates and the file's own.
-
-    Plates whose force was low-passed before it was stored rise before the foot lands: they are
-    shown without a goal.
-    """
-    rows = []
-    fit, feet = trial.fit, trial.feet
-    own = detect_gait_events(fit.time, *event_points(fit), feet.pelvis)
-    limit = 15 if is_running(own) else 10
-    clean = as_measured(fit.recording.plates)
-    rest = [plate for plate in fit.recording.plates if all(plate is not c for c in clean)]
-    sources = [
-        ("plates", plate_events(clean, fit.time, feet.heel, feet.toe), limit),
-        ("low-passed plates", plate_events(rest, fit.time, feet.heel, feet.toe), None),
-        ("file", recording.events, 20),
-    ]
-    first, last = fit.time[0] + END, fit.time[-1] - END
-    for what, truth, goal in sources:
-        if not truth:
-            continue
-        for kind in ("heel_strike", "toe_off"):
-            theirs = [e for e in truth if e.kind == kind and first <= e.time <= last]
-            if not theirs:
-                continue
-            errors, missed, invented = match(own, theirs, kind, complete=what == "file")
-            label = f"{kind} against {what}"
-            if errors:
-                mae, bias = (1e3 * float(np.mean(e)) for e in (np.abs(errors), errors))
-                quantity = f"{label}, mean error ({len(errors)})"
-                rows.append(
-                    Row(name, quantity, mae, "ms")
-                    if goal is None
-                    else at_most(name, quantity, mae, goal, "ms")
-                )
-                rows.append(Row(name, f"{label}, bias", bias, "ms"))
-            if goal is not None:
-                rows.append(at_most(name, f"{label}, missed", missed, 0))
-            if what == "file":
-                rows.append(at_most(name, f"{label}, invented", invented, 0))
-    return rows
-
-
-def match(ours: Iterable, theirs: Iterable, kind: str, *, complete: bool):
-    """Return time errors of matched events [s], the number missed and the number invented."""
-    errors, missed, used = [], 0, set()
-    ours = [e for e in ours if e.kind == kind]
-    theirs = list(theirs)
-    for e in theirs:
-        free = [i for i, o in enumerate(ours) if o.side == e.side and i not in used]
-        i = min(free, key=lambda i: abs(ours[i].time - e.time), default=None)
-        if i is not None and abs(ours[i].time - e.time) < LONGEST_MATCH:
-            used.add(i)
-            errors.append(ours[i].time - e.time)
-        else:
-            missed += 1
-    first, last = min(e.time for e in theirs), max(e.time for e in theirs)
-    extra = [o for i, o in enumerate(ours) if i not in used and first < o.time < last]
-    return errors, missed, len(extra) if complete else 0

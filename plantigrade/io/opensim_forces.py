@@ -21,6 +21,7 @@ from plantigrade.motion.recording import ForcePlate, Table
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 
 MIN_FORCE = 10.0  # [N] vertical; below it there is no centre of pressure
+MOST_BASELINE = 50.0  # a larger force is somebody's, whatever the plate shows unloaded [N]
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,8 @@ def plate_of(table: Table, group: ForceGroup, warnings: list[str]) -> ForcePlate
             "files have y up"
         )
     loaded = np.abs(f[:, 1]) >= MIN_FORCE
-    if loaded.any() and np.median(f[loaded, 1]) < 0:
+    heavy = np.abs(f[:, 1]) >= MOST_BASELINE  # more than a plate shows with nothing on it
+    if heavy.any() and np.median(f[heavy, 1]) < 0:
         warnings.append(f"{group.name}: forces point down; they were reversed to act on the body")
         f, t = -f, -t
     nobody = unloaded(table.time, f[:, 1])

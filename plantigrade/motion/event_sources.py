@@ -19,9 +19,9 @@ SAME = 0.06
 SEEN = 0.15
 """The same when clocks are compared [s]."""
 
-RISE = 0.018
+RISE = 0.015
 """Longest time in which the force of a landing foot rises from 20 to 100 N [s]. It takes 5 to 13 ms
-unfiltered; the step response of a low-pass of 20 Hz rises by 80 % in 0.35 / 20 Hz = 18 ms."""
+unfiltered, and 18 to 25 ms after a low-pass of 10 to 6 Hz, which shows it 10 to 20 ms early."""
 
 SHIFTED = 0.03
 """Plates and markers disagree by this much where their clocks do [s]: three times the mean error of

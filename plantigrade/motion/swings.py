@@ -34,8 +34,9 @@ SHORTEST_STANCE = 0.06
 SHORTEST_STEP = 0.12
 """Shortest time from one foot's landing to the other's [s]; a sprinter's is 0.2 s."""
 
-SHORTEST_WAY = 1.0
-"""Shortest way of the foot in a step, as a multiple of its length: footprints do not overlap."""
+SHORTEST_WAY = 1.2
+"""Shortest way of the foot in a step, as a multiple of the length from heel to metatarsal head,
+0.7 of the foot's: footprints hardly overlap."""
 
 MOST_LIFT = 0.6
 """Largest lift of the foot in a step, as a fraction of its way; 0.25 sprinting, 0.5 on stairs."""

@@ -8,6 +8,8 @@ import pytest
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion import ForcePlate
+from plantigrade.motion.events import detect_gait_events
+from plantigrade.motion.plate_events import plate_events
 from plantigrade.workflows.fit import fit_recording, load
 from plantigrade.workflows.settings import FitSettings
 
@@ -93,6 +95,7 @@ def test_half_a_foot_on_a_plate_is_seen_by_its_load(walk):
     assert not uses[first.name] and "of the weight" in uses[half.name]
 
 
+@pytest.mark.slow
 def test_body_mass_is_weighed_where_the_person_is_carried(data):
     folder = data / "opensim" / "opencap_subject4"
     jump = analyse(fitted(folder / "DJ1.trc"))  # a landing from a box
@@ -114,3 +117,30 @@ def test_the_mass_of_a_walker_is_that_of_the_scales(walk):
     trial = analyse(replace(walk, recording=replace(walk.recording, subject=unknown)))
     assert trial.weighed is not None and trial.weighed.how == "gait"
     assert trial.fit.human.mass == pytest.approx(56.8, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "marks", "limit"),
+    [
+        ("c3d/HC038A11.c3d", ("HEE", "TOE"), 0.015),
+        ("opensim/running_subject04/run300.trc", ("CAL", "TOE"), 0.02),
+    ],
+)
+def test_noise_of_a_millimetre_moves_events_little(data, name, marks, limit):
+    """Against plates that were stored as measured."""
+    recording = load(data / name, FitSettings())
+    markers = recording.markers
+    noise = np.random.default_rng(4).normal(0, 0.001, markers.positions.shape)
+    seen = replace(markers, positions=markers.positions + noise)
+    heel, toe = (
+        np.stack([seen.positions[:, seen.index(side + mark)] for side in "RL"], axis=1)
+        for mark in marks
+    )
+    events = detect_gait_events(seen.time, heel, toe)
+    truth = plate_events(recording.plates, seen.time, heel, toe)
+    errors = []
+    for each in truth:
+        same = [e for e in events if (e.side, e.kind) == (each.side, each.kind)]
+        if seen.time[0] + 0.1 < each.time < seen.time[-1] - 0.1:
+            errors.append(min((abs(e.time - each.time) for e in same), default=1.0))
+    assert len(errors) >= 4 and np.mean(errors) < limit

@@ -11,7 +11,8 @@ import pytest
 
 from plantigrade.commands import main as cli
 from plantigrade.experiments import fit_accuracy
-from plantigrade.experiments.fit_accuracy import match, roughness
+from plantigrade.experiments.event_agreement import match
+from plantigrade.experiments.fit_accuracy import roughness
 from plantigrade.experiments.stored_angles import (
     agreement,
     agreement_sheet,

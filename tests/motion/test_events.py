@@ -283,7 +283,9 @@ def test_a_plate_stored_smooth_is_no_clock():
     from plantigrade.motion.filters import lowpass
 
     time = np.arange(3000) / 1000
-    true = 700 * np.clip((time - 1.0) / 0.05, 0, 1) * np.clip((2.0 - time) / 0.1, 0, 1)
+    # The heel strikes with 150 N within 10 ms, then the load comes on.
+    true = 150 * np.clip((time - 1.0) / 0.01, 0, 1) + 550 * np.clip((time - 1.01) / 0.12, 0, 1)
+    true *= np.clip((2.0 - time) / 0.1, 0, 1)
     sharp = plate(true, time)
     smooth = plate(lowpass(time, true, cutoff=10.0), time)
     early = contact_events(time, smooth.force[:, 2])[0].start

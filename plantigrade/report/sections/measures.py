@@ -61,6 +61,8 @@ def measure_section(subject: Subject) -> list[Section]:
         speed = subject.speed_class.replace("_", " ")
         text += f" Children: {who.people}, {who.speed}; here: {speed} ({who.citation})."
     headers = ("measure", "right", "left", "both", "symmetry index", "unit", who.name)
+    if subject.runs:  # nothing published of walking is any measure of it
+        headers, rows = headers[:-1], [row[:-1] for row in rows]
     return [Section(MEASURES, headers=headers, rows=rows, text=text)]
 
 
