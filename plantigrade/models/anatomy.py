@@ -231,10 +231,10 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     com = (whole.mass * whole.com - both.mass * both.com) / m
     skull_zero = combine([*pieces, Inertia(m, com, np.zeros((3, 3)))])
     skull = Inertia(m, com, np.diag(np.diag(whole.tensor - skull_zero.tensor)))
-    face = np.array([0.19 * d.head, 0, 0.70 * d.head]) - upper
+    face = np.array([0.19 * d.head, 0, 0.60 * d.head]) - upper
     origin = np.zeros(3)
     neck_low, neck_high = pieces[0], pieces[1].shifted(-lower)
-    size = [0.365 * d.head, 0.285 * d.head, 0.30 * d.head]
+    size = [0.365 * d.head, 0.285 * d.head, 0.40 * d.head]
     return [
         _part("lower_neck", "thorax", root, neck_low, "capsule", origin, lower, radius),
         _part(
