@@ -24,7 +24,15 @@ from plantigrade.experiments.stored_angles import (
     on_clock,
     shared,
 )
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials, sheet
+from plantigrade.experiments.table import (
+    ResultTable,
+    Row,
+    at_least,
+    at_most,
+    between,
+    over_trials,
+    sheet,
+)
 from plantigrade.io import read
 from plantigrade.io.mot import read_table
 from plantigrade.kinematics.inverse import InverseKinematics
@@ -70,6 +78,7 @@ MOVEMENTS = (
     "opensim/running_subject04/run200.trc",
     "opensim/running_subject04/run300.trc",
 )
+COM_AHEAD = "centre of mass ahead of the forces"
 SETTLED = ("HC032", "opensim_walking2", "gait2392_subject01", "opencap_subject4")
 """People on whose recordings constants of the fit were settled, as parts of the trials' names."""
 # One of each kind: Plug-in Gait's outputs, OpenSim's angles and moments, each sort of skeleton.
@@ -110,6 +119,10 @@ def run(
     table = over_trials(title, data, names, rows, say=say, notes=NOTES)
     settled = [row for row in table.rows if any(who in row.subject for who in SETTLED)]
     rest = [row for row in table.rows if row not in settled]
+    means = [
+        *com_mean("people on whom constants were settled", settled),
+        *com_mean("other people", rest),
+    ]
     sheets = [
         overview_sheet("All trials", table.rows),
         agreement_sheet("Angles of people on whom constants were settled", settled),
@@ -117,7 +130,14 @@ def run(
         event_sheet("Events of people on whom constants were settled", settled),
         event_sheet("Events of other people", rest),
     ]
-    return replace(table, sheets=sheets)
+    return replace(table, rows=[*table.rows, *means], sheets=sheets)
+
+
+def com_mean(who: str, rows: Iterable[Row]) -> list[Row]:
+    """Return how far ahead of the forces the centre of mass is on average of the walks."""
+    ahead = [r.value for r in rows if r.quantity == COM_AHEAD and r.subject in WALKS]
+    mean = float(np.mean([v for v in ahead if v is not None])) if ahead else None
+    return [] if mean is None else [between(who, f"{COM_AHEAD}, mean", mean, -10, 10, "mm")]
 
 
 def overview_sheet(title: str, rows: Iterable[Row]) -> str:
@@ -125,6 +145,7 @@ def overview_sheet(title: str, rows: Iterable[Row]) -> str:
     columns = {
         "marker RMS, mean": "markers [mm]",
         "joint centre RMS": "joint centres [mm]",
+        COM_AHEAD: "com ahead [mm]",
         "inverse kinematics, median": "ms a frame",
         "read, fit and analyse": "all [s]",
     }
@@ -146,6 +167,9 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         at_most(name, "inverse kinematics, median", frame_time_ms(trial), 1.0, "ms/frame"),
         Row(name, "read, fit and analyse", seconds, "s"),
     ]
+    ahead = trial.figures.get("com_ahead_mm")
+    if ahead is not None:
+        rows.append(Row(name, COM_AHEAD, ahead, "mm"))
     if name in WALKS or trial.measures.running:
         rows += event_rows(name, trial, recording)
     if name in OPENSIM:

@@ -13,7 +13,7 @@ from plantigrade.models.anthropometry import (
     COM_FORWARD,
     DE_LEVA,
     PELVIS_COM_BEHIND,
-    TORSO_LENGTH,
+    TORSO_COM_BEHIND,
     TRUNK_LANDMARKS,
     Dimensions,
 )
@@ -25,9 +25,10 @@ MID_UPPER_TRUNK = 0.742
 # 0.020 of stature below the acromion (de Leva's 10 % of the length from acromion to radiale), which
 # is at 0.820 of stature in ANSUR II [Gordon2014]_.
 SHOULDER_HEIGHT = 0.804
-# C7/T1 in front of the lumbar joint: the line on which the mass of the torso is placed ends there.
-# [Dumas2007]_ has it 55 % of the way from C7 to the suprasternale, turned up by 8 degrees.
-CERVICAL_FORWARD = 0.05
+# Suprasternale in front of the lumbar joint, without skin, as a fraction of the trunk.
+SUPRASTERNALE_FORWARD = 0.158
+# Vertex in front of C7/T1 over the height of the head.
+VERTEX_FORWARD = 0.17
 # Where the neck is divided, heights above the joint under C7 as fractions of the head's length.
 MID_NECK, UPPER_NECK = 0.22, 0.42
 # Share of one shoulder girdle in the mass of de Leva's upper trunk: clavicle and scapula with the
@@ -145,17 +146,19 @@ def body_parts(d: Dimensions, sex: str, mass: float) -> list[Part]:
 def torso(d: Dimensions, sex: str, mass: float) -> tuple[Inertia, Inertia]:
     """Return the middle and the upper trunk, shoulder girdles included, from the lumbar joint.
 
-    Heights, masses and shape are [deLeva1996]_'s. Across the trunk both lie as far from the line
-    between lumbar joint and C7/T1 as [Dumas2007]_ have the two together.
+    Heights, masses and shape are [deLeva1996]_'s. Both lie as far behind the suprasternale, across
+    the line from the lumbar joint to the joint under C7, as [Dumas2007]_ have the two together.
     """
     rise = d.pelvis_height + d.trunk
     marks = {name: share * rise - d.pelvis_height for name, share in TRUNK_LANDMARKS[sex].items()}
-    forward = COM_FORWARD[sex]["torso"] * TORSO_LENGTH * rise
+    end, above = neck(d), marks["suprasternale"]
+    lean = end[0] / end[2]
+    front = SUPRASTERNALE_FORWARD * d.trunk - TORSO_COM_BEHIND[sex] * rise
 
-    def part(name: str, top: str, end: str) -> Inertia:
-        p, length = DE_LEVA[sex][name], marks[top] - marks[end]
+    def part(name: str, top: str, bottom: str) -> Inertia:
+        p, length = DE_LEVA[sex][name], marks[top] - marks[bottom]
         z = marks[top] - p.com * length
-        return _principal(mass * p.mass, [CERVICAL_FORWARD * z + forward, 0, z], p.gyration, length)
+        return _principal(mass * p.mass, [front - lean * (above - z), 0, z], p.gyration, length)
 
     return (
         part("middle_trunk", "xiphoid", "omphalion"),
@@ -210,9 +213,9 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     p = DE_LEVA[sex]["head"]
     root = neck(d) - np.array([0.03 * d.trunk, 0, MID_UPPER_TRUNK * d.trunk])
     length = 0.889 * d.head  # de Leva's vertex to cervicale, his mean lengths
-    whole = _principal(
-        mass * p.mass, [0.15 * d.head, 0, d.head - p.com * length], p.gyration, length
-    )
+    z = d.head - p.com * length
+    x = VERTEX_FORWARD * z + COM_FORWARD[sex]["head"] * d.head
+    whole = _principal(mass * p.mass, [x, 0, z], p.gyration, length)
     radius = 0.20 * d.head
     lower = np.array([0.06 * d.head, 0, MID_NECK * d.head])
     upper = np.array([0.13 * d.head, 0, UPPER_NECK * d.head])
@@ -228,10 +231,10 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
     com = (whole.mass * whole.com - both.mass * both.com) / m
     skull_zero = combine([*pieces, Inertia(m, com, np.zeros((3, 3)))])
     skull = Inertia(m, com, np.diag(np.diag(whole.tensor - skull_zero.tensor)))
-    face = np.array([0.19 * d.head, 0, 0.70 * d.head]) - upper
+    face = np.array([0.19 * d.head, 0, 0.60 * d.head]) - upper
     origin = np.zeros(3)
     neck_low, neck_high = pieces[0], pieces[1].shifted(-lower)
-    size = [0.365 * d.head, 0.285 * d.head, 0.30 * d.head]
+    size = [0.365 * d.head, 0.285 * d.head, 0.40 * d.head]
     return [
         _part("lower_neck", "thorax", root, neck_low, "capsule", origin, lower, radius),
         _part(

@@ -221,16 +221,18 @@ TRUNK_LANDMARKS = {
 }
 
 # Where the centre of mass lies across the line between the end joints of a segment, which de Leva
-# leaves open: in front of it, as a fraction of the line's length. Torso, from the lumbar joint to
-# the joint under C7, without arms and pelvis: [Dumas2007]_, table 2; shank: [DumasWojtusch2018]_,
-# table 9. Their thigh is not used: the 4 % of men and 8 % of women behind the line hang on hip
-# joint centres 20 to 29 mm in front of those of [Harrington2007]_, which explain most of it.
+# leaves open: in front of it, as a fraction of the line's length. Head, from the joint under C7 to
+# the vertex, and shank: [DumasWojtusch2018]_, tables 1 and 9. Their thigh is not used: the 4 % of
+# men and 8 % of women behind the line hang on hip joint centres 20 to 29 mm in front of those of
+# [Harrington2007]_, which explain most of it.
 COM_FORWARD = {
-    "male": {"torso": -0.036, "shank": -0.048},
-    "female": {"torso": -0.016, "shank": -0.049},
+    "male": {"head": 0.020, "shank": -0.048},
+    "female": {"head": 0.008, "shank": -0.049},
 }
 # The centre of mass of the pelvis behind the anterior superior iliac spines along the plane of the
 # spines, as a fraction of the distance between the anterior ones [Dumas2007]_.
 PELVIS_COM_BEHIND = {"male": 0.336, "female": 0.371}
-# Length of their torso as a fraction of the distance from the hips up to the joint under C7.
-TORSO_LENGTH = 0.86
+# The centre of mass of the torso, without arms and pelvis, behind the suprasternale and across the
+# torso, as a fraction of the distance from the hips up to the joint under C7: 46 and 41 % of the
+# length from there to the joint, in people of 1.77 m and 1.61 m [Dumas2007]_.
+TORSO_COM_BEHIND = {"male": 0.1144, "female": 0.1020}

@@ -21,6 +21,9 @@ def standing_record() -> Record:
     t = np.linspace(0.0, 1.2, n)
     model = human.model
     qpos = np.tile(human.standing(), (n, 1))
+    for side in "rl":  # legs that lean, so that the weight is 4 cm before the ankles as in people
+        qpos[:, 7 + human.hinge(f"hip_flexion_{side}")] = -0.055
+        qpos[:, 7 + human.hinge(f"ankle_angle_{side}")] = 0.055
     qvel, qacc = np.zeros((n, model.nv)), np.zeros((n, model.nv))
     for name, amplitude, pace in (("arm_flex_r", 0.3, 6.0), ("arm_flex_l", -0.2, 5.0)):
         i = human.hinge(name)

@@ -81,7 +81,7 @@ def test_the_centre_of_mass_of_the_torso_is_dumas_and_wojtuschs(sex):
     top = landmarks(d)["suprasternale"].position[[0, 2]] - [STAND_OFF, 0.0]
     expected = 1000 * top - behind * forward - below * up
     off = 1000 * whole.com[[0, 2]] - expected
-    assert abs(off[0]) < 10 and abs(off[1]) < 25
+    assert abs(off[0]) < 5 and abs(off[1]) < 25
 
 
 @pytest.mark.parametrize("sex", SEXES)

@@ -93,7 +93,7 @@ def test_the_feet_rest_on_the_ground_below_the_centre_of_mass(sexed):
     np.testing.assert_allclose(bottom, 0, atol=1e-12)
     hull = ConvexHull(data.geom_xpos[spheres, :2])
     distance = hull.equations[:, :2] @ data.subtree_com[1, :2] + hull.equations[:, 2]
-    assert distance.max() < -0.045  # metres inside the support
+    assert distance.max() < -0.035  # metres inside the support
 
 
 @pytest.mark.parametrize("sex", SEXES)
