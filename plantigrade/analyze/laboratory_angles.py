@@ -87,47 +87,47 @@ def laboratory_angles(record: Record) -> Table:
 def _dorsiflexion(record: Record, side: str) -> Float[Array, " n_frames"]:
     human, qpos = record.human, record.motion.qpos
     toe = attachments(human)[f"{TOE}_{side}"]
+    origin = np.zeros(3)
     points = PointSet(
         human,
         [f"tibia_{side}", f"foot_{side}", toe.body],
-        np.array([np.zeros(3), np.zeros(3), toe.position]),
+        np.array([origin, origin, toe.position]),
     )
-    knee, ankle, tip = np.swapaxes(points.path(qpos), 0, 1)
-    axes = np.array([state.rotations for state in sweep(human, qpos)])
-    thigh, shank = (axes[:, human.body(f"{name}_{side}"), :, 1] for name in ("femur", "tibia"))
-    knee = _carried(record, knee, thigh, "knee", side)
-    ankle = _carried(record, ankle, shank, "ankle", side)
-    tip = _seen(record, f"{TOE}_{side}", tip)
+    knee, joint, tip = np.swapaxes(points.path(qpos), 0, 1)
+    turned = np.array([state.rotations for state in sweep(human, qpos)])
+    thigh, shank, foot = (
+        turned[:, human.body(f"{name}_{side}")] for name in ("femur", "tibia", "foot")
+    )
+    knee, _ = _carried(record, knee, thigh[..., 1], "knee", side)
+    ankle, ankle_place = _carried(record, joint, shank[..., 1], "ankle", side)
+    tip, tip_place = _marker(record, f"{TOE}_{side}") or (tip, tip)
     up = knee - ankle
-    forward = np.cross(shank, up)
+    forward = np.cross(shank[..., 1], up)
     line = tip - ankle
     along, above = (
         (line * axis).sum(axis=1) / np.linalg.norm(axis, axis=1) for axis in (forward, up)
     )
-    _, heel, ball = points.path(human.standing()[None])[0]
+    # in the zero pose the axes of shank and foot are parallel and the sole is flat
+    places = ((foot, tip_place), (shank, ankle_place))
+    ball, heel = (np.einsum("nji,nj->ni", axes, x - joint).mean(axis=0) for axes, x in places)
     flat = ball - heel
     return np.arctan2(above, along) - np.arctan2(flat[2], flat[0])
 
 
-def _carried(record: Record, centre, across, joint: str, side: str) -> Float[Array, "n 3"]:
-    """Return a joint centre at the height of its lateral and medial markers, as they move [m].
+def _carried(record: Record, centre, across, joint: str, side: str):
+    """Return a joint centre at the height of its lateral and medial markers [m].
 
-    ``across`` is the direction in which the markers lie beside the centre.
+    As the markers were recorded, and as they lie on the body; ``across`` is the direction in which
+    they lie beside the centre.
     """
     found = []
     for place in ("lateral", "medial"):
         marker = _marker(record, f"{joint}_{place}_{side}")
         if marker is not None:
             recorded, fitted = marker
-            inward = ((centre - fitted) * across).sum(axis=1, keepdims=True)
-            found.append(recorded + inward * across)
-    return np.mean(found, axis=0) if found else centre
-
-
-def _seen(record: Record, landmark: str, point) -> Float[Array, "n 3"]:
-    """Return where the marker of a landmark was recorded, or else the body's own point [m]."""
-    marker = _marker(record, landmark)
-    return point if marker is None else marker[0]
+            inward = ((centre - fitted) * across).sum(axis=1, keepdims=True) * across
+            found.append((recorded + inward, fitted + inward))
+    return np.mean(found, axis=0) if found else (centre, centre)
 
 
 def _marker(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:
