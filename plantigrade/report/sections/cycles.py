@@ -21,7 +21,8 @@ CLINICAL = (
 )
 """The nine curves of a clinical gait report, in its order [Baker2009]_."""
 OTHERS = (
-    *("ankle_dorsiflexion", "subtalar_angle", "mtp_angle"),
+    *("hip_adduction_thigh", "hip_rotation_thigh", "ankle_dorsiflexion"),
+    *("subtalar_angle", "mtp_angle"),
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex", "arm_add", "elbow_flex"),
 )
