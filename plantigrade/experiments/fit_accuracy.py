@@ -54,8 +54,8 @@ NOTES = (
     "beside RMSE without the mean difference. OpenSim's knees are hinges like ours; Plug-in Gait's "
     "turn freely, so hip_rotation (what thigh, shank and foot agree on) stands beside "
     "hip_rotation_thigh (what the thigh's markers show, Plug-in Gait's way). ankle_dorsiflexion is "
-    "its ankle angle (shank to metatarsal head), ankle_angle the coordinate of a rigid foot. Its hip "
-    "joint centre is another: with that of Harrington its adduction would be 1 to 2 deg more.",
+    "its ankle angle (shank to metatarsal head), ankle_angle the coordinate of a rigid foot. Its "
+    "hip joint centre is another: with that of Harrington its adduction would be 1 to 2 deg more.",
 )
 # Motions of other skeletons; those in which somebody walks become rows.
 SKELETONS = ("cmu_asfamc/*.amc", "cmu_bvh/*.bvh", "deepmimic/*.txt")
