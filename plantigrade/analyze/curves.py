@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.analyze.laboratory_angles import laboratory_angles, shows_ankle
+from plantigrade.analyze.laboratory_angles import shown_angles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion import Table
@@ -21,8 +21,8 @@ class GaitCurves:
 
     percent: Float[Array, " n_percent"]  #: Percent of the gait cycle
     cycles: tuple[Cycle, ...]  #: The cycles of both feet, by start
-    #: Coordinate → angle [degrees]; with ``ankle_dorsiflexion`` of
-    #: :mod:`~plantigrade.analyze.laboratory_angles` where markers show it
+    #: Coordinate → angle [degrees]; with those of
+    #: :func:`~plantigrade.analyze.laboratory_angles.shown_angles`
     angles: dict[str, np.ndarray]
     #: Coordinate → internal moment [N m/kg]; NaN where the force is not known
     moments: dict[str, np.ndarray]
@@ -53,10 +53,9 @@ def gait_curves(record: Record) -> GaitCurves:
         for i, n in enumerate(table.names)
         if n not in PELVIS[3:]
     }
-    if cycles and shows_ankle(record):
-        seen = laboratory_angles(record)
-        for name in (f"ankle_dorsiflexion_{side}" for side in SIDES):
-            angles[name] = over(np.rad2deg(seen[name]), name)
+    shown = shown_angles(record) if cycles else None
+    if shown is not None:
+        angles |= {name: over(np.rad2deg(shown[name]), name) for name in shown.names}
     moments, powers, forces = {}, {}, {}
     swing = {side: _unloaded_swing(record, cycles, side) for side in SIDES}
     if record.qfrc_actuator is not None:

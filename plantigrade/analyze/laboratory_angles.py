@@ -10,15 +10,20 @@ agree. A laboratory measures a line on each segment instead. Both are given, und
   its marker is. So it holds what ankle and midfoot bend together; at push-off, when the arch
   flexes, it is several degrees more than the ankle alone, and it holds the sliding of the knee's
   skin. Where one of these markers was not recorded the body's own point takes its place.
+* ``hip_adduction_thigh`` and ``hip_rotation_thigh`` are those of the thigh that turns about its hip
+  centre until it meets its own markers, whatever the shank says, as in Plug-in Gait. The knee of
+  the usual body is a hinge, so ``hip_rotation`` is what thigh, shank and foot agree on; that of the
+  thigh's markers holds the turning of the knee, and of the skin: in walking 10 to 15 degrees at the
+  end of swing. They need two markers on the thigh.
 * ``foot_progression`` is the angle between the line from the heel to the middle of the first and
   fifth metatarsal heads and the vertical plane through the forward axis, positive inward.
-
 * ``pelvis_tilt_plane`` and ``hip_flexion_plane`` are tilt and hip flexion of a pelvis defined by
   the plane through its iliac spines, positive forward: the coordinates ``pelvis_tilt`` (positive
   backward) and ``hip_flexion`` but for :data:`plantigrade.models.anatomy.SPINE_PLANE`, the same for
   everybody.
 
-The first two are zero where the person stands with vertical shanks on flat feet that point ahead.
+``ankle_dorsiflexion`` and ``foot_progression`` are zero where the person stands with vertical
+shanks on flat feet that point ahead.
 """
 
 import numpy as np
@@ -37,32 +42,45 @@ from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
 
 TOE = "metatarsal_2_head"
 AHEAD = np.array([1.0, 0.0])  # where a fitted person faces
+RIGID = 1e-6  # places on one body move by less in it [m]
+FEWEST = 2  # markers of a thigh that tell how it lies, beside its hip centre
 
 
-def shows_ankle(record: Record) -> bool:
-    """Return whether markers were recorded that show the ankle otherwise than the body does."""
-    return any(_marker(record, f"{TOE}_{side}") is not None for side in SIDES)
+def shown_angles(record: Record) -> Table | None:
+    """Return those angles of the module that markers show otherwise than the body does [rad].
+
+    None where nothing was recorded that would show them.
+    """
+    if record.recorded_markers is None:
+        return None
+    table, kept = laboratory_angles(record), []
+    for i, name in enumerate(table.names):
+        ankle = name.startswith("ankle_dorsiflexion")
+        if "_thigh_" in name or (ankle and _marker(record, f"{TOE}_{name[-1]}") is not None):
+            kept.append(i)
+    if not kept:
+        return None
+    return Table(tuple(table.names[i] for i in kept), table.time, table.values[:, kept])
 
 
 def laboratory_figures(record: Record) -> dict[str, float]:
-    """Return range of motion and extremes of ``ankle_dorsiflexion`` in the gait cycle [deg].
+    """Return range and extremes in the gait cycle of what :func:`shown_angles` has [deg].
 
-    Means over the cycles of each foot; nothing where no marker of the forefoot was recorded, or
-    nobody walks.
+    Means over the cycles of each foot; nothing where nobody walks.
     """
-    if not shows_ankle(record):
-        return {}
-    table, found = laboratory_angles(record), {}
-    for side in SIDES:
-        name = f"ankle_dorsiflexion_{side}"
+    table = shown_angles(record)
+    found: dict[str, float] = {}
+    if table is None:
+        return found
+    for name in table.names:
+        side = name[-1]
         cycles = cut_cycles(record.motion.events, side=side)
         rows = normalise_cycles(table.time, np.rad2deg(table[name]), cycles)
         rows = rows[np.isfinite(rows).all(axis=1)]
         if len(rows):
             low, high = (float(f(rows, axis=1).mean()) for f in (np.min, np.max))
-            found[f"ankle_dorsiflexion_min_{side}_deg"] = low
-            found[f"ankle_dorsiflexion_max_{side}_deg"] = high
-            found[f"ankle_dorsiflexion_rom_{side}_deg"] = high - low
+            for what, value in (("min", low), ("max", high), ("rom", high - low)):
+                found[f"{name[:-2]}_{what}_{side}_deg"] = value
     return found
 
 
@@ -81,53 +99,94 @@ def laboratory_angles(record: Record) -> Table:
         line = foot_line(record, side)
         columns += [motion[f"hip_flexion_{side}"] + plane, _dorsiflexion(record, side)]
         columns.append(inward_angle(line, side, AHEAD))
+        hip = _hip_of_thigh(record, side)
+        if hip is not None:
+            names += [f"{n}_thigh_{side}" for n in ("hip_adduction", "hip_rotation")]
+            columns += [*hip]
     return Table(tuple(names), record.motion.time, np.stack(columns, axis=1))
+
+
+def _hip_of_thigh(record: Record, side: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return adduction and rotation [rad] of a hip whose thigh meets its own markers.
+
+    The thigh is turned from where the body has it by the small rotation about the hip centre that
+    brings its markers closest to the recorded ones in the sense of least squares.
+    """
+    from scipy.spatial.transform import Rotation
+
+    markers, fitted = record.recorded_markers, record.fitted_markers
+    if markers is None or fitted is None:
+        return None
+    bodies = [record.human.body(n) for n in ("pelvis", f"femur_{side}", f"tibia_{side}")]
+    states = [(s.origins[bodies], s.rotations[bodies]) for s in sweep(record.human, record.motion)]
+    origins, axes = (np.array(each) for each in zip(*states, strict=True))
+    fixed = [
+        np.ptp(np.einsum("nji,nmj->nmi", axes[:, k], fitted - origins[:, k, None]), axis=0)
+        for k in range(3)
+    ]
+    on = np.max(fixed, axis=2) < RIGID
+    mine = on[1] & ~on[0] & ~on[2]  # not those of a joint that never moves
+    if mine.sum() < FEWEST:
+        return None
+    pelvis, thigh = axes[:, 0], axes[:, 1]
+    arms = fitted[:, mine] - origins[:, 1, None]
+    off = np.nan_to_num(markers.positions[:, mine] - fitted[:, mine])
+    # of turning by w the error is w x arm - off: the normal equations of every frame
+    square = np.einsum("nmi,nmi->n", arms, arms)[:, None, None] * np.eye(3)
+    normal = square - np.einsum("nmi,nmj->nij", arms, arms)
+    turn = np.linalg.solve(normal, np.cross(arms, off).sum(axis=1)[..., None])[..., 0]
+    thigh = Rotation.from_rotvec(turn).as_matrix() @ thigh
+    _, adduction, rotation = (
+        Rotation.from_matrix(np.swapaxes(pelvis, 1, 2) @ thigh).as_euler("YXZ").T
+    )
+    sign = 1.0 if side == "r" else -1.0
+    return sign * adduction, sign * rotation
 
 
 def _dorsiflexion(record: Record, side: str) -> Float[Array, " n_frames"]:
     human, qpos = record.human, record.motion.qpos
     toe = attachments(human)[f"{TOE}_{side}"]
+    origin = np.zeros(3)
     points = PointSet(
         human,
         [f"tibia_{side}", f"foot_{side}", toe.body],
-        np.array([np.zeros(3), np.zeros(3), toe.position]),
+        np.array([origin, origin, toe.position]),
     )
-    knee, ankle, tip = np.swapaxes(points.path(qpos), 0, 1)
-    axes = np.array([state.rotations for state in sweep(human, qpos)])
-    thigh, shank = (axes[:, human.body(f"{name}_{side}"), :, 1] for name in ("femur", "tibia"))
-    knee = _carried(record, knee, thigh, "knee", side)
-    ankle = _carried(record, ankle, shank, "ankle", side)
-    tip = _seen(record, f"{TOE}_{side}", tip)
+    knee, joint, tip = np.swapaxes(points.path(qpos), 0, 1)
+    turned = np.array([state.rotations for state in sweep(human, qpos)])
+    thigh, shank, foot = (
+        turned[:, human.body(f"{name}_{side}")] for name in ("femur", "tibia", "foot")
+    )
+    knee, _ = _carried(record, knee, thigh[..., 1], "knee", side)
+    ankle, ankle_place = _carried(record, joint, shank[..., 1], "ankle", side)
+    tip, tip_place = _marker(record, f"{TOE}_{side}") or (tip, tip)
     up = knee - ankle
-    forward = np.cross(shank, up)
+    forward = np.cross(shank[..., 1], up)
     line = tip - ankle
     along, above = (
         (line * axis).sum(axis=1) / np.linalg.norm(axis, axis=1) for axis in (forward, up)
     )
-    _, heel, ball = points.path(human.standing()[None])[0]
+    # in the zero pose the axes of shank and foot are parallel and the sole is flat
+    places = ((foot, tip_place), (shank, ankle_place))
+    ball, heel = (np.einsum("nji,nj->ni", axes, x - joint).mean(axis=0) for axes, x in places)
     flat = ball - heel
     return np.arctan2(above, along) - np.arctan2(flat[2], flat[0])
 
 
-def _carried(record: Record, centre, across, joint: str, side: str) -> Float[Array, "n 3"]:
-    """Return a joint centre at the height of its lateral and medial markers, as they move [m].
+def _carried(record: Record, centre, across, joint: str, side: str):
+    """Return a joint centre at the height of its lateral and medial markers [m].
 
-    ``across`` is the direction in which the markers lie beside the centre.
+    As the markers were recorded, and as they lie on the body; ``across`` is the direction in which
+    they lie beside the centre.
     """
     found = []
     for place in ("lateral", "medial"):
         marker = _marker(record, f"{joint}_{place}_{side}")
         if marker is not None:
             recorded, fitted = marker
-            inward = ((centre - fitted) * across).sum(axis=1, keepdims=True)
-            found.append(recorded + inward * across)
-    return np.mean(found, axis=0) if found else centre
-
-
-def _seen(record: Record, landmark: str, point) -> Float[Array, "n 3"]:
-    """Return where the marker of a landmark was recorded, or else the body's own point [m]."""
-    marker = _marker(record, landmark)
-    return point if marker is None else marker[0]
+            inward = ((centre - fitted) * across).sum(axis=1, keepdims=True) * across
+            found.append((recorded + inward, fitted + inward))
+    return np.mean(found, axis=0) if found else (centre, centre)
 
 
 def _marker(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:

@@ -14,6 +14,8 @@ COORDINATES = {  # title, and what positive and negative mean, short enough for 
     "knee_angle": ("Knee flexion", "flex.", "ext."),
     "ankle_angle": ("Ankle dorsiflexion", "dorsi", "plantar"),
     "ankle_dorsiflexion": ("Shank to metatarsals", "dorsi", "plantar"),
+    "hip_adduction_thigh": ("Hip adduction by thigh markers", "add.", "abd."),
+    "hip_rotation_thigh": ("Hip rotation by thigh markers", "internal", "external"),
     "subtalar_angle": ("Subtalar inversion", "inv.", "ev."),
     "foot_progression": ("Foot progression", "in", "out"),
     "mtp_angle": ("Toe dorsiflexion", "up", "down"),

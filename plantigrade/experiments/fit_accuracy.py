@@ -54,8 +54,10 @@ NOTES = (
     "force rises or falls cleanly under one foot alone.",
     "Angles of one rotation differ by a constant where the axes of the segments do, so RMSE stands "
     "beside RMSE without the mean difference. OpenSim's knees are hinges like ours; Plug-in Gait's "
-    "turn freely, and what the thigh's markers slide is in its hip rotation. ankle_dorsiflexion is "
-    "Plug-in Gait's angle (shank to metatarsal head), ankle_angle the coordinate of a rigid foot.",
+    "turn freely, so hip_rotation (what thigh, shank and foot agree on) stands beside "
+    "hip_rotation_thigh (what the thigh's markers show, Plug-in Gait's way). ankle_dorsiflexion is "
+    "its ankle angle (shank to metatarsal head), ankle_angle the coordinate of a rigid foot. Its "
+    "hip joint centre is another: with that of Harrington its adduction would be 1 to 2 deg more.",
 )
 # Motions of other skeletons; those in which somebody walks become rows.
 SKELETONS = ("cmu_asfamc/*.amc", "cmu_bvh/*.bvh", "deepmimic/*.txt")

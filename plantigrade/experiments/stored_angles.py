@@ -9,8 +9,9 @@ tilt, obliquity, rotation), so they are compared directly; ``pelvis_tilt_plane``
 ``hip_flexion_plane`` have its definition of the pelvis, too. Its ankle is the angle between the
 shank and the line from the ankle joint centre to the toe marker, however much the foot bends
 between them; beside the coordinate ``ankle_angle`` it is therefore held against
-``ankle_dorsiflexion`` of
-:mod:`plantigrade.analyze.laboratory_angles`, which is defined in the same way.
+``ankle_dorsiflexion`` of :mod:`plantigrade.analyze.laboratory_angles`, which is defined in the same
+way. Its hip turns as the thigh's markers do, so ``hip_rotation_thigh`` stands beside
+``hip_rotation``, which a hinge of a knee shares with shank and foot.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -49,6 +50,7 @@ _GOALS: dict[str, dict[str, tuple[float | None, float | None, float | None, floa
         **_FRONTAL,
         "knee_angle": (0.95, None, None, None),
         "ankle_angle": (0.95, None, None, None),
+        **{f"{angle}_thigh": limits for angle, limits in _FRONTAL.items()},
         "ankle_dorsiflexion": (0.98, None, 2, 3),
     },
     "OpenSim": {
@@ -66,6 +68,8 @@ _PLUG_IN_GAIT = {
     "hip_flexion_plane": ("HipAngles", 0, 1, 1),
     "hip_adduction": ("HipAngles", 1, 1, 1),
     "hip_rotation": ("HipAngles", 2, 1, 1),
+    "hip_adduction_thigh": ("HipAngles", 1, 1, 1),
+    "hip_rotation_thigh": ("HipAngles", 2, 1, 1),
     "knee_angle": ("KneeAngles", 0, 1, 1),
     "ankle_angle": ("AnkleAngles", 0, 1, 1),
     "ankle_dorsiflexion": ("AnkleAngles", 0, 1, 1),

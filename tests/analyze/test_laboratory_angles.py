@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.analyze.foot_progression import foot_line, inward_angle
 from plantigrade.analyze.laboratory_angles import laboratory_angles, laboratory_figures
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import GaitEvent, Markers, Motion
@@ -92,6 +92,34 @@ def test_markers_that_are_not_there_leave_the_body(human):
     assert gap.recorded_markers is not None
     gap.recorded_markers.positions[30:40, 2] = np.nan
     np.testing.assert_allclose(dorsiflexion(gap), dorsiflexion(record(human, angle)), atol=1e-9)
+
+
+def test_a_thigh_that_turns_under_its_hinge_is_seen_by_its_own_markers(human):
+    """The shank stays, so the body's hip does not turn; the markers of the thigh do."""
+    marks = ("knee_lateral_r", "thigh_r", "ankle_lateral_r", "metatarsal_2_head_r")
+    names = ("RKNE", "RTHI", "RANK", "RTOE")
+    qpos = np.tile(human.standing(), (len(TIME), 1))
+    wave = np.sin(2 * np.pi * TIME)
+    qpos[:, 7 + human.hinge("hip_flexion_r")] = 0.4 * wave
+    qpos[:, 7 + human.hinge("knee_angle_r")] = 0.5 + 0.4 * wave
+    motion = Motion(TIME, qpos, np.zeros((len(TIME), human.model.nv)), human.joint_names)
+    table = attachments(human)
+    places = [table[m] for m in marks]
+    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
+    fitted = points.path(qpos)
+    seen = fitted.copy()
+    femur, turn = human.body("femur_r"), np.deg2rad(6) * np.sin(4 * np.pi * TIME)
+    for k, state in enumerate(sweep(human, qpos)):
+        hip, axis = state.origins[femur], state.rotations[femur][:, 2]
+        for i in (0, 1):
+            seen[k, i] += turn[k] * np.cross(axis, fitted[k, i] - hip)
+    given = Record(
+        human, motion, recorded_markers=Markers(names, TIME, seen), fitted_markers=fitted
+    )
+    found = laboratory_angles(given)
+    np.testing.assert_allclose(found["hip_rotation_thigh_r"], turn, atol=np.deg2rad(0.3))
+    np.testing.assert_allclose(found["hip_adduction_thigh_r"], 0, atol=np.deg2rad(0.3))
+    assert "hip_rotation_thigh_l" not in found.names, "no marker on that thigh"
 
 
 def test_figures_are_of_whole_cycles(human):

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plantigrade.analyze.statistics import rmse_offset_removed
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.state import PointSet
@@ -72,6 +73,32 @@ def test_lengths_and_angles_are_found_again():
     for name in ("hip_flexion_r", "knee_angle_l", "ankle_angle_r", "elbow_flex_l"):
         i = 7 + human.hinge(name)
         assert np.rad2deg(np.abs(fit.qpos[:, i] - qpos[:, i])).mean() < 2.0, name
+
+
+def test_knees_that_also_turn_do_not_tip_the_pelvis():
+    """People's knees turn and give sideways; the hinge of the default body must not pass it on."""
+    n = 110
+    plain, time, hinged = walker(n)
+    human = Human.create(1.68, 62.0, "female", joints="66", feet="two-segment")
+    qpos = human.from_coordinates(*plain.to_coordinates(hinged))
+    phase = 2 * np.pi * time / 1.1
+    for side, shift in (("r", 0.0), ("l", np.pi)):
+        turns = {"knee_rotation": (8, 0.4), "knee_adduction": (4, 1.6), "hip_adduction": (4, 0.0)}
+        for name, (degrees, lead) in turns.items():
+            angle = np.deg2rad(degrees) * np.sin(phase + shift + lead)
+            qpos[:, 7 + human.hinge(f"{name}_{side}")] = angle
+    names = tuple(n for n in NAMES if not n.endswith(("KNM", "MED")))
+    fit = fit_markers(recording(markers_of(human, time, qpos, names=names)), Person(height=1.68))
+    (here, ours), (there, truth) = (
+        each.to_coordinates(q) for each, q in ((fit.human, fit.qpos), (human, qpos))
+    )
+
+    def off(name):
+        found, true = ours[:, here.index(name)], truth[:, there.index(name)]
+        return rmse_offset_removed(np.rad2deg(found), np.rad2deg(true))
+
+    assert off("pelvis_list") < 0.5, "trusting spines no more than feet: 0.8"
+    assert max(off("hip_adduction_r"), off("hip_adduction_l")) < 1.3, "so too: 1.9"
 
 
 def test_marker_places_off_their_landmarks_are_found():

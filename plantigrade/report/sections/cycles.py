@@ -16,7 +16,7 @@ from plantigrade.motion.views import curves_of
 from plantigrade.report.section import Section, Subject, needs
 
 OTHERS = (
-    "ankle_dorsiflexion",
+    *("hip_adduction_thigh", "hip_rotation_thigh", "ankle_dorsiflexion"),
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex", "arm_add", "elbow_flex"),
 )
