@@ -10,9 +10,9 @@ agree. A laboratory measures a line on each segment instead. Both are given, und
   its marker is. So it holds what ankle and midfoot bend together; at push-off, when the arch
   flexes, it is several degrees more than the ankle alone, and it holds the sliding of the knee's
   skin. Where one of these markers was not recorded the body's own point takes its place.
-* ``foot_progression`` is the angle between the line from the heel to the second metatarsal head (see
-  :func:`plantigrade.analyze.foot_progression.foot_line`) and the vertical plane through the forward
-  axis, positive inward.
+* ``foot_progression`` is the angle between the line from the heel to the second metatarsal head
+  (see :func:`plantigrade.analyze.foot_progression.foot_line`) and the vertical plane through the
+  forward axis, positive inward.
 
 * ``pelvis_tilt_plane`` and ``hip_flexion_plane`` are tilt and hip flexion of a pelvis defined by
   the plane through its iliac spines, positive forward: the coordinates ``pelvis_tilt`` (positive
