@@ -13,7 +13,6 @@ agree. A laboratory measures a line on each segment instead. Both are given, und
 * ``foot_progression`` is the angle between the line from the heel to the second metatarsal head
   (see :func:`plantigrade.analyze.foot_progression.foot_line`) and the vertical plane through the
   forward axis, positive inward.
-
 * ``pelvis_tilt_plane`` and ``hip_flexion_plane`` are tilt and hip flexion of a pelvis defined by
   the plane through its iliac spines, positive forward: the coordinates ``pelvis_tilt`` (positive
   backward) and ``hip_flexion`` but for :data:`plantigrade.models.anatomy.SPINE_PLANE`, the same for

@@ -8,7 +8,7 @@ ground; over these frames
 * the way up, seen from the foot, becomes the foot's own vertical axis: its markers keep their
   places in the world, the zeros of ankle and subtalar joint (and of joints within the foot) move;
 * the height of the ankle joint centre above the ground is that of the bare foot and of the shoe.
-  The bare foot's is :math:`a_0 \pm \sigma_a` by the height of the lateral malleolus [ANSUR2012]_,
+  The bare foot's is :math:`a_0 \pm \sigma_a` by the height of the lateral malleolus [Gordon2014]_,
   the shoe's thickness :math:`t \ge 0` some :math:`\sigma_t`, so of the height :math:`c`
 
 .. math:: a = \min(c,\; a_0 + (c - a_0)\,\sigma_a^2 / (\sigma_a^2 + \sigma_t^2)), \quad t = c - a.
