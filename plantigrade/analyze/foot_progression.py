@@ -19,18 +19,15 @@ def foot_line(record: Record, side: str) -> Float[Array, "n_frames 3"]:
     """Return the direction from the heel to the forefoot, world axes, unit length.
 
     Where heel and second metatarsal head carried markers it is the line between them, as in Plug-in
-    Gait [Kadaba1990]_: a body without torsion of its shanks cannot point its feet as people do, but
-    its markers are where they were. Else the middle of first and fifth metatarsal heads is the
-    forefoot, by their markers or the body's own points.
+    Gait [Kadaba1990]_, as recorded: a body without torsion of its shanks cannot point its feet as
+    people do. Else the middle of first and fifth metatarsal heads is the forefoot, by their markers
+    or the body's own points.
     """
-    names = () if record.recorded_markers is None else record.recorded_markers.names
-    worn = landmarks_of(names)
-    fitted = record.fitted_markers
     for front in (("metatarsal_2_head",), MARKS[1:]):
-        ends = [worn.get(f"{mark}_{side}") for mark in (MARKS[0], *front)]
-        columns = [names.index(name) for name in ends if name is not None]
-        if fitted is not None and len(columns) == len(ends):
-            path = fitted[:, columns]
+        found = [marker_path(record, f"{mark}_{side}") for mark in (MARKS[0], *front)]
+        seen = [each[0] for each in found if each is not None]
+        if len(seen) == len(found):
+            path = np.stack(seen, axis=1)
             break
     else:
         table = attachments(record.human)
@@ -38,6 +35,25 @@ def foot_line(record: Record, side: str) -> Float[Array, "n_frames 3"]:
         path = points.path(record.motion.qpos)
     line = path[:, 1:].mean(axis=1) - path[:, 0]
     return line / np.linalg.norm(line, axis=1, keepdims=True)
+
+
+def marker_path(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return where a marker was recorded, gaps closed by the body's motion, and its place [m]."""
+    markers, fitted = record.recorded_markers, record.fitted_markers
+    if markers is None or fitted is None:
+        return None
+    name = landmarks_of(markers.names).get(landmark)
+    if name is None:
+        return None
+    column = markers.index(name)
+    place = fitted[:, column]
+    off = markers.positions[:, column] - place
+    known = np.isfinite(off[:, 0])
+    if not known.any():
+        return None
+    frames = np.arange(len(off))
+    off = np.stack([np.interp(frames, frames[known], x[known]) for x in off.T], axis=1)
+    return place + off, place
 
 
 def inward_angle(

@@ -23,13 +23,12 @@ The first two are zero where the person stands with vertical shanks on flat feet
 
 import numpy as np
 
-from plantigrade.analyze.foot_progression import foot_line, inward_angle
+from plantigrade.analyze.foot_progression import foot_line, inward_angle, marker_path
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models.anatomy import SPINE_PLANE
 from plantigrade.models.landmarks import attachments
-from plantigrade.models.markers import landmark_names
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import cut_cycles, normalise_cycles
 from plantigrade.record import Record
@@ -41,7 +40,7 @@ AHEAD = np.array([1.0, 0.0])  # where a fitted person faces
 
 def shows_ankle(record: Record) -> bool:
     """Return whether markers were recorded that show the ankle otherwise than the body does."""
-    return any(_marker(record, f"{TOE}_{side}") is not None for side in SIDES)
+    return any(marker_path(record, f"{TOE}_{side}") is not None for side in SIDES)
 
 
 def laboratory_figures(record: Record) -> dict[str, float]:
@@ -116,7 +115,7 @@ def _carried(record: Record, centre, across, joint: str, side: str) -> Float[Arr
     """
     found = []
     for place in ("lateral", "medial"):
-        marker = _marker(record, f"{joint}_{place}_{side}")
+        marker = marker_path(record, f"{joint}_{place}_{side}")
         if marker is not None:
             recorded, fitted = marker
             inward = ((centre - fitted) * across).sum(axis=1, keepdims=True)
@@ -126,24 +125,5 @@ def _carried(record: Record, centre, across, joint: str, side: str) -> Float[Arr
 
 def _seen(record: Record, landmark: str, point) -> Float[Array, "n 3"]:
     """Return where the marker of a landmark was recorded, or else the body's own point [m]."""
-    marker = _marker(record, landmark)
+    marker = marker_path(record, landmark)
     return point if marker is None else marker[0]
-
-
-def _marker(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return where a marker was recorded, gaps closed by the body's motion, and its place [m]."""
-    markers, fitted = record.recorded_markers, record.fitted_markers
-    if markers is None or fitted is None:
-        return None
-    marks = landmark_names(markers.names)
-    column = next((i for i, name in enumerate(markers.names) if marks[name] == landmark), None)
-    if column is None:
-        return None
-    place = fitted[:, column]
-    off = markers.positions[:, column] - place
-    known = np.isfinite(off[:, 0])
-    if not known.any():
-        return None
-    frames = np.arange(len(off))
-    off = np.stack([np.interp(frames, frames[known], x[known]) for x in off.T], axis=1)
-    return place + off, place
