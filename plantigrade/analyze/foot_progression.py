@@ -6,6 +6,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models.landmarks import attachments
+from plantigrade.models.markers import landmarks_of
 from plantigrade.motion.cycles import PERCENT, cut_cycles, normalise_cycles
 from plantigrade.record import Record
 
@@ -15,16 +16,44 @@ SHORTEST = 0.3
 
 
 def foot_line(record: Record, side: str) -> Float[Array, "n_frames 3"]:
-    """Return the direction from the heel to the middle of first and fifth metatarsal heads.
+    """Return the direction from the heel to the forefoot, world axes, unit length.
 
-    World axes, unit length.
+    Where heel and second metatarsal head carried markers it is the line between them, as in Plug-in
+    Gait [Kadaba1990]_, as recorded: a body without torsion of its shanks cannot point its feet as
+    people do. Else the middle of first and fifth metatarsal heads is the forefoot, by their markers
+    or the body's own points.
     """
-    table = attachments(record.human)
-    ends = [table[f"{mark}_{side}"] for mark in MARKS]
-    points = PointSet(record.human, [e.body for e in ends], np.array([e.position for e in ends]))
-    path = points.path(record.motion.qpos)
+    for front in (("metatarsal_2_head",), MARKS[1:]):
+        found = [marker_path(record, f"{mark}_{side}") for mark in (MARKS[0], *front)]
+        seen = [each[0] for each in found if each is not None]
+        if len(seen) == len(found):
+            path = np.stack(seen, axis=1)
+            break
+    else:
+        table = attachments(record.human)
+        points = PointSet.of(record.human, [table[f"{mark}_{side}"] for mark in MARKS])
+        path = points.path(record.motion.qpos)
     line = path[:, 1:].mean(axis=1) - path[:, 0]
     return line / np.linalg.norm(line, axis=1, keepdims=True)
+
+
+def marker_path(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return where a marker was recorded, gaps closed by the body's motion, and its place [m]."""
+    markers, fitted = record.recorded_markers, record.fitted_markers
+    if markers is None or fitted is None:
+        return None
+    name = landmarks_of(markers.names).get(landmark)
+    if name is None:
+        return None
+    column = markers.index(name)
+    place = fitted[:, column]
+    off = markers.positions[:, column] - place
+    known = np.isfinite(off[:, 0])
+    if not known.any():
+        return None
+    frames = np.arange(len(off))
+    off = np.stack([np.interp(frames, frames[known], x[known]) for x in off.T], axis=1)
+    return place + off, place
 
 
 def inward_angle(
@@ -43,9 +72,9 @@ def inward_angle(
 def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
     """Return the foot progression angle over every gait cycle [deg], positive inward.
 
-    It is the angle between the line from the heel to the middle of the first and fifth metatarsal
-    heads and the vertical plane through the way of the pelvis in that stride; on a treadmill the
-    forward axis takes the place of that way.
+    It is the angle between the line of the foot (:func:`foot_line`) and the vertical plane through
+    the way of the pelvis in that stride; on a treadmill the forward axis takes the place of that
+    way.
 
     Returns:
         ``foot_progression_r`` and ``foot_progression_l``, one row per cycle of that foot; empty

@@ -15,8 +15,9 @@ agree. A laboratory measures a line on each segment instead. Both are given, und
   the usual body is a hinge, so ``hip_rotation`` is what thigh, shank and foot agree on; that of the
   thigh's markers holds the turning of the knee, and of the skin: in walking 10 to 15 degrees at the
   end of swing. They need two markers on the thigh.
-* ``foot_progression`` is the angle between the line from the heel to the middle of the first and
-  fifth metatarsal heads and the vertical plane through the forward axis, positive inward.
+* ``foot_progression`` is the angle between the line from the heel to the second metatarsal head
+  (see :func:`plantigrade.analyze.foot_progression.foot_line`) and the vertical plane through the
+  forward axis, positive inward.
 * ``pelvis_tilt_plane`` and ``hip_flexion_plane`` are tilt and hip flexion of a pelvis defined by
   the plane through its iliac spines, positive forward: the coordinates ``pelvis_tilt`` (positive
   backward) and ``hip_flexion`` but for :data:`plantigrade.models.anatomy.SPINE_PLANE`, the same for
@@ -28,13 +29,12 @@ shanks on flat feet that point ahead.
 
 import numpy as np
 
-from plantigrade.analyze.foot_progression import foot_line, inward_angle
+from plantigrade.analyze.foot_progression import foot_line, inward_angle, marker_path
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models.anatomy import SPINE_PLANE
 from plantigrade.models.landmarks import attachments
-from plantigrade.models.markers import landmark_names
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import cut_cycles, normalise_cycles
 from plantigrade.record import Record
@@ -56,7 +56,7 @@ def shown_angles(record: Record) -> Table | None:
     table, kept = laboratory_angles(record), []
     for i, name in enumerate(table.names):
         ankle = name.startswith("ankle_dorsiflexion")
-        if "_thigh_" in name or (ankle and _marker(record, f"{TOE}_{name[-1]}") is not None):
+        if "_thigh_" in name or (ankle and marker_path(record, f"{TOE}_{name[-1]}") is not None):
             kept.append(i)
     if not kept:
         return None
@@ -159,7 +159,7 @@ def _dorsiflexion(record: Record, side: str) -> Float[Array, " n_frames"]:
     )
     knee, _ = _carried(record, knee, thigh[..., 1], "knee", side)
     ankle, ankle_place = _carried(record, joint, shank[..., 1], "ankle", side)
-    tip, tip_place = _marker(record, f"{TOE}_{side}") or (tip, tip)
+    tip, tip_place = marker_path(record, f"{TOE}_{side}") or (tip, tip)
     up = knee - ankle
     forward = np.cross(shank[..., 1], up)
     line = tip - ankle
@@ -181,28 +181,9 @@ def _carried(record: Record, centre, across, joint: str, side: str):
     """
     found = []
     for place in ("lateral", "medial"):
-        marker = _marker(record, f"{joint}_{place}_{side}")
+        marker = marker_path(record, f"{joint}_{place}_{side}")
         if marker is not None:
             recorded, fitted = marker
             inward = ((centre - fitted) * across).sum(axis=1, keepdims=True) * across
             found.append((recorded + inward, fitted + inward))
     return np.mean(found, axis=0) if found else (centre, centre)
-
-
-def _marker(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return where a marker was recorded, gaps closed by the body's motion, and its place [m]."""
-    markers, fitted = record.recorded_markers, record.fitted_markers
-    if markers is None or fitted is None:
-        return None
-    marks = landmark_names(markers.names)
-    column = next((i for i, name in enumerate(markers.names) if marks[name] == landmark), None)
-    if column is None:
-        return None
-    place = fitted[:, column]
-    off = markers.positions[:, column] - place
-    known = np.isfinite(off[:, 0])
-    if not known.any():
-        return None
-    frames = np.arange(len(off))
-    off = np.stack([np.interp(frames, frames[known], x[known]) for x in off.T], axis=1)
-    return place + off, place

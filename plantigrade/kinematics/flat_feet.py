@@ -119,11 +119,11 @@ def set_flat(
             )
             continue
         heights[side] = float(np.median(ankle[:, 2])) - ground
-        level = _upright(up)
+        shank = rotations[own, human.body(f"tibia_{side}")]
+        level = _levelled(human, side, shank, np.array(poses)[own])
         for i, place in enumerate(places):
             if place.body in _bodies(human, side):
-                local = np.einsum("fji,fj->fi", R, markers[own, i] - ankle).mean(axis=0)
-                found[i] = level @ local
+                found[i] = np.einsum("fji,fj->fi", level, markers[own, i] - ankle).mean(axis=0)
     bare = None if not heights else _bare_ankle(human, float(np.mean(list(heights.values()))))
     if heights and bare is None:
         middle = float(np.mean(list(heights.values())))
@@ -332,14 +332,39 @@ def _with_ankles(human: Human, ankle: float, thick: dict[str, float]) -> Human:
     return bare.with_soles({name: -thick[side] for name, side, _ in bare.contact_points})
 
 
-def _upright(up: Float[Array, "3"]) -> Float[Array, "3 3"]:
-    """Return the smallest rotation that makes a direction vertical."""
+def _levelled(
+    human: Human,
+    side: str,
+    tibia: Float[Array, "n_frames 3 3"],
+    poses: Float[Array, "n_frames nq"],
+) -> Float[Array, "n_frames 3 3"]:
+    """Return the rotations of a foot that its ankle and subtalar joint make level.
+
+    Two joints make one direction vertical; a third keeps its angle. So the foot turns about the
+    vertical as they do, which is what the poses can follow.
+    """
+    from scipy.optimize import least_squares
     from scipy.spatial.transform import Rotation
 
-    across = np.cross(up, [0.0, 0.0, 1.0])
-    sine = np.linalg.norm(across)
-    angle = np.arctan2(sine, up[2])
-    return Rotation.from_rotvec(across * (angle / sine if sine > 0 else 0.0)).as_matrix()
+    body = next(b for b in human.skeleton.bodies if b.name == f"foot_{side}")
+    axes = [hinge.axis for hinge in body.hinges]
+    columns = [7 + human.hinge(hinge.name) for hinge in body.hinges]
+
+    def rotation(shank: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        for axis, angle in zip(axes, angles, strict=True):
+            shank = shank @ Rotation.from_rotvec(angle * axis).as_matrix()
+        return shank
+
+    result = []
+    for shank, pose in zip(tibia, poses, strict=True):
+        angles = pose[columns]
+
+        def tilt(first: np.ndarray, shank=shank, angles=angles) -> np.ndarray:
+            return rotation(shank, np.concatenate([first, angles[2:]]))[2, :2]
+
+        level = least_squares(tilt, angles[:2]).x
+        result.append(rotation(shank, np.concatenate([level, angles[2:]])))
+    return np.array(result)
 
 
 def _bodies(human: Human, side: str) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from plantigrade.analyze.foot_angles import (
 )
 from plantigrade.analyze.foot_segments import angles_of, feet_of, foot_segment_signals
 from plantigrade.analyze.statistics import correlation, rmse_offset_removed
+from plantigrade.analyze.trial import analyse
 from plantigrade.io import read
 from plantigrade.kinematics.fit import unseen_toes_follow
 from plantigrade.models import Human
@@ -197,6 +198,7 @@ def test_toes_that_are_seen_are_left_alone(human):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_a_walk_with_oxford_markers_has_foot_segments(data: Path):
     """Near the stored angles, also where no standing trial shows the markers worn in it alone."""
     recording, trial = fit_trial(data / "c3d" / "HC038A11.c3d", FitSettings())
@@ -222,3 +224,12 @@ def test_a_walk_with_oxford_markers_has_foot_segments(data: Path):
         kept=trial.fit.kept[:, kept],
     )
     assert not foot_segment_signals(recording, replace(trial, fit=fitted)).signals
+    # The same walk stands on the ground of its plates; three centimetres lower it does not.
+    assert abs(trial.figures["sole_in_stance_mean_mm"]) < 5
+    assert abs(trial.figures["sole_in_stance_worst_mm"]) < 15
+    assert not any("soles" in note for note in trial.notes)
+    lowered = np.array(trial.fit.qpos)
+    lowered[:, 2] -= 0.03
+    sunk = analyse(replace(trial.fit, qpos=lowered))
+    assert sunk.figures["sole_in_stance_mean_mm"] < -25
+    assert any("do not stand on the ground" in note for note in sunk.notes)

@@ -147,3 +147,27 @@ def test_foot_progression_is_true_of_a_flat_foot_and_calm_on_its_tip(human, side
     assert 11 < (angle - neutral)[0] < 13
     line = np.array([[0.02, 0.05, -1.0]]) / np.linalg.norm([0.02, 0.05, -1.0])
     assert abs(np.rad2deg(inward_angle(line, side, ahead))[0]) < 3
+
+
+@pytest.mark.parametrize("front", [("RTOE",), ("RD1M", "RD5M")])
+def test_foot_progression_is_that_of_the_line_between_the_markers(human, front):
+    """Markers that point outwards on a foot that does not: as with a shank that is twisted."""
+    table = attachments(human)
+    worn = {"RHEE": "heel_r", "RTOE": "metatarsal_2_head_r"}
+    worn |= {"RD1M": "metatarsal_1_head_r", "RD5M": "metatarsal_5_head_r"}
+    names = ("RHEE", *front)
+    outwards = np.array([0.0, -0.03, 0.0])
+    places = [table[worn[name]].position + outwards * (name != "RHEE") for name in names]
+    qpos = np.tile(human.standing(), (2, 1))
+    seen = PointSet(human, ["foot_r"] * len(names), np.array(places)).path(qpos)
+    motion = Motion(np.arange(2.0), qpos, np.zeros((2, human.model.nv)), human.joint_names)
+    given = Record(
+        human, motion, recorded_markers=Markers(names, motion.time, seen), fitted_markers=seen
+    )
+    line = seen[0, 1:].mean(axis=0) - seen[0, 0]
+    np.testing.assert_allclose(foot_line(given, "r")[0], line / np.linalg.norm(line), atol=1e-12)
+    bare = Record(human, motion)
+    turned = inward_angle(foot_line(bare, "r"), "r", np.array([1.0, 0.0]))
+    ours = inward_angle(foot_line(given, "r"), "r", np.array([1.0, 0.0]))
+    assert ours[0] < turned[0]
+    np.testing.assert_array_equal(foot_line(given, "l"), foot_line(bare, "l"))
