@@ -10,10 +10,10 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
-from plantigrade.motion.recording import Markers
+from plantigrade.models.markers import landmarks_of
 
-NEAR = 0.05
-"""A marker that is usually this near a landmark of the foot stands for it [m]."""
+NEAR = 0.08
+"""A marker further from the landmark that its name says is left aside [m]."""
 
 
 @dataclass(frozen=True)
@@ -38,34 +38,28 @@ def event_points(
 ) -> tuple[Float[Array, "n_frames 2 3"], Float[Array, "n_frames 2 3"]]:
     """Return heel and second metatarsal head, by which gait events are timed [m].
 
-    Where a marker lies on the landmark it is taken as measured, for a fitted body spreads the jerk
-    of a landing over the whole foot; frames without it, and feet without such a marker, take the
-    landmark of the body.
+    Where a marker is named for the landmark it is taken as measured, for a fitted body spreads the
+    jerk of a landing over the whole foot; frames without it, and feet without such a marker, take
+    the landmark of the body.
     """
-    heel, ball = (_path(fit.human, fit.qpos, mark) for mark in ("heel", "metatarsal_2_head"))
+    paths = {mark: _path(fit.human, fit.qpos, mark) for mark in ("heel", "metatarsal_2_head")}
     if fit.markers is not None:
-        for path in (heel, ball):
-            for k in range(len(SIDES)):
-                _measure(path[:, k], fit.markers)
-    return heel, ball
+        known = landmarks_of(fit.markers.names)
+        for mark, path in paths.items():
+            for k, side in enumerate(SIDES):
+                if f"{mark}_{side}" in known:
+                    column = fit.markers.index(known[f"{mark}_{side}"])
+                    _measure(path[:, k], fit.markers.positions[:, column])
+    return paths["heel"], paths["metatarsal_2_head"]
 
 
-def _measure(path: np.ndarray, markers: Markers) -> None:
-    """Put the marker nearest to a landmark in its place, where it was seen."""
-    apart = np.linalg.norm(markers.positions - path[:, None], axis=-1)
-    seen = np.isfinite(apart)
-    usual = np.array(
-        [
-            np.median(d[s]) if s.mean() > 0.5 else np.inf
-            for d, s in zip(apart.T, seen.T, strict=True)
-        ]
-    )
-    best = int(np.argmin(usual)) if len(usual) else -1
-    if best < 0 or usual[best] > NEAR:
+def _measure(path: np.ndarray, marker: np.ndarray) -> None:
+    """Put a marker in the place of its landmark where it was seen, if it lies there."""
+    seen = np.isfinite(marker).all(axis=1)
+    if not seen.any() or np.median(np.linalg.norm((marker - path)[seen], axis=1)) > NEAR:
         return
-    marker, shown = markers.positions[:, best], seen[:, best]
-    path += (marker - path)[shown].mean(axis=0)
-    path[shown] = marker[shown]
+    path += (marker - path)[seen].mean(axis=0)
+    path[seen] = marker[seen]
 
 
 def _path(human: Human, qpos: np.ndarray, mark: str) -> np.ndarray:

@@ -8,12 +8,11 @@ import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.plate_loadings import Loading
-from plantigrade.dynamics.plate_owner import distance, longer
+from plantigrade.dynamics.plate_owner import HEAVY, OUTSIDE, distance, longer
 
-OUTSIDE = 0.03  # a centre of pressure further outside the sole is not that of the foot alone [m]
 MOST_OUTSIDE = 0.1  # part of a contact's impulse that may lie there: the first and last instants
-HEAVY = 0.1  # a centre of pressure counts where a plate carries this fraction of the greatest load
-SHORTEST_JUDGED = 0.06  # … for this long: a foot that has just landed is not judged [s]
+SHORTEST_JUDGED = 0.06  # a foot that has just landed is not judged [s]
+LANDING = 0.1  # a foot may carry this long before and after it looks at rest [s]
 BESIDE = 0.02  # how far a point of the sole must rest outside a plate to count as beside it [m]
 LIGHT = 0.85  # a foot that stands alone on its plate carries at least this fraction of the weight
 WHOLE = 0.9  # two feet on one plate carry at least this fraction of it throughout
@@ -72,10 +71,11 @@ def exclude_light(time, loading, touch, lift, need, excluded) -> None:
             )
 
 
-def leave_out_far(time, loading, loadings, points, excluded) -> None:
+def leave_out_far(time, loading, loadings, points, touch, excluded) -> None:
     """Leave out a contact whose centre of pressure lies outside the sole.
 
-    Frames that are marked already, as of two feet on the plate, are no reason.
+    Frames in which it lies between both feet while the other one lands, stands or leaves are no
+    reason: they are those of two feet on the plate.
     """
     for k in (0, 1):
         mine = loading.owner == k
@@ -85,6 +85,14 @@ def leave_out_far(time, loading, loadings, points, excluded) -> None:
             continue
         far = distance(points[k][loading.frames], loading.cop)
         out = heavy & (far > OUTSIDE)
+        soles = np.concatenate([p[loading.frames] for p in points], axis=1)
+        step = int(round(LANDING / np.median(np.diff(time))))
+        other = np.convolve(touch[:, 1 - k], np.ones(2 * step + 1), "same") > 0.5
+        both = out & (distance(soles, loading.cop) < OUTSIDE) & other[loading.frames]
+        if loading.plate.side not in SIDES and both.sum() >= 3:
+            excluded[loading.frames[both]] = True
+            loading.problem = loading.problem or "both feet were on it"
+            out, heavy = out & ~both, heavy & ~both
         if load[out].sum() <= MOST_OUTSIDE * load[heavy].sum():
             continue
         excluded[loading.frames[mine], k] = True

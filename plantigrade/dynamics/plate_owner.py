@@ -8,9 +8,9 @@ from plantigrade.motion.filters import derivative, lowpass, runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import rate_of
 
-CHANGE = (
-    0.10  # a centre of pressure this near one sole and this far from the other changed feet [m]
-)
+OUTSIDE = 0.03  # a centre of pressure further outside the sole is not that of the foot alone [m]
+HEAVY = 0.1  # a centre of pressure counts where a plate carries this fraction of the greatest load
+CHANGE = 0.10  # this near one sole and this far from the other, a load changed feet [m]
 NOBODY = 0.30  # a centre of pressure further from both feet is that of something else [m]
 LOW = 0.03  # height above the ground below which a point of the sole may touch it [m]
 SLOW = 0.35  # speed relative to the ground below which it does [m/s]
@@ -84,7 +84,11 @@ def find_owner(loading: Loading, points: list[np.ndarray], touch: np.ndarray) ->
         stands = touch[frames]
         nearer = np.where(stands[:, best] & ~stands[:, other], best, nearer)
         nearer = np.where(stands[:, other] & ~stands[:, best], other, nearer)
-        loading.owner[:] = nearer
+        apart = far[np.arange(len(frames)), nearer]
+        between = (apart > OUTSIDE) & (load > HEAVY * loading.peak)
+        loading.owner[:] = np.where(between, -1, nearer)
+        if between.any():
+            loading.problem = "both feet were on it"
     elif not typical[best] < NOBODY:
         loading.owner[:] = -1
         loading.problem = "no foot was at the centre of pressure"

@@ -138,7 +138,7 @@ def assign_plates(
     for loading in loadings:
         exclude_shared(frame_time, loading, loadings, points, resting, touch, need, excluded)
         exclude_partial(loading, plates, points, resting, excluded)
-        leave_out_far(frame_time, loading, loadings, points, excluded)
+        leave_out_far(frame_time, loading, loadings, points, touch, excluded)
         exclude_light(frame_time, loading, touch, lift, need, excluded)
 
     force, moment = np.zeros((n, 2, 3)), np.zeros((n, 2, 3))
