@@ -36,11 +36,13 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
 from plantigrade.kinematics.result import listed
 from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.kinematics.unknown_markers import segment_of
+from plantigrade.kinematics.unmeasured import bodies_of
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.anatomy import usual_lumbar_depth
 from plantigrade.models.landmarks import BONE, Attachment, attachments
@@ -302,21 +304,26 @@ class Calibrator:
     def attach_unknown(self) -> dict[str, str]:
         """Put markers without a place on the segment to which their distances are constant.
 
-        It is one whose pose known markers tell: an arm of which nothing is seen hangs beside the
-        hip, and so would carry markers of the pelvis.
+        An arm of which nothing is seen takes none: it hangs beside the hip, and so would carry
+        markers of the pelvis.
         """
         bodies, _ = self.geometry(self.dimensions)
         states = sweep(self.human, self.qpos, model=_resized(self.human, bodies))
         poses = [(state.origins, state.rotations) for state in states]
         origins, rotations = (np.array([pose[k] for pose in poses]) for k in (0, 1))
-        on = [p.body for p in self.places if p is not None]
-        shown: set[int] = set()
-        for body in map(self.human.body, on):
-            while body:
-                shown.add(body)
-                body = int(self.human.model.body_parentid[body])
         names = self.human.body_names
-        frames = {names[b - 1]: (origins[:, b], rotations[:, b]) for b in sorted(shown)}
+        on = [p.body for p in self.places if p is not None]
+        unseen = {
+            body
+            for side in SIDES
+            if not (arm := bodies_of(self.human, [f"arm_flex_{side}"])) & set(on)
+            for body in arm
+        }
+        frames = {
+            name: (origins[:, b], rotations[:, b])
+            for b, name in enumerate(names, start=1)
+            if name not in unseen
+        }
         which = self.known()
         table = attachments(self.human, self.dimensions)
         marks = [mark for name, mark in table.items() if "_joint_" not in name]  # on the skin

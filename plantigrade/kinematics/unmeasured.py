@@ -50,6 +50,7 @@ LANDS = np.deg2rad(15.0)
 STRIDES = 0.4, 2.0  # per second, fewest and most that people make [Hz]
 FEWEST = 12  # frames in which a phase can be found
 UPRIGHT = np.deg2rad(25.0)  # tilt and list of a pelvis above which a trunk is still upright [rad]
+SITS = np.deg2rad(40.0)  # turn back of a pelvis up to which one sits, the trunk upright [rad]
 HANGS = np.deg2rad(60.0)  # lean of a trunk from which an arm still hangs [rad]
 STRAIGHT = 0.3  # share of the frames, those with the straightest knees, that tell the pelvis's tilt
 RISE = 0.01  # wave of the pelvis that tells running from walking [m]
@@ -97,9 +98,11 @@ def follow_the_legs(
     share = np.minimum(share, 1.0)
     tilt, side_lean, turned = _angles(qpos[:, 3:7]).T
     ahead = _smooth(time, turned, 0.5 / legs.strides)
-    # Walking people hold the trunk still above the pelvis; others lean with it, once it leans far.
+    # Walking people hold the trunk still above the pelvis. Others bend forward with it, and sit
+    # upright on a pelvis that is turned back.
     trunk = usual.trunk.copy()
-    trunk[:, 0] += (1 - share) * (tilt - _upright_tilt(human, qpos, tilt))
+    leans = tilt - _upright_tilt(human, qpos, tilt)
+    trunk[:, 0] += (1 - share) * (np.minimum(leans, 0.0) + np.maximum(leans - SITS, 0.0))
     trunk[:, 1] += side_lean - np.clip(side_lean, -UPRIGHT, UPRIGHT)
     trunk[:, 2] = share * (ahead + trunk[:, 2]) + (1 - share) * turned
     _turn_to(human, qpos, SPINE, hidden, trunk)

@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.report.camera import Camera
 from plantigrade.report.outlines import is_stroke, outlines, path_data
-from plantigrade.report.shapes import Shape, foot_bodies, shapes_of
+from plantigrade.report.shapes import Shape, foot_bodies, hexadecimal, rgb, shapes_of, whiter
 from plantigrade.report.strip import TINTS
 from plantigrade.report.svg_motion import Clock
 from plantigrade.spatial.conventions import rotation_matrix
@@ -134,10 +134,10 @@ def _layers(groups, figure, centre, camera, clock, *, prefix, per_metre, rim):
             defined.append(clock.path(data, f'id="{name}"'))
             edge, fill = TINTS[shape.side]
             if shape.colour is not None:
-                fill = _hex(shape.colour)
+                fill = hexadecimal(shape.colour)
             if feet[shape.body]:
                 kind = segments.setdefault(shape.body, len(segments))
-                fill = _paler(fill, PALE[kind % len(PALE)])
+                fill = hexadecimal(whiter(rgb(fill), PALE[kind % len(PALE)]))
             thin = min(rim, width / 4) if stroke else rim
             use = f'<use href="#{name}"'
             if stroke:
@@ -160,13 +160,3 @@ def _layers(groups, figure, centre, camera, clock, *, prefix, per_metre, rim):
     left, top, right, bottom = np.transpose(spans) * per_metre
     ordered = [markup for _, markup in sorted(layers, key=lambda layer: layer[0])]
     return ordered, (left.min(), top.min(), right.max(), bottom.max())
-
-
-def _hex(colour: tuple[float, float, float]) -> str:
-    return "#" + "".join(f"{round(255 * c):02x}" for c in colour)
-
-
-def _paler(colour: str, share: float) -> str:
-    """Return a colour mixed with white."""
-    parts = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return _hex(tuple(c + (1 - c) * share for c in parts))  # type: ignore[arg-type]

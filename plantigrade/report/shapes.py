@@ -75,10 +75,8 @@ class Shape:
             red, green, blue = rgb(theme.FLOOR)
             return red * self.shade, green * self.shade, blue * self.shade
         sides = {"r": theme.RIGHT_BODY, "l": theme.LEFT_BODY}
-        red, green, blue = self.colour or rgb(sides.get(self.side or "", theme.BODY))
-        white = PALE if self.pale else 0.0
-        colour = 1 - white
-        return white + colour * red, white + colour * green, white + colour * blue
+        colour = self.colour or rgb(sides.get(self.side or "", theme.BODY))
+        return whiter(colour, PALE if self.pale else 0.0)
 
 
 def rgb(colour: str) -> tuple[float, float, float]:
@@ -90,6 +88,22 @@ def rgb(colour: str) -> tuple[float, float, float]:
     """
     red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
+
+
+def whiter(colour: tuple[float, float, float], share: float) -> tuple[float, float, float]:
+    """Return red, green and blue in 0–1 mixed with a share of white."""
+    red, green, blue = (part + (1 - part) * share for part in colour)
+    return red, green, blue
+
+
+def hexadecimal(colour: tuple[float, float, float]) -> str:
+    """Return a colour of red, green and blue in 0–1 as CSS writes it.
+
+    Example:
+        >>> hexadecimal((1.0, 0.0, 0.2))
+        '#ff0033'
+    """
+    return "#" + "".join(f"{round(255 * part):02x}" for part in colour)
 
 
 def shapes_of(model: mujoco.MjModel, pale: Collection[str] = ()) -> tuple[Shape, ...]:

@@ -12,7 +12,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.report.scene import poses, travel
-from plantigrade.report.shapes import PALE, shapes_of, silhouette
+from plantigrade.report.shapes import PALE, hexadecimal, rgb, shapes_of, silhouette, whiter
 from plantigrade.spatial.conventions import rotation_matrix
 
 GROUND = "#8a94a3"
@@ -207,11 +207,10 @@ def _figure(shapes, positions, quats, forward, colours=None):
         near = (position + rotation_matrix(quat) @ shape.position) @ across
         edge, fill = colours or TINTS[shape.side]
         if shape.colour is not None and colours is None:
-            fill = "#" + "".join(f"{round(255 * c):02x}" for c in shape.colour)
-        element = _element(points, width, edge, fill)
-        marks.append(
-            (near, f'<g opacity="{1 - PALE:.2f}">{element}</g>' if shape.pale else element)
-        )
+            fill = hexadecimal(shape.colour)
+        if shape.pale and colours is None:
+            edge, fill = (hexadecimal(whiter(rgb(colour), PALE)) for colour in (edge, fill))
+        marks.append((near, _element(points, width, edge, fill)))
         low, high = points.min(axis=0) - width / 2, points.max(axis=0) + width / 2
         spans.append((low[0], high[0], high[1]))
     left, right, top = np.transpose(spans)

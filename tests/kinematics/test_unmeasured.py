@@ -137,6 +137,17 @@ def test_where_legs_stand_still_the_trunk_is_upright_and_the_arms_hang():
     assert 5 < angle(human, made, "elbow_flex_r")[0] < 20
 
 
+def test_who_bends_forward_bends_the_trunk_too_and_who_sits_is_upright():
+    human = person()
+    time, tilt = np.arange(90) / 100, np.deg2rad(np.repeat([0.0, 30.0, -30.0], 30))
+    qpos = np.tile(human.standing(), (90, 1))
+    qpos[:, 3], qpos[:, 5] = np.cos(tilt / 2), np.sin(tilt / 2)
+    for side in "rl":
+        qpos[30:, 7 + human.hinge(f"knee_angle_{side}")] = 1.5
+    trunk = trunk_angles(human, follow_the_legs(human, time, qpos, shown(human)))[:, 0]
+    assert trunk[[15, 45, 75]] == pytest.approx([-2, -32, -2], abs=0.5)
+
+
 def test_arms_swing_more_in_faster_walking():
     human = person()
     ranges = []
@@ -240,7 +251,7 @@ def test_a_walk_whose_upper_body_is_removed_stays_nearly_the_same(pair):
     hidden = [7 + legs.fit.human.hinge(name) for name in legs.fit.assumed]
     welded[:, hidden] = legs.fit.human.standing()[hidden]
     before = analyse(replace(legs.fit, qpos=welded)).figures["residual_force_rms_share"]
-    assert share < 0.08 < 0.10 < before
+    assert share < 0.08 and share < 0.75 * before
     com = [
         np.array([s.com for s in sweep(t.fit.human, t.motion.qpos)]) for t in (whole, legs)
     ]  # fmt: skip
