@@ -132,7 +132,8 @@ def test_own_norms_from_the_command_line(folders, tmp_path, monkeypatch, capsys)
     assert "norms.csv" in again.provenance.source_files
     assert (tmp_path / "mine" / "extra.txt").read_text() == "kept"
     page = (tmp_path / "mine" / "report.html").read_text()
-    assert "our two (your own norms)" in page and "own norms</text>" in page
+    assert "<th>own norms</th>" not in page and "typically developing" not in page
+    assert "our two (your own norms)" in page and ">own</text>" in page
     assert main(["report", str(saved.folder), "--age", "9"]) == 0
     assert pg.load_run(saved.folder).figures["norm_population"] == "own norms"
     assert main(["report", str(saved.folder), "--age", "-1"]) == 2

@@ -113,6 +113,12 @@ def test_pages_are_the_same_twice(run):
     assert pages(run) == pages(run)
 
 
+def drawings(found) -> list[str]:
+    """Return every drawing of some sections."""
+    cells = [c for s in found for row in (s.figures, *s.grid) for c in row if hasattr(c, "svg")]
+    return [cell.svg for cell in cells]
+
+
 def test_curves_at_a_limit_are_hatched_and_assumed_ones_dotted(run):
     """Also over time, where there is no gait cycle; a sentence says what it means."""
     record, human = run.record, run.record.human
@@ -134,14 +140,14 @@ def test_curves_at_a_limit_are_hatched_and_assumed_ones_dotted(run):
         (replace(walks, record=still), ("Joint angles", "Further joint angles")),
     ):
         found = [sections(one)[title] for title in titles]
-        plots = [figure.svg for section in found for figure in section.figures]
+        plots = drawings(found)
         hatched = [svg for svg in plots if 'class="hatched"' in svg]
         assert len(hatched) == 1 and ">Knee flexion</text>" in hatched[0]
         dotted = [svg for svg in plots if f'stroke-dasharray="{DOTTED}"' in svg]
         assert len(dotted) == 1 and ">Shoulder flexion</text>" in dotted[0]
         words = " ".join(section.text for section in found)
         assert "Hatched: the joint is at a limit" in words and "Dotted: assumed" in words
-    before = [svg for s in sections(run).values() for svg in (f.svg for f in s.figures)]
+    before = drawings(sections(run).values())
     assert not any('class="hatched"' in svg for svg in before)
 
 

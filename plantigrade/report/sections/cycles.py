@@ -236,7 +236,7 @@ def curve_figure(
     if norm is not None:
         low, high = norm.mean - norm.sd, norm.mean + norm.sd
         ribbons.append(Ribbon(norm.percent, low, high, STROKE_MIDDLE, 0.22))
-        name = norm.population.name
+        name = "own" if norm.population.own else norm.population.name
         series.append(Series(norm.percent, norm.mean, name, STROKE_MIDDLE, 1.0, 0.8, "4 3"))
     for curve in sorted(members, key=lambda c: side_of(c.name) != "r"):
         side = side_of(curve.name)

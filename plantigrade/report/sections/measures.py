@@ -33,7 +33,8 @@ def measure_section(subject: Subject) -> list[Section]:
     if not subject.walks:
         missing = "no whole gait cycle was found, so no step or stride could be measured."
         return [Section(MEASURES, missing=missing)]
-    published = {} if subject.runs else _published(subject)
+    none = subject.runs or subject.population.own  # of running, or among one's own norms
+    published = {} if none else _published(subject)
     rows = [
         [name, "", "", _value(subject, key, digits), "", unit, published.get(name, "")]
         for name, unit, key, digits in WHOLE
@@ -61,7 +62,7 @@ def measure_section(subject: Subject) -> list[Section]:
         speed = subject.speed_class.replace("_", " ")
         text += f" Children: {who.people}, {who.speed}; here: {speed} ({who.citation})."
     headers = ("measure", "right", "left", "both", "symmetry index", "unit", who.name)
-    if subject.runs:  # nothing published of walking is any measure of it
+    if none:
         headers, rows = headers[:-1], [row[:-1] for row in rows]
     return [Section(MEASURES, headers=headers, rows=rows, text=text)]
 
