@@ -16,7 +16,9 @@ from plantigrade.kinematics.soles import height_figures, heights_in_stance
 from plantigrade.motion import GaitEvent
 
 LOADED = 20.0  # a foot with this much under it stands [N]
-FAR, FARTHEST = 10.0, 25.0  # from the ground, on average and at most: worth a word [mm]
+# Soles this far from the ground on average, or that far in more than a few frames (a contact is
+# timed to a frame or two), are worth a word [mm].
+FAR, FARTHEST, OFTEN = 10.0, 25.0, 0.05
 
 
 def standing_soles(
@@ -50,7 +52,8 @@ def sole_notes(soles: Float[Array, "n_frames 2"]) -> list[str]:
     if not figures:
         return []
     mean, worst = figures["sole_in_stance_mean_mm"], figures["sole_in_stance_worst_mm"]
-    if abs(mean) <= FAR and abs(worst) <= FARTHEST:
+    away = np.abs(1e3 * soles[np.isfinite(soles)]) > FARTHEST
+    if abs(mean) <= FAR and away.mean() <= OFTEN:
         return []
     return [
         f"the lowest point of the standing soles is {mean:+.0f} mm from the ground on average "

@@ -58,6 +58,14 @@ def test_a_foot_turned_by_its_markers_is_set_level(walk, places, joint, degrees)
         assert np.linalg.norm(mine.position - true.position) < 0.008
 
 
+def test_noise_of_a_millimetre_changes_little(walk, places):
+    samples = markers(walk, places)
+    samples = samples + 0.001 * np.random.default_rng(3).normal(size=samples.shape)
+    found = feet(walk, turned(walk, places, "ankle_angle", 8.0), samples)
+    for mine, true in zip(found.places, places, strict=True):
+        assert np.linalg.norm(mine.position - true.position) < 0.008
+
+
 def test_feet_that_stand_flat_stay_as_they_are(walk, places):
     found = feet(walk, places, markers(walk, places))
     lift = found.human.dimensions.ankle_height - walk.human.dimensions.ankle_height
