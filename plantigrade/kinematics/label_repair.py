@@ -7,8 +7,9 @@ import numpy as np
 
 from plantigrade.kinematics.exchanged import Exchange, Landmarks, exchanged_by_anatomy
 from plantigrade.kinematics.standing_trial import exchanged_by_standing, require_same_person
+from plantigrade.kinematics.wrists import exchanged_wrists
 from plantigrade.models import Human
-from plantigrade.models.landmarks import Attachment
+from plantigrade.models.landmarks import Attachment, attachments
 from plantigrade.motion import Recording
 
 
@@ -52,8 +53,13 @@ def relabelled(
     if static is not None and static.markers is not None:
         static, found = _as_anatomy_has_it(static, human, names, placed)
         notes += _said(found, f"the standing trial {static.source.name}")
+        static, found = _thumbs_in_front(static, human, placed)
+        notes += _said(found, f"the standing trial {static.source.name}")
     recording, found = _as_anatomy_has_it(recording, human, names, placed)
     exchanged = list(found.cycles)
+    notes += _said(found, "the whole recording")
+    recording, found = _thumbs_in_front(recording, human, placed)
+    exchanged += found.cycles
     notes += _said(found, "the whole recording")
     if static is not None and static.markers is not None and recording.markers is not None:
         used = [n for n in recording.markers.names if n in names]
@@ -86,6 +92,16 @@ def _as_anatomy_has_it(
     samples = markers.select(list(seen)).positions
     found = exchanged_by_anatomy(known, samples, recording.source)
     return replace(recording, markers=found.undone(markers)), found
+
+
+def _thumbs_in_front(
+    recording: Recording, human: Human, placed: Mapping[str, Attachment | None]
+) -> tuple[Recording, Exchange]:
+    assert recording.markers is not None
+    table = {(a.body, tuple(a.position)): mark for mark, a in attachments(human).items()}
+    marks = {n: table.get((p.body, tuple(p.position))) for n, p in placed.items() if p is not None}
+    found = exchanged_wrists(recording.markers, marks)
+    return replace(recording, markers=found.undone(recording.markers)), found
 
 
 def _said(found: Exchange, where: str) -> list[str]:
