@@ -61,7 +61,7 @@ FIRM = {"pelvis": 0.4}
 INDEPENDENT_FRAMES = 6
 STEPS = 25  # joint steps at most
 LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
-LUMBAR_SPREAD = 0.01  # of the lumbar joint about its regression, standard deviation [m]
+LUMBAR_SPREAD = 0.006  # of the lumbar joint about its regression, standard deviation [m]
 # Of the iliac spines in the pelvis, along x and z: they are palpated no better than other bone, but
 # the pelvis is what they say it is. The width between them is left to BONE. All of them together
 # may sit elsewhere above the hip joint centres, as far as the regression of those is off.

@@ -122,8 +122,8 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
     upper_arm = limb("humerus", _UPPER_ARM, d.upper_arm, LOOSE)
     forearm, hand = limb("ulna", _FOREARM, d.forearm, SKIN), limb("hand", _HAND, d.hand, SKIN)
 
-    def head(x, y, z):
-        return Landmark("lower_neck", np.array([x, -y, z]) * d.head, _HEAD, SKIN)
+    def head(x, y, z, spread=SKIN):
+        return Landmark("lower_neck", np.array([x, -y, z]) * d.head, _HEAD, spread)
 
     lift = 0.35 * d.ankle_height
 
@@ -210,7 +210,7 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "finger_tip": hand(0.0, 0.0, 1.0, parts=("fingers", *_HAND)),
         "head_front": head(0.44, 0.24, 0.64),
         "head_back": head(-0.10, 0.22, 0.64),
-        "temple": head(0.32, 0.29, 0.62),
+        "temple": head(0.32, 0.29, 0.62, LOOSE),
         "ear": head(0.17, 0.30, 0.52),
     }
 
