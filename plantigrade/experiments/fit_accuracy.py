@@ -7,7 +7,7 @@ table of their own, so that the other tells what to expect of new recordings.
 """
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -148,6 +148,9 @@ def overview_sheet(title: str, rows: Iterable[Row]) -> str:
         "marker RMS, mean": "markers [mm]",
         "joint centre RMS": "joint centres [mm]",
         COM_AHEAD: "com ahead [mm]",
+        "lumbar joint behind the hips": "lumbar behind hips [mm]",
+        "trunk, forward lean, mean": "trunk lean [deg]",
+        "arm joint at its stop, most": "arms at a stop [%]",
         "inverse kinematics, median": "ms a frame",
         "read, fit and analyse": "all [s]",
     }
@@ -169,6 +172,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         at_most(name, "inverse kinematics, median", frame_time_ms(trial), 1.0, "ms/frame"),
         Row(name, "read, fit and analyse", seconds, "s"),
     ]
+    rows += posture_rows(name, trial.fit.metrics)
     ahead = trial.figures.get("com_ahead_mm")
     if ahead is not None:
         rows.append(Row(name, COM_AHEAD, ahead, "mm"))
@@ -191,6 +195,23 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     if recording.outputs:
         rows += angle_rows(name, against_plug_in_gait(trial, recording))
         rows += plug_in_gait_moment_rows(name, trial, recording)
+    return rows
+
+
+def posture_rows(name: str, figures: Mapping[str, float]) -> list[Row]:
+    """Return how the body stands: lumbar joint, trunk, head, arms."""
+    behind = figures["lumbar_behind_hips_mm"]
+    row = at_most(name, "", abs(behind - 45), 25)
+    rows = [
+        Row(name, "lumbar joint behind the hips", behind, "mm", "20 to 70 mm", row.met),
+        Row(name, "trunk, forward lean, mean", figures["trunk_lean_mean_deg"], "deg"),
+        Row(name, "head, forward lean, mean", figures["neck_lean_mean_deg"], "deg"),
+        at_most(name, "arm joint at its stop, most", figures["arms_at_stop_percent"], 5, "%"),
+    ]
+    if (standing := figures.get("trunk_lean_standing_deg")) is not None:
+        quantity = "trunk, forward lean, standing"
+        row = at_most(name, quantity, abs(standing), 8, "deg")
+        rows.append(Row(name, quantity, standing, "deg", row.goal, row.met))
     return rows
 
 

@@ -12,7 +12,7 @@ import pytest
 from plantigrade.commands import main as cli
 from plantigrade.experiments import fit_accuracy
 from plantigrade.experiments.event_agreement import match
-from plantigrade.experiments.fit_accuracy import roughness
+from plantigrade.experiments.fit_accuracy import posture_rows, roughness
 from plantigrade.experiments.stored_angles import (
     agreement,
     agreement_sheet,
@@ -217,3 +217,20 @@ def test_roughness_tells_noise_from_movement():
     assert roughness(smooth) < 0.02 < fit_accuracy.ROUGH < roughness(noise)
     # of white noise the second difference has sqrt(6) times its spread
     assert roughness(np.random.default_rng(1).normal(size=20000)) == pytest.approx(6**0.5, rel=0.03)
+
+
+def test_a_body_that_does_not_stand_like_one_misses_its_goals():
+    """What the first version made of HC038A11: lumbar joint 143 mm behind the hips, hunched."""
+    good = {
+        "lumbar_behind_hips_mm": 47.0,
+        "trunk_lean_mean_deg": 4.0,
+        "neck_lean_mean_deg": 7.0,
+        "arms_at_stop_percent": 0.0,
+        "trunk_lean_standing_deg": -3.0,
+    }
+    assert all(row.met for row in posture_rows("walk", good) if row.goal)
+    bad = {"lumbar_behind_hips_mm": 143.0, "trunk_lean_standing_deg": 16.4}
+    bad["arms_at_stop_percent"] = 52.0
+    for name, value in bad.items():
+        missed = [row for row in posture_rows("walk", {**good, name: value}) if row.met is False]
+        assert [row.value for row in missed] == [value], name
