@@ -34,7 +34,7 @@ from plantigrade.kinematics.plausible import (
     require_own_sides,
     without_far_samples,
 )
-from plantigrade.kinematics.posture import posture_figures
+from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured import follow_the_legs, note, seen_hinges, unmeasured
@@ -168,6 +168,7 @@ def fit_markers(
     assumed = unmeasured(calibration.human, seen)
     qpos = follow_the_legs(calibration.human, markers.time[window], qpos, seen)
     notes += note(assumed, "no marker")
+    notes += pelvis_notes(calibration.human, places)
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
         recording,

@@ -4,6 +4,7 @@ None of it shows in the marker error: markers sit where they sit, and a body tha
 them follows them as well as one that stands.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
-from plantigrade.models.landmarks import attachments
+from plantigrade.models.landmarks import SKIN, Attachment, attachments
 from plantigrade.spatial.conventions import PELVIS
 
 MOST_FRAMES = 200  # as many are looked at, evenly spread
@@ -71,6 +72,23 @@ def posture_figures(
     if standing is not None and len(standing):
         figures["trunk_lean_standing_deg"] = float(leans(human, standing, "c7").mean())
     return figures
+
+
+def pelvis_notes(human: Human, places: Sequence[Attachment]) -> list[str]:
+    """Return a sentence where no marker shows the posterior end of the pelvic plane.
+
+    Args:
+        human: The person.
+        places: Where the markers that were fitted sit.
+    """
+    behind = -0.6 * human.dimensions.pelvis_depth
+    known = (p for p in places if p.body == "pelvis" and p.spread <= SKIN)
+    if any(p.position[0] < behind for p in known):
+        return []
+    return [
+        "no marker shows the back of the pelvis: its tilt, and hip flexion with it, follow from "
+        "the legs and may be ten degrees off; the shape of the curves is not touched."
+    ]
 
 
 def leans(

@@ -55,6 +55,14 @@ def test_the_trunk_above_it_stands(fitted):
     assert 20 < fit.metrics["lumbar_behind_hips_mm"] < 70
 
 
+def test_a_pelvis_without_markers_behind_is_said(fitted):
+    human, time, qpos = tilted()
+    assert not any("back of the pelvis" in w for w in fitted[2].warnings)
+    bare = [n for n in NAMES if n not in ("LPSI", "RPSI")]
+    fit = fit_markers(recording(markers_of(human, time, qpos, names=bare)))
+    assert any("back of the pelvis" in w for w in fit.warnings)
+
+
 def test_a_slanting_head_band_does_not_bend_the_neck():
     """Seven centimetres higher in front than behind is 25 degrees of the band."""
     human, time, qpos = walker()
