@@ -149,7 +149,8 @@ def assign_plates(
             mine = loading.owner == k
             at = loading.frames[mine]
             measured[at, k] = True
-            if loading.left_out:
+            if loading.left_out:  # nothing is known of either foot that it carried
+                excluded[at, k] = True
                 continue
             f, c = loading.force[mine], loading.cop[mine]
             force[at, k] += f
