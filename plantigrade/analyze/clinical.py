@@ -106,5 +106,6 @@ def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, An
 
 def _number(figures: Mapping[str, Any], key: str) -> float | None:
     value = figures.get(key)
-    known = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    return float(value) if known and np.isfinite(value) else None
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        return None
+    return float(value) if np.isfinite(float(value)) else None

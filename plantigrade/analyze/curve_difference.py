@@ -22,6 +22,7 @@ References:
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -122,7 +123,8 @@ def threshold(freedom: float, length: float, alpha: float = ALPHA) -> float:
         crossings = length * density * (1 + u * u / freedom) ** (-(freedom - 1) / 2)
         return 2 * (float(t.sf(u, freedom)) + crossings) - alpha
 
-    return float(brentq(excess, 0.0, 1e4)) if excess(1e4) < 0 else 1e4
+    root: Any = brentq(excess, 0.0, 1e4) if excess(1e4) < 0 else 1e4
+    return float(root)
 
 
 def _mean(rows: Array) -> Array:

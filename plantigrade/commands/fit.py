@@ -41,8 +41,8 @@ class Command(FitSettings, RunOptions, JobOptions):
         if len(self.files) > 1:
             return self._several(names)
         self.refuse_existing(*names)
-        (path,) = self.files
-        run = fit_one(self, (path, self.out, names[0]))
+        files = list(self.files)
+        run = fit_one(self, (files[0], self.out, names[0]))
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
     def _several(self, names: Sequence[str]) -> Outcome:

@@ -147,7 +147,7 @@ GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
         ),
     ),
     (
-        "Against mean curves of children (Schwartz et al. 2008), right leg",
+        "Against the mean curves of the norm, right leg",
         (
             *(Shown(f"{title_of(n)}, RMSE", "°", f"norm_rmse_{n}_deg") for n in LEG),
             Shown("mean of the three", "°", "norm_rmse_mean_deg"),
