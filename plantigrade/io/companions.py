@@ -5,7 +5,6 @@ there is no companion, and the user gives it as an option.
 """
 
 import re
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 
 from plantigrade.errors import PlantigradeError
 from plantigrade.motion import ForcePlate, Recording
+from plantigrade.motion.distances import distances
 
 # Words that say what kind of data a file holds, not which trial it is.
 _KIND_WORDS = {
@@ -25,7 +25,7 @@ _STATIC_WORDS = {"static", "stat", "standing", "stand", "cal", "calib", "calibra
                  "npose", "neutral", "anatomical"}  # fmt: skip
 _MOST_READ = 12  # candidates opened at most
 _STILL = 0.02  # a standing trial's markers wander less than this about their mean [m]
-_KEPT = 0.004  # standard deviation of a distance between two markers on one segment [m]
+_KEPT = 0.004  # spread of a distance between two markers on one segment [m]
 _APART = 0.08  # such markers are further apart than this [m]
 _SAME = 0.04  # one person's distances agree in the middle to this share
 
@@ -146,20 +146,11 @@ def same_person(a: Recording, b: Recording) -> bool:
     if a.markers is None or b.markers is None:
         return False
     names = [n for n in a.markers.names if n in b.markers.names]
-    here, there = (_distances(m.select(names).positions) for m in (a.markers, b.markers))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # of markers that are never seen together
-        usual, other = np.nanmean(here, axis=0), np.nanmedian(there, axis=0)
-        kept = (np.nanstd(here, axis=0) < _KEPT) & (usual > _APART) & np.isfinite(other)
-    off = np.abs(other[kept] / usual[kept] - 1)
+    here, there = (distances(m.select(names).positions) for m in (a.markers, b.markers))
+    with np.errstate(invalid="ignore"):
+        kept = np.triu((here.spread < _KEPT) & (here.usual > _APART) & np.isfinite(there.usual))
+    off = np.abs(there.usual[kept] / here.usual[kept] - 1)
     return not len(off) or float(np.median(off)) < _SAME
-
-
-def _distances(x: np.ndarray, frames: int = 40) -> np.ndarray:
-    """Return the distance of each pair of markers in some frames, (n_frames, n_pairs) [m]."""
-    x = x[np.unique(np.linspace(0, len(x) - 1, frames).astype(int))]
-    i, j = np.triu_indices(x.shape[1], 1)
-    return np.linalg.norm(x[:, i] - x[:, j], axis=-1)
 
 
 def _time_of(recording: Recording) -> np.ndarray | None:

@@ -158,6 +158,8 @@ def test_events_and_unknown_names_change_sides(data):
     assert swapped.markers.names.index("LTH1") == walk.markers.names.index("RTH1")
     turned = read(data / "c3d/HC038A11.c3d")
     assert [e.side for e in swap_sides(turned).events] != [e.side for e in turned.events]
+    named = replace(turned, plates=tuple(replace(p, side="r") for p in turned.plates))
+    assert {p.side for p in swap_sides(named).plates} == {None}
 
 
 @pytest.mark.parametrize(("name", "standing"), STANDING.items())

@@ -102,7 +102,7 @@ def test_a_cutoff_that_means_nothing_is_refused(cutoff):
 
 
 def test_sides_are_exchanged_in_all_that_has_them(tmp_path):
-    """Names of markers of the recording and of its standing trial; plates lose their side."""
+    """Names of markers of the recording and of its standing trial."""
     path = walking(tmp_path / "p1_walk1.trc")
     standing(tmp_path / "p1_static.trc")
     forces(tmp_path / "p1_walk1_grf.mot")
@@ -111,9 +111,6 @@ def test_sides_are_exchanged_in_all_that_has_them(tmp_path):
     for one, two in ((usual, swapped), (usual.static, swapped.static)):
         assert two.markers.names == tuple(other[n[0]] + n[1:] for n in one.markers.names)
         np.testing.assert_array_equal(two.markers.positions, one.markers.positions)
-    assert {p.side for p in usual.plates} == {"r", "l"} and {p.side for p in swapped.plates} == {
-        None
-    }
     assert any("left and right were exchanged" in w for w in swapped.warnings)
     turned = fitting.load(path, FitSettings(mirror_axis=True))
     mirrored = usual.markers.positions * [1, -1, 1]
