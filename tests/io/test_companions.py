@@ -46,7 +46,9 @@ def forces(path: Path, *, start: float = 0.0) -> Path:
     time = start + np.arange(1200) / 1000
     push = np.tile([0.0, 0.0, 700.0], (len(time), 1))
     plates = tuple(
-        ForcePlate(f"ground_force_{s}", time, push, np.zeros((len(time), 3)), np.zeros(len(time)))
+        ForcePlate(
+            f"ground_force_{s}", time, push, np.zeros((len(time), 3)), np.zeros(len(time)), side=s
+        )
         for s in "rl"
     )
     write(Recording(path, plates=plates), path)
