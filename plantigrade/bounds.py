@@ -15,6 +15,8 @@ RADIAN = 57.29577951308232
 """A radian [deg]."""
 SEEDS = (0, 2**32 - 1, "")
 """Of generators of random numbers."""
+AGES = (0.5, 120, "years")
+"""Of people."""
 
 
 class Bounded:

@@ -57,6 +57,7 @@ def test_a_record_of_the_checker(tmp_path, ground):
         assert off < 1e-9 and np.abs(root).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_a_reproduced_walk_moved_by_forces(demo):
     folder = demo.folder / "runs" / "demo-reproduced"
     weight = Run.load(folder).record.weight

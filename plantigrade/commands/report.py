@@ -6,14 +6,17 @@ from typing import Annotated
 
 import tyro
 
+from plantigrade.bounds import AGES, Bounded
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.options import OptionalPath, Years
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PrintOptions):
+class Command(PrintOptions, Bounded):
     """Write the report and the viewer page of a run anew."""
+
+    ranges = {"age": AGES}
 
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder to report on."""

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import tyro
 
-from plantigrade.bounds import SEEDS, word
+from plantigrade.bounds import AGES, SEEDS, word
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import Flag, Number, OptionalPath, Seconds, Years, refuse_unknown
@@ -25,7 +25,7 @@ SLOWEST, FASTEST = 0.5, 500.0
 class Settings(Person):
     """Settings that a command inherits."""
 
-    ranges = {"age": (0.5, 120, "years")}
+    ranges = {"age": AGES}
 
     age: Years = None
     """Age [years]: whether adults or children are the norm."""

@@ -43,6 +43,7 @@ def moved(plate: ForcePlate, by) -> ForcePlate:
     return replace(plate, cop=plate.cop + by, corners=corners)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["walk", "belts"])
 def test_good_plates_are_used(name, request):
     trial = analyse(request.getfixturevalue(name))

@@ -116,6 +116,7 @@ def test_what_cannot_be_compared_is_said(folders, record, tmp_path, capsys):
         pg.compare()
 
 
+@pytest.mark.slow
 def test_own_norms_from_the_command_line(folders, tmp_path, monkeypatch, capsys):
     """`norms` writes a table of runs; `report --norms` compares a run with it from now on."""
     monkeypatch.chdir(tmp_path)

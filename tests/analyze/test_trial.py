@@ -213,6 +213,7 @@ def test_another_mass_keeps_the_lengths():
     np.testing.assert_allclose(heavier.model.body_pos, human.model.body_pos, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_measured_walk_is_weighed(data):
     """The plates of a public walk carry what its scaled OpenSim model weighs: 85.3 kg."""
     from plantigrade.workflows.fit import fit_trial

@@ -62,7 +62,7 @@ def near_the_truth(metrics: dict) -> None:
     assert metrics["height_m"] == pytest.approx(1.74, abs=1e-6)
     assert metrics["mass_kg"] == pytest.approx(71.0, abs=0.1)
     for side in "rl":
-        assert metrics[f"stance_{side}_pct"] == pytest.approx(59, abs=3)  # Schwartz 2008, free
+        assert metrics[f"stance_{side}_pct"] == pytest.approx(59, abs=4)  # Schwartz 2008, free
 
 
 def test_it_is_near_the_truth(first):

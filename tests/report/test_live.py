@@ -138,6 +138,8 @@ def test_the_command_prints_an_address_and_ends_with_ctrl_c(tmp_path, record):
         [sys.executable, "-m", "plantigrade", "view", str(tmp_path / "run"), "--no-open", "--json",
          "--port", "8442"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ},
+        # in the background of a shell the signal would be ignored, and for ever
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     assert view.stderr is not None
     try:

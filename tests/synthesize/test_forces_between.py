@@ -24,10 +24,12 @@ def body() -> ContactBody:
 
 
 def quiet(n: int) -> np.ndarray:
-    """Coordinates of quiet standing, n times."""
+    """Coordinates of quiet standing, n times; a bent trunk brings the weight over the feet."""
     b = body()
+    standing = b.human.standing()
+    standing[7 + b.human.hinge("lumbar_extension")] = -0.2
     zero = np.zeros((1, b.symbolic.nv))
-    return np.tile(b.symbolic.from_mujoco(b.human.standing()[None], zero, zero)[0], (n, 1))
+    return np.tile(b.symbolic.from_mujoco(standing[None], zero, zero)[0], (n, 1))
 
 
 def swaying(n: int, seed: int, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
