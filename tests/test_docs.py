@@ -53,7 +53,7 @@ def test_the_commands_of_the_usage_page_can_be_pasted(tmp_path, monkeypatch):
     """Into an empty folder, in the order of the page; the slowest are parsed, their files there."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    quick = {"demo", "fit", "convert", "model", "data", "report", "picture"}
+    quick = {"demo", "fit", "convert", "model", "data", "report", "picture", "norms"}
     ran = paste(PAGES / "usage.md", quick)
     assert set(ran) == quick and ran.count("fit") >= 4
     runs = {path.name for path in (tmp_path / "runs").iterdir()}

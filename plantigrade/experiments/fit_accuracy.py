@@ -199,15 +199,15 @@ def trial_rows(path: Path, name: str) -> list[Row]:
 
 
 def posture_rows(name: str, figures: Mapping[str, float]) -> list[Row]:
-    """Return how the body stands: lumbar joint, trunk, head, arms."""
+    """Return how the body stands: lumbar joint, trunk, head, arms; nothing of assumed parts."""
     behind = figures["lumbar_behind_hips_mm"]
     row = at_most(name, "", abs(behind - 45), 25)
-    rows = [
-        Row(name, "lumbar joint behind the hips", behind, "mm", "20 to 70 mm", row.met),
-        Row(name, "trunk, forward lean, mean", figures["trunk_lean_mean_deg"], "deg"),
-        Row(name, "head, forward lean, mean", figures["neck_lean_mean_deg"], "deg"),
-        at_most(name, "arm joint at its stop, most", figures["arms_at_stop_percent"], 5, "%"),
-    ]
+    rows = [Row(name, "lumbar joint behind the hips", behind, "mm", "20 to 70 mm", row.met)]
+    for part, key in (("trunk", "trunk_lean_mean_deg"), ("head", "neck_lean_mean_deg")):
+        if key in figures:
+            rows.append(Row(name, f"{part}, forward lean, mean", figures[key], "deg"))
+    if (stop := figures.get("arms_at_stop_percent")) is not None:
+        rows.append(at_most(name, "arm joint at its stop, most", stop, 5, "%"))
     if (standing := figures.get("trunk_lean_standing_deg")) is not None:
         quantity = "trunk, forward lean, standing"
         row = at_most(name, quantity, abs(standing), 8, "deg")

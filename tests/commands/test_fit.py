@@ -316,4 +316,5 @@ def test_run_folders_are_numbered(recording, tmp_path, monkeypatch, capsys):
     assert cli.main(["fit", str(recording), str(other), "--quiet", "--json"]) == 0
     assert {path.name for path in (tmp_path / "runs").iterdir()} == {
         "fit-walk", "fit-walk-2", "fit-walk-c3d", "fit-walk-c3d-2", "fit-walk-trc",
+        "fit-table-walk-and-1-more",
     }  # fmt: skip

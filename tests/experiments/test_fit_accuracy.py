@@ -118,7 +118,7 @@ def test_other_planes_of_plug_in_gait(metrics, name, side):
     assert figure("ankle_dorsiflexion", "r") > 0.99
     assert figure("ankle_dorsiflexion", "rmse_without_offset_deg") < 2.5
     if name in HC:
-        assert figure("foot_progression", "r") > 0.97
+        assert figure("foot_progression", "r") > 0.95
 
 
 @pytest.mark.slow

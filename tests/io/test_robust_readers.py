@@ -307,11 +307,11 @@ def test_absurd_c3d_header(samples, word, value):
     assert peak < LIMIT_BYTES
 
 
-def test_thousands_of_changed_c3d_headers(samples):
+def test_hundreds_of_changed_c3d_headers(samples):
     """Headers and parameters, changed everywhere."""
     path, content = samples["C3D"]
     rng = np.random.default_rng(1)
-    for _ in range(1500):
+    for _ in range(500):
         broken = bytearray(content)
         for _ in range(rng.integers(1, 6)):
             broken[rng.integers(0, min(len(broken), 6000))] = rng.integers(0, 256)

@@ -51,7 +51,7 @@ def middle(browser, selector: str) -> tuple[float, float, float]:
     return left, top + height / 2, width
 
 
-@pytest.mark.parametrize("quality", ["simple", "full"])
+@pytest.mark.parametrize("quality", [pytest.param("simple", marks=pytest.mark.slow), "full"])
 def test_viewer_draws_and_is_silent(still, quality):
     still.evaluate(f"plantigrade.setQuality('{quality}')")
     picture = stage(still)
