@@ -3,6 +3,7 @@
 import xml.etree.ElementTree as ET
 
 import numpy as np
+import pytest
 
 from plantigrade.experiments import spline_table
 from plantigrade.synthesize.zhakatayev2023 import MOTIONS
@@ -18,6 +19,7 @@ def test_measured_knees_bend_in_swing(data):
         assert angle[:60].min() < 20  # stance
 
 
+@pytest.mark.slow
 def test_one_motion_on_both_bases(monkeypatch, tmp_path):
     only = {"side-step": MOTIONS["side-step"]}
     monkeypatch.setattr(spline_table, "MOTIONS", only)

@@ -156,6 +156,7 @@ def test_different_minima_are_counted():
     assert bench.minima(np.array([3.0])) == 1 and bench.minima(np.array([])) == 0
 
 
+@pytest.mark.slow
 def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
     extent = bench.Extent(guesses=1, sizes=(), nodes_per_second=10.0)
     said = []
@@ -207,6 +208,7 @@ def test_everybody_walks():
     assert {case[1].feet for case in cases["feet"]} == {"rigid", "two-segment", "multi-segment"}
 
 
+@pytest.mark.slow
 def test_a_walk_is_described_and_held_against_goals(synthesized):
     run = synthesized.run
     found = fidelity.shape_of(run)

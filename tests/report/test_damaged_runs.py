@@ -84,6 +84,7 @@ def test_every_known_signal_is_in_the_run(made):
     assert attempt(made, "nothing", draw=True)
 
 
+@pytest.mark.slow
 def test_arrays(made):
     """Each array in turn is missing, shorter, longer, of another kind, empty of sense, or huge."""
     path = made.folder / "motion.npz"

@@ -112,7 +112,9 @@ def test_every_layer_can_be_hidden(still):
     assert still.errors == []
 
 
-@pytest.mark.parametrize("make", [fitted, from_tasks, solved])
+@pytest.mark.parametrize(
+    "make", [fitted, *(pytest.param(each, marks=pytest.mark.slow) for each in (from_tasks, solved))]
+)
 def test_report_renders_and_is_silent(browser, tmp_path, record, make):
     path = tmp_path / "report.html"
     path.write_text(report_html(make(record)), encoding="utf-8")

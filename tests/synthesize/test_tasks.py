@@ -141,6 +141,7 @@ def test_a_step_to_the_side_ends_standing_so_far_away():
 
 
 @pytest.mark.solver
+@pytest.mark.slow
 def test_a_jump_falls_freely_and_rises_as_far_as_asked():
     s = solved("jump", 20.0)
     assert s.success

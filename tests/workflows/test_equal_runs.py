@@ -18,7 +18,7 @@ ENGINES = {
     "track": lambda walk: pg.synthesize("track", recording=walk, stop=1.3, refinements=0),
     "zhakatayev2023": lambda _: pg.synthesize("zhakatayev2023", motion="sit-to-stand"),
 }
-SLOW = ("reproduce", "track", "zhakatayev2023")
+SLOW = ("reproduce", "synthesize", "track", "zhakatayev2023")
 
 
 @pytest.fixture(scope="module")
