@@ -124,7 +124,7 @@ def test_a_thigh_that_turns_under_its_hinge_is_seen_by_its_own_markers(human):
 
 def test_figures_are_of_whole_cycles(human):
     angle = np.where(TIME < 0.1, 40.0, 10 * np.sin(2 * np.pi * TIME))
-    strikes = [GaitEvent(t, "r", "heel_strike") for t in (0.15, 0.95)]
+    strikes = tuple(GaitEvent(t, "r", "heel_strike") for t in (0.15, 0.95))
     found = laboratory_figures(record(human, angle, events=strikes))
     assert set(found) == {f"ankle_dorsiflexion_{w}_r_deg" for w in ("min", "max", "rom")}
     assert 17 < found["ankle_dorsiflexion_rom_r_deg"] < 21
