@@ -47,7 +47,8 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     if trial.forces is None:
         raise ReproduceError(f"{path} came without force plates; nothing to compare with")
     walk = RecordedWalk.of(trial)
-    forced = rebuild(walk.reference(), forces=True).record()
+    made = rebuild(walk.reference(), forces=True)
+    motion, forced = made.motion, made.record()
     c = compare_forces(forced, trial.record(), ground=walk.ground)
     feet = " and ".join(c.sides) or "no"
     rows = force_rows(name, c)
@@ -55,8 +56,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     for joint, value in c.moment_rmse.items():
         rows.append(Row(name, f"{joint} moment, RMSE", value, "N m/kg"))
         rows.append(Row(name, f"{joint} moment, r", c.moment_r[joint]))
-    ticks = (np.median(forced.signals[f"{part}.time"]) for part in ("solver", "kinematics"))
-    tick = 1e3 * float(sum(ticks))
+    tick = 1e3 * float(np.median(motion.solver_time) + np.median(motion.kinematics_time))
     return [
         *rows,
         at_most(name, "root residual", c.residual, RESIDUAL, "BW"),
