@@ -19,6 +19,7 @@ from plantigrade.spatial.conventions import PELVIS
 
 MOST_FRAMES = 200  # as many are looked at, evenly spread
 AT_STOP = np.deg2rad(0.5)
+"""A joint this near to a limit is at it: the low-pass of the motion rounds the corners [rad]."""
 ARMS = ("elbow_flex", "pro_sup", "wrist_flex", "wrist_dev")
 
 
@@ -40,7 +41,7 @@ def posture_figures(
     * ``lumbar_behind_hips_mm``: the lumbar joint behind the line of the hips, in the pelvis.
     * ``trunk_lean_mean_deg``, ``neck_lean_mean_deg``: trunk and head against the vertical,
       positive forward; ``trunk_lean_standing_deg``: the trunk in the standing trial.
-    * ``arms_at_stop_percent``: the largest share of frames in which a joint of elbow, forearm or
+    * ``arms_at_stop_pct``: the largest share of frames in which a joint of elbow, forearm or
       wrist is at an end of its range.
 
     Args:
@@ -67,7 +68,7 @@ def posture_figures(
         "lumbar_behind_hips_mm": 1e3 * float(hip(d)[0] - lumbar(d)[0]),
         "trunk_lean_mean_deg": float(trunk.mean()),
         "neck_lean_mean_deg": float(head.mean()),
-        "arms_at_stop_percent": 100 * float(max(stopped, default=0.0)),
+        "arms_at_stop_pct": 100 * float(max(stopped, default=0.0)),
     }
     if standing is not None and len(standing):
         figures["trunk_lean_standing_deg"] = float(leans(human, standing, "c7").mean())
