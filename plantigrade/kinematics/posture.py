@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
@@ -54,7 +55,7 @@ def posture_figures(
     mean = {n: float(np.rad2deg(values[:, i].mean())) for i, n in enumerate(names)}
     few = qpos[np.unique(np.linspace(0, len(qpos) - 1, MOST_FRAMES).astype(int))]
     pelvis, trunk, head = (leans(human, few, part) for part in ("asis_r", "c7", "vertex"))
-    arms = [c for c in human.coordinates if c.removesuffix("_r").removesuffix("_l") in ARMS]
+    arms = [c for c in human.coordinates if without_side(c) in ARMS]
     hinges = [human.hinge(c) for c in arms]
     low, high = human.limits[:, hinges]
     arm = qpos[:, 7:][:, hinges]
