@@ -1,18 +1,20 @@
 """What a motion says of the forces under its feet: all that the quadratic program is made of."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.dynamics.centroid import root_wrench_at
-from plantigrade.dynamics.load_intervals import LoadInterval
+from plantigrade.dynamics.load_intervals import LoadInterval, Support
 from plantigrade.dynamics.plates import sole_points
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import even_clock
+from plantigrade.spatial.conventions import rotation_matrix
 
 TILT = 4.0  # the sole's limits are pulled in by this for each metre a point is too high
 LIFT = 0.010  # height above the lowest point from which a point of the sole is too high [m]
@@ -24,8 +26,9 @@ STEP = 0.04  # a stance this far from the common floor is on another level [m]
 class ForceNeeds:
     """Motion, in body weights and metres, at the frames of the program.
 
-    The wrench of each foot is its force and its moment about ``base``, a point of the floor under
-    its ankle.
+    Carriers are the feet, right and left, then other supports. The wrench of each foot is its force
+    and its moment about ``base``, a point of the floor under its ankle; that of a support, about
+    the middle of its contact.
     """
 
     time: Float[Array, " n"]  #: [s]
@@ -33,20 +36,26 @@ class ForceNeeds:
     com: Float[Array, "n 3"]  #: Centre of mass of the model [m]
     force: Float[Array, "n 3"]  #: Net force that the motion needs [BW]
     moment: Float[Array, "n 3"]  #: Net moment about the centre of mass that it needs [BW m]
-    base: Float[Array, "n 2 3"]  #: Point of the floor below each ankle [m]
-    heading: Float[Array, "n 2 2"]  #: Where each foot points, over the floor; unit vectors
+    base: Float[Array, "n k 3"]  #: Where the moment of each carrier is taken [m]
+    heading: Float[Array, "n k 2"]  #: Where each carrier points, over the floor; unit vectors
     #: Joint moments of each leg without ground reaction [BW m]
     joints: Float[Array, "n 2 n_joints"]
     #: What a wrench adds to the generalised force of each: it is subtracted from ``joints``
     arms: Float[Array, "n 2 n_joints 6"]
     columns: tuple[tuple[int, ...], tuple[int, ...]]  #: Those joints among ``qvel``, by side
     #: Limits of the centre of pressure from ``base``: [m] backward, forward, right and left end,
-    #: in the foot's heading
-    sole: Float[Array, "n 2 4"]
+    #: in the carrier's heading
+    sole: Float[Array, "n k 4"]
+    pelvis: Float[Array, "n 3"]  #: Origin of the pelvis [m]
+    rotation: Float[Array, "n 3 3"]  #: Axes of the pelvis
 
 
 def force_needs(
-    human: Human, motion: Motion, qacc: Float[Array, "n nv"], contacts: tuple[LoadInterval, ...]
+    human: Human,
+    motion: Motion,
+    qacc: Float[Array, "n nv"],
+    contacts: tuple[LoadInterval, ...],
+    supports: tuple[Support, ...] = (),
 ) -> ForceNeeds:
     """Return what a motion needs.
 
@@ -55,6 +64,7 @@ def force_needs(
         motion: Configurations and velocities.
         qacc: Accelerations.
         contacts: When each foot may carry load.
+        supports: What else may.
     """
     time, n = even_clock(motion.time), motion.n_frames
     weight = human.mass * GRAVITY
@@ -65,6 +75,9 @@ def force_needs(
     joints = np.empty((n, 2, len(columns[0])))
     axes, arms = np.empty((n, 2, 3, len(columns[0]))), np.empty((n, 2, 3, len(columns[0])))
     ankle, forward = np.empty((n, 2, 3)), np.empty((n, 2, 2))
+    others = [human.body(support.body) for support in supports]
+    place = PointSet.of(human, [_Place(s.body, s.point) for s in supports])
+    held, ahead = np.empty((n, len(others), 3)), np.empty((n, len(others), 2))
     for f, state in enumerate(sweep(human, motion.qpos, motion.qvel)):
         tau = state.inverse_dynamics(qacc[f])
         root[f], com[f] = tau[:6], state.com
@@ -76,26 +89,44 @@ def force_needs(
             arms[f, k] = J[k][:, own]
             ankle[f, k] = state.origin(body)
             forward[f, k] = state.rotation(body)[:2, 0]
+        if others:
+            held[f] = state.position(place)
+            ahead[f] = [state.rotation(body)[:2, 0] for body in others]
     force, moment = root_wrench_at(root, motion.qpos, com)
     soles = sole_points(human, motion.qpos)
-    floor = _floor(time, soles, contacts)
+    steps = tuple(c for c in contacts if c.side in SIDES)
+    floor = _floor(time, soles, steps)
     base = ankle.copy()
     base[..., 2] = floor
-    heading = _headings(time, forward, contacts)
+    heading = _headings(time, forward, steps)
     at_base = arms + np.cross(axes, (base - ankle)[..., None], axis=2)
+    reach = np.empty((n, len(supports), 4))
+    for i, each in enumerate(supports):
+        reach[:, i] = [-each.reach[0], each.reach[0], -each.reach[1], each.reach[1]]
     return ForceNeeds(
         time,
         weight,
         com,
         force / weight,
         moment / weight,
-        base,
-        heading,
+        np.concatenate([base, held], axis=1),
+        np.concatenate([heading, _unit(ahead)], axis=1),
         joints / weight,
         np.concatenate([at_base, axes], axis=2).swapaxes(2, 3),
         columns,  # pyright: ignore[reportArgumentType]
-        _sole_limits(soles, base, heading),
+        np.concatenate([_sole_limits(soles, base, heading), reach], axis=1),
+        motion.qpos[:, :3],
+        rotation_matrix(motion.qpos[:, 3:7]),
     )
+
+
+class _Place(NamedTuple):
+    body: str
+    position: tuple[float, float, float]
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
 
 
 def _floor(time, soles, contacts) -> np.ndarray:
@@ -117,12 +148,11 @@ def _floor(time, soles, contacts) -> np.ndarray:
 
 def _headings(time, forward, contacts) -> np.ndarray:
     """Return where the feet point, one direction for each contact."""
-    heading = forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), 1e-9)
+    heading = _unit(forward)
     for contact in contacts:
         k, here = SIDES.index(contact.side), contact.frames(time)
         if contact.walking and here.any():
-            mean = forward[here, k].sum(axis=0)
-            heading[here, k] = mean / max(float(np.linalg.norm(mean)), 1e-9)
+            heading[here, k] = _unit(forward[here, k].sum(axis=0))
     return heading
 
 

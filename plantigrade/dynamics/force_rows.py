@@ -23,11 +23,22 @@ class Rows:
         self._parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self._right: list[np.ndarray] = []
         self.blocks: dict[str, slice] = {}
+        self.place: dict[str, np.ndarray] = {}  # frame and foot of each row of a block
 
-    def add(self, name: str, right: np.ndarray, *terms: tuple[np.ndarray, np.ndarray]) -> None:
-        """Add rows; each term has columns (rows, m), below zero for none, and values alike."""
+    def add(
+        self,
+        name: str,
+        right: np.ndarray,
+        *terms: tuple[np.ndarray, np.ndarray],
+        place: np.ndarray | None = None,
+    ) -> None:
+        """Add rows; each term has columns (rows, m), below zero for none, and values alike.
+
+        ``place`` tells frame and foot of each row (2, rows); by default the frames in order.
+        """
         n = len(right)
         self.blocks[name] = slice(self.count, self.count + n)
+        self.place[name] = np.stack([np.arange(n), np.zeros(n, int)]) if place is None else place
         rows = self.count + np.arange(n)
         for columns, values in terms if n else ():
             columns = columns.reshape(n, -1)
@@ -49,11 +60,11 @@ class Rows:
 class Layout:
     """Where the unknowns are: six of each foot in each frame of contact, last the shift."""
 
-    start: np.ndarray  #: First unknown of a foot in a frame (n, 2); -1 where it has no contact
+    start: np.ndarray  #: First unknown of a foot in a frame (n, k); -1 where it has no contact
     size: int  #: Number of unknowns
 
     @classmethod
-    def of(cls, contact: Bool[Array, "n 2"]) -> "Layout":
+    def of(cls, contact: Bool[Array, "n k"]) -> "Layout":
         """Return the layout for the frames in which each foot is in contact."""
         start = np.full(contact.shape, -1)
         start[contact] = 6 * np.arange(contact.sum())
@@ -65,7 +76,7 @@ class Layout:
         return self.size - 3 + np.arange(3)
 
     def columns(self, i: int) -> np.ndarray:
-        """Return unknown ``i`` (0 to 5) of every foot and frame, (n, 2); -1 for none."""
+        """Return unknown ``i`` (0 to 5) of every foot and frame, (n, k); -1 for none."""
         return np.where(self.start >= 0, self.start + i, -1)
 
 
@@ -73,8 +84,8 @@ class Layout:
 class PathPrior:
     """Where walking puts the centre of pressure, from the foot's base in the foot's heading."""
 
-    mean: Float[Array, "n 2 2"]  #: Forward and left [m]; NaN where nothing is known
-    spread: Float[Array, "n 2 2"]  #: Standard deviation [m]
+    mean: Float[Array, "n k 2"]  #: Forward and left [m]; NaN where nothing is known
+    spread: Float[Array, "n k 2"]  #: Standard deviation [m]
 
 
 def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
@@ -85,7 +96,7 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
     shift = layout.shift
     rows.add("shift", np.zeros(3), (shift[:, None], np.ones((3, 1))))
     dt = needs.time[1] - needs.time[0] if n > 1 else 1.0
-    columns = np.stack([layout.columns(i) for i in range(6)], axis=-1)  # (n, 2, 6)
+    columns = np.stack([layout.columns(i) for i in range(6)], axis=-1)  # (n, k, 6)
     for k in (0, 1):  # d/dt of the joint moments
         own = columns[:, k]
         for j in range(needs.joints.shape[2]):
@@ -97,20 +108,22 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
                 rate[some],
                 (own[:-1][some], -before[some]),
                 (own[1:][some], after[some]),
+                place=np.stack([np.flatnonzero(some), np.full(int(some.sum()), k)]),
             )
     for i in range(6):  # second differences, zero where a foot carries nothing
         own = columns[:, :, i]
         trio = np.stack([own[:-2], own[1:-1], own[2:]], axis=-1).reshape(-1, 3)
         some = (trio >= 0).any(axis=1)
         values = np.tile([[1.0, -2.0, 1.0]], (int(some.sum()), 1)) / dt**2
-        rows.add(f"bend{i}", np.zeros(int(some.sum())), (trio[some], values))
+        place = np.stack(np.divmod(np.flatnonzero(some), columns.shape[1]))
+        rows.add(f"bend{i}", np.zeros(int(some.sum())), (trio[some], values), place=place)
     _path(rows, needs, layout, path)
     return rows
 
 
 def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout) -> None:
     n = len(needs.time)
-    ones = np.ones((n, 2))
+    ones = np.ones(needs.base.shape[:2])
     for i, axis in enumerate("xyz"):
         rows.add(f"force_{axis}", needs.force[:, i], (layout.columns(i), ones))
     arm = needs.base - needs.com[:, None]
@@ -133,7 +146,7 @@ def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
     here = layout.start >= 0
     c = [layout.columns(i)[here][:, None] for i in range(6)]
     one = np.ones((int(here.sum()), 1))
-    rows.add("free", np.zeros(len(one)), (c[5], one))
+    rows.add("free", np.zeros(len(one)), (c[5], one), place=np.stack(np.nonzero(here)))
     here &= np.isfinite(path.mean).all(axis=-1)
     if not here.any():
         return
@@ -141,17 +154,17 @@ def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
     hx, hy = needs.heading[here].T[..., None]
     x, y = path.mean[here].T[..., None]
     sx, sy = path.spread[here].T[..., None]
-    zero = np.zeros(len(x))
+    zero, place = np.zeros(len(x)), np.stack(np.nonzero(here))
     # moment about the left axis is -x F_z, about the forward axis y F_z
-    rows.add("path_x", zero, (c[3], hy / sx), (c[4], -hx / sx), (c[2], -x / sx))
-    rows.add("path_y", zero, (c[3], hx / sy), (c[4], hy / sy), (c[2], -y / sy))
+    rows.add("path_x", zero, (c[3], hy / sx), (c[4], -hx / sx), (c[2], -x / sx), place=place)
+    rows.add("path_y", zero, (c[3], hx / sy), (c[4], hy / sy), (c[2], -y / sy), place=place)
 
 
 def limits(
     needs: ForceNeeds,
     layout: Layout,
-    free: Bool[Array, "n 2"],
-    ramp: Float[Array, "n 2"],
+    free: Bool[Array, "n k"],
+    ramp: Float[Array, "n k"],
     friction: float,
     twist: float,
 ) -> Rows:

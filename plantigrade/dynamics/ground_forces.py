@@ -26,10 +26,18 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.centroid import check_motion
+from plantigrade.dynamics.force_bands import (
+    drawn_errors,
+    half_widths,
+    moved_optimum,
+    resampled,
+    spread_of,
+)
 from plantigrade.dynamics.force_needs import ForceNeeds, force_needs
 from plantigrade.dynamics.force_rows import Layout, PathPrior, limits, objective
 from plantigrade.dynamics.load_intervals import (
     LoadInterval,
+    Support,
     usual_length,
     walking_intervals,
 )
@@ -82,7 +90,12 @@ class GroundForces:
     noise: float  #: How many times noisier the motion is than assumed; 1 as assumed
     residual_force: float  #: Root mean square of the net force that is missed [BW]
     residual_moment: float  #: The same of the pitch and roll moment [BW m]
-    contacts: tuple[LoadInterval, ...] = field(default=(), repr=False)  #: As taken
+    contacts: tuple[LoadInterval, ...] = field(repr=False)  #: When feet and supports were loaded
+    supports: tuple[str, ...]  #: Names of supports besides the feet
+    support_force: Float[Array, "n_frames n_supports 3"]  #: Force of each on the body [N]
+    #: Its centre of pressure [m]; NaN where it carries nothing
+    support_point: Float[Array, "n_frames n_supports 3"]
+    support_torque: Float[Array, "n_frames n_supports 3"]  #: Its free moment [N m]
 
 
 def estimate_forces(
@@ -91,6 +104,7 @@ def estimate_forces(
     *,
     measured: FootForces | None = None,
     contacts: tuple[LoadInterval, ...] | None = None,
+    supports: tuple[Support, ...] = (),
     scales: ForceScales | None = None,
 ) -> GroundForces:
     """Return the ground reaction on each foot in every frame.
@@ -99,7 +113,8 @@ def estimate_forces(
         human: Whose motion.
         motion: The motion, filtered, with accelerations and gait events.
         measured: What plates tell; it is kept, where ``valid_side`` says it is known.
-        contacts: When each foot may carry load; from the gait events if absent.
+        contacts: When each foot or support may carry load; from the gait events if absent.
+        supports: What may carry load besides the feet, where ``contacts`` say so.
         scales: What the program weighs by.
 
     Raises:
@@ -112,41 +127,57 @@ def estimate_forces(
     contacts = walking_intervals(motion) if contacts is None else contacts
     step = max(1, int(np.ceil(motion.rate / FASTEST)))
     coarse = motion.frames(slice(None, None, step))
-    needs = force_needs(human, coarse, qacc[::step], contacts)
+    needs = force_needs(human, coarse, qacc[::step], contacts, supports)
     data = None if measured is None else _frames(measured, slice(None, None, step))
-    program = _Program(human, needs, contacts, data, scales)
-    wrench, shift, noise, missed = program.solve()
-    forces = _as_forces(motion.time, needs, wrench, measured)
-    n = motion.n_frames
-    known = np.zeros((n, 2), bool) if measured is None else np.array(measured.valid_side)
+    program = _Program(human, needs, contacts, supports, data, scales)
+    program.solve()
+    known = np.zeros((motion.n_frames, 2), bool)
+    if measured is not None:
+        known = np.array(measured.valid_side)
+    force, point, torque = _at_pressure(motion.time, needs, program.wrench)
+    if measured is not None:
+        force[:, :2][known], point[:, :2][known] = measured.force[known], measured.point[known]
+        torque[:, :2][known] = measured.torque[known]
+    sure = np.ones(known.shape, bool)
+    feet = FootForces(
+        force[:, :2],
+        point[:, :2],
+        torque[:, :2],
+        sure,
+        sure[:, 0].copy(),
+        () if measured is None else measured.uses,
+        () if measured is None else measured.warnings,
+    )
     return GroundForces(
-        forces,
+        feet,
         known,
-        np.full((n, 2, 3), np.nan),
-        np.full((n, 2, 2), np.nan),
-        np.full((n, 2), np.nan),
-        np.full((n, human.model.nv), np.nan),
-        shift,
-        noise,
-        *missed,
-        contacts,
+        **program.bands(human, motion.time, known),
+        com_shift=program.shift,
+        noise=program.noise,
+        residual_force=program.missed_force,
+        residual_moment=program.missed_moment,
+        contacts=contacts,
+        supports=tuple(each.name for each in supports),
+        support_force=force[:, 2:],
+        support_point=point[:, 2:],
+        support_torque=torque[:, 2:],
     )
 
 
 class _Program:
-    def __init__(self, human, needs: ForceNeeds, contacts, data: FootForces | None, scales):
-        self.needs, self.scales = needs, scales
+    def __init__(self, human, needs: ForceNeeds, contacts, supports, data, scales):
+        self.needs, self.scales, self.contacts = needs, scales, contacts
         time = needs.time
-        contact, ramp, path = _contact_frames(time, contacts, scales, human.height)
+        contact, ramp, path = _contact_frames(time, contacts, supports, scales, human.height)
         self.known = np.zeros(contact.shape, bool)
         told = np.zeros((*contact.shape, 6))
         if data is not None:
-            self.known, told, carried = _told(data, needs)
-            contact = np.where(self.known, carried, contact)
+            self.known[:, :2], told[:, :2], carried = _told(data, needs)
+            contact[:, :2] = np.where(self.known[:, :2], carried, contact[:, :2])
         self.layout = Layout.of(contact)
         rows = objective(needs, self.layout, path)
         A, b = rows.system()
-        self.blocks = rows.blocks
+        self.blocks, self.place = rows.blocks, rows.place
         start = self.layout.start
         fixed = self.known & contact
         x = np.zeros(self.layout.size)
@@ -177,39 +208,56 @@ class _Program:
         w[self.blocks["shift"]] = 1.0 / np.array(s.shift)
         return w
 
-    def solve(self):
-        noise, first = 1.0, self.scales.moment
+    def solve(self) -> None:
+        """Find wrenches and shift; three times at most, as the noise turns out."""
+        noise = 1.0
         for _ in range(3):
-            w = self.weights(noise)
-            scaled = self.A.multiply(w[:, None]).tocsr()
-            self.P = (scaled.T @ scaled).tocsc()
-            q = -(scaled.T @ (w * self.b))
+            self.noise, w = noise, self.weights(noise)
+            self.scaled = self.A.multiply(w[:, None]).tocsr()
+            self.P = (self.scaled.T @ self.scaled).tocsc()
+            q = -(self.scaled.T @ (w * self.b))
             self.solution = solve_quadratic(self.P, q, self.G, self.h)
             missed = self.A @ self.solution.x - self.b
-            moment = np.concatenate([missed[self.blocks[f"moment_{a}"]] for a in "xy"])
-            rms = float(np.sqrt(np.mean(moment**2)))
-            last, noise = noise, max(1.0, rms / first)
-            if abs(noise - last) < 0.02:
+            self.missed_moment = _rms(missed, [self.blocks[f"moment_{a}"] for a in "xy"])
+            noise = max(1.0, self.missed_moment / self.scales.moment)
+            if abs(noise - self.noise) < 0.02:
                 break
-        self.scaled = scaled
+        self.missed_force = _rms(missed, [self.blocks[f"force_{a}"] for a in "xyz"])
         x = self.x.copy()
         x[self.unknown] = self.solution.x
+        self.wrench, self.shift = self._by_foot(x), x[-3:].copy()
+
+    def _by_foot(self, x: np.ndarray) -> np.ndarray:
+        """Return the unknowns of each carrier and frame (n, k, 6, …); zero where there are none."""
         start = self.layout.start
-        wrench = np.where(
-            (start >= 0)[..., None], x[np.maximum(start, 0)[..., None] + np.arange(6)], 0.0
+        values = x[np.maximum(start, 0)[..., None] + np.arange(6)]
+        values[start < 0] = 0.0
+        return values
+
+    def bands(self, human: Human, time: np.ndarray, known: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the half-widths of the 90 % bands at instants, by the name of their field."""
+        errors = drawn_errors(self.blocks, self.place, self.layout.start.shape, self.dt)
+        moved = moved_optimum(
+            self.P, self.G, self.solution.multiplier, self.solution.slack, self.scaled, errors
         )
-        force = np.concatenate([missed[self.blocks[f"force_{a}"]] for a in "xyz"])
-        residual = float(np.sqrt(np.mean(force**2))), rms
-        return wrench, x[-3:].copy(), float(last), residual
+        whole = np.zeros((self.layout.size, moved.shape[1]))
+        whole[self.unknown] = moved
+        spread = spread_of(self.needs, self.wrench, self._by_foot(whole), LIGHT)
+        return half_widths(self.needs, self.wrench, spread, self.contacts, time, known, human)
 
 
-def _contact_frames(time, contacts, scales: ForceScales, height: float):
-    n = len(time)
-    contact, ramp = np.zeros((n, 2), bool), np.full((n, 2), np.inf)
-    mean, spread = np.full((n, 2, 2), np.nan), np.ones((n, 2, 2))
+def _rms(values: np.ndarray, parts: list[slice]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate([values[p] for p in parts]) ** 2)))
+
+
+def _contact_frames(time, contacts, supports, scales: ForceScales, height: float):
+    names = (*SIDES, *(support.name for support in supports))
+    n, m = len(time), len(names)
+    contact, ramp = np.zeros((n, m), bool), np.full((n, m), np.inf)
+    mean, spread = np.full((n, m, 2), np.nan), np.ones((n, m, 2))
     usual = usual_length(contacts)
     for each in contacts:
-        k, here = SIDES.index(each.side), each.frames(time)
+        k, here = names.index(each.side), each.frames(time)
         contact[here, k] = True
         t, limit = time[here], np.full(int(here.sum()), np.inf)
         if each.begins:
@@ -232,20 +280,15 @@ def _told(data: FootForces, needs: ForceNeeds):
     known = np.array(data.valid_side)
     force = data.force / needs.weight
     carried = np.isfinite(data.point).all(axis=-1) & (force[..., 2] > 0)
-    arm = np.where(carried[..., None], data.point - needs.base, 0.0)
+    arm = np.where(carried[..., None], data.point - needs.base[:, :2], 0.0)
     moment = np.cross(arm, force) + data.torque / needs.weight
     told = np.concatenate([force, moment], axis=-1)
     return known, np.where(carried[..., None], told, 0.0), carried
 
 
-def _as_forces(time, needs: ForceNeeds, wrench, measured: FootForces | None) -> FootForces:
-    """Return the wrenches as forces at centres of pressure, on all frames of the motion."""
-    w = np.stack(
-        [[np.interp(time, needs.time, wrench[:, k, i]) for i in range(6)] for k in (0, 1)]
-    ).transpose(2, 0, 1)
-    base = np.stack(
-        [[np.interp(time, needs.time, needs.base[:, k, i]) for i in range(3)] for k in (0, 1)]
-    ).transpose(2, 0, 1)
+def _at_pressure(time, needs: ForceNeeds, wrench) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the wrenches as forces [N] at centres of pressure [m] with free moments [N m]."""
+    w, base = resampled(needs.time, wrench, time), resampled(needs.time, needs.base, time)
     load = w[..., 2] > LIGHT
     with np.errstate(invalid="ignore", divide="ignore"):
         x, y = -w[..., 4] / w[..., 2], w[..., 3] / w[..., 2]
@@ -253,15 +296,7 @@ def _as_forces(time, needs: ForceNeeds, wrench, measured: FootForces | None) -> 
     point[~load] = np.nan
     torque = np.zeros_like(point)
     torque[..., 2] = np.where(load, w[..., 5] - x * w[..., 1] + y * w[..., 0], 0.0) * needs.weight
-    force = np.where(load[..., None], w[..., :3], 0.0) * needs.weight
-    uses, notes = (), ()
-    if measured is not None:
-        known = np.asarray(measured.valid_side)
-        force[known], point[known] = measured.force[known], measured.point[known]
-        torque[known] = measured.torque[known]
-        uses, notes = measured.uses, measured.warnings
-    sure = np.ones(load.shape, bool)
-    return FootForces(force, point, torque, sure, sure[:, 0].copy(), uses, notes)
+    return np.where(load[..., None], w[..., :3], 0.0) * needs.weight, point, torque
 
 
 def _frames(forces: FootForces, keep: slice) -> FootForces:

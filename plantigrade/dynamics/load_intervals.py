@@ -14,11 +14,29 @@ USUAL_STANCE = 0.65  # where none was seen whole [s]
 
 
 @dataclass(frozen=True)
-class LoadInterval:
-    """One stretch of time in which one foot may carry load.
+class Support:
+    """Something besides the feet that may carry load, such as the seat of a chair.
 
     Attributes:
-        side: ``"r"`` or ``"l"``.
+        name: Its name.
+        body: Segment that it carries.
+        point: Middle of the contact in that segment's frame [m].
+        reach: How far from there the centre of pressure may lie, forward or backward and to
+            either side [m].
+    """
+
+    name: str
+    body: str
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    reach: tuple[float, float] = (0.15, 0.15)
+
+
+@dataclass(frozen=True)
+class LoadInterval:
+    """One stretch of time in which one foot, or another support, may carry load.
+
+    Attributes:
+        side: ``"r"`` or ``"l"``, or the name of a :class:`Support`.
         start: When it begins [s].
         stop: When it ends [s].
         begins: Whether the load grows from zero at the start; not where the recording cuts it.
