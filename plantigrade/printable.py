@@ -6,6 +6,7 @@ are bytes of a file's name that are no UTF-8.
 """
 
 import re
+from typing import Any
 
 UNSAFE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tab and line end, C1 among them
@@ -51,3 +52,15 @@ def _escape(match: re.Match[str]) -> str:
     if 0xDC80 <= code <= 0xDCFF:
         code -= 0xDC00
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
+
+
+def cell(value: Any) -> Any:
+    """Return a value as a table of comma-separated values shows it: six digits, nothing for NaN.
+
+    Example:
+        >>> cell(1 / 3), cell(float("nan")), cell(None), cell("ok")
+        ('0.333333', '', '', 'ok')
+    """
+    if value is None or (isinstance(value, float) and value != value):
+        return ""
+    return f"{value:.6g}" if isinstance(value, float) else value

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool
+from plantigrade.kinematics.posture import AT_STOP
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.record import Record
 
-NEAR = np.deg2rad(0.5)
-"""A joint this near to a limit is at it: the low-pass of the motion rounds the corners [rad]."""
 OFTEN = 5.0
 """Share of the frames from which on it is said [%]."""
 
@@ -28,7 +27,7 @@ def at_limit(record: Record) -> dict[str, Bool[Array, " n_frames"]]:
     limits = record.limits.coordinate
     low, high = record.human.limits if limits is None else limits
     q = record.motion.qpos[:, 7:]
-    held = ((q <= low + NEAR) | (q >= high - NEAR)) & (high - low > 4 * NEAR)
+    held = ((q <= low + AT_STOP) | (q >= high - AT_STOP)) & (high - low > 4 * AT_STOP)
     shares = 100.0 * held.mean(axis=0)
     return {n: held[:, k] for k, n in enumerate(record.human.coordinates) if shares[k] > OFTEN}
 

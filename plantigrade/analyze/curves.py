@@ -13,6 +13,8 @@ from plantigrade.record import Record
 from plantigrade.spatial.conventions import PELVIS
 
 AXES = ("forward", "left", "up")
+LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+"""Joints whose moments and powers are drawn and compared over the gait cycle."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,21 @@ class GaitCurves:
     powers: dict[str, np.ndarray]  #: Coordinate → power [W/kg]
     #: ``forward_r``, ``left_r``, ``up_r``, … → ground reaction [body weights]
     forces: dict[str, np.ndarray]
+
+    def loads(self) -> dict[str, np.ndarray]:
+        """Return moments and powers of :data:`LOADED` and forces, named as norms are, with side."""
+        found = {
+            f"{stem}{ending}_{side}": table[f"{stem}_{side}"]
+            for ending, table in (("_moment", self.moments), ("_power", self.powers))
+            for stem in LOADED
+            for side in SIDES
+            if f"{stem}_{side}" in table
+        }
+        for axis in ("up", "forward"):
+            for side in SIDES:
+                if f"{axis}_{side}" in self.forces:
+                    found[f"ground_force_{axis}_{side}"] = self.forces[f"{axis}_{side}"]
+        return found
 
 
 def coordinates_of(record: Record) -> Table:

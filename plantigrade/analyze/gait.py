@@ -43,7 +43,7 @@ _UNITS = {
     "stance": "pct",
     "swing": "pct",
 }
-_UNITS_OF_RUNNING = {"contact_time": "s", "flight_time": "s", "duty_factor": "ratio"}  # fmt: skip
+_UNITS_OF_RUNNING = {"contact_time": "s", "flight_time": "s", "duty_factor": "ratio"}
 
 
 @dataclass(frozen=True)

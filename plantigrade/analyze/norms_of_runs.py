@@ -11,14 +11,11 @@ from plantigrade.analyze.norms import Population
 from plantigrade.analyze.own_norms import NAMES, own_population, read_norms_file
 from plantigrade.arrays import Array, Float
 from plantigrade.charts.labels import without_side
-from plantigrade.constants import SIDES
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.record import Record, Run
 from plantigrade.record.folder import METRICS
 from plantigrade.record.run import MOTION
 
-LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
-"""Joints whose moments and powers are drawn over the gait cycle."""
 FEWEST = 2
 """People without whom there is no standard deviation."""
 
@@ -110,13 +107,7 @@ def person_curves(record: Record) -> dict[str, Float[Array, " n_percent"]]:
         return {}
     rows: dict[str, Array] = dict(clinical_angles(record, curves))
     rows |= {n: v for n, v in curves.angles.items() if n.startswith("lumbar")}
-    for ending, table in (("_moment", curves.moments), ("_power", curves.powers)):
-        rows |= {
-            f"{n}{ending}_{s}": table.get(f"{n}_{s}", np.empty(0)) for n in LOADED for s in SIDES
-        }
-    for axis in ("up", "forward"):
-        for side in SIDES:
-            rows[f"ground_force_{axis}_{side}"] = curves.forces.get(f"{axis}_{side}", np.empty(0))
+    rows |= curves.loads()
     sides: dict[str, list[Array]] = {}
     for name, values in rows.items():
         if len(values) and np.isfinite(values).any(axis=0).all():

@@ -65,12 +65,12 @@ def read_norms_file(path: str | Path) -> Population:
         lacks = ", ".join(sorted(set(HEADER) - set(names)))
         raise FileError(path, f"has no column {lacks}", where="line 1", remedy=remedy)
     table: dict[str, list[tuple[float, float, float]]] = {}
-    for n, cells in zip(
-        [n for n, _ in rows[1:]],
-        csv.reader((line for _, line in rows[1:]), delimiter=delimiter),
-        strict=True,
-    ):
+    for n, line in rows[1:]:
         wrong = partial(FileError, path, where=f"line {n}")
+        try:
+            cells = next(csv.reader([line], delimiter=delimiter))
+        except csv.Error as error:
+            raise wrong(f"is no row of a table ({error})", remedy=remedy) from None
         found = dict(zip(names, (cell.strip() for cell in cells), strict=False))
         variable = found.get("variable", "")
         if variable not in NAMES:

@@ -9,20 +9,20 @@ import numpy as np
 
 from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.analyze.curve_difference import CurveDifference, curve_difference
-from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.curves import LOADED, gait_curves
 from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.analyze.norms import unit_of
 from plantigrade.arrays import Array
+from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.record import Run
 
 TRUNK = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
-MOMENTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 CURVES = (
     *(*ANGLES, "subtalar_angle", "mtp_angle", *TRUNK),
-    *(f"{name}_moment" for name in MOMENTS),
+    *(f"{name}_moment" for name in LOADED),
     *("ground_force_up", "ground_force_forward"),
 )
 """What is compared, by name without side."""
@@ -98,7 +98,7 @@ class RunComparison:
         for gait, table in self.differences.items():
             flat: dict[str, float] = {}
             for name, each in table.items():
-                unit = SUFFIX[unit_of(name.removesuffix("_r").removesuffix("_l"))]
+                unit = SUFFIX[unit_of(without_side(name))]
                 flat[f"difference_rms_{name}_{unit}"] = each.rms
                 flat[f"difference_max_{name}_{unit}"] = each.largest
                 if each.half is not None:
@@ -165,14 +165,7 @@ def gait_of(run: Run, name: str) -> Gait:
         )
     every: dict[str, Array] = dict(clinical_angles(run.record, curves))
     every |= {n: curves.angles[n] for n in TRUNK if n in curves.angles}
-    for stem in MOMENTS:
-        for side in SIDES:
-            rows = loaded.moments.get(f"{stem}_{side}")
-            every |= {} if rows is None else {f"{stem}_moment_{side}": rows}
-    for axis in ("up", "forward"):
-        for side in SIDES:
-            rows = loaded.forces.get(f"{axis}_{side}")
-            every |= {} if rows is None else {f"ground_force_{axis}_{side}": rows}
+    every |= {n: rows for n, rows in loaded.loads().items() if "_power_" not in n}
     known = {n: rows for n, rows in every.items() if len(rows) and np.isfinite(rows).any(0).all()}
     known = {
         n: v for n, v in known.items() if n[:-2] in ANGLES or np.nanmax(v) - np.nanmin(v) > 1e-6

@@ -189,18 +189,18 @@ def analyse(
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
     return Trial(
-        replace(fit, human=human),
-        motion,
-        feet,
-        cycles,
-        measures,
-        forces,
-        moments,
-        heights,
-        tuple(notes),
-        cutoff,
-        weighed,
-        from_plates,
+        fit=replace(fit, human=human),
+        motion=motion,
+        feet=feet,
+        cycles=cycles,
+        measures=measures,
+        forces=forces,
+        moments=moments,
+        soles=heights,
+        notes=tuple(notes),
+        cutoff=cutoff,
+        weighed=weighed,
+        events_from_plates=from_plates,
     )
 
 

@@ -206,7 +206,7 @@ def posture_rows(name: str, figures: Mapping[str, float]) -> list[Row]:
     for part, key in (("trunk", "trunk_lean_mean_deg"), ("head", "neck_lean_mean_deg")):
         if key in figures:
             rows.append(Row(name, f"{part}, forward lean, mean", figures[key], "deg"))
-    if (stop := figures.get("arms_at_stop_percent")) is not None:
+    if (stop := figures.get("arms_at_stop_pct")) is not None:
         rows.append(at_most(name, "arm joint at its stop, most", stop, 5, "%"))
     if (standing := figures.get("trunk_lean_standing_deg")) is not None:
         quantity = "trunk, forward lean, standing"

@@ -14,7 +14,7 @@ from plantigrade.analyze.foot_angles import FOOT_ANGLES
 from plantigrade.analyze.foot_segments import angles_of, foot_segment_signals
 from plantigrade.analyze.statistics import correlation, mean_difference, rmse_offset_removed
 from plantigrade.analyze.trial import SIDES
-from plantigrade.experiments.fit_accuracy import on_clock
+from plantigrade.experiments.stored_angles import on_clock
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion import Recording

@@ -40,6 +40,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
 from plantigrade.kinematics.result import listed
+from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.kinematics.unknown_markers import segment_of
 from plantigrade.kinematics.unmeasured import bodies_of
@@ -47,7 +48,6 @@ from plantigrade.models import Dimensions, Human
 from plantigrade.models.anatomy import usual_lumbar_depth
 from plantigrade.models.landmarks import BONE, Attachment, attachments
 from plantigrade.models.markers import side_of
-from plantigrade.spatial.conventions import rotation_matrix
 
 NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard deviation [m]
 # Soft tissue moves the markers of thigh and upper arm most [Leardini2005]_: a multiple of NOISE
@@ -425,48 +425,6 @@ def require_known(names: Sequence[str], placed: dict[str, Attachment | None]) ->
             "a marker set knows; at least 6 on three segments are needed: give your own set with "
             "--marker-set FILE"
         )
-
-
-def standing_poses(
-    human: Human,
-    places: Sequence[Attachment | None],
-    measured: Float[Array, "n_frames n_markers 3"],
-    points: PointSet | None = None,
-) -> Float[Array, "n_frames nq"]:
-    """Return the standing body moved to each frame's pelvis and trunk markers, upright.
-
-    Only position and heading are free, so that a few markers cannot tip the body over.
-
-    Args:
-        human: The person.
-        places: Where the markers sit; those without a place are not used.
-        measured: Their positions [m].
-        points: The markers that have a place, on other segment lengths than the person's.
-    """
-    which = [i for i, p in enumerate(places) if p is not None]
-    known = [p for p in places if p is not None]
-    if points is None:
-        points = PointSet.of(human, known)
-    standing = human.standing()
-    model_points = points.path(standing[None])[0]
-    trunk = {"pelvis", "torso", "abdomen", "lower_thorax", "thorax"}
-    on_trunk = np.array([p.body in trunk for p in known])
-    qpos = np.tile(standing, (len(measured), 1))
-    for f in range(len(measured)):
-        target = measured[f, which]
-        seen = np.isfinite(target[:, 0])
-        use = seen & on_trunk if (seen & on_trunk).sum() >= 4 else seen
-        if use.sum() < 3:
-            continue
-        a, b = model_points[use], target[use]
-        da, db = a - a.mean(0), b - b.mean(0)
-        yaw = np.arctan2(
-            (da[:, 0] * db[:, 1] - da[:, 1] * db[:, 0]).sum(), (da[:, :2] * db[:, :2]).sum()
-        )
-        qpos[f, 3:7] = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
-        heading = rotation_matrix(qpos[f, 3:7])
-        qpos[f, :3] = b.mean(0) + heading @ (standing[:3] - a.mean(0))
-    return qpos
 
 
 def _resized(human: Human, bodies: Float[Array, "n_bodies 3"]) -> mujoco.MjModel:

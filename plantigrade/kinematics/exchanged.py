@@ -23,9 +23,9 @@ from scipy.optimize import linear_sum_assignment
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
-from plantigrade.kinematics.calibrate import standing_poses
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.plausible import mirrored
+from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment

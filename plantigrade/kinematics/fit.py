@@ -14,16 +14,14 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import (
     Calibration,
     calibrate,
     require_known,
     softness,
-    standing_poses,
 )
-from plantigrade.kinematics.flat_feet import set_flat, settled, toes_on_ground
+from plantigrade.kinematics.flat_feet import set_flat, settled
 from plantigrade.kinematics.ground_level import ground_height
 from plantigrade.kinematics.inverse import InverseKinematics, track
 from plantigrade.kinematics.label_repair import relabelled
@@ -36,10 +34,10 @@ from plantigrade.kinematics.plausible import (
 )
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
+from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured import follow_the_legs, note, seen_hinges, unmeasured
-from plantigrade.models import Human
-from plantigrade.models.landmarks import Attachment
+from plantigrade.kinematics.unseen_toes import toes_on_ground, unseen_toes_follow
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
@@ -216,25 +214,6 @@ def fit_markers(
         assumed=assumed,
         warnings=tuple(recording.warnings) + tuple(notes),
     )
-
-
-def unseen_toes_follow(
-    human: Human, places: Sequence[Attachment], qpos: Float[Array, "n_frames nq"]
-) -> Float[Array, "n_frames nq"]:
-    """Return the poses with toes that carry no marker bent like their neighbours that do.
-
-    No marker moves by it: the toes are the last segments of the foot.
-    """
-    seen = {p.body for p in places}
-    qpos = np.array(qpos)
-    for side in SIDES:
-        medial, lateral = f"medial_phalanges_{side}", f"lateral_phalanges_{side}"
-        if lateral not in human.body_names or (medial in seen) == (lateral in seen):
-            continue
-        hinges = [7 + human.hinge(f"{joint}_angle_{side}") for joint in ("mtp", "mtp4")]
-        known, unseen = hinges if medial in seen else hinges[::-1]
-        qpos[:, unseen] = qpos[:, known]
-    return qpos
 
 
 def _without_assumed(figures: dict[str, Any], assumed: Sequence[str]) -> dict[str, Any]:

@@ -26,6 +26,7 @@ from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.kinematics.unseen_toes import TOES
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment, attachments
 from plantigrade.motion.filters import lowpass
@@ -193,63 +194,12 @@ def settled(
             carries &= height < lowest + CARRYING
             if carries.sum() >= FEWEST:
                 shift[region] = float(np.clip(-np.median(height[carries]), -YIELD, YIELD))
-        if not seen & {f"{part}_{side}" for part in _TOES}:
+        if not seen & {f"{part}_{side}" for part in TOES}:
             shift["toes"] = shift.get("ball", 0.0)
         for region, by in shift.items():
             for i in contact.of(side, region):
                 offsets[human.contact_points[i][0]] = by
     return human.with_soles(offsets)
-
-
-def toes_on_ground(
-    human: Human,
-    places: Sequence[Attachment],
-    qpos: Float[Array, "n_frames nq"],
-    *,
-    ground: float = 0.0,
-) -> Float[Array, "n_frames nq"]:
-    """Return the poses with toes that carry no marker bent as far as the ground bends them.
-
-    They are straight in the air; where the foot comes up over them they stay on the ground.
-    """
-    seen = {p.body for p in places}
-    qpos = np.array(qpos)
-    for side in SIDES:
-        toes = {f"{part}_{side}": f"{joint}_{side}" for part, joint in _TOES.items()}
-        toes = {part: joint for part, joint in toes.items() if part in human.body_names}
-        if not toes or seen & set(toes):
-            continue
-        for part, joint in toes.items():
-            qpos[:, 7 + human.hinge(joint)] = _bent(human, qpos, part, joint, ground)
-    return qpos
-
-
-_TOES = {"toes": "mtp_angle", "medial_phalanges": "mtp_angle", "lateral_phalanges": "mtp4_angle"}
-
-
-def _bent(human: Human, qpos: np.ndarray, part: str, joint: str, ground: float) -> np.ndarray:
-    """Return the least angle at which no point of the toes is below the ground [rad]."""
-    from scipy.spatial.transform import Rotation
-
-    body = next(b for b in human.skeleton.bodies if b.name == part)
-    hinge = next(h for h in body.hinges if h.name == joint)
-    angles = np.linspace(0.0, hinge.high, 31)
-    turned = Rotation.from_rotvec(angles[:, None] * hinge.axis).as_matrix()
-    spheres = np.array([c.position for c in body.contacts])
-    radius = np.array([c.radius for c in body.contacts])
-    places = body.position + np.einsum("aij,kj->aki", turned, spheres)  # in the parent
-    parent = human.body(body.parent)
-    frames = [(s.origins[parent, 2], s.rotations[parent, 2]) for s in sweep(human, qpos)]
-    height, up = (np.array(column) for column in zip(*frames, strict=True))
-    above = height[:, None, None] + np.einsum("fi,aki->fak", up, places) - radius - ground
-    above = above.min(axis=2)
-    clear = above >= 0.0
-    first = np.where(clear.any(axis=1), clear.argmax(axis=1), above.argmax(axis=1))
-    before, rows = np.maximum(first - 1, 0), np.arange(len(qpos))
-    low, high = above[rows, before], above[rows, first]
-    crossed = (low < 0) & (high > 0)
-    share = np.where(crossed, -low / np.where(crossed, high - low, 1.0), 1.0)
-    return angles[before] + share * (angles[first] - angles[before])
 
 
 def _flat_frames(
@@ -266,7 +216,7 @@ def _flat_frames(
         for i, p in enumerate(places)
         if p.body in _bodies(human, side)
     }
-    toes = tuple(f"{part}_{side}" for part in _TOES)
+    toes = tuple(f"{part}_{side}" for part in TOES)
     length = human.dimensions.foot_length
     hind = [i for i, x in ahead.items() if x < 0.1 * length]
     fore = [i for i, x in ahead.items() if x > 0.25 * length and places[i].body not in toes]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
@@ -19,6 +20,7 @@ from plantigrade.spatial.conventions import PELVIS
 
 MOST_FRAMES = 200  # as many are looked at, evenly spread
 AT_STOP = np.deg2rad(0.5)
+"""A joint this near to a limit is at it: the low-pass of the motion rounds the corners [rad]."""
 ARMS = ("elbow_flex", "pro_sup", "wrist_flex", "wrist_dev")
 
 
@@ -40,7 +42,7 @@ def posture_figures(
     * ``lumbar_behind_hips_mm``: the lumbar joint behind the line of the hips, in the pelvis.
     * ``trunk_lean_mean_deg``, ``neck_lean_mean_deg``: trunk and head against the vertical,
       positive forward; ``trunk_lean_standing_deg``: the trunk in the standing trial.
-    * ``arms_at_stop_percent``: the largest share of frames in which a joint of elbow, forearm or
+    * ``arms_at_stop_pct``: the largest share of frames in which a joint of elbow, forearm or
       wrist is at an end of its range.
 
     Args:
@@ -53,7 +55,7 @@ def posture_figures(
     mean = {n: float(np.rad2deg(values[:, i].mean())) for i, n in enumerate(names)}
     few = qpos[np.unique(np.linspace(0, len(qpos) - 1, MOST_FRAMES).astype(int))]
     pelvis, trunk, head = (leans(human, few, part) for part in ("asis_r", "c7", "vertex"))
-    arms = [c for c in human.coordinates if c.removesuffix("_r").removesuffix("_l") in ARMS]
+    arms = [c for c in human.coordinates if without_side(c) in ARMS]
     hinges = [human.hinge(c) for c in arms]
     low, high = human.limits[:, hinges]
     arm = qpos[:, 7:][:, hinges]
@@ -67,7 +69,7 @@ def posture_figures(
         "lumbar_behind_hips_mm": 1e3 * float(hip(d)[0] - lumbar(d)[0]),
         "trunk_lean_mean_deg": float(trunk.mean()),
         "neck_lean_mean_deg": float(head.mean()),
-        "arms_at_stop_percent": 100 * float(max(stopped, default=0.0)),
+        "arms_at_stop_pct": 100 * float(max(stopped, default=0.0)),
     }
     if standing is not None and len(standing):
         figures["trunk_lean_standing_deg"] = float(leans(human, standing, "c7").mean())

@@ -4,12 +4,12 @@ import csv
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from plantigrade import __version__
 from plantigrade.analyze.run_comparison import RunComparison, compare_runs
 from plantigrade.errors import ParameterError
 from plantigrade.options import as_path
+from plantigrade.printable import cell
 from plantigrade.record import Run
 from plantigrade.record.folder import METRICS, write_folder
 from plantigrade.record.provenance import source_files
@@ -103,7 +103,7 @@ def table_csv(found: RunComparison) -> str:
     header, rows = found.rows()
     stream = io.StringIO()
     csv.writer(stream, lineterminator="\n").writerows(
-        [header, *([_cell(value) for value in row] for row in rows)]
+        [header, *([cell(value) for value in row] for row in rows)]
     )
     return stream.getvalue()
 
@@ -130,9 +130,3 @@ def _same_folder(a: Run, b: Run) -> bool:
     return (
         a.folder is not None and b.folder is not None and a.folder.resolve() == b.folder.resolve()
     )
-
-
-def _cell(value: Any) -> Any:
-    if isinstance(value, float):
-        return "" if value != value else f"{value:.6g}"
-    return value

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from plantigrade import __version__
+from plantigrade.printable import cell
 from plantigrade.record.folder import write_folder
 from plantigrade.record.provenance import source_files
 from plantigrade.report.fit_table import KEYS, Fitted, row_values, table_html
@@ -83,11 +84,7 @@ def table_csv(
     for name, path, _, metrics in fitted:
         words = [metrics.get(key, "") for key in WORDS]
         values = row_values(metrics)
-        writer.writerow([name, path, *words, *(_cell(values.get(key)) for key in KEYS)])
+        writer.writerow([name, path, *words, *(cell(values.get(key)) for key in KEYS)])
     for path, why in left_out.items():
         writer.writerow([Path(path).stem, path, why, *[""] * (len(WORDS) - 1 + len(KEYS))])
     return stream.getvalue()
-
-
-def _cell(value: Any) -> Any:
-    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else value

@@ -12,6 +12,7 @@ from typing import Any
 from plantigrade import __version__
 from plantigrade.analyze.gait_study import Study, study
 from plantigrade.analyze.reproduction import Comparison
+from plantigrade.printable import cell
 from plantigrade.record.folder import write_folder
 from plantigrade.record.provenance import source_files
 from plantigrade.report.study import Gait, study_html
@@ -132,7 +133,7 @@ class GaitStudy:
         header, rows = self.table_rows()
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerows([header, *([_cell(value) for value in row] for row in rows)])
+        writer.writerows([header, *([cell(value) for value in row] for row in rows)])
         return stream.getvalue()
 
     def table_text(self) -> list[str]:
@@ -199,9 +200,3 @@ def write(
         overwrite=overwrite,
         numbered=numbered,
     )
-
-
-def _cell(value: Any) -> Any:
-    if value is None or (isinstance(value, float) and value != value):
-        return ""
-    return f"{value:.6g}" if isinstance(value, float) else value

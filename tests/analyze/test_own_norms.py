@@ -52,6 +52,8 @@ def test_a_table_is_read_at_every_percent(tmp_path):
         ("5,4", "x,4", "line 3.*must be numbers"),
         ("5,4", "5,-4", "line 3.*not negative"),
         ("5,4", "nan,4", "line 3.*finite"),
+        ("knee_angle,0", '"knee_angle,0', "line 3.*no variable"),
+        ("5,4", "5," + 140_000 * "4", "line 3.*no row of a table"),
         ("100,7", "90,7", "knee_angle goes from 0 to 90 percent"),
         ("knee_angle,100,7,2\n", "", "goes from 0 to 0"),
         ("knee_angle,0,5,4\nknee_angle,100,7,2\n", "", "holds no rows"),

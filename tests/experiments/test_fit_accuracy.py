@@ -232,12 +232,12 @@ def test_a_body_that_does_not_stand_like_one_misses_its_goals():
         "lumbar_behind_hips_mm": 47.0,
         "trunk_lean_mean_deg": 4.0,
         "neck_lean_mean_deg": 7.0,
-        "arms_at_stop_percent": 0.0,
+        "arms_at_stop_pct": 0.0,
         "trunk_lean_standing_deg": -3.0,
     }
     assert all(row.met for row in posture_rows("walk", good) if row.goal)
     bad = {"lumbar_behind_hips_mm": 143.0, "trunk_lean_standing_deg": 16.4}
-    bad["arms_at_stop_percent"] = 52.0
+    bad["arms_at_stop_pct"] = 52.0
     for name, value in bad.items():
         missed = [row for row in posture_rows("walk", {**good, name: value}) if row.met is False]
         assert [row.value for row in missed] == [value], name

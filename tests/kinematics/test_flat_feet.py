@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from plantigrade.kinematics.flat_feet import set_flat, settled, toes_on_ground
+from plantigrade.kinematics.flat_feet import set_flat, settled
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.soles import height_figures, heights_in_stance
 from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.unseen_toes import toes_on_ground
 from plantigrade.models.landmarks import attachments
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person

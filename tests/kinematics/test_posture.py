@@ -89,9 +89,9 @@ def test_leans_of_a_known_posture(degrees):
 
 def test_an_arm_at_its_stop_is_counted():
     human, _, qpos = walker(40)
-    assert posture_figures(human, qpos)["arms_at_stop_percent"] == 0
+    assert posture_figures(human, qpos)["arms_at_stop_pct"] == 0
     qpos[:10, 7 + human.hinge("elbow_flex_l")] = human.limits[0][human.hinge("elbow_flex_l")]
-    assert posture_figures(human, qpos)["arms_at_stop_percent"] == pytest.approx(25)
+    assert posture_figures(human, qpos)["arms_at_stop_pct"] == pytest.approx(25)
 
 
 def test_the_lumbar_joint_is_behind_the_hips_as_published():
@@ -123,4 +123,4 @@ def test_people_stand_as_plug_in_gait_says(data, name):
     assert abs(figures["trunk_lean_standing_deg"]) < 8
     assert abs(figures["neck_lean_mean_deg"]) < 12
     assert figures["marker_rms_mean_mm"] < 6
-    assert figures["arms_at_stop_percent"] < 5
+    assert figures["arms_at_stop_pct"] < 5

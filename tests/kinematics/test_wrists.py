@@ -63,7 +63,7 @@ def test_it_is_put_back_and_said():
     for side in "rl":
         found = np.rad2deg(fit.qpos[:, 7 + human.hinge(f"pro_sup_{side}")].mean())
         assert found == pytest.approx(100, abs=8)
-    assert fit.metrics["arms_at_stop_percent"] == 0
+    assert fit.metrics["arms_at_stop_pct"] == 0
 
 
 TRIALS = {

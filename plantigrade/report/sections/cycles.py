@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.analyze import norms
-from plantigrade.analyze.curves import known_above
+from plantigrade.analyze.curves import LOADED, known_above
 from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
@@ -25,7 +25,6 @@ SHOWN = (
     *("subtalar_angle", "mtp_angle"),
     *OTHERS,
 )
-LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
 POWERED = (*LOADED, "lumbar_extension")
 FORCES = {

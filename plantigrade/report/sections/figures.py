@@ -90,7 +90,7 @@ GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
             Shown("forward lean of the trunk, mean", "°", "trunk_lean_mean_deg"),
             Shown("forward lean of the trunk, standing", "°", "trunk_lean_standing_deg"),
             Shown("forward lean of the head, mean", "°", "neck_lean_mean_deg"),
-            Shown("joint of the arms at its stop, most", "%", "arms_at_stop_percent"),
+            Shown("joint of the arms at its stop, most", "%", "arms_at_stop_pct"),
         ),
     ),
     (

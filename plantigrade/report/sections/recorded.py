@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from plantigrade.analyze.curves import LOADED
 from plantigrade.analyze.gait_study import PAPER_TABLE
 from plantigrade.analyze.reproduction import ROTATIONS, compare
 from plantigrade.arrays import Array, Float
@@ -22,7 +23,6 @@ OTHERS = (
     *("arm_flex_r", "arm_flex_l", "elbow_flex_r", "elbow_flex_l"),
 )
 AXES = ("forward", "sideways (left positive)", "vertical")
-MOMENTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 NOT_ASKED = "the motion moved by forces was not asked for."
 MOVED = (
     " They belong to a motion of their own (forces.npz): a body that balances cannot follow the "
@@ -223,7 +223,7 @@ def moment_section(subject: Subject) -> list[Section]:
         title = "Joint moments: computed beside measured"
     else:
         hinges = record.human.coordinates
-        names = [f"{n}_{s}" for n in MOMENTS for s in SIDES if f"{n}_{s}" in hinges]
+        names = [f"{n}_{s}" for n in LOADED for s in SIDES if f"{n}_{s}" in hinges]
     figures = [
         Figure(
             _plot(

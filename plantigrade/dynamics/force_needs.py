@@ -1,0 +1,143 @@
+"""What a motion says of the forces under its feet: all that the quadratic program is made of."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.dynamics.centroid import root_wrench_at
+from plantigrade.dynamics.load_intervals import LoadInterval
+from plantigrade.dynamics.plates import sole_points
+from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.models import Human
+from plantigrade.motion.motion import Motion
+from plantigrade.motion.recording import even_clock
+
+TILT = 4.0  # the sole's limits are pulled in by this for each metre a point is too high
+LIFT = 0.010  # height above the lowest point from which a point of the sole is too high [m]
+SOLE_EDGE = 0.005  # flesh and shoe beyond the points of the sole [m]
+STEP = 0.04  # a stance this far from the common floor is on another level [m]
+
+
+@dataclass(frozen=True)
+class ForceNeeds:
+    """Motion, in body weights and metres, at the frames of the program.
+
+    The wrench of each foot is its force and its moment about ``base``, a point of the floor under
+    its ankle.
+    """
+
+    time: Float[Array, " n"]  #: [s]
+    weight: float  #: Body weight [N]
+    com: Float[Array, "n 3"]  #: Centre of mass of the model [m]
+    force: Float[Array, "n 3"]  #: Net force that the motion needs [BW]
+    moment: Float[Array, "n 3"]  #: Net moment about the centre of mass that it needs [BW m]
+    base: Float[Array, "n 2 3"]  #: Point of the floor below each ankle [m]
+    heading: Float[Array, "n 2 2"]  #: Where each foot points, over the floor; unit vectors
+    #: Joint moments of each leg without ground reaction [BW m]
+    joints: Float[Array, "n 2 n_joints"]
+    #: What a wrench adds to the generalised force of each: it is subtracted from ``joints``
+    arms: Float[Array, "n 2 n_joints 6"]
+    columns: tuple[tuple[int, ...], tuple[int, ...]]  #: Those joints among ``qvel``, by side
+    #: Limits of the centre of pressure from ``base``: [m] backward, forward, right and left end,
+    #: in the foot's heading
+    sole: Float[Array, "n 2 4"]
+
+
+def force_needs(
+    human: Human, motion: Motion, qacc: Float[Array, "n nv"], contacts: tuple[LoadInterval, ...]
+) -> ForceNeeds:
+    """Return what a motion needs.
+
+    Args:
+        human: Whose motion.
+        motion: Configurations and velocities.
+        qacc: Accelerations.
+        contacts: When each foot may carry load.
+    """
+    time, n = even_clock(motion.time), motion.n_frames
+    weight = human.mass * GRAVITY
+    feet = [human.body(f"foot_{side}") for side in SIDES]
+    points = PointSet(human, [f"foot_{side}" for side in SIDES], np.zeros((2, 3)))
+    columns = tuple(tuple(np.flatnonzero(points.moved[k, 0])[6:].tolist()) for k in (0, 1))
+    root, com = np.empty((n, 6)), np.empty((n, 3))
+    joints = np.empty((n, 2, len(columns[0])))
+    axes, arms = np.empty((n, 2, 3, len(columns[0]))), np.empty((n, 2, 3, len(columns[0])))
+    ankle, forward = np.empty((n, 2, 3)), np.empty((n, 2, 2))
+    for f, state in enumerate(sweep(human, motion.qpos, motion.qvel)):
+        tau = state.inverse_dynamics(qacc[f])
+        root[f], com[f] = tau[:6], state.com
+        J = state.jacobian(points)
+        for k, body in enumerate(feet):
+            own = list(columns[k])
+            joints[f, k] = tau[own]
+            axes[f, k] = state.angular_jacobian(body)[:, own]
+            arms[f, k] = J[k][:, own]
+            ankle[f, k] = state.origin(body)
+            forward[f, k] = state.rotation(body)[:2, 0]
+    force, moment = root_wrench_at(root, motion.qpos, com)
+    soles = sole_points(human, motion.qpos)
+    floor = _floor(time, soles, contacts)
+    base = ankle.copy()
+    base[..., 2] = floor
+    heading = _headings(time, forward, contacts)
+    at_base = arms + np.cross(axes, (base - ankle)[..., None], axis=2)
+    return ForceNeeds(
+        time,
+        weight,
+        com,
+        force / weight,
+        moment / weight,
+        base,
+        heading,
+        joints / weight,
+        np.concatenate([at_base, axes], axis=2).swapaxes(2, 3),
+        columns,  # pyright: ignore[reportArgumentType]
+        _sole_limits(soles, base, heading),
+    )
+
+
+def _floor(time, soles, contacts) -> np.ndarray:
+    """Return the height of the floor below each foot, (n, 2): one, or that of each stance."""
+    low = np.stack([soles[side][..., 2].min(axis=1) for side in SIDES], axis=1)
+    levels = []
+    for contact in contacts:
+        k, share = SIDES.index(contact.side), contact.share(time, contact.stop - contact.start)
+        middle = contact.frames(time) & (share > 0.2) & (share < 0.7)
+        here = middle if middle.any() else contact.frames(time)
+        levels.append(float(np.median(low[here, k])) if here.any() else np.nan)
+    common = float(np.nanmedian(levels)) if np.isfinite(levels).any() else float(low.min())
+    floor = np.full((len(time), 2), common)
+    for contact, level in zip(contacts, levels, strict=True):
+        if abs(level - common) > STEP:
+            floor[contact.frames(time), SIDES.index(contact.side)] = level
+    return floor
+
+
+def _headings(time, forward, contacts) -> np.ndarray:
+    """Return where the feet point, one direction for each contact."""
+    heading = forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), 1e-9)
+    for contact in contacts:
+        k, here = SIDES.index(contact.side), contact.frames(time)
+        if contact.walking and here.any():
+            mean = forward[here, k].sum(axis=0)
+            heading[here, k] = mean / max(float(np.linalg.norm(mean)), 1e-9)
+    return heading
+
+
+def _sole_limits(soles, base, heading) -> np.ndarray:
+    limits = np.empty((len(base), 2, 4))
+    for k, side in enumerate(SIDES):
+        arm = soles[side][..., :2] - base[:, k, None, :2]
+        h = heading[:, k, None]
+        along = (arm * h).sum(axis=-1)
+        left = arm[..., 1] * h[..., 0] - arm[..., 0] * h[..., 1]
+        height = soles[side][..., 2]
+        pull = TILT * np.maximum(height - height.min(axis=1, keepdims=True) - LIFT, 0.0)
+        for i, ways in enumerate((along, left)):
+            low = (ways + pull).min(axis=1) - SOLE_EDGE
+            high = (ways - pull).max(axis=1) + SOLE_EDGE
+            limits[:, k, 2 * i] = np.minimum(low, 0.5 * (low + high))
+            limits[:, k, 2 * i + 1] = np.maximum(high, 0.5 * (low + high))
+    return limits

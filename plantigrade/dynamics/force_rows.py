@@ -1,0 +1,188 @@
+"""Rows of the quadratic program of ground forces: what is wanted, and what must hold."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.dynamics.force_needs import ForceNeeds
+
+
+class Rows:
+    """Blocks of rows ``A x ~ b`` of a sparse system, collected block by block.
+
+    Args:
+        n_columns: Number of unknowns.
+    """
+
+    def __init__(self, n_columns: int):
+        self.n_columns = n_columns
+        self.count = 0
+        self._parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        self._right: list[np.ndarray] = []
+        self.blocks: dict[str, slice] = {}
+
+    def add(self, name: str, right: np.ndarray, *terms: tuple[np.ndarray, np.ndarray]) -> None:
+        """Add rows; each term has columns (rows, m), below zero for none, and values alike."""
+        n = len(right)
+        self.blocks[name] = slice(self.count, self.count + n)
+        rows = self.count + np.arange(n)
+        for columns, values in terms if n else ():
+            columns = columns.reshape(n, -1)
+            values = np.broadcast_to(values.reshape(len(values), -1), columns.shape)
+            keep = columns >= 0
+            at = np.broadcast_to(rows[:, None], columns.shape)
+            self._parts.append((at[keep], columns[keep], values[keep]))
+        self._right.append(np.asarray(right, dtype=float))
+        self.count += n
+
+    def system(self) -> tuple[Any, np.ndarray]:
+        """Return matrix (SciPy, by rows) and right-hand side."""
+        rows, columns, values = (np.concatenate(p) for p in zip(*self._parts, strict=True))
+        matrix = sp.coo_matrix((values, (rows, columns)), shape=(self.count, self.n_columns))
+        return matrix.tocsr(), np.concatenate(self._right)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the unknowns are: six of each foot in each frame of contact, last the shift."""
+
+    start: np.ndarray  #: First unknown of a foot in a frame (n, 2); -1 where it has no contact
+    size: int  #: Number of unknowns
+
+    @classmethod
+    def of(cls, contact: Bool[Array, "n 2"]) -> "Layout":
+        """Return the layout for the frames in which each foot is in contact."""
+        start = np.full(contact.shape, -1)
+        start[contact] = 6 * np.arange(contact.sum())
+        return cls(start, 6 * int(contact.sum()) + 3)
+
+    @property
+    def shift(self) -> np.ndarray:
+        """Return the three unknowns of the shift of the centre of mass."""
+        return self.size - 3 + np.arange(3)
+
+    def columns(self, i: int) -> np.ndarray:
+        """Return unknown ``i`` (0 to 5) of every foot and frame, (n, 2); -1 for none."""
+        return np.where(self.start >= 0, self.start + i, -1)
+
+
+@dataclass(frozen=True)
+class PathPrior:
+    """Where walking puts the centre of pressure, from the foot's base in the foot's heading."""
+
+    mean: Float[Array, "n 2 2"]  #: Forward and left [m]; NaN where nothing is known
+    spread: Float[Array, "n 2 2"]  #: Standard deviation [m]
+
+
+def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
+    """Return the rows that are wanted; their names tell the scale of each."""
+    rows = Rows(layout.size)
+    n = len(needs.time)
+    _net_wrench(rows, needs, layout)
+    shift = layout.shift
+    rows.add("shift", np.zeros(3), (shift[:, None], np.ones((3, 1))))
+    dt = needs.time[1] - needs.time[0] if n > 1 else 1.0
+    columns = np.stack([layout.columns(i) for i in range(6)], axis=-1)  # (n, 2, 6)
+    for k in (0, 1):  # d/dt of the joint moments
+        own = columns[:, k]
+        for j in range(needs.joints.shape[2]):
+            rate = np.diff(needs.joints[:, k, j]) / dt
+            before, after = needs.arms[:-1, k, j] / dt, needs.arms[1:, k, j] / dt
+            some = (own[:-1, 0] >= 0) | (own[1:, 0] >= 0)
+            rows.add(
+                f"rate{k}{j}",
+                rate[some],
+                (own[:-1][some], -before[some]),
+                (own[1:][some], after[some]),
+            )
+    for i in range(6):  # second differences, zero where a foot carries nothing
+        own = columns[:, :, i]
+        trio = np.stack([own[:-2], own[1:-1], own[2:]], axis=-1).reshape(-1, 3)
+        some = (trio >= 0).any(axis=1)
+        values = np.tile([[1.0, -2.0, 1.0]], (int(some.sum()), 1)) / dt**2
+        rows.add(f"bend{i}", np.zeros(int(some.sum())), (trio[some], values))
+    _path(rows, needs, layout, path)
+    return rows
+
+
+def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout) -> None:
+    n = len(needs.time)
+    ones = np.ones((n, 2))
+    for i, axis in enumerate("xyz"):
+        rows.add(f"force_{axis}", needs.force[:, i], (layout.columns(i), ones))
+    arm = needs.base - needs.com[:, None]
+    for i, axis in enumerate("xyz"):
+        a, b = (i + 1) % 3, (i + 2) % 3  # (r x F)_i = r_a F_b - r_b F_a
+        d_a, d_b = np.full((n, 1), layout.shift[a]), np.full((n, 1), layout.shift[b])
+        rows.add(
+            f"moment_{axis}",
+            needs.moment[:, i],
+            (layout.columns(b), arm[..., a]),
+            (layout.columns(a), -arm[..., b]),
+            (layout.columns(3 + i), ones),
+            (d_a, -needs.force[:, b, None]),
+            (d_b, needs.force[:, a, None]),
+        )
+
+
+def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> None:
+    """Add free moments and the path of the centre of pressure."""
+    here = layout.start >= 0
+    c = [layout.columns(i)[here][:, None] for i in range(6)]
+    one = np.ones((int(here.sum()), 1))
+    rows.add("free", np.zeros(len(one)), (c[5], one))
+    here &= np.isfinite(path.mean).all(axis=-1)
+    if not here.any():
+        return
+    c = [layout.columns(i)[here][:, None] for i in range(6)]
+    hx, hy = needs.heading[here].T[..., None]
+    x, y = path.mean[here].T[..., None]
+    sx, sy = path.spread[here].T[..., None]
+    zero = np.zeros(len(x))
+    # moment about the left axis is -x F_z, about the forward axis y F_z
+    rows.add("path_x", zero, (c[3], hy / sx), (c[4], -hx / sx), (c[2], -x / sx))
+    rows.add("path_y", zero, (c[3], hx / sy), (c[4], hy / sy), (c[2], -y / sy))
+
+
+def limits(
+    needs: ForceNeeds,
+    layout: Layout,
+    free: Bool[Array, "n 2"],
+    ramp: Float[Array, "n 2"],
+    friction: float,
+    twist: float,
+) -> Rows:
+    """Return the inequalities ``G x <= h`` of the feet and frames that are free.
+
+    Args:
+        needs: The motion.
+        layout: The unknowns.
+        free: Feet and frames whose wrench is unknown.
+        ramp: Most that a foot may carry so soon after landing and before leaving [BW]; infinite
+            where there is no such limit.
+        friction: Coefficient of friction, along each axis.
+        twist: Most of the free moment, by vertical force [m].
+    """
+    rows = Rows(layout.size)
+    c = [layout.columns(i)[free][:, None] for i in range(6)]
+    one = np.ones((int(free.sum()), 1))
+    zero = np.zeros(len(one))
+    rows.add("pull", zero, (c[2], -one))
+    for i in (0, 1):
+        for way in (1.0, -1.0):
+            rows.add(f"slip{i}{way}", zero, (c[i], way * one), (c[2], -friction * one))
+    for way in (1.0, -1.0):
+        rows.add(f"twist{way}", zero, (c[5], way * one), (c[2], -twist * one))
+    hx, hy = needs.heading[free].T[..., None]
+    back, front, right, left = needs.sole[free].T[..., None]
+    rows.add("front", zero, (c[3], hy), (c[4], -hx), (c[2], -front))
+    rows.add("back", zero, (c[3], -hy), (c[4], hx), (c[2], back))
+    rows.add("left", zero, (c[3], hx), (c[4], hy), (c[2], -left))
+    rows.add("right", zero, (c[3], -hx), (c[4], -hy), (c[2], right))
+    most = ramp[free]
+    some = np.isfinite(most)
+    rows.add("ramp", most[some], (c[2][some], one[some]))
+    return rows

@@ -1,0 +1,84 @@
+"""When a body touches the ground or a seat, as the estimate of ground forces needs it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.contacts import stances
+from plantigrade.motion.motion import Motion
+
+EARLY, LATE = 0.010, 0.015  # a load that begins and ends smoothly is not noticed at once [s]
+USUAL_STANCE = 0.65  # where none was seen whole [s]
+
+
+@dataclass(frozen=True)
+class LoadInterval:
+    """One stretch of time in which one foot may carry load.
+
+    Attributes:
+        side: ``"r"`` or ``"l"``.
+        start: When it begins [s].
+        stop: When it ends [s].
+        begins: Whether the load grows from zero at the start; not where the recording cuts it.
+        ends: Whether it falls to zero at the end.
+        walking: Whether the foot rolls from heel to toes as in walking, so that the centre of
+            pressure takes the path that it takes there.
+    """
+
+    side: str
+    start: float
+    stop: float
+    begins: bool = True
+    ends: bool = True
+    walking: bool = True
+
+    def share(self, time: Float[Array, " n"], usual: float) -> Float[Array, " n"]:
+        """Return the share of the contact that has passed, 0 to 1.
+
+        Args:
+            time: Instants [s].
+            usual: How long such a contact lasts, where the recording cuts it [s].
+        """
+        length = self.stop - self.start
+        if not (self.begins and self.ends):
+            length = max(length, usual)
+        start = self.start if self.begins or not self.ends else self.stop - length
+        return np.clip((time - start) / max(length, 1e-6), 0.0, 1.0)
+
+    def frames(self, time: Float[Array, " n"]) -> Bool[Array, " n"]:
+        """Return the frames that belong to it."""
+        return (time >= self.start) & (time <= self.stop)
+
+
+def walking_intervals(motion: Motion) -> tuple[LoadInterval, ...]:
+    """Return the stances of a gait by its events, a little longer at both ends.
+
+    A foot without any event is taken to stand all the time, not rolling.
+    """
+    first, last = float(motion.time[0]), float(motion.time[-1])
+    events = sorted(motion.events, key=lambda e: e.time)
+    found = []
+    for side in SIDES:
+        if not any(event.side == side for event in events):
+            found.append(LoadInterval(side, first, last, False, False, False))
+            continue
+        for start, stop, _ in stances(events, side, first, last):
+            begins, ends = start > first, stop < last
+            found.append(
+                LoadInterval(
+                    side,
+                    start - EARLY if begins else start,
+                    stop + LATE if ends else stop,
+                    begins,
+                    ends,
+                )
+            )
+    return tuple(found)
+
+
+def usual_length(intervals: tuple[LoadInterval, ...]) -> float:
+    """Return how long the contacts that were seen whole last, their median [s]."""
+    whole = [c.stop - c.start for c in intervals if c.begins and c.ends]
+    return float(np.median(whole)) if whole else USUAL_STANCE

@@ -1,0 +1,80 @@
+"""Toes without markers: bent by the ground, or as far as the toes beside them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.state import sweep
+from plantigrade.models import Human
+from plantigrade.models.landmarks import Attachment
+
+TOES = {"toes": "mtp_angle", "medial_phalanges": "mtp_angle", "lateral_phalanges": "mtp4_angle"}
+"""Part of the foot → the joint that bends it."""
+
+
+def unseen_toes_follow(
+    human: Human, places: Sequence[Attachment], qpos: Float[Array, "n_frames nq"]
+) -> Float[Array, "n_frames nq"]:
+    """Return the poses with toes that carry no marker bent like their neighbours that do.
+
+    No marker moves by it: the toes are the last segments of the foot.
+    """
+    seen = {p.body for p in places}
+    qpos = np.array(qpos)
+    for side in SIDES:
+        medial, lateral = f"medial_phalanges_{side}", f"lateral_phalanges_{side}"
+        if lateral not in human.body_names or (medial in seen) == (lateral in seen):
+            continue
+        hinges = [7 + human.hinge(f"{joint}_angle_{side}") for joint in ("mtp", "mtp4")]
+        known, unseen = hinges if medial in seen else hinges[::-1]
+        qpos[:, unseen] = qpos[:, known]
+    return qpos
+
+
+def toes_on_ground(
+    human: Human,
+    places: Sequence[Attachment],
+    qpos: Float[Array, "n_frames nq"],
+    *,
+    ground: float = 0.0,
+) -> Float[Array, "n_frames nq"]:
+    """Return the poses with toes that carry no marker bent as far as the ground bends them.
+
+    They are straight in the air; where the foot comes up over them they stay on the ground.
+    """
+    seen = {p.body for p in places}
+    qpos = np.array(qpos)
+    for side in SIDES:
+        toes = {f"{part}_{side}": f"{joint}_{side}" for part, joint in TOES.items()}
+        toes = {part: joint for part, joint in toes.items() if part in human.body_names}
+        if not toes or seen & set(toes):
+            continue
+        for part, joint in toes.items():
+            qpos[:, 7 + human.hinge(joint)] = _bent(human, qpos, part, joint, ground)
+    return qpos
+
+
+def _bent(human: Human, qpos: np.ndarray, part: str, joint: str, ground: float) -> np.ndarray:
+    """Return the least angle at which no point of the toes is below the ground [rad]."""
+    body = next(b for b in human.skeleton.bodies if b.name == part)
+    hinge = next(h for h in body.hinges if h.name == joint)
+    angles = np.linspace(0.0, hinge.high, 31)
+    turned = Rotation.from_rotvec(angles[:, None] * hinge.axis).as_matrix()
+    spheres = np.array([c.position for c in body.contacts])
+    radius = np.array([c.radius for c in body.contacts])
+    places = body.position + np.einsum("aij,kj->aki", turned, spheres)  # in the parent
+    parent = human.body(body.parent)
+    frames = [(s.origins[parent, 2], s.rotations[parent, 2]) for s in sweep(human, qpos)]
+    height, up = (np.array(column) for column in zip(*frames, strict=True))
+    above = height[:, None, None] + np.einsum("fi,aki->fak", up, places) - radius - ground
+    above = above.min(axis=2)
+    clear = above >= 0.0
+    first = np.where(clear.any(axis=1), clear.argmax(axis=1), above.argmax(axis=1))
+    before, rows = np.maximum(first - 1, 0), np.arange(len(qpos))
+    low, high = above[rows, before], above[rows, first]
+    crossed = (low < 0) & (high > 0)
+    share = np.where(crossed, -low / np.where(crossed, high - low, 1.0), 1.0)
+    return angles[before] + share * (angles[first] - angles[before])
