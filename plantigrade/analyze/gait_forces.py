@@ -169,6 +169,7 @@ def compare_forces(
     measured: Record,
     *,
     ground: Float[Array, "n_frames 3"] | None = None,
+    belt: Float[Array, "n_frames 3"] | None = None,
 ) -> ForceComparison:
     """Hold the forces of a gait against the measured ones, foot by foot, in stance.
 
@@ -177,13 +178,15 @@ def compare_forces(
         measured: The fitted recording with its measured forces and joint moments.
         ground: Path of the ground itself, a treadmill's belt [m], from which the measured centres
             of pressure are seen; at rest if absent.
+        belt: The same where both motions are on that belt, so that it carries both back.
     """
     assert forced.qfrc_actuator is not None
     clock = forced.motion.time
     frames = even_clock(measured.motion.time)
     inside = (frames >= clock[0]) & (frames <= clock[-1])
-    way = np.zeros((len(frames), 3)) if ground is None else ground
-    feet = (_compare_foot(forced, measured, side, frames, inside, way) for side in SIDES)
+    rest = np.zeros((len(frames), 3))
+    ways = rest if belt is None else belt, rest if ground is None else ground
+    feet = (_compare_foot(forced, measured, side, frames, inside, ways) for side in SIDES)
     return ForceComparison(
         time=frames[inside],
         feet=tuple(foot for foot in feet if foot is not None),
@@ -192,7 +195,12 @@ def compare_forces(
 
 
 def _compare_foot(
-    forced: Record, measured: Record, side: str, frames: Array, inside: Array, way: Array
+    forced: Record,
+    measured: Record,
+    side: str,
+    frames: Array,
+    inside: Array,
+    ways: tuple[Array, Array],
 ) -> FootComparison | None:
     """Compare one foot; None where too few frames of its stance were measured."""
     time, clock, weight = frames[inside], forced.motion.time, forced.weight
@@ -204,10 +212,11 @@ def _compare_foot(
     if stance.sum() < FEWEST:
         return None
     simulated = interpolate(time, clock, ours.force / weight)
-    point = interpolate(time, clock, ours.centre_of_pressure)
-    recorded = theirs.centre_of_pressure[inside] - way[inside]
-    both = stance & (simulated[:, 2] > STANCE)
-    apart = (point - recorded)[both, :2]
+    both, theirs_alone = (way[inside] for way in ways)
+    point = interpolate(time, clock, ours.centre_of_pressure) - both
+    recorded = theirs.centre_of_pressure[inside] - both - theirs_alone
+    loaded = stance & (simulated[:, 2] > STANCE)
+    apart = (point - recorded)[loaded, :2]
     curves = {
         joint: (
             np.interp(time, clock, forced.torque(f"{joint}_{side}"))[stance] / forced.human.mass,
@@ -230,11 +239,11 @@ def _compare_foot(
         force_range=tuple(float(np.ptp(load[stance, k])) for k in axes),
         pressure_median_m=tuple(_median(np.abs(apart[:, k])) for k in (0, 1)),
         pressure_rmse_m=tuple(_rms(apart[:, k]) for k in (0, 1)),
-        backward_m=_backward(point[:, 0], both),
-        backward_measured_m=_backward(recorded[:, 0], both),
+        backward_m=_backward(point[:, 0], loaded),
+        backward_measured_m=_backward(recorded[:, 0], loaded),
         moment_rmse={joint: rmse(a, b) for joint, (a, b) in curves.items()},
         moment_r={joint: correlation(a, b) for joint, (a, b) in curves.items()},
-        covered=_covered(forced, measured, side, frames, inside, stance, both, apart),
+        covered=_covered(forced, measured, side, frames, inside, stance, loaded, apart),
     )
 
 
@@ -245,7 +254,7 @@ def _covered(
     frames: Array,
     inside: Array,
     stance: Array,
-    both: Array,
+    loaded: Array,
     apart: Array,
 ) -> dict[str, float]:
     """Return in which share of the frames of stance the measured value lies in each band."""
@@ -268,7 +277,7 @@ def _covered(
         found[f"{name}_force"] = share(force[stance, axis], half[stance])
     for axis, name in enumerate("xy"):
         half = band("forces.point_band", (k, axis))
-        found[f"pressure_{name}"] = share(apart[:, axis], half[both])
+        found[f"pressure_{name}"] = share(apart[:, axis], half[loaded])
     torque = np.interp(time, clock, ours.torque[:, 2]) - theirs.torque[inside, 2]
     found["free_moment"] = share(torque[stance], band("forces.torque_band", (k,))[stance])
     for joint in JOINTS:
