@@ -7,9 +7,10 @@ import numpy as np
 
 from plantigrade.analyze.clinical import compared_with
 from plantigrade.analyze.curve_difference import FEWEST
+from plantigrade.analyze.curves import LOADED
 from plantigrade.analyze.gait_profile import SMALLEST
 from plantigrade.analyze.norms import PUBLISHED_NAMES, Population, names, norm, unit_of
-from plantigrade.analyze.run_comparison import MOMENTS, TRUNK, Gait, RunComparison
+from plantigrade.analyze.run_comparison import TRUNK, Gait, RunComparison
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, title_of
@@ -23,7 +24,7 @@ from plantigrade.report.text import rounded_text, signed_text
 COLOURS = ("var(--fg, #1c2430)", "#7e57c2", "#009e73", "#cc79a7", "#b07c00", "#56b4e9")
 """Of the gaits, in their order; again from the first where there are more."""
 UNITS = {"deg": "°", "N m/kg": "N m/kg", "body weight": "BW"}
-LOADS = ("ground_force_up", "ground_force_forward", *(f"{name}_moment" for name in MOMENTS))
+LOADS = ("ground_force_up", "ground_force_forward", *(f"{name}_moment" for name in LOADED))
 TABLE = (
     ("walking speed", "m/s", "walking_speed_m_s", 2),
     ("running speed", "m/s", "running_speed_m_s", 2),

@@ -7,13 +7,14 @@ import pytest
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.clinical import clinical_angles
+from plantigrade.analyze.curves import LOADED
 from plantigrade.charts.theme import DOTTED
 from plantigrade.record import Limits, Run
 from plantigrade.report.pages import facts_of, pages, strip_of
 from plantigrade.report.scene import assumed_bodies, build_scene
 from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
-from plantigrade.report.sections.cycles import LOADED, chosen
+from plantigrade.report.sections.cycles import chosen
 from plantigrade.report.shapes import PALE, hexadecimal, rgb, whiter
 from plantigrade.report.strip import TINTS
 from tests.analyze.plated_walk import analyse, plated_walk, without_plates
