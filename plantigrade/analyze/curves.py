@@ -26,7 +26,7 @@ class GaitCurves:
     #: Coordinate → angle [degrees]; with those of
     #: :func:`~plantigrade.analyze.laboratory_angles.shown_angles`
     angles: dict[str, np.ndarray]
-    #: Coordinate → internal moment [N m/kg]; NaN where the force is not known
+    #: Coordinate → internal moment [N m/kg]; NaN where the force was not measured or computed
     moments: dict[str, np.ndarray]
     powers: dict[str, np.ndarray]  #: Coordinate → power [W/kg]
     #: ``forward_r``, ``left_r``, ``up_r``, … → ground reaction [body weights]
@@ -54,8 +54,14 @@ def coordinates_of(record: Record) -> Table:
     return Table(names, record.motion.time, values)
 
 
-def gait_curves(record: Record) -> GaitCurves:
-    """Return the curves of a record over its gait cycles; empty where it has none."""
+def gait_curves(record: Record, *, estimated: bool = False) -> GaitCurves:
+    """Return the curves of a record over its gait cycles; empty where it has none.
+
+    Args:
+        record: The record.
+        estimated: Whether forces, moments and powers count where forces were estimated beside or
+            without plates; otherwise they are unknown there.
+    """
     motion, mass = record.motion, record.human.mass
     cycles = cut_cycles(motion.events)
 
@@ -74,10 +80,13 @@ def gait_curves(record: Record) -> GaitCurves:
     if shown is not None:
         angles |= {name: over(np.rad2deg(shown[name]), name) for name in shown.names}
     moments, powers, forces = {}, {}, {}
-    swing = {side: _unloaded_swing(record, cycles, side) for side in SIDES}
+    told = record.signals.get("forces.measured")
+    if told is not None and not (estimated or told.any()):
+        return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
+    swing = {side: _unloaded_swing(record, cycles, side, estimated) for side in SIDES}
     if record.qfrc_actuator is not None:
         for name in record.human.coordinates:
-            known_here = known_above(record, name)
+            known_here = known_above(record, name, estimated=estimated)
             known_here[swing.get(side_of(name) or "", slice(0))] = 1.0
             moment = known_here * record.torque(name) / mass
             moments[name] = over(moment, name)
@@ -86,7 +95,7 @@ def gait_curves(record: Record) -> GaitCurves:
         for side in SIDES:
             if not any(site.side == side for site in record.sites):
                 continue
-            known_here = known(record, side)
+            known_here = known(record, side, estimated=estimated)
             known_here[swing[side]] = 1.0
             share = record.foot(side).force * known_here[:, None] / record.weight
             for axis, label in enumerate(AXES):
@@ -95,7 +104,9 @@ def gait_curves(record: Record) -> GaitCurves:
     return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
 
 
-def _unloaded_swing(record: Record, cycles: tuple[Cycle, ...], side: str) -> np.ndarray:
+def _unloaded_swing(
+    record: Record, cycles: tuple[Cycle, ...], side: str, estimated: bool
+) -> np.ndarray:
     """Return the frames from toe off to heel strike of a foot in which no force was measured.
 
     It carries none, by what heel strike means, even where its heel is already so low that a force
@@ -106,19 +117,29 @@ def _unloaded_swing(record: Record, cycles: tuple[Cycle, ...], side: str) -> np.
     for cycle in cycles:
         if cycle.side == side and cycle.toe_off is not None:
             inside |= (time > cycle.toe_off) & (time < cycle.stop + step)
-    return inside & ~np.any(record.foot(side).force, axis=1)
+    foot = record.foot(side)
+    told = foot.known if estimated else foot.measured
+    return inside & ~(np.any(foot.force, axis=1) & told)
 
 
-def known(record: Record, side: str | None) -> Float[Array, " n_frames"]:
-    """Return 1 where the forces on a foot (on both where ``side`` is None) are known, else NaN."""
-    return _known(record, [k for k, s in enumerate(record.sites) if side in (None, s.side)])
+def known(
+    record: Record, side: str | None, *, estimated: bool = False
+) -> Float[Array, " n_frames"]:
+    """Return 1 where the forces on a foot (on both where ``side`` is None) are known, else NaN.
+
+    Those that were estimated beside plates, or without, count only if ``estimated``.
+    """
+    mine = [k for k, s in enumerate(record.sites) if side in (None, s.side)]
+    return _known(record, mine, estimated)
 
 
-def known_above(record: Record, joint: str) -> Float[Array, " n_frames"]:
+def known_above(
+    record: Record, joint: str, *, estimated: bool = False
+) -> Float[Array, " n_frames"]:
     """Return 1 where the forces that a joint's moment depends on are known, else NaN.
 
     They are those on the segments the joint moves: of a leg the forces under that leg, of trunk
-    and arms none.
+    and arms none. Estimated ones count only if ``estimated``.
     """
     model = record.human.model
     moved = int(model.joint(joint).bodyid[0])
@@ -129,13 +150,18 @@ def known_above(record: Record, joint: str) -> Float[Array, " n_frames"]:
             body = model.body_parentid[body]
         if body == moved:
             mine.append(k)
-    return _known(record, mine)
+    return _known(record, mine, estimated)
 
 
-def _known(record: Record, sites: list[int]) -> Float[Array, " n_frames"]:
-    if record.contact_known is None:
-        return np.ones(record.motion.n_frames)
-    return np.where(record.contact_known[:, sites].all(axis=1), 1.0, np.nan)
+def _known(record: Record, sites: list[int], estimated: bool) -> Float[Array, " n_frames"]:
+    there = np.ones(record.motion.n_frames, dtype=bool)
+    if record.contact_known is not None:
+        there &= record.contact_known[:, sites].all(axis=1)
+    told = record.signals.get("forces.measured")
+    if told is not None and not estimated:
+        sides = [SIDES.index(record.sites[k].side) for k in sites if record.sites[k].side in SIDES]
+        there &= told[:, sides].all(axis=1)
+    return np.where(there, 1.0, np.nan)
 
 
 def side_of(name: str) -> str | None:

@@ -1,46 +1,144 @@
-"""Ground reactions and joint moments of a gait rebuilt by forces, beside the measured ones.
+"""Ground reactions and joint moments that no plate measured, beside the measured ones.
 
-Nothing measured enters the rebuilt gait. A foot is compared over the recorded frames in which its
-force is known, swing included, if it was loaded at all in them: the zeros of a foot that
-never stood on a plate say little.
+Each foot is compared by itself, over the frames of stance in which its force was measured: the
+zeros of swing are equal by any method and would raise every correlation. Figures of a recording
+are means over its feet. What was estimated is never held for measured: only frames that a plate
+saw are compared with.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.analyze.statistics import correlation
+from plantigrade.analyze.statistics import correlation, rmse
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.motion.filters import runs
 from plantigrade.motion.recording import even_clock
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
-LOADED = 0.2  # centres of pressure are compared where both loads exceed this [body weights]
+STANCE = 0.05
+"""A foot whose measured force upward exceeds this is in stance [body weights]."""
+FEWEST = 10
+"""Fewer frames of stance say nothing about a foot."""
 JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
 SHOWN = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+AXES = ("forward", "sideways", "vertical")
+
+
+@dataclass(frozen=True)
+class FootComparison:
+    """Force and moments of one foot and its leg against the measured ones, in stance."""
+
+    side: str  #: ``"r"`` or ``"l"``
+    stance: Bool[Array, " n"]  #: Frames that are compared
+    known: Bool[Array, " n"]  #: Frames in which the force was measured, swing included
+    simulated: Float[Array, "n 3"]  #: Ground reaction [body weights]
+    measured: Float[Array, "n 3"]  #: The same, measured
+    force_r: tuple[float, ...]  #: Correlation of the force forward, to the left and upward
+    force_rmse: tuple[float, ...]  #: Root mean square difference [body weights]
+    force_range: tuple[float, ...]  #: Range of the measured force [body weights]
+    #: Median distance of the centres of pressure along x and y [m]
+    pressure_median_m: tuple[float, ...]
+    pressure_rmse_m: tuple[float, ...]  #: Root mean square distance along x and y [m]
+    #: How far the centre of pressure runs backward in a stance, mean [m]
+    backward_m: float
+    backward_measured_m: float  #: The same of the measured one
+    #: Of the moment of each joint [N m/kg]; empty without inverse dynamics
+    moment_rmse: dict[str, float]
+    moment_r: dict[str, float]  #: Their correlation
+    #: Share of the frames in which the measured value lies in the error band, by what it is the
+    #: band of; empty without bands
+    covered: dict[str, float]
 
 
 @dataclass(frozen=True)
 class ForceComparison:
-    """Forces of a rebuilt gait against the measured ones."""
+    """Forces of a gait against the measured ones; every figure is the mean over its feet."""
 
-    time: Float[Array, " n"]  #: Recorded frames of the rebuilt gait [s]
-    sides: tuple[str, ...]  #: Feet that were loaded on a plate
-    known: dict[str, Bool[Array, " n"]]  #: Where the force of each foot is known, by side
-    #: Ground reaction on each foot, by side [body weights]
-    simulated: dict[str, Float[Array, "n 3"]]
-    measured: dict[str, Float[Array, "n 3"]]  #: The same, measured
-    vertical_rmse: float  #: Root mean square difference of vertical forces, all feet [body weights]
-    vertical_r: float  #: Their correlation
-    forward_rmse: float  #: The same of the forces forward
-    sideways_rmse: float  #: The same of the forces sideways
-    #: Root mean square distance of the centres of pressure along x and y [m]
-    pressure_rmse_m: tuple[float, float]
-    #: Of the moments of each joint [N m/kg]; empty without inverse dynamics
-    moment_rmse: dict[str, float]
-    moment_r: dict[str, float]  #: Their correlation
+    time: Float[Array, " n"]  #: Recorded frames [s]
+    feet: tuple[FootComparison, ...]  #: Feet that stood on a plate
     residual: float  #: Greatest unexplained force at the root [body weights]
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """Feet that stood on a plate."""
+        return tuple(foot.side for foot in self.feet)
+
+    @property
+    def vertical_rmse(self) -> float:
+        """Root mean square difference of vertical forces [body weights]."""
+        return _mean(foot.force_rmse[2] for foot in self.feet)
+
+    @property
+    def vertical_r(self) -> float:
+        """Correlation of vertical forces."""
+        return _mean(foot.force_r[2] for foot in self.feet)
+
+    @property
+    def forward_rmse(self) -> float:
+        """Root mean square difference of the forces forward [body weights]."""
+        return _mean(foot.force_rmse[0] for foot in self.feet)
+
+    @property
+    def forward_r(self) -> float:
+        """Correlation of the forces forward."""
+        return _mean(foot.force_r[0] for foot in self.feet)
+
+    @property
+    def forward_nrmse(self) -> float:
+        """Root mean square difference of the forces forward, of the measured range [%]."""
+        shares = (_share(foot.force_rmse[0], foot.force_range[0]) for foot in self.feet)
+        return 100.0 * _mean(shares)
+
+    @property
+    def sideways_rmse(self) -> float:
+        """Root mean square difference of the forces sideways [body weights]."""
+        return _mean(foot.force_rmse[1] for foot in self.feet)
+
+    @property
+    def sideways_r(self) -> float:
+        """Correlation of the forces sideways."""
+        return _mean(foot.force_r[1] for foot in self.feet)
+
+    @property
+    def pressure_rmse_m(self) -> tuple[float, float]:
+        """Root mean square distance of the centres of pressure along x and y [m]."""
+        x, y = (_mean(foot.pressure_rmse_m[axis] for foot in self.feet) for axis in (0, 1))
+        return x, y
+
+    @property
+    def pressure_median_m(self) -> tuple[float, float]:
+        """Median distance of the centres of pressure along x and y [m]."""
+        x, y = (_mean(foot.pressure_median_m[axis] for foot in self.feet) for axis in (0, 1))
+        return x, y
+
+    @property
+    def backward_m(self) -> float:
+        """How far the centre of pressure runs backward in a stance [m]."""
+        return _mean(foot.backward_m for foot in self.feet)
+
+    @property
+    def backward_measured_m(self) -> float:
+        """The same of the measured centre of pressure [m]."""
+        return _mean(foot.backward_measured_m for foot in self.feet)
+
+    @property
+    def moment_rmse(self) -> dict[str, float]:
+        """Root mean square difference of the moments of each joint [N m/kg]."""
+        return _means(foot.moment_rmse for foot in self.feet)
+
+    @property
+    def moment_r(self) -> dict[str, float]:
+        """Correlation of the moments of each joint."""
+        return _means(foot.moment_r for foot in self.feet)
+
+    @property
+    def covered(self) -> dict[str, float]:
+        """Share of the frames in which the measured value lies in the error band."""
+        return _means(foot.covered for foot in self.feet)
 
     def metrics(self) -> dict[str, float]:
         """Return all figures, flat."""
@@ -48,15 +146,22 @@ class ForceComparison:
             "vertical_force_rmse_bw": self.vertical_rmse,
             "vertical_force_correlation": self.vertical_r,
             "forward_force_rmse_bw": self.forward_rmse,
+            "forward_force_correlation": self.forward_r,
+            "forward_force_nrmse_pct": self.forward_nrmse,
             "sideways_force_rmse_bw": self.sideways_rmse,
+            "sideways_force_correlation": self.sideways_r,
             "pressure_x_rmse_mm": 1e3 * self.pressure_rmse_m[0],
             "pressure_y_rmse_mm": 1e3 * self.pressure_rmse_m[1],
+            "pressure_x_error_median_mm": 1e3 * self.pressure_median_m[0],
+            "pressure_y_error_median_mm": 1e3 * self.pressure_median_m[1],
+            "pressure_backward_mm": 1e3 * self.backward_m,
             "forced_root_residual_bw": self.residual,
         }
+        r = self.moment_r
         for joint, value in self.moment_rmse.items():
             flat[f"{joint}_moment_rmse_nm_kg"] = value
-            flat[f"{joint}_moment_correlation"] = self.moment_r[joint]
-        return flat
+            flat[f"{joint}_moment_correlation"] = r[joint]
+        return flat | {f"{what}_in_band_pct": 100.0 * x for what, x in self.covered.items()}
 
 
 def compare_forces(
@@ -64,76 +169,139 @@ def compare_forces(
     measured: Record,
     *,
     ground: Float[Array, "n_frames 3"] | None = None,
+    belt: Float[Array, "n_frames 3"] | None = None,
 ) -> ForceComparison:
-    """Hold the forces of a rebuilt gait against the measured ones.
+    """Hold the forces of a gait against the measured ones, foot by foot, in stance.
 
     Args:
-        forced: The gait rebuilt by forces.
+        forced: The gait with forces that no plate told.
         measured: The fitted recording with its measured forces and joint moments.
-        ground: Path of the ground itself, a treadmill's belt [m]; at rest if absent.
+        ground: Path of the ground itself, a treadmill's belt [m], from which the measured centres
+            of pressure are seen; at rest if absent.
+        belt: The same where both motions are on that belt, so that it carries both back.
     """
     assert forced.qfrc_actuator is not None
-    clock, weight = forced.motion.time, forced.weight
+    clock = forced.motion.time
     frames = even_clock(measured.motion.time)
     inside = (frames >= clock[0]) & (frames <= clock[-1])
-    time = frames[inside]
-    way = np.zeros((len(time), 3)) if ground is None else ground[inside]
-    known, simulated, recorded = {}, {}, {}
-    apart, pairs = [], {joint: ([], []) for joint in JOINTS}
-    for side in SIDES:
-        ours, theirs = forced.foot(side), measured.foot(side)
-        sure = theirs.known[inside]
-        load = theirs.force[inside] / weight
-        if not (sure & (load[:, 2] > LOADED)).any():
-            continue
-        known[side], recorded[side] = sure, load
-        simulated[side] = interpolate(time, clock, ours.force / weight)
-        both = sure & (load[:, 2] > LOADED) & (simulated[side][:, 2] > LOADED)
-        centre = theirs.centre_of_pressure[inside] - way
-        difference = interpolate(time, clock, ours.centre_of_pressure) - centre
-        apart.append(difference[both])
-        for joint, (computed, inverse) in pairs.items():
-            name = f"{joint}_{side}"
-            if measured.qfrc_actuator is not None and name in measured.human.coordinates:
-                computed.append(np.interp(time, clock, forced.torque(name))[sure])
-                inverse.append(measured.torque(name)[inside][sure])
-    sides = tuple(known)
-    ours = np.concatenate([np.zeros((0, 3)), *(simulated[s][known[s]] for s in sides)])
-    theirs = np.concatenate([np.zeros((0, 3)), *(recorded[s][known[s]] for s in sides)])
-    rmse = _rms(ours - theirs)
-    pressure = _rms(np.concatenate([np.zeros((0, 3)), *apart]))
-    pairs = {j: (np.concatenate(a), np.concatenate(b)) for j, (a, b) in pairs.items() if a}
+    rest = np.zeros((len(frames), 3))
+    ways = rest if belt is None else belt, rest if ground is None else ground
+    feet = (_compare_foot(forced, measured, side, frames, inside, ways) for side in SIDES)
     return ForceComparison(
-        time=time,
-        sides=sides,
-        known=known,
-        simulated=simulated,
-        measured=recorded,
-        vertical_rmse=rmse[2],
-        vertical_r=correlation(ours[:, 2], theirs[:, 2]) if sides else float("nan"),
-        forward_rmse=rmse[0],
-        sideways_rmse=rmse[1],
-        pressure_rmse_m=(pressure[0], pressure[1]),
-        moment_rmse={
-            j: _rms((a - b)[:, None])[0] / forced.human.mass for j, (a, b) in pairs.items()
-        },
-        moment_r={j: correlation(a, b) for j, (a, b) in pairs.items()},
+        time=frames[inside],
+        feet=tuple(foot for foot in feet if foot is not None),
         residual=float(np.abs(forced.qfrc_actuator[:, :6]).max() / forced.weight),
     )
 
 
+def _compare_foot(
+    forced: Record,
+    measured: Record,
+    side: str,
+    frames: Array,
+    inside: Array,
+    ways: tuple[Array, Array],
+) -> FootComparison | None:
+    """Compare one foot; None where too few frames of its stance were measured."""
+    time, clock, weight = frames[inside], forced.motion.time, forced.weight
+    ours, theirs = forced.foot(side), measured.foot(side)
+    load = theirs.force[inside] / weight
+    told = np.interp(time, clock, ours.known.astype(float)) > 0.999
+    known = theirs.measured[inside] & told
+    stance = known & (load[:, 2] > STANCE)
+    if stance.sum() < FEWEST:
+        return None
+    simulated = interpolate(time, clock, ours.force / weight)
+    both, theirs_alone = (way[inside] for way in ways)
+    point = interpolate(time, clock, ours.centre_of_pressure) - both
+    recorded = theirs.centre_of_pressure[inside] - both - theirs_alone
+    loaded = stance & (simulated[:, 2] > STANCE)
+    apart = (point - recorded)[loaded, :2]
+    curves = {
+        joint: (
+            np.interp(time, clock, forced.torque(f"{joint}_{side}"))[stance] / forced.human.mass,
+            measured.torque(f"{joint}_{side}")[inside][stance] / forced.human.mass,
+        )
+        for joint in JOINTS
+        if measured.qfrc_actuator is not None
+        and f"{joint}_{side}" in measured.human.coordinates
+        and f"{joint}_{side}" in forced.human.coordinates
+    }
+    axes = range(3)
+    return FootComparison(
+        side=side,
+        stance=stance,
+        known=known,
+        simulated=simulated,
+        measured=load,
+        force_r=tuple(correlation(simulated[stance, k], load[stance, k]) for k in axes),
+        force_rmse=tuple(rmse(simulated[stance, k], load[stance, k]) for k in axes),
+        force_range=tuple(float(np.ptp(load[stance, k])) for k in axes),
+        pressure_median_m=tuple(_median(np.abs(apart[:, k])) for k in (0, 1)),
+        pressure_rmse_m=tuple(_rms(apart[:, k]) for k in (0, 1)),
+        backward_m=_backward(point[:, 0], loaded),
+        backward_measured_m=_backward(recorded[:, 0], loaded),
+        moment_rmse={joint: rmse(a, b) for joint, (a, b) in curves.items()},
+        moment_r={joint: correlation(a, b) for joint, (a, b) in curves.items()},
+        covered=_covered(forced, measured, side, frames, inside, stance, loaded, apart),
+    )
+
+
+def _covered(
+    forced: Record,
+    measured: Record,
+    side: str,
+    frames: Array,
+    inside: Array,
+    stance: Array,
+    loaded: Array,
+    apart: Array,
+) -> dict[str, float]:
+    """Return in which share of the frames of stance the measured value lies in each band."""
+    if "forces.band" not in forced.signals:
+        return {}
+    time, clock, k = frames[inside], forced.motion.time, SIDES.index(side)
+    ours, theirs = forced.foot(side), measured.foot(side)
+
+    def band(name: str, column) -> Array:
+        return np.interp(time, clock, forced.signals[name][(slice(None), *column)])
+
+    def share(off: Array, half: Array) -> float:
+        known = np.isfinite(off) & np.isfinite(half)
+        return float(np.mean(np.abs(off)[known] <= half[known])) if known.any() else float("nan")
+
+    found = {}
+    force = interpolate(time, clock, ours.force) - theirs.force[inside]
+    for axis, name in enumerate(AXES):
+        half = band("forces.band", (k, axis))
+        found[f"{name}_force"] = share(force[stance, axis], half[stance])
+    for axis, name in enumerate("xy"):
+        half = band("forces.point_band", (k, axis))
+        found[f"pressure_{name}"] = share(apart[:, axis], half[loaded])
+    torque = np.interp(time, clock, ours.torque[:, 2]) - theirs.torque[inside, 2]
+    found["free_moment"] = share(torque[stance], band("forces.torque_band", (k,))[stance])
+    for joint in JOINTS:
+        name = f"{joint}_{side}"
+        if measured.qfrc_actuator is None or name not in measured.human.coordinates:
+            continue
+        off = np.interp(time, clock, forced.torque(name)) - measured.torque(name)[inside]
+        half = band("forces.moment_band", (6 + forced.motion.hinge(name),))
+        found[f"{joint}_moment"] = share(off[stance], half[stance])
+    return found
+
+
 def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
-    """Return measured forces and moments at the ticks of a rebuilt gait, as signals of its record.
+    """Return measured forces and moments at the ticks of a gait, as signals of its record.
 
     ``measured.force`` (n, 2, 3) right and left [N], ``measured.moment`` (n, m) [N m/kg] with
-    ``measured.moment_names``; NaN where not known. Empty where nothing is known.
+    ``measured.moment_names``; NaN where they were not measured. Empty where nothing was.
     """
     now, frames, human = forced.motion.time, measured.motion.time, forced.human
     names = [f"{n}_{s}" for n in SHOWN for s in SIDES if f"{n}_{s}" in human.coordinates]
     force, moment = np.full((len(now), 2, 3), np.nan), np.full((len(now), len(names)), np.nan)
     for k, side in enumerate(SIDES):
         foot = measured.foot(side)
-        known = np.interp(now, frames, foot.known.astype(float)) > 0.999
+        known = np.interp(now, frames, foot.measured.astype(float)) > 0.999
         force[known, k] = interpolate(now, frames, foot.force)[known]
         for i, name in enumerate(names):
             if name.endswith(f"_{side}") and measured.qfrc_actuator is not None:
@@ -148,7 +316,36 @@ def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
     }
 
 
-def _rms(values: np.ndarray) -> list[float]:
-    if not len(values):
-        return [float("nan")] * values.shape[1]
-    return [float(x) for x in np.sqrt(np.nanmean(values**2, axis=0))]
+def _backward(path: Array, there: Array) -> float:
+    """Return how far a path runs backward within a stance, mean over stances [m]."""
+    stances = [path[run] for run in runs(there) if run.stop - run.start >= FEWEST]
+    ways = [float(-np.minimum(np.diff(x), 0.0).sum()) for x in stances]
+    return _mean(ways)
+
+
+def _mean(values: Iterable[float]) -> float:
+    known = [x for x in values if np.isfinite(x)]
+    return float(np.mean(known)) if known else float("nan")
+
+
+def _means(tables: Iterable[Mapping[str, float]]) -> dict[str, float]:
+    """Return the mean of each entry over tables."""
+    values: dict[str, list[float]] = {}
+    for table in tables:
+        for name, value in table.items():
+            values.setdefault(name, []).append(value)
+    return {name: _mean(found) for name, found in values.items()}
+
+
+def _share(part: float, whole: float) -> float:
+    return part / whole if whole > 0 else float("nan")
+
+
+def _median(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else float("nan")
+
+
+def _rms(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")

@@ -1,7 +1,7 @@
 """From a fitted recording to everything that is known about it: one Record and its curves.
 
-Filter and differentiate, find the gait events, share the plates out to the feet, compute the
-joint moments, cut the cycles, measure the gait.
+Filter and differentiate, find the gait events, share the plates out to the feet, estimate the
+forces that no plate measured, compute the joint moments, cut the cycles, measure the gait.
 """
 
 from dataclasses import dataclass, replace
@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plantigrade.analyze.body_mass import Weighing, weigh_gait, weigh_standing
+from plantigrade.analyze.estimated_forces import estimate, estimate_figures, estimate_signals
 from plantigrade.analyze.feet import FootPath, event_points, foot_path
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.analyze.standing_soles import sole_notes, standing_soles
@@ -18,8 +19,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.carriers import segment_forces
-from plantigrade.dynamics.centroid import centroid
+from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.dynamics.derivatives import differentiate
+from plantigrade.dynamics.ground_forces import GroundForces
 from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.kinematics.result import Fit
@@ -54,17 +56,30 @@ class Trial:
     cycles: tuple[Cycle, ...]  #: Gait cycles of both feet, by start
     measures: GaitMeasures  #: Spatio-temporal measures
     forces: FootForces | None  #: Ground reactions by foot, where they were measured
-    moments: Moments | None  #: Inverse dynamics, where forces were measured
+    moments: Moments | None  #: Inverse dynamics with the forces, measured and estimated
     #: Height of the lowest point of each sole above the ground (right, left) [m]; NaN in swing
     soles: Float[Array, "n_frames 2"] | None = None
     notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
     cutoff: float | None = None  #: Low-pass of motion and forces [Hz]
     weighed: Weighing | None = None  #: The body mass that the plates carry
     events_from_plates: int = 0  #: How many gait events were timed by plates
+    #: Ground reactions of every foot in every frame, estimated where they were not measured
+    ground: GroundForces | None = None
+    #: What plates measured that nothing here has seen: ground reactions, and joint moments by them
+    withheld: tuple[FootForces, Moments] | None = None
 
     def record(self) -> Record:
-        """Return motion, moments, measured forces and markers."""
+        """Return motion, moments, forces (measured, or estimated with bands) and markers."""
         return self._record
+
+    @cached_property
+    def measured(self) -> Record | None:
+        """The record with what plates measured and nothing else; None where there were none."""
+        if self.withheld is None:
+            return None if self.forces is None else self._record
+        forces, moments = self.withheld
+        human, motion = self.fit.human, self.motion
+        return Record(human, motion, qfrc_actuator=moments.tau, **_contact(human, motion, forces))
 
     @cached_property
     def _record(self) -> Record:
@@ -75,7 +90,10 @@ class Trial:
             signals[ASSUMED] = np.array(self.fit.assumed)
         markers, fitted = _markers(self.fit, self.motion)
         contact: dict[str, Any] = {}
-        if self.forces is not None:
+        if self.ground is not None:
+            signals |= estimate_signals(self.ground)
+            contact = _contact(self.fit.human, self.motion, self.ground.forces)
+        elif self.forces is not None:
             contact = _contact(self.fit.human, self.motion, self.forces)
         return Record(
             self.fit.human,
@@ -111,11 +129,17 @@ class Trial:
             figures |= residual_metrics(self.moments, self.forces)
             figures |= com_metrics(self.moments, self.forces, motion.qpos)
             figures |= _peak_moments(human, self.forces, self.moments)
+        if self.ground is not None:
+            figures |= estimate_figures(self.ground)
         return figures
 
 
 def analyse(
-    fit: Fit, *, cutoff: float | Literal["usual"] | None = "usual", mass: float | None = None
+    fit: Fit,
+    *,
+    cutoff: float | Literal["usual"] | None = "usual",
+    mass: float | None = None,
+    without_plates: bool = False,
 ) -> Trial:
     """Analyse a fitted recording.
 
@@ -126,8 +150,13 @@ def analyse(
             they are.
         mass: Body mass given by the user [kg]; None: that of the file, or else the one that the
             measured forces carry.
+        without_plates: Withhold the plates: forces are estimated, and stand beside the measured
+            ones, which nothing else sees.
     """
     human, notes, plates = fit.human, list(fit.warnings), fit.recording.plates
+    if without_plates and plates:
+        plates = ()
+        notes.append("the force plates were withheld: forces and moments follow from the motion.")
     if mass is not None and abs(mass - human.mass) > 1e-9:
         human = human.with_mass(mass)
     given = mass is not None or fit.recording.subject.mass is not None
@@ -144,13 +173,11 @@ def analyse(
             )
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
-    forces = moments = None
-    from_plates = 0
-    if plates:
-        soles = sole_points(human, smooth.qpos)
-        body = centroid(human, smooth.qpos, smooth.qvel, smooth.qacc)
-        assert body.force is not None
-        lift = body.force[:, 2] / human.mass
+    moved = (human, smooth.qpos, smooth.qvel, smooth.qacc)
+    body = centroid(*moved) if plates else None
+    forces, from_plates = None, 0
+    if body is not None:
+        soles, lift = sole_points(human, smooth.qpos), _lift(human, body)
         forces = assign_plates(
             plates, fit.time, soles, cutoff=cutoff, lift=lift, mass=human.mass if given else None
         )
@@ -169,7 +196,7 @@ def analyse(
             events, from_plates = with_measured(events, seen)
     cycles = cut_cycles(events)
     weighed = None
-    if forces is not None:
+    if forces is not None and body is not None:
         weighed = weigh_gait(fit.time, forces, events, cycles, lift) or weigh_standing(
             fit.time,
             plates,
@@ -181,13 +208,17 @@ def analyse(
         _tell_mass(human, weighed, given, True, notes)
         if weighed is not None and not given:
             human = human.with_mass(weighed.mass)
-        moments = inverse_dynamics(human, smooth.qpos, smooth.qvel, smooth.qacc, forces)
     elif not given:
         _tell_mass(human, None, False, False, notes)
     motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
+    ground, said = estimate(human, motion, forces, heights)
+    notes += said
+    known, moments = forces if ground is None else ground.forces, None
+    if known is not None:
+        moments = inverse_dynamics(human, *moved[1:], known)
     return Trial(
         fit=replace(fit, human=human),
         motion=motion,
@@ -201,7 +232,30 @@ def analyse(
         cutoff=cutoff,
         weighed=weighed,
         events_from_plates=from_plates,
+        ground=ground,
+        withheld=_withheld(fit, motion, human, cutoff, given) if without_plates else None,
     )
+
+
+def _withheld(
+    fit: Fit, motion: Motion, human: Human, cutoff: float | None, given: bool
+) -> tuple[FootForces, Moments] | None:
+    """Return what plates measured, and joint moments by it; None where there were none."""
+    if not fit.recording.plates or motion.qacc is None:
+        return None
+    moved = (human, motion.qpos, motion.qvel, motion.qacc)
+    soles, lift = sole_points(human, motion.qpos), _lift(human, centroid(*moved))
+    mass = human.mass if given else None
+    forces = assign_plates(
+        fit.recording.plates, motion.time, soles, cutoff=cutoff, lift=lift, mass=mass
+    )
+    return forces, inverse_dynamics(*moved, forces)
+
+
+def _lift(human: Human, body: Centroid) -> Float[Array, " n_frames"]:
+    """Return the vertical force that a motion needs, by body mass [m/s²]."""
+    assert body.force is not None
+    return body.force[:, 2] / human.mass
 
 
 def _tell_mass(

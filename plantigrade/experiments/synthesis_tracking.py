@@ -13,7 +13,7 @@ import numpy as np
 from plantigrade.analyze.check import check
 from plantigrade.errors import ReproduceError
 from plantigrade.experiments.fit_accuracy import WALKS
-from plantigrade.experiments.gait_forces import force_rows
+from plantigrade.experiments.gait_forces import STANCES, force_rows
 from plantigrade.experiments.table import ResultTable, Row, over_trials
 from plantigrade.synthesize.tasks.tracking import Tracking
 from plantigrade.workflows.fit import fit_trial
@@ -30,10 +30,8 @@ WEIGHTINGS: Mapping[str, Tracking] = {
 """Weightings that are compared; all but the default on its first nodes, vertical forces alone."""
 
 NOTES = (
-    "Differences are over the frames in which the plate of a foot tells its force, swing included; "
-    "centres of pressure where both feet's loads exceed a fifth of body weight; joint moments "
-    "against inverse dynamics of the recorded motion and the measured forces. A foot that no plate "
-    "saw loaded is left out.",
+    STANCES,
+    "A foot that no plate saw loaded is left out.",
     "Measured forces are withheld, but where no file tells the body mass it is found from them.",
     "One set of weights serves all walks; it was settled with these walks in view.",
     f"Of recordings longer than {LONGEST:g} s the first {LONGEST:g} s are tracked.",
@@ -76,7 +74,6 @@ def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGH
         faults = "" if verdict.ok else "; ".join(verdict.words()[:3])
         rows += [
             *force_rows(name, c),
-            *(Row(name, f"{joint} moment, r", r) for joint, r in c.moment_r.items()),
             Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
             Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
             Row(name, "lifted onto its soles", 1e3 * tracked.lift, "mm"),

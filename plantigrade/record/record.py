@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.charts import Figure
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
@@ -50,13 +50,15 @@ class FootForce:
         force: Sum of the forces, world [N].
         centre_of_pressure: Where it acts, world [m]; NaN without load.
         torque: Free moment about that point, world [N m].
-        known: Where the force is known at all.
+        known: Where the force is known at all, measured or estimated.
+        measured: Where it was not estimated beside the plates (``forces.measured``).
     """
 
     force: Float[Array, "n_frames 3"]
     centre_of_pressure: Float[Array, "n_frames 3"]
     torque: Float[Array, "n_frames 3"]
     known: Bool[Array, " n_frames"]
+    measured: Bool[Array, " n_frames"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +142,7 @@ class Record:
         for name, other in self.references.items():
             if other.joint_names != self.motion.joint_names or not other.n_frames:
                 raise ParameterError(f"reference {name!r} is no motion of this person")
-        check_signals(self.signals, n)
+        check_signals(self.signals, n, nv)
 
     @property
     def weight(self) -> float:
@@ -171,8 +173,8 @@ class Record:
         n = self.motion.n_frames
         mine = [k for k, site in enumerate(self.sites) if site.side == side]
         if self.contact_force is None or not mine:
-            zero = np.zeros((n, 3))
-            return FootForce(zero, np.full((n, 3), np.nan), zero.copy(), np.ones(n, dtype=bool))
+            zero, known = np.zeros((n, 3)), np.ones(n, dtype=bool)
+            return FootForce(zero, np.full((n, 3), np.nan), zero.copy(), known, known.copy())
         force = np.nan_to_num(self.contact_force[:, mine])
         point = np.zeros_like(force)
         if self.contact_point is not None:
@@ -188,7 +190,9 @@ class Record:
         known = np.ones(n, dtype=bool)
         if self.contact_known is not None:
             known = np.all(self.contact_known[:, mine], axis=1)
-        return FootForce(total, centre, torque, np.asarray(known))
+        told = self.signals.get("forces.measured")
+        measured = known if told is None else known & told[:, SIDES.index(side)].astype(bool)
+        return FootForce(total, centre, torque, np.asarray(known), np.asarray(measured))
 
     def group(self, prefix: str) -> dict[str, Any]:
         """Return the signals whose names start with ``prefix`` and a dot, by what follows it."""

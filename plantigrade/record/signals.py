@@ -1,8 +1,8 @@
 """The signals of a Record that the package knows, and what shape each of them has.
 
 A signal of another name may be any array. Of a known one, the axes are named: ``"frames"`` are
-those of the motion, and axes of one name are equally long within a family (what stands before the
-dot). So whatever reads a Record may rely on them.
+those of the motion, ``"nv"`` its generalised forces, and axes of one name are equally long within a
+family (what stands before the dot). So whatever reads a Record may rely on them.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.errors import ParameterError
 
-NUMBERS, WORDS = "fiub", "US"
+NUMBERS, WORDS, FLAGS = "fiub", "US", "b"
 
 SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "check.quantity": (WORDS, ("measures",)),
@@ -48,6 +48,11 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "norms.sd": (NUMBERS, ("curves", "percent")),
     "foot.names": (WORDS, ("angles",)),
     "foot.percent": (NUMBERS, ("percent",)),
+    "forces.measured": (FLAGS, ("frames", 2)),
+    "forces.band": (NUMBERS, ("frames", 2, 3)),
+    "forces.point_band": (NUMBERS, ("frames", 2, 2)),
+    "forces.torque_band": (NUMBERS, ("frames", 2)),
+    "forces.moment_band": (NUMBERS, ("frames", "nv")),
     "measured.force": (NUMBERS, ("frames", 2, 3)),
     "measured.moment": (NUMBERS, ("frames", "moments")),
     "measured.moment_names": (WORDS, ("moments",)),
@@ -70,30 +75,38 @@ TOGETHER = (
     ("contact.span", "contact.place"),
     ("norms.people", "norms.names", "norms.mean", "norms.sd"),
     ("measured.moment", "measured.moment_names"),
+    (
+        "forces.measured",
+        "forces.band",
+        "forces.point_band",
+        "forces.torque_band",
+        "forces.moment_band",
+    ),
 )
 """Signals of which none is there without the others."""
 
 
-def check_signals(signals: Mapping[str, Array], n_frames: int) -> None:
+def check_signals(signals: Mapping[str, Array], n_frames: int, nv: int) -> None:
     """Refuse known signals of another kind or shape.
 
     Raises:
         ParameterError: If there is one, or a part of what belongs together is missing.
     """
     sizes: dict[tuple[str, str], int] = {}
+    own = {"frames": n_frames, "nv": nv}
     for name, value in signals.items():
         if name not in SIGNALS:
             continue
         kind, axes = SIGNALS[name]
         if value.dtype.kind not in kind and value.size:
-            what = "numbers" if kind == NUMBERS else "words"
+            what = {NUMBERS: "numbers", WORDS: "words", FLAGS: "yes or no"}[kind]
             raise ParameterError(f"signal {name} holds {value.dtype}, not {what}")
         if name in FINITE and not np.isfinite(value).all():
             raise ParameterError(f"signal {name} holds numbers that are not finite")
         expected = []
         for axis, size in zip(axes, value.shape, strict=False):
             if isinstance(axis, str):
-                axis = n_frames if axis == "frames" else sizes.setdefault(_of(name, axis), size)
+                axis = own[axis] if axis in own else sizes.setdefault(_of(name, axis), size)
             expected.append(axis)
         if value.ndim != len(axes) or list(value.shape) != expected:
             wanted = ", ".join(map(str, expected if value.ndim == len(axes) else axes))

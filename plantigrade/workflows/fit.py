@@ -7,9 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.clinical import clinical_figures
 from plantigrade.analyze.foot_segments import foot_segment_signals
+from plantigrade.analyze.gait_forces import compare_forces, measured_signals
 from plantigrade.analyze.laboratory_angles import laboratory_figures
 from plantigrade.analyze.norms_of_runs import norm_files, read_norms
 from plantigrade.analyze.own_norms import as_signals
@@ -21,6 +24,7 @@ from plantigrade.io.asf import find_asf
 from plantigrade.io.companions import Companions, find_companions
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.fit import fit_markers
+from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.plausible import verdict
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.retarget import fit_skeleton
@@ -126,7 +130,12 @@ def fit_trial(
     with step("fitting"):
         fitted = fit_recording(recording, settings)
     with step("analysing"):
-        return recording, analyse(fitted, cutoff=settings.cutoff or "usual", mass=settings.mass)
+        return recording, analyse(
+            fitted,
+            cutoff=settings.cutoff or "usual",
+            mass=settings.mass,
+            without_plates=settings.without_plates,
+        )
 
 
 @on_one_thread
@@ -185,6 +194,13 @@ def run_of(
     figures = {**trial.figures, **laboratory_figures(record), **feet.figures}
     figures |= limit_figures(record)
     figures |= personal_figures(settings)
+    if trial.withheld is not None and trial.measured is not None and trial.ground is not None:
+        record = replace(
+            record, signals={**record.signals, **measured_signals(record, trial.measured)}
+        )
+        belt = moving_ground(trial.motion.time, trial.feet.heel, trial.feet.toe)
+        beside = compare_forces(record, trial.measured, belt=belt).metrics()
+        figures |= {k: v for k, v in beside.items() if np.isfinite(v)}
     return Run(
         record,
         "fit",
@@ -246,9 +262,11 @@ def sentence(trial: Trial) -> str:
     if error is not None:
         kind = "marker" if fitted.source_kind == "markers" else "joint centre"
         text += f"; RMS {kind} error {error:.1f} mm"
-    known = trial.record().contact_known
-    if trial.moments is not None and (known is None or known.any()):
+    if trial.forces is not None and bool(np.any(trial.forces.valid_side)):
         text += "; joint moments from the measured ground reactions"
+        text += ", estimated where no plate told them" if trial.ground is not None else ""
+    elif trial.ground is not None:
+        text += "; ground reactions and joint moments estimated from the motion"
     return text[0].upper() + text[1:] + "."
 
 

@@ -80,6 +80,8 @@ class FitSettings(Settings):
     """Your own norms: a table (.csv) or a folder of runs."""
     cutoff: Number = None
     """Cut-off frequency of the low-pass filter for motion and forces [Hz]; 6, in running 15."""
+    without_plates: Flag = False
+    """Withhold the force plates: forces follow from the motion, measured ones are shown beside."""
     companions: tyro.conf.Suppress[bool] = True
     """Look beside the recording for files that belong to it."""
 

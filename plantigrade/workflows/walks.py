@@ -67,7 +67,7 @@ class RecordedWalk:
             trial.feet,
             trial.figures,
             notes,
-            trial.record() if trial.forces is not None else None,
+            trial.measured,
         )
 
     @property

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.wrong_types
 
 def signals(record: Record) -> dict[str, np.ndarray]:
     """Return one of every signal the package knows."""
-    n = record.motion.n_frames
+    n, nv = record.motion.qvel.shape
     tasks = dict(from_tasks(walk(walker(), duration=0.1)).record.signals)
     on = np.ones((n, 5), bool)
     return {
@@ -40,6 +40,11 @@ def signals(record: Record) -> dict[str, np.ndarray]:
         "norms.names": np.array(["knee_angle", "hip_flexion"]),
         "norms.mean": np.zeros((2, 101)),
         "norms.sd": np.ones((2, 101)),
+        "forces.measured": np.arange(2 * n).reshape(n, 2) % 3 > 0,
+        "forces.band": np.ones((n, 2, 3)),
+        "forces.point_band": np.full((n, 2, 2), 0.01),
+        "forces.torque_band": np.ones((n, 2)),
+        "forces.moment_band": np.ones((n, nv)),
         "measured.force": np.zeros((n, 2, 3)),
         "measured.moment": np.zeros((n, 1)),
         "measured.moment_names": np.array(["knee_angle_r"]),
@@ -168,7 +173,7 @@ def test_a_signal_of_another_shape_makes_no_record(made, name):
 
 
 def test_signals_of_ones_own_may_be_anything():
-    check_signals({"mine.table": np.zeros((3, 4)), "check.mine": np.zeros(2)}, 9)
+    check_signals({"mine.table": np.zeros((3, 4)), "check.mine": np.zeros(2)}, 9, 49)
 
 
 @pytest.mark.parametrize(

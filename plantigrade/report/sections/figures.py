@@ -188,13 +188,30 @@ GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
             Shown("centre of mass, largest error", "mm", "dynamics_com_error_max_mm"),
             Shown("drift of contacts, largest", "mm", "dynamics_contact_drift_max_mm"),
             Shown("lowest point of the soles", "mm", "dynamics_sole_lowest_mm"),
-            Shown("vertical force, RMSE", "BW", "vertical_force_rmse_bw", 3),
-            Shown("forward force, RMSE", "BW", "forward_force_rmse_bw", 3),
-            Shown("sideways force, RMSE", "BW", "sideways_force_rmse_bw", 3),
-            Shown("centre of pressure, forward, RMSE", "mm", "pressure_x_rmse_mm"),
-            Shown("centre of pressure, sideways, RMSE", "mm", "pressure_y_rmse_mm"),
-            *(Shown(f"{title_of(n)} moment, RMSE", "N m/kg", f"{n}_moment_rmse_nm_kg", 2)
-              for n in LEG),
+        ),
+    ),
+    (
+        "Forces against the measured ones, in stance",
+        (
+            *(
+                figure
+                for axis in ("vertical", "forward", "sideways")
+                for figure in (
+                    Shown(f"{axis} force, RMSE", "BW", f"{axis}_force_rmse_bw", 3),
+                    Shown(f"{axis} force, correlation", "", f"{axis}_force_correlation", 3),
+                )
+            ),
+            Shown("centre of pressure, forward, median error", "mm", "pressure_x_error_median_mm"),
+            Shown("centre of pressure, sideways, median error", "mm", "pressure_y_error_median_mm"),
+            Shown("centre of pressure, backward in a stance", "mm", "pressure_backward_mm"),
+            *(
+                figure
+                for n in LEG
+                for figure in (
+                    Shown(f"{title_of(n)} moment, RMSE", "N m/kg", f"{n}_moment_rmse_nm_kg", 2),
+                    Shown(f"{title_of(n)} moment, correlation", "", f"{n}_moment_correlation", 3),
+                )
+            ),
         ),
     ),
     (

@@ -1,0 +1,122 @@
+"""Ground reactions where no plate measured them, or the reason why they cannot be told.
+
+The program (:mod:`plantigrade.dynamics.ground_forces`) gives every foot what the motion needs.
+It knows level ground and two feet: where something else carries too (a hand on a rail, a step of a
+stair), the motion asks for what feet on that ground cannot give, and the estimate is refused.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
+from plantigrade.dynamics.plates import FootForces
+from plantigrade.errors import ParameterError, SolverError
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.motion.filters import runs
+
+NOISY = 1.0
+"""A motion noisier than this many times what is assumed says little of the knee's moment."""
+MOST_FORCE = 0.15
+"""Net force that the feet cannot give, root mean square [BW]: something else carries too."""
+MOST_MOMENT = 0.06
+"""The same of the net moment about the centre of mass [BW m]."""
+MOST_SHIFT = 0.06
+"""Centre of mass further from the body's own than any body is misjudged by [m]."""
+UNEVEN = 0.06
+"""Feet that stand at heights further apart are not on level ground [m]."""
+CANNOT = "ground reactions cannot be told from this motion: "
+
+
+def estimate(
+    human: Human,
+    motion: Motion,
+    measured: FootForces | None,
+    soles: Float[Array, "n_frames 2"],
+) -> tuple[GroundForces | None, tuple[str, ...]]:
+    """Return ground reactions beside the measured ones, and what the user should know of them.
+
+    None where nothing is left to estimate, and where it cannot be told.
+
+    Args:
+        human: Whose motion.
+        motion: The motion, filtered, with its gait events.
+        measured: What plates tell.
+        soles: Height of each sole in stance [m]; NaN in swing.
+    """
+    if measured is not None and bool(np.all(measured.valid_side)):
+        return None, ()
+    step = _step_between(soles)
+    if motion.events and step > UNEVEN:
+        return None, (
+            f"{CANNOT}the ground is not level, the feet stand {100 * step:.0f} cm higher at one "
+            "step than at another (stairs or uneven ground).",
+        )
+    try:
+        found = estimate_forces(human, motion, measured=measured)
+    except (ParameterError, SolverError) as error:
+        return None, (f"{CANNOT}{error}.".replace("..", "."),)
+    why = _refusal(found)
+    if why:
+        return None, (CANNOT + why,)
+    if found.noise > NOISY:
+        return found, (
+            f"the motion is {found.noise:.1f} times as noisy as forces without plates assume: do "
+            "not trust the estimated moments of the knee.",
+        )
+    return found, ()
+
+
+def estimate_figures(ground: GroundForces) -> dict[str, Any]:
+    """Return how the estimate went, as figures; nothing of it was measured."""
+    return {
+        "forces_estimated_pct": 100.0 * (1.0 - float(np.mean(ground.measured))),
+        "estimate_noise_factor": ground.noise,
+        "estimate_residual_force_rms_bw": ground.residual_force,
+        "estimate_residual_moment_rms_bw_m": ground.residual_moment,
+        "estimate_com_shift_forward_mm": 1e3 * float(ground.com_shift[0]),
+    }
+
+
+def estimate_signals(ground: GroundForces) -> dict[str, Array]:
+    """Return what was measured, and the half-widths of the 90 % bands, as signals of a record."""
+    return {
+        "forces.measured": np.asarray(ground.measured, dtype=bool),
+        "forces.band": ground.force_band,
+        "forces.point_band": ground.point_band,
+        "forces.torque_band": ground.torque_band,
+        "forces.moment_band": ground.moment_band,
+    }
+
+
+def _refusal(found: GroundForces) -> str:
+    """Return why an estimate is no good; empty where it is."""
+    away = float(np.linalg.norm(found.com_shift[:2]))
+    carries = (
+        "something else seems to carry the body too (a hand on a rail, a chair, a step), or the "
+        "motion is too noisy."
+    )
+    if not found.residual_force <= MOST_FORCE:
+        return f"{found.residual_force:.2f} body weights of net force are left over; {carries}"
+    if not found.residual_moment <= MOST_MOMENT:
+        what = f"{found.residual_moment:.2f} body weights times metre of net moment"
+        return f"{what} are left over; {carries}"
+    if away > MOST_SHIFT:
+        what = f"the centre of mass would have to lie {1e3 * away:.0f} mm beside the body's own"
+        return f"{what}; {carries}"
+    return ""
+
+
+def _step_between(soles: Float[Array, "n_frames 2"]) -> float:
+    """Return how much higher a foot stands in one stance than in another [m]."""
+    heights = []
+    for k in range(len(SIDES)):
+        for run in runs(np.isfinite(soles[:, k])):
+            quarter = (run.stop - run.start) // 4
+            middle = soles[run.start + quarter : run.stop - quarter, k]
+            if len(middle):
+                heights.append(float(np.quantile(middle, 0.1)))  # of a hop: where it lands
+    return max(heights) - min(heights) if heights else 0.0

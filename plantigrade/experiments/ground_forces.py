@@ -1,0 +1,267 @@
+"""Forces without plates: ground reactions estimated from the motion, beside the measured ones.
+
+Each recording is fitted with its file name alone; its plates are then withheld, and what the whole
+trial's quadratic program gives is held against them, also with noise added to the motion. Constants
+were settled on one half of the people and are judged by the other.
+"""
+
+import time
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
+from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.dynamics.ground_forces import estimate_forces
+from plantigrade.errors import ReproduceError
+from plantigrade.experiments.fit_accuracy import MOVEMENTS, SETTLED, WALKS
+from plantigrade.experiments.gait_forces import STANCES
+from plantigrade.experiments.table import ResultTable, Row, over_trials, sheet
+from plantigrade.kinematics.ground_level import moving_ground
+from plantigrade.kinematics.result import Fit
+from plantigrade.motion.filters import lowpass
+from plantigrade.workflows.fit import fit_trial
+
+QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
+NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0
+NOISY = "with noise, "
+"""How figures with added noise begin."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure of the table.
+
+    Attributes:
+        name: Of its rows.
+        short: Over its column.
+        of: Reads it from a comparison; the computing time is measured.
+        unit: Its unit.
+        goal: What the mean over recordings is held against; None for none.
+        least: Whether the goal is the least that is wanted, not the most.
+        opengrf: What [DiPietro2025]_ prints.
+        digits: Behind the decimal point.
+    """
+
+    name: str
+    short: str
+    of: Callable[[ForceComparison], float]
+    unit: str = ""
+    goal: float | None = None
+    least: bool = False
+    opengrf: str = ""
+    digits: int = 3
+
+
+def _moment(kind: str, joint: str) -> Callable[[ForceComparison], float]:
+    return lambda c: getattr(c, f"moment_{kind}").get(joint, float("nan"))
+
+
+def _covered(what: str) -> Callable[[ForceComparison], float]:
+    return lambda c: 100.0 * c.covered.get(what, float("nan"))
+
+
+FORCES = (
+    Figure("vertical force, r", "vert r", lambda c: c.vertical_r, "", 0.98, True, ">= .94"),
+    Figure("vertical force, RMSE", "BW", lambda c: c.vertical_rmse, "BW", 0.05),
+    Figure("forward force, r", "fore r", lambda c: c.forward_r, "", 0.98, True, ".81-.91"),
+    Figure("forward force, RMSE", "BW", lambda c: c.forward_rmse, "BW"),
+    Figure(
+        "forward force, nRMSE", "%", lambda c: c.forward_nrmse,
+        "%", 5.0, opengrf="4.4-6.1", digits=1,
+    ),
+    Figure("sideways force, r", "side r", lambda c: c.sideways_r, "", 0.94, True),
+    Figure("sideways force, RMSE", "BW", lambda c: c.sideways_rmse, "BW"),
+    Figure(
+        "centre of pressure x, median error", "CoP x mm", lambda c: 1e3 * c.pressure_median_m[0],
+        "mm", 12.0, opengrf="21-23", digits=1,
+    ),
+    Figure(
+        "centre of pressure y, median error", "y mm", lambda c: 1e3 * c.pressure_median_m[1],
+        "mm", digits=1,
+    ),
+    Figure(
+        "centre of pressure, backward in a stance", "back mm", lambda c: 1e3 * c.backward_m,
+        "mm", 10.0, digits=1,
+    ),
+)  # fmt: skip
+"""Ground reactions."""
+MOMENTS = tuple(
+    figure
+    for joint, words, goal, printed in (
+        ("ankle_angle", "ankle", 0.97, ".98"),
+        ("knee_angle", "knee", 0.92, ""),
+        ("hip_flexion", "hip", 0.96, ""),
+    )
+    for figure in (
+        Figure(f"{words} moment, r", f"{words} r", _moment("r", joint), "", goal, True, printed),
+        Figure(f"{words} moment, RMSE", "N m/kg", _moment("rmse", joint), "N m/kg"),
+    )
+)
+"""Joint moments against inverse dynamics with the plates."""
+BANDS = tuple(
+    Figure(f"{words} in the 90 % band", short, _covered(what), "%", 80.0, True, digits=0)
+    for what, words, short in (
+        ("vertical_force", "vertical force", "vertical"),
+        ("forward_force", "forward force", "forward"),
+        ("sideways_force", "sideways force", "sideways"),
+        ("pressure_x", "centre of pressure x", "CoP x"),
+        ("pressure_y", "centre of pressure y", "CoP y"),
+        ("ankle_angle_moment", "ankle moment", "ankle"),
+        ("knee_angle_moment", "knee moment", "knee"),
+        ("hip_flexion_moment", "hip moment", "hip"),
+    )
+)
+"""How often the measured value lies in the band."""
+TIME = Figure("computing time", "s", lambda c: float("nan"), "s", 0.5, digits=2)
+FIGURES = (*FORCES, *MOMENTS, *BANDS)
+
+NOTES = (
+    STANCES,
+    "Plates are withheld; only where no file tells the body mass it is the one that they carry.",
+    f"Settled half: {', '.join(SETTLED)}; all constants were settled there. The other half is "
+    "other people and other laboratories.",
+    f"With noise: {NOISE_MM:g} mm and {NOISE_DEG:g}° (RMS, below {NOISE_HZ:g} Hz) added to every "
+    "coordinate of the fitted motion; held against the plates and inverse dynamics without it.",
+    "OpenGRF: what Di Pietro, Di Puccio and Modenese (2025) print of level walking of seven "
+    "adults; other people and another protocol.",
+    "Movements other than walking have rows of their own and are in no mean.",
+)
+
+
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
+    """Return the table over the recordings with force plates of a data folder."""
+    title = "Ground reactions without force plates"
+    names = QUICK if quick else (*WALKS, *MOVEMENTS)
+    table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
+    values: dict[str, dict[str, float]] = {}
+    for row in table.rows:
+        values.setdefault(row.subject, {})[row.quantity] = _number(row.value)
+    halves = {
+        "settled half": [n for n in values if n in WALKS and any(part in n for part in SETTLED)],
+        "other half": [n for n in values if n in WALKS and not any(part in n for part in SETTLED)],
+    }
+    means = {half: _means([values[n] for n in names]) for half, names in halves.items() if names}
+    rows = [row for half, found in means.items() for row in _judged(half, found)]
+    return replace(table, rows=[*table.rows, *rows], sheets=_sheets(values, means))
+
+
+def trial_rows(path: Path, name: str) -> list[Row]:
+    """Return all rows of one recording: as it is, and of a walk also with noise."""
+    trial = fit_trial(path)[1]
+    if trial.forces is None:
+        raise ReproduceError(f"{path} came without force plates; nothing to compare with")
+    fit, mass = trial.fit, trial.fit.human.mass
+    alone = analyse(fit, mass=mass, without_plates=True)
+    if alone.ground is None:
+        return [Row(name, FORCES[0].name, None, note=" ".join(alone.notes[-1:]))]
+    started = time.process_time()
+    estimate_forces(alone.fit.human, alone.motion)
+    seconds = time.process_time() - started
+    rows = [*_rows(name, alone, alone, ""), Row(name, TIME.name, seconds, TIME.unit)]
+    if name in WALKS:
+        noisy = analyse(with_noise(fit, name), mass=mass, without_plates=True)
+        rows += _rows(name, noisy, alone, NOISY)
+    return rows
+
+
+def with_noise(fit: Fit, name: str) -> Fit:
+    """Return a fit with slow noise on every coordinate, the same for the same name."""
+    model, n = fit.human.model, len(fit.time)
+    white = np.random.default_rng(zlib.crc32(name.encode())).standard_normal((n, model.nv))
+    slow = lowpass(fit.time, white, cutoff=NOISE_HZ)
+    slow /= np.sqrt(np.mean(slow**2, axis=0))
+    slow *= np.r_[np.full(3, 1e-3 * NOISE_MM), np.full(model.nv - 3, np.deg2rad(NOISE_DEG))]
+    qpos = fit.qpos.copy()
+    for f in range(n):
+        mujoco.mj_integratePos(model, qpos[f], slow[f], 1.0)
+    return replace(fit, qpos=qpos)
+
+
+def _rows(name: str, trial: Trial, true: Trial, prefix: str) -> list[Row]:
+    """Return the figures of an estimate against what was measured without noise."""
+    if trial.ground is None or true.measured is None:
+        return [Row(name, prefix + FORCES[0].name, None, note=" ".join(trial.notes[-1:]))]
+    belt = moving_ground(true.motion.time, true.feet.heel, true.feet.toe)
+    c = compare_forces(trial.record(), true.measured, belt=belt)
+    rows = []
+    for figure in FIGURES:
+        value = figure.of(c)
+        rows.append(
+            Row(name, prefix + figure.name, value if np.isfinite(value) else None, figure.unit)
+        )
+    return [*rows, Row(name, f"{prefix}noise of the motion", trial.ground.noise)]
+
+
+def _means(found: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the mean of each figure over the recordings that have it."""
+    names = dict.fromkeys(name for each in found for name in each)
+    values = {n: [each[n] for each in found if np.isfinite(each.get(n, np.nan))] for n in names}
+    return {n: float(np.mean(v)) for n, v in values.items() if v}
+
+
+def _judged(half: str, found: Mapping[str, float]) -> list[Row]:
+    """Return the means of a half of the people beside the goals."""
+    rows = []
+    for prefix in ("", NOISY):
+        for figure in (*FIGURES, TIME):
+            value = found.get(prefix + figure.name)
+            if value is None:
+                continue
+            row = Row(half, prefix + figure.name, value, figure.unit)
+            if figure.goal is not None:
+                met = value >= figure.goal if figure.least else value <= figure.goal
+                sign = ">=" if figure.least else "<="
+                row = replace(row, goal=f"{sign} {figure.goal:g}", met=bool(met))
+            rows.append(row)
+    return rows
+
+
+def _sheets(
+    values: Mapping[str, Mapping[str, float]], means: Mapping[str, Mapping[str, float]]
+) -> tuple[str, ...]:
+    """Return ground reactions, moments and bands, one line a recording, then the means."""
+    found = []
+    lines = {**{Path(name).stem: each for name, each in values.items()}, **means}
+    for prefix, words in (
+        ("", ""),
+        (NOISY, f", {NOISE_MM:g} mm and {NOISE_DEG:g}° of noise added"),
+    ):
+        for title, figures in (
+            (f"Ground reactions{words}", FORCES),
+            (f"Joint moments{words}", (*MOMENTS, *(() if prefix else (TIME,)))),
+            (f"Measured values in the 90 % bands [%]{words}", BANDS),
+        ):
+            table = [
+                [name, *(_shown(each.get(prefix + f.name), f.digits) for f in figures)]
+                for name, each in lines.items()
+                if any(np.isfinite(each.get(prefix + f.name, np.nan)) for f in figures)
+            ]
+            if not table:
+                continue
+            if any(f.opengrf for f in figures):
+                table.append(["OpenGRF", *(f.opengrf or "–" for f in figures)])
+            if any(f.goal is not None for f in figures):
+                table.append(["goal", *(_goal(f) for f in figures)])
+            found.append(sheet(title, ("", *(f.short for f in figures)), table))
+    return tuple(found)
+
+
+def _goal(figure: Figure) -> str:
+    if figure.goal is None:
+        return ""
+    return f"{'>=' if figure.least else '<='} {figure.goal:g}"
+
+
+def _shown(value: float | None, digits: int) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
