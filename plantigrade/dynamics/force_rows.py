@@ -89,7 +89,7 @@ class Layout:
     @property
     def held(self) -> np.ndarray:
         """Return the frames in which something besides the feet carries, (n,)."""
-        return (self.start[:, 2:] >= 0).any(axis=1)
+        return np.asarray((self.start[:, 2:] >= 0).any(axis=1))
 
     def columns(self, i: int) -> np.ndarray:
         """Return unknown ``i`` (0 to 5) of every foot and frame, (n, k); -1 for none."""
