@@ -14,6 +14,7 @@ from plantigrade.analyze.body_mass import Weighing, weigh_gait, weigh_standing
 from plantigrade.analyze.estimated_forces import estimate, estimate_figures, estimate_signals
 from plantigrade.analyze.feet import FootPath, event_points, foot_path
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
+from plantigrade.analyze.seat_contact import seat_loads, with_seat
 from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -96,6 +97,7 @@ class Trial:
         if self.ground is not None:
             signals |= estimate_signals(self.ground)
             contact = _contact(self.fit.human, self.motion, self.ground.forces)
+            contact = with_seat(contact, self.ground)
         elif self.forces is not None:
             contact = _contact(self.fit.human, self.motion, self.forces)
         return Record(
@@ -223,7 +225,7 @@ def analyse(
     notes += said
     known, moments = forces if ground is None else ground.forces, None
     if known is not None:
-        moments = inverse_dynamics(human, *moved[1:], known)
+        moments = inverse_dynamics(human, *moved[1:], known, seat_loads(ground))
     return Trial(
         fit=replace(fit, human=human),
         motion=motion,
