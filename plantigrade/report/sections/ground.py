@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 
+from plantigrade.analyze.curves import nothing_measured
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
@@ -31,6 +32,10 @@ def ground_section(subject: Subject) -> list[Section]:
         f"(BW, {record.weight:.0f} N). Forward is negative while the foot brakes and positive "
         "while it pushes off."
     )
+    if nothing_measured(record):
+        text += " None of it was measured: all is estimated from the motion."
+    elif "forces.measured" in record.signals:
+        text += " Where no plate measured it, it is estimated from the motion."
     outlines = foot_prints(record, total)
     if cop is not None and np.isfinite(cop).any() and outlines:
         figures += [_above(cop, outlines), *_foot_figures(record, total, cop)]
