@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze import estimated_forces
+from plantigrade.analyze.check import check
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.estimated_forces import estimate
 from plantigrade.analyze.gait_forces import compare_forces
 from plantigrade.analyze.norms_of_runs import person_curves
+from plantigrade.analyze.tolerances import Tolerances
 from tests.analyze.plated_walk import analyse, plated_walk, without_plates
 
 
@@ -100,3 +102,16 @@ def test_on_stairs_nothing_is_told(withheld):
     soles[len(soles) // 2 :] += 0.17
     ground, notes = estimate(withheld.fit.human, withheld.motion, None, soles)
     assert ground is None and "the ground is not level, the feet stand 1" in notes[0]
+
+
+def test_the_checker_lets_forces_of_a_recording_leave_over_what_is_noise(partly):
+    """Not to the last newton, as of a motion that its forces made; but no leg may be missing."""
+    record = partly.record()
+    root = ("root_force", "root_force_rms", "root_moment", "root_moment_rms", "momentum")
+    verdict = check(record)
+    strict = check(record, Tolerances())
+    assert verdict.measures["root_force_rms"].limit == 5.0
+    assert {f.quantity for f in strict.findings} & set(root)
+    light = replace(record, contact_force=0.7 * record.contact_force)
+    found = [f for f in check(light).findings if f.quantity in root]
+    assert found and "without plates" in found[0].sentence()
