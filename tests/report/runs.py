@@ -27,7 +27,7 @@ def fitted(record: Record, **figures) -> Run:
 def estimated(record: Record, *, beside: str = "nothing", **figures) -> Run:
     """A run of ``fit`` whose forces were estimated, all of them or those of the left foot.
 
-    ``beside``: ``"nothing"`` was measured, a ``"plate"`` under the right foot, ``"withheld"`` plates.
+    Measured is ``beside`` it: nothing, the right foot by its plate, or both by withheld plates.
     """
     (n, nv), weight = record.motion.qvel.shape, record.weight
     told = np.zeros((n, 2), bool)
