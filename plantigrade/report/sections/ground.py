@@ -64,7 +64,8 @@ def foot_prints(record: Record, total: Float[Array, "n 3 3"]) -> list[Outline]:
 
 def _over_time(record: Record, total: Array, axis: int) -> str:
     series = []
-    for row, (side, name) in enumerate(NAMES.items()):
+    seats = tuple(site.name for site in record.sites if not site.side)
+    for row, (side, name) in enumerate({**NAMES, "": " and ".join(seats) or NAMES[""]}.items()):
         loaded = np.any(total[:, row], axis=1)
         if loaded.any():
             values = np.where(loaded, total[:, row, axis], np.nan) / record.weight
