@@ -15,6 +15,7 @@ from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.dynamics.loading import FASTER
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError, SolverError
+from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
@@ -95,6 +96,19 @@ def estimate_signals(ground: GroundForces) -> dict[str, Array]:
         "forces.torque_band": ground.torque_band,
         "forces.moment_band": ground.moment_band,
     }
+
+
+def support_push(human: Human, motion: Motion, ground: GroundForces) -> Float[Array, "n nv"]:
+    """Return the generalised force of what carries besides the feet, such as a seat."""
+    push = np.zeros(motion.qvel.shape)
+    bodies = [human.body(support.body) for support in ground.supports]
+    for f, state in enumerate(sweep(human, motion.qpos, motion.qvel) if bodies else ()):
+        for k, body in enumerate(bodies):
+            point = ground.support_point[f, k]
+            if np.isfinite(point).all():
+                force, torque = ground.support_force[f, k], ground.support_torque[f, k]
+                push[f] += state.generalised_force(body, point, force, torque)
+    return push
 
 
 def _refusal(found: GroundForces) -> str:

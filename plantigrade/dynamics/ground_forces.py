@@ -125,7 +125,7 @@ class GroundForces:
     residual_force: float  #: Root mean square of the net force that is missed [BW]
     residual_moment: float  #: The same of the pitch and roll moment [BW m]
     contacts: tuple[LoadInterval, ...] = field(repr=False)  #: When feet and supports were loaded
-    supports: tuple[str, ...]  #: Names of supports besides the feet
+    supports: tuple[Support, ...]  #: Supports besides the feet
     support_force: Float[Array, "n_frames n_supports 3"]  #: Force of each on the body [N]
     #: Its centre of pressure [m]; NaN where it carries nothing
     support_point: Float[Array, "n_frames n_supports 3"]
@@ -199,7 +199,7 @@ def estimate_forces(
         residual_force=program.missed_force,
         residual_moment=program.missed_moment,
         contacts=contacts,
-        supports=tuple(each.name for each in supports),
+        supports=supports,
         support_force=force[:, 2:],
         support_point=point[:, 2:],
         support_torque=torque[:, 2:],

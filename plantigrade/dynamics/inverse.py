@@ -16,7 +16,6 @@ the motion alone; only the residual needs both feet to be measured
 (:attr:`~plantigrade.dynamics.plates.FootForces.valid_side`).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,16 +37,6 @@ from plantigrade.spatial.conventions import (
 
 CARRIED = 0.8  # of what the motion needs: with less, a chair or an unmeasured foot carries too
 ROOT_NAMES = tuple(f"root_{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
-
-
-@dataclass(frozen=True)
-class BodyLoad:
-    """A force on a segment that is no foot, over a motion."""
-
-    body: str  #: Name of the segment
-    force: Float[Array, "n_frames 3"]  #: Force on it, world [N]
-    point: Float[Array, "n_frames 3"]  #: Where it acts, world [m]; NaN where there is none
-    torque: Float[Array, "n_frames 3"]  #: Torque at that point, world [N m]
 
 
 @dataclass(frozen=True)
@@ -82,7 +71,6 @@ def inverse_dynamics(
     qvel: Float[Array, "n_frames nv"],
     qacc: Float[Array, "n_frames nv"],
     forces: FootForces | None = None,
-    others: Sequence[BodyLoad] = (),
 ) -> Moments:
     """Return joint moments and root residuals of a motion.
 
@@ -92,7 +80,6 @@ def inverse_dynamics(
         qvel: Velocities.
         qacc: Accelerations.
         forces: Ground reactions on the frames of the motion, smoothed like it; none if absent.
-        others: What carries the body besides, a seat.
 
     Raises:
         ParameterError: If the arrays do not belong together.
@@ -116,11 +103,6 @@ def inverse_dynamics(
                     tau[f] -= state.generalised_force(
                         load.body, load.point, load.force, load.torque
                     )
-        for other in others:
-            if np.isfinite(other.point[f]).all():
-                tau[f] -= state.generalised_force(
-                    human.body(other.body), other.point[f], other.force[f], other.torque[f]
-                )
     force, moment = root_wrench_at(tau[:, :6], qpos, com)
     names = ROOT_NAMES + human.coordinates
     return Moments(tau, names, tau * qvel, force, moment, com)
