@@ -6,6 +6,7 @@ it, relief upon it, and seats above it. Its axes are x uphill, y to the left and
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -85,6 +86,10 @@ class HeightField:
         if not min(self.spacing) > 0:
             raise ParameterError(f"spacing={self.spacing} [m] of a height field must be positive")
 
+    @cached_property
+    def _grid(self) -> Float[Array, "n_y n_x"]:
+        return np.array(self.heights)
+
     @property
     def size(self) -> tuple[float, float]:
         """Extent along x and y [m]."""
@@ -93,7 +98,7 @@ class HeightField:
 
     def at(self, x: Float[Array, "*n"], y: Float[Array, "*n"]) -> Float[Array, "*n"]:
         """Return the height at places; zero beside the rectangle [m]."""
-        z = np.array(self.heights)
+        z = self._grid
         u = (x - self.corner[0]) / self.spacing[0]
         v = (y - self.corner[1]) / self.spacing[1]
         inside = (u >= 0) & (u <= z.shape[1] - 1) & (v >= 0) & (v <= z.shape[0] - 1)
