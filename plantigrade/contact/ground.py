@@ -192,12 +192,12 @@ class Ground:
         """Return the height of the ground along its normal, under world points [m]."""
         x = points @ self.to_world
         level = self.along(x[..., 0])
-        return np.asarray(np.maximum(level, self._relief(x))) if self._uneven else level
+        return np.asarray(np.maximum(level, self._relief(x))) if self.uneven else level
 
     def normal_at(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
         """Return in which direction the ground under world points pushes, world."""
         normal = np.broadcast_to(self.normal, points.shape).copy()
-        if not self._uneven:
+        if not self.uneven:
             return normal
         x, small = points @ self.to_world, 1e-6
         rise = [
@@ -208,7 +208,8 @@ class Ground:
         return np.where((self._relief(x) >= self.along(x[..., 0]))[..., None], tilted, normal)
 
     @property
-    def _uneven(self) -> bool:
+    def uneven(self) -> bool:
+        """Whether there is relief, so that it pushes in another direction everywhere."""
         return bool(self.bumps) or self.field is not None
 
     def _relief(self, x: Float[Array, "*n 3"]) -> Float[Array, "*n"]:

@@ -5,7 +5,14 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.passive import DAMPING, STIFFNESS, passive_moments, scale
+from plantigrade.dynamics.passive import (
+    DAMPING,
+    SAGITTAL,
+    STIFFNESS,
+    passive_moments,
+    sagittal_springs,
+    scale,
+)
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world.command import PD, Acceleration, Command, Commanded, Hinges, StablePD, Torque
@@ -19,8 +26,6 @@ RIGID = 1000.0
 BEYOND = np.deg2rad(15.0)
 """So far beyond the range of a joint its passive moment grows [rad]."""
 
-_SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
-
 
 class Actuators:
     """The motors and the passive moments of a person in a world.
@@ -29,14 +34,15 @@ class Actuators:
         human: The person.
         model: The model of the world, whose actuators, armature and springs are set.
         passive: Whether joints resist by themselves (:mod:`plantigrade.dynamics.passive`).
+        rise: How long a motor takes from nothing to its greatest torque [s]; zero: no time.
 
     Attributes:
         stiffness: Of :class:`StablePD` where a command names none [N m/rad].
         damping: Likewise [N m s/rad].
     """
 
-    def __init__(self, human: Human, model: mujoco.MjModel, *, passive: bool):
-        self.model, self.n = model, len(human.coordinates)
+    def __init__(self, human: Human, model: mujoco.MjModel, *, passive: bool, rise: float = 0.0):
+        self.model, self.n, self.rise = model, len(human.coordinates), rise
         low, high = human.model.jnt_actfrcrange[1:].T
         self._limits = np.array([low, high])
         self.stiffness = STRENGTH_STIFFNESS * np.maximum(-low, high)
@@ -49,7 +55,13 @@ class Actuators:
             self._resist(human)
         self._loose = model.dof_damping[self._hinges].copy()
         self._spring = model.jnt_stiffness[1 : 1 + self.n].copy()
-        self._armature = np.zeros(self.n)
+        self.reset()
+
+    def reset(self) -> None:
+        """Start from motors at rest."""
+        self._motor, self._limited = np.zeros(self.n), True
+        if self.rise:
+            self.model.actuator_forcerange[: self.n] = 0.0
 
     def _resist(self, human: Human) -> None:
         """Give the joints damping, and springs where their moment is linear."""
@@ -60,9 +72,8 @@ class Actuators:
             self.model.dof_damping[6 + i] = factor * rate
             self.model.jnt_stiffness[1 + i] = factor * STIFFNESS.get(stem, 0.0)
             self.model.qpos_spring[7 + i] = 0.0
-        names = [f"{stem}_{side}" for side in SIDES for stem in _SAGITTAL]
+        names = [f"{stem}_{side}" for side in SIDES for stem in SAGITTAL]
         if set(names) <= set(human.coordinates):
-            self._names = names
             self._sagittal = [human.hinge(name) for name in names]
             self._range = human.limits[:, self._sagittal] + [[-BEYOND], [BEYOND]]
 
@@ -83,7 +94,7 @@ class Actuators:
             )
         model, n, h = self.model, self.n, self.model.opt.timestep
         stiffness, damping, force = np.zeros(n), np.zeros(n), np.zeros(n)
-        armature, low, high = np.zeros(n), *self._limits
+        armature = np.zeros(n)
         if isinstance(command, Torque):
             force = self._numbers("torque", command.torque)
         elif isinstance(command, StablePD):
@@ -102,16 +113,30 @@ class Actuators:
             wanted = self._numbers("acceleration", command.acceleration)
             mujoco.mj_forward(model, data)
             force = RIGID * wanted + data.qfrc_bias[self._hinges]
-            low, high = np.full(n, -np.inf), np.full(n, np.inf)
+            model.actuator_forcerange[:n] = [-np.inf, np.inf]
         model.actuator_biasprm[:n, 1] = -stiffness
         model.actuator_biasprm[:n, 2] = -damping
-        model.actuator_forcerange[:n, 0], model.actuator_forcerange[:n, 1] = low, high
         data.ctrl[:n] = force
         self._passive(data)
+        self._motor, self._limited = armature, not isinstance(command, Acceleration)
+        if self._limited and not self.rise:
+            model.actuator_forcerange[:n] = self._limits.T
         # What is damped or springs back by itself is implicit, too.
-        armature += h * (self._loose + h * model.jnt_stiffness[1 : 1 + n])
-        model.dof_armature[self._hinges] = self._own + armature
+        own = self._own + h * (self._loose + h * model.jnt_stiffness[1 : 1 + n])
+        model.dof_armature[self._hinges] = own + armature
         return command
+
+    def ease(self, data: mujoco.MjData, time: float) -> None:
+        """Let torques rise in a finite time; to be called before every few steps.
+
+        Args:
+            data: The world.
+            time: Until the next call [s].
+        """
+        if self.rise and self._limited:
+            torque, step = data.qfrc_actuator[self._hinges], time / self.rise
+            bounds = [np.clip(torque + step * x, *self._limits) for x in self._limits]
+            self.model.actuator_forcerange[: self.n] = np.stack(bounds, axis=1)
 
     def resistance(self, angles: Hinges) -> Hinges:
         """Return the passive moments of hinges at rest [N m].
@@ -127,16 +152,12 @@ class Actuators:
         """Put tangents of the passive moments of hips, knees and ankles into springs."""
         if not self._sagittal:
             return
-        q, small = np.clip(data.qpos[7:][self._sagittal], *self._range), 1e-4
-        around = [np.repeat(x, 4) for x in q]  # as it is; hips, knees, ankles a little further
-        for i, x in enumerate(around):
-            x[1 + i % 3] += small
-        m = passive_moments(self._names, around, np.zeros((6, 4)), self._factor)
-        for i, hinge in enumerate(self._sagittal):
-            k = max(float(m[i][0] - m[i][1 + i % 3]) / small, 0.0)
-            self.model.jnt_stiffness[1 + hinge] = k
-            self.model.qpos_spring[7 + hinge] = q[i]
-            data.qfrc_applied[6 + hinge] = m[i][0]
+        hinges = self._sagittal
+        q = np.clip(data.qpos[7:][hinges], *self._range)
+        moments, stiffness = sagittal_springs(q.reshape(-1, 3).T, self._factor)
+        self.model.jnt_stiffness[1:][hinges] = stiffness.T.ravel()
+        self.model.qpos_spring[7:][hinges] = q
+        data.qfrc_applied[6:][hinges] = moments.T.ravel()
 
     def joint_forces(
         self, data: mujoco.MjData, constraint: Float[Array, " nv"]
@@ -156,11 +177,7 @@ class Actuators:
     def motor_torques(self, data: mujoco.MjData) -> Float[Array, " n_hinges"]:
         """Return the torques of the motors alone [N m]."""
         hinges = self._hinges
-        passive = self._own + self.model.opt.timestep * (
-            self._loose + self.model.opt.timestep * self.model.jnt_stiffness[1 : 1 + self.n]
-        )
-        own = self.model.dof_armature[hinges] - passive
-        return data.qfrc_actuator[hinges] - own * data.qacc[hinges]
+        return data.qfrc_actuator[hinges] - self._motor * data.qacc[hinges]
 
     def _numbers(self, name: str, value, default=None) -> Float[Array, " n_hinges"]:
         """Return one number a hinge."""

@@ -11,6 +11,7 @@
 The physics runs at ``rate``, the controller at ``control_rate``; its command is held in between.
 """
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
@@ -39,6 +40,8 @@ RATE, CONTROL_RATE = 1800.0, 100.0
 """Steps of the physics and of the controller, by default [1/s]."""
 FASTEST = 300.0
 """A body of which anything is faster than this has diverged [m/s, rad/s]."""
+LOOK = 0.002
+"""So often the rise of torques is looked at [s]."""
 LONGEST = 3600.0
 """Longest simulation [s]."""
 
@@ -58,6 +61,8 @@ class World:
         record_rate: Frames kept per second, likewise; ``control_rate`` if absent [1/s].
         recording: Whether frames are kept for :meth:`record`.
         passive: Whether joints resist by themselves, as tissue does.
+        torque_rise: How long a motor takes from nothing to its greatest torque [s]; at once if
+            zero.
         qpos: Where the person starts; quiet standing if absent.
         qvel: How fast; at rest if absent.
         sites: Further places of the body by which seats carry it.
@@ -86,6 +91,7 @@ class World:
         record_rate: float | None = None,
         recording: bool = True,
         passive: bool = True,
+        torque_rise: float = 0.0,
         qpos: Float[Array, " nq"] | None = None,
         qvel: Float[Array, " nv"] | None = None,
         sites: Sequence[ContactSite] = (),
@@ -97,13 +103,16 @@ class World:
         self.record_rate = float(control_rate if record_rate is None else record_rate)
         self._per_control = _multiple(self.rate, self.control_rate, "control_rate")
         self._per_frame = _multiple(self.rate, self.record_rate, "record_rate")
+        self._per_look = max(1, round(LOOK * self.rate))
+        if not 0.0 <= torque_rise < np.inf:
+            raise ParameterError(f"torque_rise={torque_rise} s must be zero or more")
         additions = [lambda spec, d=d: d.add(spec, human) for d in self.disturbances]
         self.model = world_model(
             human, self.ground, step=1.0 / self.rate, sites=sites, additions=additions
         )
         self.data = mujoco.MjData(self.model)
         self.sites = contact_sites(human)
-        self.actuators = Actuators(human, self.model, passive=passive)
+        self.actuators = Actuators(human, self.model, passive=passive, rise=torque_rise)
         self.contacts = Contacts(human, self.model, self.sites)
         self._falls = FallWatch(human, self.model)
         self._body = BodyState(human, human.standing())
@@ -141,6 +150,7 @@ class World:
         mujoco.mj_resetData(self.model, data)
         data.qpos[: human.model.nq] = self._qpos if qpos is None else _finite("qpos", qpos)
         data.qvel[: human.model.nv] = self._qvel if qvel is None else _finite("qvel", qvel)
+        self.actuators.reset()
         self._steps, self._pushed, self._signals = 0, [], {}
         self.fall: Fall | None = None
         self.diverged: float | None = None
@@ -181,13 +191,17 @@ class World:
             recorder = self._recorder
             if recorder is not None and self._steps % self._per_frame == 0:
                 recorder.before(data, self.time)
+                self.actuators.ease(data, 1.0 / self.rate)
                 mujoco.mj_step(model, data)
                 self._keep(recorder)
                 self._steps += 1
                 continue
-            stop = min(end, *(e for e in self._edges if e > self._steps), end)
+            stop = min([end, *self._edges[bisect_right(self._edges, self._steps) :][:1]])
+            if self.actuators.rise:
+                stop = min(stop, self._steps + self._per_look)
             if recorder is not None:
                 stop = min(stop, (self._steps // self._per_frame + 1) * self._per_frame)
+            self.actuators.ease(data, (stop - self._steps) / self.rate)
             mujoco.mj_step(model, data, stop - self._steps)
             self._steps = stop
         self._pushed = []

@@ -227,3 +227,13 @@ def test_pushes_are_refused_before_any_work():
     for word in ("1,2,3", "a,b,c,d", "1,0,0,0", "1,1,0,-1", "nan,1,1,1"):
         with pytest.raises(ParameterError, match="push|Push"):
             Push.written(word)
+
+
+def test_torques_rise_in_a_finite_time():
+    world = standing(torque_rise=0.1, control_rate=100.0)
+    record = world.simulate(lambda s: np.full(len(s.angles), 1e4), 0.05)
+    most = HUMAN.model.jnt_actfrcrange[1:, 1]
+    share = record.signals["world.motor"] / most
+    np.testing.assert_allclose(
+        share, (record.motion.time / 0.1)[:, None] * np.ones(len(most)), atol=0.03
+    )
