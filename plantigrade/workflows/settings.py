@@ -123,6 +123,7 @@ class SimulateSettings(FitSettings):
         "duration": (0.01, 3600, "s"),
         "rate": (100, 20000, "1/s"),
         "control_rate": (1, 20000, "1/s"),
+        "torque_rise": (0, 10, "s"),
         "stiffness": (0, 100, "times what is usual"),
         "seed": SEEDS,
     }
@@ -130,7 +131,7 @@ class SimulateSettings(FitSettings):
     controller: Literal["passive", "posture", "stable-pd"] | None = None
     """What moves the person; posture where one stands, stable-pd where there is a motion."""
     ground: OptionalWord = None
-    """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM or stones; that of a run if absent."""
+    """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,PERIOD,WAY]."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()
     """Push at the trunk: newtons, seconds, direction (0 forward, 90 left), when; repeatable."""
     duration: Seconds = None
@@ -139,6 +140,8 @@ class SimulateSettings(FitSettings):
     """Steps of the physics per second; a whole multiple of control_rate."""
     control_rate: float = 100.0
     """Commands, and frames that are kept, per second."""
+    torque_rise: float = 0.0
+    """How long a motor takes from nothing to its greatest torque [s]; at once if zero."""
     stiffness: float = 1.0
     """Stiffness of posture and stable-pd; 1 is four times the strength of a joint per radian."""
     seed: int = 0

@@ -25,7 +25,7 @@ from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, Push, World, on_ground, standing_on
-from plantigrade.world.grounds import ground_named
+from plantigrade.world.grounds import ground_named, platform_named
 
 STANDS = 5.0
 """How long a person stands where no duration is named [s]."""
@@ -103,7 +103,10 @@ def simulate(
         options["controller"] = controller
     how = SimulateSettings.given("simulate", settings, options)
     pushes = tuple(Push.written(word) for word in how.push)
-    named = None if how.ground is None else ground_named(how.ground, seed=how.seed)
+    plate = None if how.ground is None else platform_named(how.ground)
+    level = "flat" if plate else how.ground
+    named = None if level is None else ground_named(level, seed=how.seed)
+    moving = () if plate is None else (plate,)
     begin = _start(source, how, step, command)
     ground = begin.ground if named is None else named
     moved_by = controller if callable(controller) else None
@@ -118,9 +121,10 @@ def simulate(
         world = World(
             begin.human,
             ground,
-            (*pushes, *disturbances),
+            (*moving, *pushes, *disturbances),
             rate=how.rate,
             control_rate=how.control_rate,
+            torque_rise=how.torque_rise,
             seed=how.seed,
             sites=begin.sites,
             qpos=qpos,

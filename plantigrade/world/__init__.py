@@ -7,22 +7,30 @@ What is named here is public: a :class:`World` with a ``controller(state) -> com
 """
 
 from plantigrade.world.command import PD, Acceleration, Command, StablePD, Torque
-from plantigrade.world.disturbance import Disturbance, Push
+from plantigrade.world.disturbance import Disturbance, PhasePush, Push
 from plantigrade.world.falls import Fall
+from plantigrade.world.platform import FloorShift, Platform, Tilting
 from plantigrade.world.start import on_ground, standing_on
 from plantigrade.world.state import State
+from plantigrade.world.things import Box, Rope
 from plantigrade.world.world import Controller, World
 
 __all__ = [
     "PD",
     "Acceleration",
+    "Box",
     "Command",
     "Controller",
     "Disturbance",
     "Fall",
+    "FloorShift",
+    "PhasePush",
+    "Platform",
     "Push",
+    "Rope",
     "StablePD",
     "State",
+    "Tilting",
     "Torque",
     "World",
     "on_ground",

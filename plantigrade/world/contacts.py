@@ -9,6 +9,9 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.contact.site import GEOM, ContactSite
 from plantigrade.models import Human
 
+Wrench = tuple[int, Float[Array, " 3"], Float[Array, " 3"]]
+"""Body, force [N] and where it acts [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Touch:
@@ -18,14 +21,16 @@ class Touch:
         force: At each contact sphere, world [N].
         point: Where it acts, world [m]; zero where nothing touches.
         others: (body, force, point) of every contact of another part of the person with the
-            ground or with a thing.
+            ground.
+        things: Likewise of every contact of any part with something that is no ground.
         internal: Generalised force of what is no force from outside: stops of joints, contact of
             the body with itself.
     """
 
     force: Float[Array, "n_sites 3"]
     point: Float[Array, "n_sites 3"]
-    others: tuple[tuple[int, Float[Array, " 3"], Float[Array, " 3"]], ...]
+    others: tuple[Wrench, ...]
+    things: tuple[Wrench, ...]
     internal: Float[Array, " nv"]
 
 
@@ -44,6 +49,9 @@ class Contacts:
         for i, site in enumerate(sites):
             self.site_of[model.geom(GEOM + site.name).id] = i
         body = np.array(model.geom_bodyid)
+        self.thing = np.array(
+            [model.body(b).name.startswith("box_") for b in model.geom_bodyid], bool
+        )
         self.owner = np.where((body >= 1) & (body <= len(human.body_names)), body, 0)
 
     def read(self, data: mujoco.MjData, *, internal: bool = True) -> Touch:
@@ -54,7 +62,7 @@ class Contacts:
             internal: Whether the generalised force of what is inside is asked for.
         """
         force, point = np.zeros((self.n_sites, 3)), np.zeros((self.n_sites, 3))
-        others: list[tuple[int, Array, Array]] = []
+        others: tuple[list[Wrench], list[Wrench]] = ([], [])
         outside: Int[Array, " k"] = np.zeros(0, int)
         if data.ncon:
             contact = data.contact
@@ -70,17 +78,16 @@ class Contacts:
             second = owner[which, 1] > 0  # the frame points from the first geom to the second
             world[~second] *= -1.0
             geom = np.where(second, geoms[which, 1], geoms[which, 0])
+            thing = np.any(self.thing[geoms[which]], axis=1)
             places, site = np.array(contact.pos)[which], self.site_of[geom]
-            at = site >= 0
+            at = (site >= 0) & ~thing
             np.add.at(force, site[at], world[at])
             load = np.linalg.norm(world, axis=1)
             np.add.at(point, site[at], load[at, None] * places[at])
             total = np.bincount(site[at], load[at], self.n_sites)[:, None]
             point = np.divide(point, total, out=np.zeros_like(point), where=total > 0)
-            others = [
-                (int(self.owner[geom[i]]), world[i], places[i])
-                for i in np.flatnonzero(~at & (load > 0))
-            ]
+            for i in np.flatnonzero(~at & (load > 0)):
+                others[int(thing[i])].append((int(self.owner[geom[i]]), world[i], places[i]))
             outside = rows.ravel()
         inside = np.zeros(self.model.nv)
         if internal and data.nefc:
@@ -88,4 +95,4 @@ class Contacts:
             pushes[outside] = 0.0
             if pushes.any():
                 mujoco.mj_mulJacTVec(self.model, data, inside, pushes)
-        return Touch(force, point, tuple(others), inside)
+        return Touch(force, point, tuple(others[0]), tuple(others[1]), inside)

@@ -42,8 +42,9 @@ class FallWatch:
         names = [model.geom(i).name for i in range(model.ngeom)]
         ground = [n.startswith(GROUND) and not n.startswith("seat") for n in names]
         self._ground = np.array(ground)
-        self._limb = (np.array(model.geom_contype) & LIMBS) > 0
         self._body, self._human = np.array(model.geom_bodyid), human
+        own = (self._body > 0) & (self._body <= len(human.body_names))
+        self._limb = own & ((np.array(model.geom_contype) & LIMBS) > 0)
         standing = mujoco.MjData(human.model)
         standing.qpos[:] = human.standing()
         mujoco.mj_kinematics(human.model, standing)

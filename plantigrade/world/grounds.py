@@ -6,6 +6,7 @@ import numpy as np
 
 from plantigrade.contact.ground import Bump, Ground, HeightField, Step
 from plantigrade.errors import ParameterError
+from plantigrade.world.platform import Tilting
 
 AHEAD, ASIDE = 12.0, 2.0
 """How far relief reaches forward, and to each side and back [m]."""
@@ -38,7 +39,7 @@ def ground_named(word: str, *, seed: int = 0) -> Ground:
     name, colon, number = word.strip().partition(":")
     if name not in GROUNDS:
         raise ParameterError(
-            f"no ground {word!r}; there are {', '.join(_spelled(n) for n in GROUNDS)}"
+            f"no ground {word!r}; there are {', '.join(map(_spelled, GROUNDS))}, tilting:DEG"
         )
     build, unit, low, high, _ = GROUNDS[name]
     if not unit:
@@ -54,6 +55,31 @@ def ground_named(word: str, *, seed: int = 0) -> Ground:
             f"{_spelled(name)} needs a number from {low:g} to {high:g} {unit}, not {number!r}"
         )
     return build(value, seed)
+
+
+def platform_named(word: str) -> Tilting | None:
+    """Return the plate of ``tilting:DEG``, ``tilting:DEG,PERIOD`` or ``tilting:DEG,PERIOD,WAY``.
+
+    It sways by so many degrees in so many seconds (4 if absent) about the place where the person
+    stands: up in front, or in another direction in degrees, 90 for up on the left.
+
+    Returns:
+        The plate; None if the word is another ground.
+
+    Raises:
+        ParameterError: If the numbers are not allowed.
+    """
+    name, _, numbers = word.strip().partition(":")
+    if name != "tilting":
+        return None
+    try:
+        degrees, period, way = (*map(float, numbers.split(",")), *(4.0, 0.0)[numbers.count(",") :])
+    except ValueError:
+        raise ParameterError(
+            f"{word!r}: write tilting:DEG, tilting:DEG,PERIOD_S or tilting:DEG,PERIOD_S,WAY_DEG"
+        ) from None
+    amplitude, direction = float(np.deg2rad(degrees)), float(np.deg2rad(way))
+    return Tilting(amplitude=amplitude, period=period, direction=direction)
 
 
 def _spelled(name: str) -> str:

@@ -32,11 +32,16 @@ def record_of(world: "World", recorder: Recorder) -> Record:
         pushes[i] = np.sum([force for _, force, _ in frame], axis=0) if frame else 0.0
     if pushes.any():
         signals["world.push"] = pushes
-    signals |= {f"controller.{k}": v for k, v in recorder.kept_signals().items()}
+    signals |= recorder.kept_signals()
     notes = [] if world.fall is None else [f"The person {world.fall}."]
     if world.diverged is not None:
         notes.append(
             f"The simulation diverged at {world.diverged:.2f} s; what came before is kept."
+        )
+    if "ground.place" in signals:
+        notes.append(
+            "The ground moved (signal ground.place: shift [m] and tilt [rad]); pages and checker "
+            "take it as it is at rest."
         )
     return Record(
         world.human,

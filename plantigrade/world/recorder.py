@@ -17,10 +17,7 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.plate_events import contact_events
 from plantigrade.motion.recording import GaitEvent
-from plantigrade.world.contacts import Touch
-
-Wrench = tuple[int, Float[Array, " 3"], Float[Array, " 3"]]
-"""Body, force [N] and where it acts [m]."""
+from plantigrade.world.contacts import Touch, Wrench
 
 
 class Recorder:
@@ -63,7 +60,7 @@ class Recorder:
         rows["force"].append(touch.force)
         rows["point"].append(touch.point)
         self.touched.append(touch.others)
-        self.pushed.append(pushed)
+        self.pushed.append(pushed + touch.things)
         self.signals.append(signals)
 
     def cut(self, n: int) -> None:

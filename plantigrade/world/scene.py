@@ -49,7 +49,13 @@ def world_model(
                 geom.contype |= LIMBS
     for add in additions:
         add(spec)
+    if additions:
+        for key in list(spec.keys):  # has too few coordinates now
+            spec.delete(key)
     model = spec.compile()
+    own = human.model.nv
+    if model.nv > own:  # what is heavy must not set the scale of the solver's tolerance
+        model.stat.meaninertia = float(np.mean(model.dof_M0[:own]))
     model.opt.timestep = step
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     # Sparse above 60 degrees of freedom. (4.0.0 is wrong there; the package does not install it.)

@@ -14,6 +14,7 @@ The physics runs at ``rate``, the controller at ``control_rate``; its command is
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -72,6 +73,7 @@ class World:
         model: MuJoCo's model; the person's coordinates come first.
         data: MuJoCo's data.
         sites: The contact spheres of the feet.
+        memory: What disturbances keep.
         random: Generator of random numbers for disturbances and controllers.
         fall: How and when the person fell; None as long as it has not.
         diverged: When the simulation diverged [s]; None as long as it has not.
@@ -152,6 +154,7 @@ class World:
         data.qvel[: human.model.nv] = self._qvel if qvel is None else _finite("qvel", qvel)
         self.actuators.reset()
         self._steps, self._pushed, self._signals = 0, [], {}
+        self.memory: dict[Disturbance, Any] = {}
         self.fall: Fall | None = None
         self.diverged: float | None = None
         self._recorder = Recorder(human, self.sites) if self.recording else None
@@ -174,7 +177,7 @@ class World:
             return State(self)
         data = self.data
         done = self.actuators.command(command, data)
-        self._signals = dict(done.signals)
+        self._signals = {f"controller.{name}": value for name, value in done.signals.items()}
         with _unlogged():
             self._advance(self._steps + self._per_control)
         if not np.abs(data.qvel).max() < FASTEST:  # NaN is not less than anything
@@ -263,7 +266,7 @@ class World:
             actuators.joint_forces(data, touch.internal),
             actuators.motor_torques(data),
             tuple(w for w in pushed if w[0] <= len(self.human.body_names)),
-            self._signals,
+            dict(self._signals),
         )
 
     def push(self, body: int, force: Float[Array, " 3"]) -> None:
@@ -276,6 +279,10 @@ class World:
             force: Force, world [N].
         """
         self._pushed.append((body, np.array(force, dtype=float)))
+
+    def say(self, name: str, value: float | Array) -> None:
+        """Let a disturbance keep a number or array with the frames, as a signal of that name."""
+        self._signals[name] = value
 
     def contact_force(self) -> Float[Array, "n_sites 3"]:
         """Return the force of the ground at each contact sphere in the last step [N]."""
