@@ -228,7 +228,7 @@ class _Program:
             self.known[:, :2], told[:, :2], carried = _told(data, needs)
             contact[:, :2] = np.where(self.known[:, :2], carried, contact[:, :2])
         self.layout = Layout.of(contact)
-        rows = objective(needs, self.layout, path, effort=np.isfinite(scales.effort))
+        rows = objective(needs, self.layout, path, effort=scales.effort < np.inf)
         A, b = rows.system()
         self.blocks, self.place = rows.blocks, rows.place
         start = self.layout.start
