@@ -96,7 +96,7 @@ def test_what_feet_cannot_carry_is_refused(withheld, monkeypatch, change, said):
 
 @pytest.mark.parametrize(
     ("noise", "half", "said"),
-    [(1.2, 0.2, ""), (3.1, 0.3, "3.1 times as noisy"), (1.0, 0.7, "±0.70")],
+    [(1.2, 0.2, ""), (3.1, 0.3, "3.1 times as"), (1.0, 0.7, "±0.70")],
 )
 def test_where_the_knee_is_not_to_be_trusted(withheld, monkeypatch, noise, half, said):
     band = np.full_like(withheld.ground.moment_band, half * withheld.fit.human.mass)
