@@ -22,6 +22,7 @@ from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground, Seat
 from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.centroid import Centroid, centroid
@@ -327,7 +328,7 @@ def _contact(
         for segment, side in zip(carried.segment, carried.side, strict=True)
     )
     known = np.stack([_leg_known(forces, s.side) for s in sites], axis=1)
-    found = {
+    found: dict[str, Any] = {
         "contact_force": carried.force,
         "contact_point": carried.point,
         "contact_torque": carried.torque,
@@ -335,7 +336,8 @@ def _contact(
     }
     if ground is not None and ground.supports:
         sites += tuple(
-            ContactSite(body=s.body, name=s.name, side="", measured=True) for s in ground.supports
+            ContactSite(body=s.body, name=s.name, side="", part="chair", measured=True)
+            for s in ground.supports
         )
         more = (ground.support_force, ground.support_point, ground.support_torque)
         more = (*more, np.ones(ground.support_force.shape[:2], dtype=bool))
@@ -343,6 +345,14 @@ def _contact(
             name: np.concatenate([mine, theirs], axis=1)
             for (name, mine), theirs in zip(found.items(), more, strict=True)
         }
+        seats = []
+        for support, points in zip(
+            ground.supports, ground.support_point.swapaxes(0, 1), strict=True
+        ):
+            if np.isfinite(points).all(axis=1).any():
+                x, y, z = (float(each) for each in np.nanmedian(points, axis=0))
+                seats.append(Seat(support.name, (x, y, z)))
+        found["ground"] = Ground(seats=tuple(seats))
     return {"sites": sites, **found}
 
 

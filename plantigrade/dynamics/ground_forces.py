@@ -130,6 +130,7 @@ class GroundForces:
     #: Its centre of pressure [m]; NaN where it carries nothing
     support_point: Float[Array, "n_frames n_supports 3"]
     support_torque: Float[Array, "n_frames n_supports 3"]  #: Its free moment [N m]
+    flies: bool = False  #: Whether the person runs or jumps
 
 
 def estimate_forces(
@@ -158,12 +159,14 @@ def estimate_forces(
         SolverError: If the program cannot be solved.
     """
     qacc = _check(human, motion, measured)
+    flies = False
     if contacts is None or scales is None:
         loading = find_loading(human, motion)
         if contacts is None:
             contacts, supports = loading.contacts, loading.supports
         if scales is None:
             scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
+        flies = loading.flies
     step = max(1, int(np.ceil(motion.rate / FASTEST)))
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports)
@@ -200,6 +203,7 @@ def estimate_forces(
         support_force=force[:, 2:],
         support_point=point[:, 2:],
         support_torque=torque[:, 2:],
+        flies=flies,
     )
 
 

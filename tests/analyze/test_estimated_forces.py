@@ -81,8 +81,8 @@ def test_a_foot_beside_its_plate(plated, partly):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"residual_force": 0.3}, "0.30 body weights of net force are left over; something else"),
-        ({"residual_moment": 0.09}, "0.09 body weights times metre"),
+        ({"residual_force": 0.6}, "0.60 body weights of net force are left over; something else"),
+        ({"residual_moment": 0.2}, "0.20 body weights times metre"),
         ({"com_shift": np.array([0.2, 0.0, 0.0])}, "200 mm beside the body's own"),
         ({"residual_force": np.nan}, "something else"),
     ],
