@@ -55,7 +55,7 @@ ROUNDS = 3  # times that the program is solved, as the noise turns out
 # Noise alike at all frequencies up to 5 Hz: RMS of its second derivative, over its own [1/s²]
 ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # By what rows are missed in recordings of little noise, over what their errors leave
-USUAL = (0.8, 0.8, 1.0, 0.7, 0.6, 1.0)
+USUAL = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
 # Path of the centre of pressure from the ankle over a stance, forward and outward in lengths of the
 # foot, and how far single persons stray from theirs [m]: mean of three people, five stances
 SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
@@ -82,13 +82,13 @@ class ForceScales:
     shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Of the centre of mass [m]
     rate: float = 0.7  #: Change of joint moments [BW m/s]
     bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Bend of forces [BW/s²]
-    twist: tuple[float, float, float] = (12.0, 12.0, 3.0)  #: Bend of foot moments [BW m/s²]
+    twist: tuple[float, float, float] = (15.0, 15.0, 3.0)  #: Bend of foot moments [BW m/s²]
     free: float = 0.007  #: Free moment [BW m]
     shear: float = 0.1  #: Horizontal force of a seat [BW]
-    path: float = 2.0  #: Centre of pressure from its usual path, in its standard deviations
+    path: float = 1.5  #: Centre of pressure from its usual path, in its standard deviations
     offset: tuple[float, float] = (0.010, 0.010)  #: Of a foot's path, for the recording [m]
     effort: float = np.inf  #: Joint moments, as a share of the joint's strength
-    loading: float = 12.0  #: Fastest growth of the load, from contact on [BW/s]
+    loading: float = 20.0  #: Fastest growth of the load, from contact on [BW/s]
     most_free: float = 0.02  #: Most of the free moment, by vertical force [m]
 
     @classmethod
