@@ -30,6 +30,7 @@ NINETY = 1.645  # standard deviations of the half-width of a 90 % band
 NOISE_TIME = 0.04  # of the motion, filtered at some 6 Hz
 BEND_TIME = 0.04  # of forces and of joint moments
 PATH_TIME = 0.25  # of the centre of pressure's path: a person keeps to their own
+ACTIVATION = 0.2  # how far persons are from the least activation, of a joint's strength
 # What the spreads are multiplied by, so that the bands hold what plates measured
 FORCE, POINT, TORQUE, MOMENT = 1.1, 1.7, 1.2, 1.6
 TIMING = 0.010  # standard deviation of gait events found from the motion [s]
@@ -52,24 +53,36 @@ def drawn_errors(
     place: dict[str, np.ndarray],
     shape: tuple[int, int],
     dt: float,
+    pace: float = 1.0,
     seed: int = 0,
 ) -> Float[Array, "n_rows n_draws"]:
-    """Return errors of all rows, in their scales, by block; the shift's are independent."""
+    """Return errors of all rows, in their scales, by block; the shift's are independent.
+
+    Args:
+        blocks: Rows by name.
+        place: Frame and carrier of the rows of a block.
+        shape: Number of frames and carriers.
+        dt: Time between frames [s].
+        pace: How many times higher the frequencies of the motion are than those of walking.
+        seed: Of the draws.
+    """
     rng = np.random.default_rng(seed)
     errors = np.empty((max(s.stop for s in blocks.values()), DRAWS))
     for name, rows in blocks.items():
         if name.startswith(("shift", "offset")):  # once for the recording
             errors[rows] = rng.normal(size=(rows.stop - rows.start, DRAWS))
             continue
-        alike = BEND_TIME
+        alike = BEND_TIME / pace
         if name.startswith(("force", "moment", "noise")):
-            alike = NOISE_TIME
+            alike = NOISE_TIME / pace
         elif name.startswith(("path", "free")):
             alike = PATH_TIME
+        size = 1.0
+        if name.startswith("effort"):
+            alike, size = PATH_TIME, ACTIVATION
         frame, foot = place[name]
-        errors[rows] = (
-            np.sqrt(dt) * _smooth_noise(rng, (shape[0] + 2, shape[1]), alike / dt)[frame, foot]
-        )
+        wide = (shape[0] + 2, shape[1])
+        errors[rows] = size * np.sqrt(dt) * _smooth_noise(rng, wide, alike / dt)[frame, foot]
     return errors
 
 
