@@ -33,6 +33,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import (
+    calm_errors,
     drawn_errors,
     half_widths,
     resampled,
@@ -295,6 +296,9 @@ class _Program:
             self.noise, noise = noise, self._noise(noise, found, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
+        if self.scales.effort < np.inf:
+            errors = calm_errors(self.errors, self.blocks, missed * w / np.sqrt(self.dt))
+            self.moved = solution.response(self.scaled.T @ errors)
         self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
         self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])
         x = self.x.copy()
