@@ -296,7 +296,7 @@ class _Program:
             self.noise, noise = noise, self._noise(noise, found, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
-        if self.scales.effort < np.inf:
+        if self.scales.effort < np.inf and solution is not None:
             errors = calm_errors(self.errors, self.blocks, missed * w / np.sqrt(self.dt))
             self.moved = solution.response(self.scaled.T @ errors)
         self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
