@@ -33,6 +33,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import (
+    calm_errors,
     drawn_errors,
     half_widths,
     resampled,
@@ -89,6 +90,7 @@ class ForceScales:
     offset: tuple[float, float] = (0.010, 0.010)  #: Of a foot's path, for the recording [m]
     effort: float = np.inf  #: Joint moments, as a share of the joint's strength
     loading: float = 20.0  #: Fastest growth of the load, from contact on [BW/s]
+    pace: float = 1.0  #: How many times higher the motion's frequencies are than in walking
     most_free: float = 0.02  #: Most of the free moment, by vertical force [m]
 
     @classmethod
@@ -99,9 +101,9 @@ class ForceScales:
         they share the load or press against each other: of all that explain it, the least sum of
         squared activations is taken [Crowninshield1981]_.
 
-        In flight (running, jumps) the motion keeps higher frequencies. The rows of net force and
-        of bend smooth together like a low-pass at the root of the ratio of their scales: at
-        :data:`FASTER` times the cut-off, rates are so many times higher and bends by its square.
+        With flight (running, jumps) the motion keeps higher frequencies, :data:`FASTER` times
+        those of walking. Rates are so many times higher and bends by its square; so are
+        accelerations, and with them what the net wrench owes to wrong masses and to soft tissue.
         A load grows by up to 100 BW/s when a runner or a jumper lands.
         """
         usual = cls(effort=np.inf if walks else 1.0)
@@ -109,10 +111,13 @@ class ForceScales:
             return usual
         return replace(
             usual,
+            force=tuple(FASTER**2 * f for f in usual.force),
+            moment=FASTER**2 * usual.moment,
             rate=FASTER * usual.rate,
             bend=tuple(FASTER**2 * b for b in usual.bend),
             twist=tuple(FASTER**2 * b for b in usual.twist),
             loading=100.0,
+            pace=FASTER,
         )
 
 
@@ -275,7 +280,9 @@ class _Program:
         solution = None
         place = np.searchsorted(self.unknown, self.layout.noise)
         self.sways = [place + i for i in range(6)]
-        self.errors = drawn_errors(self.blocks, self.place, self.layout.start.shape, self.dt)
+        self.errors = drawn_errors(
+            self.blocks, self.place, self.layout.start.shape, self.dt, self.scales.pace
+        )
         noise = np.ones(6)
         for _ in range(ROUNDS):
             w = self.weights(noise)
@@ -289,6 +296,9 @@ class _Program:
             self.noise, noise = noise, self._noise(noise, found, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
+        if self.scales.effort < np.inf and solution is not None:
+            errors = calm_errors(self.errors, self.blocks, missed * w / np.sqrt(self.dt))
+            self.moved = solution.response(self.scaled.T @ errors)
         self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
         self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])
         x = self.x.copy()
