@@ -139,10 +139,10 @@ def _figure(subject: Subject, one: _Estimate) -> Figure:
     known = np.concatenate([s.y[np.isfinite(s.y)] for s in series] or [np.zeros(1)])
     low, high = known.min(initial=0.0), known.max(initial=0.0)
     room = high - low  # a band that is wider leaves the plot, so that the curves can be seen
-    band = (np.clip(y, low - room, high + room) for y in (value - half, value + half))
+    lower, upper = (np.clip(y, low - room, high + room) for y in (value - half, value + half))
     drawn = line_plot(
         series,
-        bands=[Ribbon(x, *band, colour, 0.22)],
+        bands=[Ribbon(x, lower, upper, colour, 0.22)],
         title=one.title,
         x_label=x_label,
         y_label=one.label,
