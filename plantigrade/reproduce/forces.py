@@ -55,7 +55,7 @@ def forced_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
     schedule = ContactSchedule(reference)
     carried = carried_path(reference, schedule)
     levels: list[list[Task]] = []
-    for level in gait_order(reference, tasks).levels:
+    for level in gait_order(reference, tasks, schedule).levels:
         kept: list[Task] = []
         for task in level:
             if isinstance(task, ContactTask):
