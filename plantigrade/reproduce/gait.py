@@ -78,9 +78,9 @@ class GaitTasks:
 
 TASKS = {
     "default": GaitTasks(),
+    "paper": GaitTasks(phases="four", rates=False),
     "six-phases": GaitTasks(phases="six"),
     "no-rates": GaitTasks(rates=False),
-    "paper": GaitTasks(phases="four", rates=False),
     "two-phases": GaitTasks(phases="two", rates=False),
     "split-com": GaitTasks(phases="four", com="split", rates=False),
     "no-posture": GaitTasks(phases="four", posture=False, rates=False),
@@ -120,14 +120,15 @@ def gait_order(
         ]
 
     led = heels("swing heel", lambda side: schedule.swing(side, contact))
-    for task in led:  # a sunken heel is lifted where it is
-        task.initialises = True
     levels: list[Sequence[Task]] = [[floor], [contact], led]
     if tasks.com == "split":
         levels += [[ComTask(reference.com, "xy")], [ComTask(reference.com, "z")]]
     else:
         levels += [[ComTask(reference.com, name="centre of mass")]]
     levels.append(heels("rolling heel", schedule.roll, farthest=FARTHEST))
+    for task in (task for level in levels for task in level):
+        if not isinstance(task, ContactTask):  # sunken feet are lifted where they are
+            task.initialises = True
     posture = posture_task(reference, tasks) if tasks.posture else None
     return TaskOrder(levels, posture, spared=UPPER_BODY)
 

@@ -13,6 +13,9 @@ from plantigrade.reproduce.held import is_tip
 from plantigrade.reproduce.reference import Reference
 from plantigrade.wbc.tasks import ContactTask
 
+# The heel of a foot that is nearly flat rises before it goes forward; to lead it forward would tear
+# it up. It is led once the line from the toes to the heel is as steep as this: some 15°.
+STEEP = 0.25
 STEP_TIME = 0.5  # from roll off to landing, about [s]
 
 
@@ -29,9 +32,7 @@ class ContactSchedule:
         region: Region of the sole of each.
     """
 
-    def __init__(
-        self, reference: Reference, contacts: Sequence[ContactInterval] | None = None
-    ):
+    def __init__(self, reference: Reference, contacts: Sequence[ContactInterval] | None = None):
         sites = contact_sites(reference.human)
         self.points = SitePoints(reference.human, sites)
         self.side = np.array([site.side for site in sites])
@@ -97,9 +98,15 @@ class ContactSchedule:
         heel, ball, toes = self._feet[SIDES.index(side)]
         forefoot, nothing = ball | toes, np.zeros((0, 3))
 
+        tip = self._tip & (self.side == side)
+
         def directions(state, time: float) -> np.ndarray:
             on = self(time)
             if on[heel].any() or not on[forefoot].any():
+                return nothing
+            sole = state.position(self.points)
+            along = sole[heel].mean(axis=0) - sole[tip].mean(axis=0)
+            if along[2] < STEEP * np.linalg.norm(along):
                 return nothing
             return self._way(side, time)[None]
 
