@@ -296,12 +296,13 @@ class _Program:
             solution = solve_quadratic(P, q, self.G, self.h, border=LAST, start=solution)
             found = solution.x
             missed = self.A @ found - self.b
+            self.missed = missed * w / np.sqrt(self.dt)
             self.moved = solution.response(self.scaled.T @ self.errors)
             self.noise, noise = noise, self._noise(noise, found, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
         if self.scales.effort < np.inf and solution is not None:
-            errors = calm_errors(self.errors, self.blocks, missed * w / np.sqrt(self.dt))
+            errors = calm_errors(self.errors, self.blocks, self.missed)
             self.moved = solution.response(self.scaled.T @ errors)
         self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
         self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])
