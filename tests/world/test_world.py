@@ -237,3 +237,13 @@ def test_torques_rise_in_a_finite_time():
     np.testing.assert_allclose(
         share, (record.motion.time / 0.1)[:, None] * np.ones(len(most)), atol=0.03
     )
+
+
+def test_a_record_may_be_taken_on_the_way():
+    world = standing()
+    for _ in range(3):
+        world.step()
+    first, again = world.record(), world.record()
+    assert first.motion.n_frames == again.motion.n_frames == 4
+    world.step()
+    np.testing.assert_allclose(world.record().motion.time, np.arange(5) / 100.0, atol=1e-9)
