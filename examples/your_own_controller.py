@@ -1,7 +1,5 @@
 """A controller of your own: a person bows a little, is pushed, and stays on the feet."""
 
-import numpy as np
-
 import plantigrade as pg
 import plantigrade.world as world
 
