@@ -24,14 +24,17 @@ from plantigrade.dynamics.load_intervals import LoadInterval
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 
-DRAWS = 40
+DRAWS = 32
 NINETY = 1.645  # standard deviations of the half-width of a 90 % band
 # Over how long the errors of rows are alike [s]
 NOISE_TIME = 0.04  # of the motion, filtered at some 6 Hz
 BEND_TIME = 0.04  # of forces and of joint moments
 PATH_TIME = 0.25  # of the centre of pressure's path: a person keeps to their own
+# Where nobody walks: how far persons are from the least activation, of that activation, and from
+# the foot's axis, of what a rolling foot may be
+ACTIVATION, ASIDE = 2.0, 0.5
 # What the spreads are multiplied by, so that the bands hold what plates measured
-FORCE, POINT, TORQUE, MOMENT = 1.1, 1.7, 1.2, 1.6
+FORCE, POINT, TORQUE, MOMENT = 1.3, 1.7, 1.6, 1.6
 TIMING = 0.010  # standard deviation of gait events found from the motion [s]
 NEAR_EVENT = 0.15  # within this of landing and leaving the instant matters [s]
 
@@ -50,38 +53,78 @@ class Spread:
 def drawn_errors(
     blocks: dict[str, slice],
     place: dict[str, np.ndarray],
-    shape: tuple[int, int],
+    n: int,
     dt: float,
+    pace: float = 1.0,
     seed: int = 0,
 ) -> Float[Array, "n_rows n_draws"]:
-    """Return errors of all rows, in their scales, by block; the shift's are independent."""
+    """Return errors of all rows, in their scales, by block; the shift's are independent.
+
+    Args:
+        blocks: Rows by name.
+        place: Frame and carrier of the rows of a block.
+        n: Number of frames.
+        dt: Time between frames [s].
+        pace: How many times higher the frequencies of the motion are than those of walking.
+        seed: Of the draws.
+    """
     rng = np.random.default_rng(seed)
     errors = np.empty((max(s.stop for s in blocks.values()), DRAWS))
     for name, rows in blocks.items():
         if name.startswith(("shift", "offset")):  # once for the recording
             errors[rows] = rng.normal(size=(rows.stop - rows.start, DRAWS))
             continue
-        alike = BEND_TIME
+        alike = BEND_TIME / pace
         if name.startswith(("force", "moment", "noise")):
-            alike = NOISE_TIME
-        elif name.startswith(("path", "free")):
+            alike = NOISE_TIME / pace
+        elif name.startswith(("path", "free", "effort")):
             alike = PATH_TIME
         frame, foot = place[name]
-        errors[rows] = (
-            np.sqrt(dt) * _smooth_noise(rng, (shape[0] + 2, shape[1]), alike / dt)[frame, foot]
-        )
+        for k in np.unique(foot):
+            own = np.flatnonzero(foot == k)
+            drawn = _smooth_noise(rng, n + 2, alike / dt)
+            errors[rows.start + own] = np.sqrt(dt) * drawn[frame[own]]
     return errors
 
 
-def _smooth_noise(rng, shape: tuple[int, int], width: float) -> np.ndarray:
-    """Return unit noise (n, k, draws), alike over about ``width`` frames."""
-    from scipy.ndimage import gaussian_filter1d
+def calm_errors(
+    errors: Float[Array, "n_rows n_draws"],
+    blocks: dict[str, slice],
+    missed: Float[Array, " n_rows"],
+) -> Float[Array, "n_rows n_draws"]:
+    """Return the errors of a motion that is no gait, slower than one perhaps.
 
-    white = rng.normal(size=(*shape, DRAWS))
-    if width < 0.3:
-        return white
-    smooth = gaussian_filter1d(white, width, axis=0, mode="nearest")
-    return smooth / smooth.std(axis=(0, 1))
+    Moments and forces that change less than the scales of walking allow err less, too.
+
+    Args:
+        errors: From :func:`drawn_errors`.
+        blocks: Rows by name.
+        missed: By how much the rows are missed, in their scales.
+    """
+    out = errors.copy()
+    for kind in ("rate", "bend"):
+        rows = np.concatenate([np.r_[s] for name, s in blocks.items() if name.startswith(kind)])
+        out[rows] *= min(1.0, float(np.sqrt(np.mean(missed[rows] ** 2))))
+    effort = np.concatenate([np.r_[s] for n, s in blocks.items() if n.startswith("effort")])
+    if len(effort):
+        out[effort] *= ACTIVATION * float(np.sqrt(np.mean(missed[effort] ** 2)))
+    for name, rows in blocks.items():
+        if name.startswith("path"):
+            out[rows] *= ASIDE
+    return out
+
+
+def _smooth_noise(rng, n: int, width: float) -> np.ndarray:
+    """Return unit noise (n, draws), alike over about ``width`` frames."""
+    from scipy.ndimage import gaussian_filter1d, uniform_filter1d
+
+    white = rng.standard_normal((n, DRAWS), dtype=np.float32)
+    if width < 8:
+        white = gaussian_filter1d(white, width, axis=0, mode="nearest")
+    else:  # two boxes spread by as much, and take less time
+        for _ in range(2):
+            white = uniform_filter1d(white, round(np.sqrt(6.0) * width), axis=0, mode="nearest")
+    return white / white.std()
 
 
 def spread_of(

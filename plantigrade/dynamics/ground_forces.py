@@ -33,6 +33,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import (
+    calm_errors,
     drawn_errors,
     half_widths,
     resampled,
@@ -49,18 +50,22 @@ from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 
 FASTEST = 150.0  # frames are left out above this rate [Hz]
+MANY, SLOWEST = 800, 50.0  # more frames than so many are left out too, down to this rate [Hz]
 LIGHT = 0.01  # centres of pressure and free moments are told above this load [BW]
 NET = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 ROUNDS = 3  # times that the program is solved, as the noise turns out
 # Noise alike at all frequencies up to 5 Hz: RMS of its second derivative, over its own [1/s²]
 ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # By what rows are missed in recordings of little noise, over what their errors leave
-USUAL = (0.8, 0.8, 1.0, 0.7, 0.6, 1.0)
+USUAL = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
 # Path of the centre of pressure from the ankle over a stance, forward and outward in lengths of the
-# foot, and how far single persons stray from theirs [m]: mean of three people, five stances
+# foot: mean of three people, five stances
 SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 FORWARD = (-0.06, -0.025, 0.09, 0.205, 0.345, 0.45, 0.485, 0.497, 0.48, 0.37, 0.14)
 OUTWARD = (0.01, 0.03, 0.05, 0.06, 0.065, 0.085, 0.095, 0.095, 0.065, 0.01, -0.04)
+# Force towards the other foot over a stance [BW], of the same stances
+INWARD = (0.0, 0.0, 0.053, 0.058, 0.045, 0.036, 0.042, 0.054, 0.047, 0.005, 0.0)
+# How far they stray from their own mean path [m]
 STRAY_FORWARD = (
     (0.0, 0.1, 0.4, 0.5, 0.75, 0.9, 1.0),
     (0.012, 0.009, 0.008, 0.008, 0.005, 0.012, 0.022),
@@ -82,13 +87,15 @@ class ForceScales:
     shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Of the centre of mass [m]
     rate: float = 0.7  #: Change of joint moments [BW m/s]
     bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Bend of forces [BW/s²]
-    twist: tuple[float, float, float] = (12.0, 12.0, 3.0)  #: Bend of foot moments [BW m/s²]
+    twist: tuple[float, float, float] = (15.0, 15.0, 3.0)  #: Bend of foot moments [BW m/s²]
     free: float = 0.007  #: Free moment [BW m]
     shear: float = 0.1  #: Horizontal force of a seat [BW]
-    path: float = 2.0  #: Centre of pressure from its usual path, in its standard deviations
+    path: float = 1.5  #: Centre of pressure from its usual path, in its standard deviations
+    side: float = 0.02  #: Force to the side from the usual one [BW]
     offset: tuple[float, float] = (0.010, 0.010)  #: Of a foot's path, for the recording [m]
     effort: float = np.inf  #: Joint moments, as a share of the joint's strength
-    loading: float = 12.0  #: Fastest growth of the load, from contact on [BW/s]
+    loading: float = 20.0  #: Fastest growth of the load, from contact on [BW/s]
+    pace: float = 1.0  #: How many times higher the motion's frequencies are than in walking
     most_free: float = 0.02  #: Most of the free moment, by vertical force [m]
 
     @classmethod
@@ -99,9 +106,9 @@ class ForceScales:
         they share the load or press against each other: of all that explain it, the least sum of
         squared activations is taken [Crowninshield1981]_.
 
-        In flight (running, jumps) the motion keeps higher frequencies. The rows of net force and
-        of bend smooth together like a low-pass at the root of the ratio of their scales: at
-        :data:`FASTER` times the cut-off, rates are so many times higher and bends by its square.
+        With flight (running, jumps) the motion keeps higher frequencies, :data:`FASTER` times
+        those of walking. Rates are so many times higher and bends by its square; so are
+        accelerations, and with them what the net wrench owes to wrong masses and to soft tissue.
         A load grows by up to 100 BW/s when a runner or a jumper lands.
         """
         usual = cls(effort=np.inf if walks else 1.0)
@@ -109,10 +116,13 @@ class ForceScales:
             return usual
         return replace(
             usual,
+            force=tuple(FASTER**2 * f for f in usual.force),
+            moment=FASTER**2 * usual.moment,
             rate=FASTER * usual.rate,
             bend=tuple(FASTER**2 * b for b in usual.bend),
             twist=tuple(FASTER**2 * b for b in usual.twist),
             loading=100.0,
+            pace=FASTER,
         )
 
 
@@ -175,7 +185,7 @@ def estimate_forces(
         if scales is None:
             scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
         flies = loading.flies
-    step = max(1, int(np.ceil(motion.rate / FASTEST)))
+    step = _step(motion)
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports)
     data = None if measured is None else _frames(measured, slice(None, None, step))
@@ -220,7 +230,7 @@ class _Program:
         self.needs, self.scales, self.contacts = needs, scales, contacts
         time = needs.time
         contact, ramp, path = _contact_frames(
-            time, contacts, supports, scales, human.dimensions.foot_length
+            needs, contacts, supports, scales, human.dimensions.foot_length
         )
         self.known = np.zeros(contact.shape, bool)
         told = np.zeros((*contact.shape, 6))
@@ -257,7 +267,7 @@ class _Program:
         sway = np.array([*s.sway, *(s.turn,) * 3]) * noise / ROUGHNESS
         scale |= {f"noise{i}": v for i, v in enumerate(sway)}
         scale |= {f"bend{i}": v for i, v in enumerate((*s.bend, *s.twist))}
-        scale |= {"free": s.free, "path_x": s.path, "path_y": s.path}
+        scale |= {"free": s.free, "path_x": s.path, "path_y": s.path, "side": s.side}
         scale |= {"shear0": s.shear, "shear1": s.shear}
         for name, rows in self.blocks.items():
             usual = s.effort if name.startswith("effort") else s.rate
@@ -275,7 +285,8 @@ class _Program:
         solution = None
         place = np.searchsorted(self.unknown, self.layout.noise)
         self.sways = [place + i for i in range(6)]
-        self.errors = drawn_errors(self.blocks, self.place, self.layout.start.shape, self.dt)
+        n = len(self.layout.start)
+        self.errors = drawn_errors(self.blocks, self.place, n, self.dt, self.scales.pace)
         noise = np.ones(6)
         for _ in range(ROUNDS):
             w = self.weights(noise)
@@ -289,6 +300,9 @@ class _Program:
             self.noise, noise = noise, self._noise(noise, found, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
+        if self.scales.effort < np.inf and solution is not None:
+            errors = calm_errors(self.errors, self.blocks, missed * w / np.sqrt(self.dt))
+            self.moved = solution.response(self.scaled.T @ errors)
         self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
         self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])
         x = self.x.copy()
@@ -335,11 +349,13 @@ def _rms(values: np.ndarray, parts: list[slice]) -> float:
     return float(np.sqrt(np.mean(np.concatenate([values[p] for p in parts]) ** 2)))
 
 
-def _contact_frames(time, contacts, supports, scales: ForceScales, length: float):
+def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, length: float):
+    time = needs.time
     names = (*SIDES, *(support.name for support in supports))
     n, m = len(time), len(names)
     contact, ramp = np.zeros((n, m), bool), np.full((n, m), np.inf)
     mean, spread = np.full((n, m, 2), np.nan), np.ones((n, m, 2))
+    side, forward = np.full((n, m), np.nan), np.zeros((n, m, 2))
     usual = usual_length(contacts)
     for each in contacts:
         k, here = names.index(each.side), each.frames(time)
@@ -362,7 +378,10 @@ def _contact_frames(time, contacts, supports, scales: ForceScales, length: float
             mean[here, k, 1] = outward * length * np.interp(s, SHARE, OUTWARD)
             for i, table in enumerate((STRAY_FORWARD, STRAY_OUTWARD)):
                 spread[here, k, i] = np.interp(s, *table)
-    return contact, ramp, PathPrior(mean, spread)
+            side[here, k] = -outward * np.interp(s, SHARE, INWARD)
+            ahead = needs.rotation[here, :2, 0].mean(axis=0)
+            forward[here, k] = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+    return contact, ramp, PathPrior(mean, spread, side, forward)
 
 
 def _told(data: FootForces, needs: ForceNeeds):
@@ -387,6 +406,13 @@ def _at_pressure(time, needs: ForceNeeds, wrench) -> tuple[np.ndarray, np.ndarra
     torque = np.zeros_like(point)
     torque[..., 2] = np.where(load, w[..., 5] - x * w[..., 1] + y * w[..., 0], 0.0) * needs.weight
     return np.where(load[..., None], w[..., :3], 0.0) * needs.weight, point, torque
+
+
+def _step(motion: Motion) -> int:
+    """Return every how manieth frame is taken: fewer of fast and of long recordings."""
+    step = np.ceil(motion.rate / FASTEST)
+    longer = min(np.ceil(motion.n_frames / MANY), motion.rate // SLOWEST)
+    return max(1, int(max(step, longer)))
 
 
 def _frames(forces: FootForces, keep: slice) -> FootForces:

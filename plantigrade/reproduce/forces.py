@@ -57,7 +57,7 @@ def forced_order(support: Support, tasks: GaitTasks) -> TaskOrder:
     reference, carried = support.reference, support.com
     schedule = ContactSchedule(reference)
     levels: list[list[Task]] = []
-    for level in gait_order(reference, tasks).levels:
+    for level in gait_order(reference, tasks, schedule).levels:
         kept: list[Task] = []
         for task in level:
             if isinstance(task, ContactTask):

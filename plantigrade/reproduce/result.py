@@ -41,7 +41,8 @@ class ReproducedGait:
         The reference keeps its own frames, on the same clock; :meth:`Motion.at` puts it on others.
         """
         reference, record = self.reference, self.motion.record()
-        schedule = ContactSchedule(reference)
+        by_forces = self.motion.qfrc is not None
+        schedule = ContactSchedule(reference, None if by_forces else reference.held)
         return replace(
             record,
             motion=replace(record.motion, events=reference.events),
