@@ -17,7 +17,7 @@ import numpy as np
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces, measured_signals
 from plantigrade.analyze.norms_of_runs import norm_files
 from plantigrade.analyze.trial import Trial
-from plantigrade.contact.site import foot_sites
+from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.errors import ReproduceError
 from plantigrade.models import Human
 from plantigrade.motion import Motion, Recording
@@ -48,6 +48,7 @@ class Tracked:
         human: The person, on the soles the recorded feet stand on.
         motion: The recorded motion over level ground, lifted onto its soles.
         lift: How far it was lifted [m].
+        estimate: Ground reactions estimated from it, on its frames.
         solution: The physical motion.
         begin: Time zero of the solution, on the clock of the recording [s].
         start: Start of the comparison, after the lead-in [s].
@@ -59,6 +60,7 @@ class Tracked:
     human: Human
     motion: Motion
     lift: float
+    estimate: GroundForces
     solution: Solution
     begin: float
     start: float
@@ -210,9 +212,10 @@ def track_trial(
     stop = stop if settings.stop is None else settings.stop
     begin = max(start - MARGIN, min(first + EDGE, start))
     end = min(stop + MARGIN, max(last - EDGE, stop))
-    task = track_task(human, motion, start=begin, stop=end, tracking=tracking)
-    body = ContactBody(human, foot_sites(human))
+    estimate = estimate_forces(human, motion)
+    task = track_task(human, motion, forces=estimate, start=begin, stop=end, tracking=tracking)
+    body = ContactBody.for_plan(human, task.plan)
     solution = synthesize(body, task, progress=progress, refinements=settings.refinements)
     seconds = clock.perf_counter() - began
     stop = min(stop, begin + task.plan.duration)
-    return Tracked(walk, human, motion, lift, solution, begin, start, stop, seconds)
+    return Tracked(walk, human, motion, lift, estimate, solution, begin, start, stop, seconds)

@@ -20,6 +20,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
+from plantigrade.dynamics.ground_forces import GroundForces
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.rests import find_rests
@@ -29,6 +30,7 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import resample
 from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.tasks.recorded_forces import expected_wrenches, forces_at_sites
 from plantigrade.synthesize.tasks.recorded_stances import (
     GRID,
     NODES_PER_SECOND,
@@ -41,7 +43,13 @@ from plantigrade.synthesize.terms.contact import Dynamics, Forces
 from plantigrade.synthesize.terms.effort import Jerk, Torque
 from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.terms.term import Term
-from plantigrade.synthesize.terms.tracking import Track, TrackAcceleration, TrackWrench
+from plantigrade.synthesize.terms.tracking import (
+    FootWrenches,
+    Track,
+    TrackAcceleration,
+    TrackFeet,
+    TrackWrench,
+)
 
 FACTORS = {
     **dict.fromkeys(("pelvis_tx", "pelvis_ty", "pelvis_tz"), 10.0),  # a metre is more than a radian
@@ -61,6 +69,8 @@ class Tracking:
         weight: Of the distance of a coordinate [1/(s rad²), 1/(s m²)].
         joints: Factors of single coordinates, by name without or with side.
         acceleration: Of the distance of accelerations [s³/rad²].
+        feet: Of the distance of the wrenches on the feet from the estimated ones, in their standard
+            errors [1/s].
         push: Of the distance of the ground reaction from the one that the recorded motion of the
             centre of mass requires [1/s, forces in body weights].
         turning: Of that of its moment about the centre of mass [1/(s m²)].
@@ -73,6 +83,7 @@ class Tracking:
     weight: float = 100.0
     joints: Mapping[str, float] = field(default_factory=lambda: dict(FACTORS))
     acceleration: float = 3e-5
+    feet: float = 1.0
     push: float = 1000.0
     turning: float = 1000.0
     torque: float = 0.2
@@ -80,9 +91,13 @@ class Tracking:
     force_size: float = 1e-3
     force_rate: float = 2e-2
 
-    def terms(self, times: Array, q: Array, force: Array, moment: Array) -> tuple[Term, ...]:
+    def terms(
+        self, times: Array, q: Array, force: Array, moment: Array, feet: FootWrenches | None
+    ) -> tuple[Term, ...]:
         """Return conditions and costs of tracking a motion."""
+        known = () if feet is None else (TrackFeet(feet, self.feet),)
         return (
+            *known,
             Dynamics(),
             OnGround(),
             Limits(ranges={}),
@@ -100,6 +115,7 @@ def track(
     motion: Motion,
     *,
     contacts: Sequence[ContactInterval] | None = None,
+    forces: GroundForces | None = None,
     start: float | None = None,
     stop: float | None = None,
     tracking: Tracking | None = None,
@@ -110,6 +126,7 @@ def track(
     Args:
         human: The person, on soles the motion stands on (see :func:`grounded`).
         motion: The motion, over level ground at height zero.
+        forces: Estimated ground reactions on its frames, to start from and to stay near.
         contacts: Which part of which foot touches when [s]; from the motion itself if absent.
         start: From when [s], time zero of the task; the first frame if absent.
         stop: To when [s]; the last frame if absent.
@@ -144,8 +161,24 @@ def track(
     def guess(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
         return resample(moved, q, np.clip(times, moved[0], moved[-1]))
 
-    terms = (tracking or Tracking()).terms(moved, q, *wrenches(human, motion))
-    return MotionTask(name, plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
+    needed, turn = wrenches(human, motion)
+    feet = None if forces is None else expected_wrenches(human, forces, moved)
+
+    def force_guess(body: ContactBody, nodes: Array, active: Array) -> Array:
+        assert feet is not None
+        net = resample(moved, needed, nodes)
+        q = guess(body, plan, nodes)
+        return forces_at_sites(body, feet.at(nodes), net, q, active[:, 2::3])
+
+    terms = (tracking or Tracking()).terms(moved, q, needed, turn, feet)
+    return MotionTask(
+        name,
+        plan,
+        terms,
+        guess,
+        nodes_per_second=NODES_PER_SECOND,
+        force_guess=None if feet is None else force_guess,
+    )
 
 
 def wrenches(
