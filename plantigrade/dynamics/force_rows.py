@@ -9,6 +9,8 @@ import scipy.sparse as sp
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.dynamics.force_needs import ForceNeeds
 
+LAST = 7  # unknowns of the whole recording
+
 
 class Rows:
     """Blocks of rows ``A x ~ b`` of a sparse system, collected block by block.
@@ -58,7 +60,11 @@ class Rows:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the unknowns are: six of each foot in each frame of contact, last the shift."""
+    """Where the unknowns are.
+
+    Six of each carrier in each frame of contact; last the shift of the centre of mass and, for each
+    foot, by how much its centre of pressure lies forward and to the left of the usual path.
+    """
 
     start: np.ndarray  #: First unknown of a foot in a frame (n, k); -1 where it has no contact
     size: int  #: Number of unknowns
@@ -68,12 +74,16 @@ class Layout:
         """Return the layout for the frames in which each foot is in contact."""
         start = np.full(contact.shape, -1)
         start[contact] = 6 * np.arange(contact.sum())
-        return cls(start, 6 * int(contact.sum()) + 3)
+        return cls(start, 6 * int(contact.sum()) + LAST)
 
     @property
     def shift(self) -> np.ndarray:
         """Return the three unknowns of the shift of the centre of mass."""
-        return self.size - 3 + np.arange(3)
+        return self.size - LAST + np.arange(3)
+
+    def offset(self, i: int) -> np.ndarray:
+        """Return the offsets of both feet from their paths, 0 forward or 1 to the left."""
+        return self.size - 4 + i + 2 * np.arange(2)
 
     def columns(self, i: int) -> np.ndarray:
         """Return unknown ``i`` (0 to 5) of every foot and frame, (n, k); -1 for none."""
@@ -82,7 +92,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class PathPrior:
-    """Where walking puts the centre of pressure, from the foot's base in the foot's heading."""
+    """Where walking puts the centre of pressure, from the base in the carrier's heading."""
 
     mean: Float[Array, "n k 2"]  #: Forward and left [m]; NaN where nothing is known
     spread: Float[Array, "n k 2"]  #: Standard deviation [m]
@@ -95,6 +105,8 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
     _net_wrench(rows, needs, layout)
     shift = layout.shift
     rows.add("shift", np.zeros(3), (shift[:, None], np.ones((3, 1))))
+    for i, name in enumerate(("offset_x", "offset_y")):
+        rows.add(name, np.zeros(2), (layout.offset(i)[:, None], np.ones((2, 1))))
     dt = needs.time[1] - needs.time[0] if n > 1 else 1.0
     columns = np.stack([layout.columns(i) for i in range(6)], axis=-1)  # (n, k, 6)
     for k in (0, 1):  # d/dt of the joint moments
@@ -155,9 +167,28 @@ def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
     x, y = path.mean[here].T[..., None]
     sx, sy = path.spread[here].T[..., None]
     zero, place = np.zeros(len(x)), np.stack(np.nonzero(here))
+    load = -_usual_load(needs, layout)[here][:, None]  # an offset acts by the load, itself unknown
+    ox, oy = (layout.offset(i)[place[1]][:, None] for i in (0, 1))
     # moment about the left axis is -x F_z, about the forward axis y F_z
-    rows.add("path_x", zero, (c[3], hy / sx), (c[4], -hx / sx), (c[2], -x / sx), place=place)
-    rows.add("path_y", zero, (c[3], hx / sy), (c[4], hy / sy), (c[2], -y / sy), place=place)
+    for name, where, spread, along, across, offset in (
+        ("path_x", x, sx, hy, -hx, ox),
+        ("path_y", y, sy, hx, hy, oy),
+    ):
+        rows.add(
+            name,
+            zero,
+            (c[3], along / spread),
+            (c[4], across / spread),
+            (c[2], -where / spread),
+            (offset, load / spread),
+            place=place,
+        )
+
+
+def _usual_load(needs: ForceNeeds, layout: Layout) -> np.ndarray:
+    """Return what each carrier bears where those in contact share the net force (n, k) [BW]."""
+    contact = layout.start >= 0
+    return contact * np.maximum(needs.force[:, 2:], 0.0) / np.maximum(contact.sum(1), 1)[:, None]
 
 
 def limits(
