@@ -19,7 +19,7 @@ than assumed: the scales of the net wrench are taken :math:`k` times (vertical f
 :math:`\sqrt k`), and the program is solved again, twice.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,12 +35,8 @@ from plantigrade.dynamics.force_bands import (
 )
 from plantigrade.dynamics.force_needs import ForceNeeds, force_needs
 from plantigrade.dynamics.force_rows import LAST, Layout, PathPrior, limits, objective
-from plantigrade.dynamics.load_intervals import (
-    LoadInterval,
-    Support,
-    usual_length,
-    walking_intervals,
-)
+from plantigrade.dynamics.load_intervals import LoadInterval, Support, usual_length
+from plantigrade.dynamics.loading import FASTER, find_loading
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
 from plantigrade.errors import ParameterError
@@ -64,6 +60,9 @@ STRAY_FORWARD = (
     (0.012, 0.009, 0.008, 0.008, 0.005, 0.012, 0.022),
 )
 STRAY_OUTWARD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.006, 0.004, 0.012))
+FLAT = (0.02, 0.009)  # outward of a foot that does not roll: share of its length, and astray [m]
+HAND_OVER, HAND_OVER_TIME = 5.0, 0.1  # forces bend so much more so near seat-off [s] and seat-on
+SEATED = (0.04, 0.035)  # on a seat, from the ischia: standard deviation [m]
 
 
 @dataclass(frozen=True)
@@ -77,10 +76,36 @@ class ForceScales:
     bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Bend of forces [BW/s²]
     twist: tuple[float, float, float] = (12.0, 12.0, 3.0)  #: Bend of foot moments [BW m/s²]
     free: float = 0.007  #: Free moment [BW m]
+    shear: float = 0.1  #: Horizontal force of a seat [BW]
     path: float = 2.0  #: Centre of pressure from its usual path, in its standard deviations
     offset: tuple[float, float] = (0.010, 0.010)  #: Of a foot's path, for the recording [m]
+    effort: float = np.inf  #: Joint moments, as a share of the joint's strength
     loading: float = 12.0  #: Fastest growth of the load, from contact on [BW/s]
     most_free: float = 0.02  #: Most of the free moment, by vertical force [m]
+
+    @classmethod
+    def of(cls, *, walks: bool, flies: bool) -> "ForceScales":
+        """Return the scales for what a person does.
+
+        Where nobody walks, both feet may stand for long, and the motion alone does not tell how
+        they share the load or press against each other: of all that explain it, the least sum of
+        squared activations is taken [Crowninshield1981]_.
+
+        In flight (running, jumps) the motion keeps higher frequencies. The rows of net force and
+        of bend smooth together like a low-pass at the root of the ratio of their scales: at
+        :data:`FASTER` times the cut-off, rates are so many times higher and bends by its square.
+        A load grows by up to 100 BW/s when a runner or a jumper lands.
+        """
+        usual = cls(effort=np.inf if walks else 1.0)
+        if not flies:
+            return usual
+        return replace(
+            usual,
+            rate=FASTER * usual.rate,
+            bend=tuple(FASTER**2 * b for b in usual.bend),
+            twist=tuple(FASTER**2 * b for b in usual.twist),
+            loading=100.0,
+        )
 
 
 @dataclass(frozen=True)
@@ -122,18 +147,23 @@ def estimate_forces(
         human: Whose motion.
         motion: The motion, filtered, with accelerations and gait events.
         measured: What plates tell; it is kept, where ``valid_side`` says it is known.
-        contacts: When each foot or support may carry load; from the gait events if absent.
+        contacts: When each foot or support may carry load; as the motion tells if absent
+            (:func:`~plantigrade.dynamics.loading.find_loading`).
         supports: What may carry load besides the feet, where ``contacts`` say so.
-        scales: What the program weighs by.
+        scales: What the program weighs by; what suits the activity if absent.
 
     Raises:
         ParameterError: If the motion has no accelerations, is too short, or the measured forces
             are not on its frames.
         SolverError: If the program cannot be solved.
     """
-    scales = scales or ForceScales()
     qacc = _check(human, motion, measured)
-    contacts = walking_intervals(motion) if contacts is None else contacts
+    if contacts is None or scales is None:
+        loading = find_loading(human, motion)
+        if contacts is None:
+            contacts, supports = loading.contacts, loading.supports
+        if scales is None:
+            scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
     step = max(1, int(np.ceil(motion.rate / FASTEST)))
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports)
@@ -186,7 +216,7 @@ class _Program:
             self.known[:, :2], told[:, :2], carried = _told(data, needs)
             contact[:, :2] = np.where(self.known[:, :2], carried, contact[:, :2])
         self.layout = Layout.of(contact)
-        rows = objective(needs, self.layout, path)
+        rows = objective(needs, self.layout, path, effort=np.isfinite(scales.effort))
         A, b = rows.system()
         self.blocks, self.place = rows.blocks, rows.place
         start = self.layout.start
@@ -208,6 +238,11 @@ class _Program:
         )
         self.G, self.h = None if G is None else G[:, self.unknown].tocsr(), h
         self.dt = float(time[1] - time[0])
+        self.handed_over = np.zeros(len(time), bool)
+        for each in contacts:
+            for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
+                if seen and each.side not in SIDES:
+                    self.handed_over |= np.abs(time - edge) < HAND_OVER_TIME
 
     def weights(self, noise: np.ndarray) -> np.ndarray:
         """Return what each row is multiplied by, for noise of force x, y, z and moment x, y, z."""
@@ -215,8 +250,13 @@ class _Program:
         scale = dict(zip(NET, noise * np.array([*s.force, *(s.moment,) * 3]), strict=True))
         scale |= {f"bend{i}": v for i, v in enumerate((*s.bend, *s.twist))}
         scale |= {"free": s.free, "path_x": s.path, "path_y": s.path}
+        scale |= {"shear0": s.shear, "shear1": s.shear}
         for name, rows in self.blocks.items():
-            w[rows] = np.sqrt(self.dt) / scale.get(name, s.rate)
+            usual = s.effort if name.startswith("effort") else s.rate
+            w[rows] = np.sqrt(self.dt) / scale.get(name, usual)
+        for name, rows in self.blocks.items():
+            if name.startswith(("bend", "rate")):
+                w[rows] /= np.where(self.handed_over[self.place[name][0]], HAND_OVER, 1.0)
         w[self.blocks["shift"]] = 1.0 / np.array(s.shift)
         for i, name in enumerate(("offset_x", "offset_y")):
             w[self.blocks[name]] = 1.0 / s.offset[i]
@@ -298,9 +338,14 @@ def _contact_frames(time, contacts, supports, scales: ForceScales, length: float
         if each.ends:
             limit = np.minimum(limit, each.stop - t)
         ramp[here, k] = 0.01 + scales.loading * limit
+        if each.side not in SIDES:
+            ramp[here, k] = np.inf
+            mean[here, k], spread[here, k] = 0.0, np.array(SEATED)
+            continue
+        outward = -1.0 if each.side == "r" else 1.0
+        mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT[0], FLAT[1]
         if each.walking:
             s = each.share(t, usual)
-            outward = -1.0 if each.side == "r" else 1.0
             mean[here, k, 0] = length * np.interp(s, SHARE, FORWARD)
             mean[here, k, 1] = outward * length * np.interp(s, SHARE, OUTWARD)
             for i, table in enumerate((STRAY_FORWARD, STRAY_OUTWARD)):
