@@ -23,8 +23,10 @@ from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import GroundForces
 from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics, residual_metrics
+from plantigrade.dynamics.loading import leaves_the_ground
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.soles import height_figures
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
@@ -40,7 +42,8 @@ from plantigrade.record import Record
 CUTOFF = 6.0
 """Low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_."""
 RUNNING_CUTOFF = 15.0
-"""The same in running [Hz] [Hamner2013]_; forces and motion alike [Kristianslund2012]_."""
+"""The same in running [Hz] [Hamner2013]_ and in jumps; forces and motion alike
+[Kristianslund2012]_."""
 
 DOUBTFUL_MASS = 0.1
 """A given body mass that differs more from the one weighed, as a fraction of it, is doubted."""
@@ -146,8 +149,8 @@ def analyse(
     Args:
         fit: The fit.
         cutoff: Low-pass of motion and forces [Hz]: the one usual for what the person does
-            (:data:`CUTOFF`, in running :data:`RUNNING_CUTOFF`) if not given; None to leave them as
-            they are.
+            (:data:`CUTOFF`, in running and jumps :data:`RUNNING_CUTOFF`) if not given; None to
+            leave them as they are.
         mass: Body mass given by the user [kg]; None: that of the file, or else the one that the
             measured forces carry.
         without_plates: Withhold the plates: forces are estimated, and stand beside the measured
@@ -163,13 +166,15 @@ def analyse(
     feet = foot_path(human, fit.qpos)  # as fitted: the filter of the dynamics blurs contact
     heel, ball = event_points(fit)
     events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
-    running = is_running(events)
+    flies = "runs" if is_running(events) else ""
+    if not events and leaves_the_ground(fit.time, sole_paths(human, fit.qpos)):
+        flies = "jumps"
     if cutoff == "usual":
-        cutoff = RUNNING_CUTOFF if running else CUTOFF
-        if running:
+        cutoff = RUNNING_CUTOFF if flies else CUTOFF
+        if flies:
             notes.append(
-                f"the person runs: motion and forces are low-passed at {RUNNING_CUTOFF:g} Hz, not "
-                f"at the {CUTOFF:g} Hz of walking (--cutoff sets another)."
+                f"the person {flies}: motion and forces are low-passed at {RUNNING_CUTOFF:g} Hz, "
+                f"not at the {CUTOFF:g} Hz of walking (--cutoff sets another)."
             )
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)

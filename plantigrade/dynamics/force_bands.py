@@ -59,8 +59,8 @@ def drawn_errors(
     rng = np.random.default_rng(seed)
     errors = np.empty((max(s.stop for s in blocks.values()), DRAWS))
     for name, rows in blocks.items():
-        if name == "shift":
-            errors[rows] = rng.normal(size=(3, DRAWS))
+        if name.startswith(("shift", "offset")):  # once for the recording
+            errors[rows] = rng.normal(size=(rows.stop - rows.start, DRAWS))
             continue
         alike = BEND_TIME
         if name.startswith(("force", "moment")):

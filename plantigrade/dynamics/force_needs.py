@@ -42,6 +42,7 @@ class ForceNeeds:
     joints: Float[Array, "n 2 n_joints"]
     #: What a wrench adds to the generalised force of each: it is subtracted from ``joints``
     arms: Float[Array, "n 2 n_joints 6"]
+    strength: Float[Array, "2 n_joints"]  #: Greatest moment of each joint [BW m]
     columns: tuple[tuple[int, ...], tuple[int, ...]]  #: Those joints among ``qvel``, by side
     #: Limits of the centre of pressure from ``base``: [m] backward, forward, right and left end,
     #: in the carrier's heading
@@ -113,6 +114,7 @@ def force_needs(
         np.concatenate([heading, _unit(ahead)], axis=1),
         joints / weight,
         np.concatenate([at_base, axes], axis=2).swapaxes(2, 3),
+        np.array([_strength(human, own) for own in columns]) / weight,
         columns,  # pyright: ignore[reportArgumentType]
         np.concatenate([_sole_limits(soles, base, heading), reach], axis=1),
         motion.qpos[:, :3],
@@ -127,6 +129,12 @@ class _Place(NamedTuple):
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+
+
+def _strength(human: Human, columns: tuple[int, ...]) -> np.ndarray:
+    """Return the mean of a joint's greatest moments both ways, by its column of ``qvel`` [N m]."""
+    hinges = human.model.dof_jntid[list(columns)]
+    return np.abs(human.model.jnt_actfrcrange[hinges]).mean(axis=1)
 
 
 def _floor(time, soles, contacts) -> np.ndarray:

@@ -9,6 +9,9 @@ import scipy.sparse as sp
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.dynamics.force_needs import ForceNeeds
 
+LAST = 7  # unknowns of the whole recording
+HIP = 3  # flexion, adduction and rotation of the hip come first among the joints of a leg
+
 
 class Rows:
     """Blocks of rows ``A x ~ b`` of a sparse system, collected block by block.
@@ -58,7 +61,11 @@ class Rows:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the unknowns are: six of each foot in each frame of contact, last the shift."""
+    """Where the unknowns are.
+
+    Six of each carrier in each frame of contact; last the shift of the centre of mass and, for each
+    foot, by how much its centre of pressure lies forward and to the left of the usual path.
+    """
 
     start: np.ndarray  #: First unknown of a foot in a frame (n, k); -1 where it has no contact
     size: int  #: Number of unknowns
@@ -68,12 +75,21 @@ class Layout:
         """Return the layout for the frames in which each foot is in contact."""
         start = np.full(contact.shape, -1)
         start[contact] = 6 * np.arange(contact.sum())
-        return cls(start, 6 * int(contact.sum()) + 3)
+        return cls(start, 6 * int(contact.sum()) + LAST)
 
     @property
     def shift(self) -> np.ndarray:
         """Return the three unknowns of the shift of the centre of mass."""
-        return self.size - 3 + np.arange(3)
+        return self.size - LAST + np.arange(3)
+
+    def offset(self, i: int) -> np.ndarray:
+        """Return the offsets of both feet from their paths, 0 forward or 1 to the left."""
+        return self.size - 4 + i + 2 * np.arange(2)
+
+    @property
+    def held(self) -> np.ndarray:
+        """Return the frames in which something besides the feet carries, (n,)."""
+        return (self.start[:, 2:] >= 0).any(axis=1)
 
     def columns(self, i: int) -> np.ndarray:
         """Return unknown ``i`` (0 to 5) of every foot and frame, (n, k); -1 for none."""
@@ -82,20 +98,30 @@ class Layout:
 
 @dataclass(frozen=True)
 class PathPrior:
-    """Where walking puts the centre of pressure, from the foot's base in the foot's heading."""
+    """Where walking puts the centre of pressure, from the base in the carrier's heading."""
 
-    mean: Float[Array, "n k 2"]  #: Forward and left [m]; NaN where nothing is known
+    mean: Float[Array, "n k 2"]  #: Forward and left [m]; NaN where it is not known
     spread: Float[Array, "n k 2"]  #: Standard deviation [m]
 
 
-def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
-    """Return the rows that are wanted; their names tell the scale of each."""
+def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: bool) -> Rows:
+    """Return the rows that are wanted; their names tell the scale of each.
+
+    Args:
+        needs: The motion.
+        layout: The unknowns.
+        path: Usual path of the centre of pressure.
+        effort: Whether joint moments should be small beside the joints' strength.
+    """
     rows = Rows(layout.size)
     n = len(needs.time)
     _net_wrench(rows, needs, layout)
     shift = layout.shift
     rows.add("shift", np.zeros(3), (shift[:, None], np.ones((3, 1))))
+    for i, name in enumerate(("offset_x", "offset_y")):
+        rows.add(name, np.zeros(2), (layout.offset(i)[:, None], np.ones((2, 1))))
     dt = needs.time[1] - needs.time[0] if n > 1 else 1.0
+    held = layout.held  # a seat carries the thighs too, unknown how
     columns = np.stack([layout.columns(i) for i in range(6)], axis=-1)  # (n, k, 6)
     for k in (0, 1):  # d/dt of the joint moments
         own = columns[:, k]
@@ -103,6 +129,8 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
             rate = np.diff(needs.joints[:, k, j]) / dt
             before, after = needs.arms[:-1, k, j] / dt, needs.arms[1:, k, j] / dt
             some = (own[:-1, 0] >= 0) | (own[1:, 0] >= 0)
+            if j < HIP:
+                some &= ~(held[:-1] | held[1:])
             rows.add(
                 f"rate{k}{j}",
                 rate[some],
@@ -110,6 +138,15 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
                 (own[1:][some], after[some]),
                 place=np.stack([np.flatnonzero(some), np.full(int(some.sum()), k)]),
             )
+        for j in range(needs.joints.shape[2]) if effort else ():
+            strong = needs.strength[k, j]
+            some = own[:, 0] >= 0
+            if j < HIP:
+                some &= ~held
+            joint, arm = needs.joints[some, k, j] / strong, needs.arms[some, k, j] / strong
+            frames = np.flatnonzero(some)
+            place = np.stack([frames, np.full(len(frames), k)])
+            rows.add(f"effort{k}{j}", joint, (own[some], arm), place=place)
     for i in range(6):  # second differences, zero where a foot carries nothing
         own = columns[:, :, i]
         trio = np.stack([own[:-2], own[1:-1], own[2:]], axis=-1).reshape(-1, 3)
@@ -122,14 +159,14 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior) -> Rows:
 
 
 def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout) -> None:
-    n = len(needs.time)
     ones = np.ones(needs.base.shape[:2])
     for i, axis in enumerate("xyz"):
         rows.add(f"force_{axis}", needs.force[:, i], (layout.columns(i), ones))
     arm = needs.base - needs.com[:, None]
+    held = layout.held  # backrest, arms and thighs hide where the centre of mass is
     for i, axis in enumerate("xyz"):
         a, b = (i + 1) % 3, (i + 2) % 3  # (r x F)_i = r_a F_b - r_b F_a
-        d_a, d_b = np.full((n, 1), layout.shift[a]), np.full((n, 1), layout.shift[b])
+        d_a, d_b = (np.where(held, -1, layout.shift[i])[:, None] for i in (a, b))
         rows.add(
             f"moment_{axis}",
             needs.moment[:, i],
@@ -147,17 +184,38 @@ def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
     c = [layout.columns(i)[here][:, None] for i in range(6)]
     one = np.ones((int(here.sum()), 1))
     rows.add("free", np.zeros(len(one)), (c[5], one), place=np.stack(np.nonzero(here)))
-    here &= np.isfinite(path.mean).all(axis=-1)
-    if not here.any():
-        return
-    c = [layout.columns(i)[here][:, None] for i in range(6)]
-    hx, hy = needs.heading[here].T[..., None]
-    x, y = path.mean[here].T[..., None]
-    sx, sy = path.spread[here].T[..., None]
-    zero, place = np.zeros(len(x)), np.stack(np.nonzero(here))
-    # moment about the left axis is -x F_z, about the forward axis y F_z
-    rows.add("path_x", zero, (c[3], hy / sx), (c[4], -hx / sx), (c[2], -x / sx), place=place)
-    rows.add("path_y", zero, (c[3], hx / sy), (c[4], hy / sy), (c[2], -y / sy), place=place)
+    held = here.copy()
+    held[:, :2] = False
+    for i in (0, 1) if held.any() else ():
+        shear = layout.columns(i)[held][:, None], np.ones((int(held.sum()), 1))
+        rows.add(f"shear{i}", np.zeros(len(shear[1])), shear, place=np.stack(np.nonzero(held)))
+    usual = _usual_load(needs, layout)
+    for axis, i, turn in (("x", 0, (0.0, -1.0)), ("y", 1, (1.0, 0.0))):
+        some = here & np.isfinite(path.mean[..., i])
+        if not some.any():
+            continue
+        place = np.stack(np.nonzero(some))
+        c = [layout.columns(j)[some][:, None] for j in range(6)]
+        hx, hy = needs.heading[some].T[..., None]
+        mean, spread = path.mean[some][:, i, None], path.spread[some][:, i, None]
+        # moment about the left axis is -x F_z, about the forward axis y F_z
+        about_x, about_y = turn[0] * hx - turn[1] * hy, turn[0] * hy + turn[1] * hx
+        offset = np.append(layout.offset(i), np.full(here.shape[1] - 2, -1))[place[1]][:, None]
+        rows.add(
+            f"path_{axis}",
+            np.zeros(len(mean)),
+            (c[3], about_x / spread),
+            (c[4], about_y / spread),
+            (c[2], -mean / spread),
+            (offset, -usual[some][:, None] / spread),  # acts by the load, itself unknown
+            place=place,
+        )
+
+
+def _usual_load(needs: ForceNeeds, layout: Layout) -> np.ndarray:
+    """Return what each carrier bears where those in contact share the net force (n, k) [BW]."""
+    contact = layout.start >= 0
+    return contact * np.maximum(needs.force[:, 2:], 0.0) / np.maximum(contact.sum(1), 1)[:, None]
 
 
 def limits(

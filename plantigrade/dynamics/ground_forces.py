@@ -19,7 +19,7 @@ than assumed: the scales of the net wrench are taken :math:`k` times (vertical f
 :math:`\sqrt k`), and the program is solved again, twice.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,13 +34,9 @@ from plantigrade.dynamics.force_bands import (
     spread_of,
 )
 from plantigrade.dynamics.force_needs import ForceNeeds, force_needs
-from plantigrade.dynamics.force_rows import Layout, PathPrior, limits, objective
-from plantigrade.dynamics.load_intervals import (
-    LoadInterval,
-    Support,
-    usual_length,
-    walking_intervals,
-)
+from plantigrade.dynamics.force_rows import LAST, Layout, PathPrior, limits, objective
+from plantigrade.dynamics.load_intervals import LoadInterval, Support, usual_length
+from plantigrade.dynamics.loading import FASTER, find_loading
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
 from plantigrade.errors import ParameterError
@@ -49,13 +45,24 @@ from plantigrade.motion.motion import Motion
 
 FASTEST = 150.0  # frames are left out above this rate [Hz]
 LIGHT = 0.01  # centres of pressure and free moments are told above this load [BW]
-PATH = (
-    (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0),
-    (-0.0142, -0.0019, 0.0129, 0.0254, 0.0425, 0.0600, 0.0714, 0.0783, 0.0805, 0.0731, 0.0519),
-    (0.0008, 0.0033, 0.0040, 0.0046, 0.0056, 0.0058, 0.0048, 0.0035, 0.0006, -0.0049, -0.0083),
+NET = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+ROUNDS = 3
+EACH = True
+# By what rows are missed in recordings of little noise, over what their errors leave
+USUAL = (1.5, 0.9, 1.0, 0.85, 1.4, 1.0)
+# Path of the centre of pressure from the ankle over a stance, forward and outward in lengths of the
+# foot, and how far single persons stray from theirs [m]: mean of three people, five stances
+SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+FORWARD = (-0.06, -0.025, 0.09, 0.205, 0.345, 0.45, 0.485, 0.497, 0.48, 0.37, 0.14)
+OUTWARD = (0.01, 0.03, 0.05, 0.06, 0.065, 0.085, 0.095, 0.095, 0.065, 0.01, -0.04)
+STRAY_FORWARD = (
+    (0.0, 0.1, 0.4, 0.5, 0.75, 0.9, 1.0),
+    (0.012, 0.009, 0.008, 0.008, 0.005, 0.012, 0.022),
 )
-SPREAD_X = ((0.0, 0.1, 0.2, 0.45, 0.75, 0.85, 1.0), (12, 9, 10, 22, 7, 9, 30))
-SPREAD_Y = ((0.0, 0.1, 0.8, 1.0), (9, 6, 5, 9))
+STRAY_OUTWARD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.006, 0.004, 0.012))
+FLAT = (0.02, 0.009)  # outward of a foot that does not roll: share of its length, and astray [m]
+HAND_OVER, HAND_OVER_TIME = 5.0, 0.1  # forces bend so much more so near seat-off [s] and seat-on
+SEATED = (0.04, 0.035)  # on a seat, from the ischia: standard deviation [m]
 
 
 @dataclass(frozen=True)
@@ -64,14 +71,41 @@ class ForceScales:
 
     force: tuple[float, float, float] = (0.02, 0.02, 0.025)  #: Net force [BW]
     moment: float = 0.01  #: Net moment about the centre of mass [BW m]
-    shift: tuple[float, float, float] = (0.03, 0.02, 0.005)  #: Of the centre of mass [m]
+    shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Of the centre of mass [m]
     rate: float = 0.7  #: Change of joint moments [BW m/s]
     bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Bend of forces [BW/s²]
     twist: tuple[float, float, float] = (12.0, 12.0, 3.0)  #: Bend of foot moments [BW m/s²]
     free: float = 0.007  #: Free moment [BW m]
+    shear: float = 0.1  #: Horizontal force of a seat [BW]
     path: float = 2.0  #: Centre of pressure from its usual path, in its standard deviations
+    offset: tuple[float, float] = (0.010, 0.010)  #: Of a foot's path, for the recording [m]
+    effort: float = np.inf  #: Joint moments, as a share of the joint's strength
     loading: float = 12.0  #: Fastest growth of the load, from contact on [BW/s]
     most_free: float = 0.02  #: Most of the free moment, by vertical force [m]
+
+    @classmethod
+    def of(cls, *, walks: bool, flies: bool) -> "ForceScales":
+        """Return the scales for what a person does.
+
+        Where nobody walks, both feet may stand for long, and the motion alone does not tell how
+        they share the load or press against each other: of all that explain it, the least sum of
+        squared activations is taken [Crowninshield1981]_.
+
+        In flight (running, jumps) the motion keeps higher frequencies. The rows of net force and
+        of bend smooth together like a low-pass at the root of the ratio of their scales: at
+        :data:`FASTER` times the cut-off, rates are so many times higher and bends by its square.
+        A load grows by up to 100 BW/s when a runner or a jumper lands.
+        """
+        usual = cls(effort=np.inf if walks else 1.0)
+        if not flies:
+            return usual
+        return replace(
+            usual,
+            rate=FASTER * usual.rate,
+            bend=tuple(FASTER**2 * b for b in usual.bend),
+            twist=tuple(FASTER**2 * b for b in usual.twist),
+            loading=100.0,
+        )
 
 
 @dataclass(frozen=True)
@@ -113,18 +147,23 @@ def estimate_forces(
         human: Whose motion.
         motion: The motion, filtered, with accelerations and gait events.
         measured: What plates tell; it is kept, where ``valid_side`` says it is known.
-        contacts: When each foot or support may carry load; from the gait events if absent.
+        contacts: When each foot or support may carry load; as the motion tells if absent
+            (:func:`~plantigrade.dynamics.loading.find_loading`).
         supports: What may carry load besides the feet, where ``contacts`` say so.
-        scales: What the program weighs by.
+        scales: What the program weighs by; what suits the activity if absent.
 
     Raises:
         ParameterError: If the motion has no accelerations, is too short, or the measured forces
             are not on its frames.
         SolverError: If the program cannot be solved.
     """
-    scales = scales or ForceScales()
     qacc = _check(human, motion, measured)
-    contacts = walking_intervals(motion) if contacts is None else contacts
+    if contacts is None or scales is None:
+        loading = find_loading(human, motion)
+        if contacts is None:
+            contacts, supports = loading.contacts, loading.supports
+        if scales is None:
+            scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
     step = max(1, int(np.ceil(motion.rate / FASTEST)))
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports)
@@ -153,7 +192,7 @@ def estimate_forces(
         known,
         **program.bands(human, motion.time, known),
         com_shift=program.shift,
-        noise=program.noise,
+        noise=float(program.noise[[0, 1, 3, 4]].mean()),
         residual_force=program.missed_force,
         residual_moment=program.missed_moment,
         contacts=contacts,
@@ -168,14 +207,16 @@ class _Program:
     def __init__(self, human, needs: ForceNeeds, contacts, supports, data, scales):
         self.needs, self.scales, self.contacts = needs, scales, contacts
         time = needs.time
-        contact, ramp, path = _contact_frames(time, contacts, supports, scales, human.height)
+        contact, ramp, path = _contact_frames(
+            time, contacts, supports, scales, human.dimensions.foot_length
+        )
         self.known = np.zeros(contact.shape, bool)
         told = np.zeros((*contact.shape, 6))
         if data is not None:
             self.known[:, :2], told[:, :2], carried = _told(data, needs)
             contact[:, :2] = np.where(self.known[:, :2], carried, contact[:, :2])
         self.layout = Layout.of(contact)
-        rows = objective(needs, self.layout, path)
+        rows = objective(needs, self.layout, path, effort=np.isfinite(scales.effort))
         A, b = rows.system()
         self.blocks, self.place = rows.blocks, rows.place
         start = self.layout.start
@@ -184,7 +225,10 @@ class _Program:
         x[(start[fixed][:, None] + np.arange(6)).ravel()] = told[fixed].ravel()
         free = contact & ~self.known
         self.unknown = np.concatenate(
-            [(start[free][:, None] + np.arange(6)).ravel(), self.layout.shift]
+            [
+                (start[free][:, None] + np.arange(6)).ravel(),
+                np.arange(self.layout.size - LAST, self.layout.size),
+            ]
         )
         self.x, self.b, self.A = x, b - A @ x, A[:, self.unknown].tocsr()
         G, h = (
@@ -194,38 +238,71 @@ class _Program:
         )
         self.G, self.h = None if G is None else G[:, self.unknown].tocsr(), h
         self.dt = float(time[1] - time[0])
+        self.handed_over = np.zeros(len(time), bool)
+        for each in contacts:
+            for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
+                if seen and each.side not in SIDES:
+                    self.handed_over |= np.abs(time - edge) < HAND_OVER_TIME
 
-    def weights(self, noise: float) -> np.ndarray:
-        """Return what each row is multiplied by."""
+    def weights(self, noise: np.ndarray) -> np.ndarray:
+        """Return what each row is multiplied by, for noise of force x, y, z and moment x, y, z."""
         s, w = self.scales, np.empty(len(self.b))
-        scale = {f"force_{a}": v * noise for a, v in zip("xy", s.force, strict=False)}
-        scale["force_z"] = s.force[2] * np.sqrt(noise)
-        scale |= {f"moment_{a}": s.moment * noise for a in "xyz"}
+        scale = dict(zip(NET, noise * np.array([*s.force, *(s.moment,) * 3]), strict=True))
         scale |= {f"bend{i}": v for i, v in enumerate((*s.bend, *s.twist))}
         scale |= {"free": s.free, "path_x": s.path, "path_y": s.path}
+        scale |= {"shear0": s.shear, "shear1": s.shear}
         for name, rows in self.blocks.items():
-            w[rows] = np.sqrt(self.dt) / scale.get(name, s.rate)
+            usual = s.effort if name.startswith("effort") else s.rate
+            w[rows] = np.sqrt(self.dt) / scale.get(name, usual)
+        for name, rows in self.blocks.items():
+            if name.startswith(("bend", "rate")):
+                w[rows] /= np.where(self.handed_over[self.place[name][0]], HAND_OVER, 1.0)
         w[self.blocks["shift"]] = 1.0 / np.array(s.shift)
+        for i, name in enumerate(("offset_x", "offset_y")):
+            w[self.blocks[name]] = 1.0 / s.offset[i]
         return w
 
     def solve(self) -> None:
         """Find wrenches and shift; three times at most, as the noise turns out."""
-        noise = 1.0
-        for _ in range(3):
-            self.noise, w = noise, self.weights(noise)
+        self.errors = drawn_errors(self.blocks, self.place, self.layout.start.shape, self.dt)
+        noise = np.ones(6)
+        for _ in range(ROUNDS):
+            w = self.weights(noise)
             self.scaled = self.A.multiply(w[:, None]).tocsr()
             self.P = (self.scaled.T @ self.scaled).tocsc()
             q = -(self.scaled.T @ (w * self.b))
             self.solution = solve_quadratic(self.P, q, self.G, self.h)
             missed = self.A @ self.solution.x - self.b
-            self.missed_moment = _rms(missed, [self.blocks[f"moment_{a}"] for a in "xy"])
-            noise = max(1.0, self.missed_moment / self.scales.moment)
-            if abs(noise - self.noise) < 0.02:
+            self.moved = moved_optimum(
+                self.P,
+                self.G,
+                self.solution.multiplier,
+                self.solution.slack,
+                self.scaled,
+                self.errors,
+            )
+            self.noise, noise = noise, self._noise(noise, missed, w)
+            if np.abs(noise - self.noise).max() < 0.05:
                 break
-        self.missed_force = _rms(missed, [self.blocks[f"force_{a}"] for a in "xyz"])
+        self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
+        self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])
         x = self.x.copy()
         x[self.unknown] = self.solution.x
-        self.wrench, self.shift = self._by_foot(x), x[-3:].copy()
+        self.wrench, self.shift = self._by_foot(x), x[self.layout.shift].copy()
+
+    def _noise(self, noise: np.ndarray, missed: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Return how noisy the motion is: rows missed by more than their errors leave them."""
+        found = np.ones(6)
+        for i in (0, 1, 3, 4):
+            rows = self.blocks[NET[i]]
+            left = self.scaled[rows] @ self.moved - self.errors[rows]
+            expected = float(np.sqrt(np.mean(left**2))) / w[rows.start]
+            found[i] = noise[i] * _rms(missed, [rows]) / expected / USUAL[i]
+        self.ratio = found.copy()
+        k = float(np.sqrt(np.mean(found[[0, 1, 3, 4]] ** 2)))
+        found = np.sqrt(np.maximum(found, 0.1) * k) if EACH else np.full(6, k)
+        found[2], found[5] = np.sqrt(k), k
+        return np.maximum(1.0, found)
 
     def _by_foot(self, x: np.ndarray) -> np.ndarray:
         """Return the unknowns of each carrier and frame (n, k, 6, …); zero where there are none."""
@@ -236,12 +313,8 @@ class _Program:
 
     def bands(self, human: Human, time: np.ndarray, known: np.ndarray) -> dict[str, np.ndarray]:
         """Return the half-widths of the 90 % bands at instants, by the name of their field."""
-        errors = drawn_errors(self.blocks, self.place, self.layout.start.shape, self.dt)
-        moved = moved_optimum(
-            self.P, self.G, self.solution.multiplier, self.solution.slack, self.scaled, errors
-        )
-        whole = np.zeros((self.layout.size, moved.shape[1]))
-        whole[self.unknown] = moved
+        whole = np.zeros((self.layout.size, self.moved.shape[1]))
+        whole[self.unknown] = self.moved
         spread = spread_of(self.needs, self.wrench, self._by_foot(whole), LIGHT)
         return half_widths(self.needs, self.wrench, spread, self.contacts, time, known, human)
 
@@ -250,7 +323,7 @@ def _rms(values: np.ndarray, parts: list[slice]) -> float:
     return float(np.sqrt(np.mean(np.concatenate([values[p] for p in parts]) ** 2)))
 
 
-def _contact_frames(time, contacts, supports, scales: ForceScales, height: float):
+def _contact_frames(time, contacts, supports, scales: ForceScales, length: float):
     names = (*SIDES, *(support.name for support in supports))
     n, m = len(time), len(names)
     contact, ramp = np.zeros((n, m), bool), np.full((n, m), np.inf)
@@ -265,13 +338,18 @@ def _contact_frames(time, contacts, supports, scales: ForceScales, height: float
         if each.ends:
             limit = np.minimum(limit, each.stop - t)
         ramp[here, k] = 0.01 + scales.loading * limit
+        if each.side not in SIDES:
+            ramp[here, k] = np.inf
+            mean[here, k], spread[here, k] = 0.0, np.array(SEATED)
+            continue
+        outward = -1.0 if each.side == "r" else 1.0
+        mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT[0], FLAT[1]
         if each.walking:
             s = each.share(t, usual)
-            outward = -1.0 if each.side == "r" else 1.0
-            mean[here, k, 0] = height * np.interp(s, PATH[0], PATH[1])
-            mean[here, k, 1] = outward * height * np.interp(s, PATH[0], PATH[2])
-            for i, table in enumerate((SPREAD_X, SPREAD_Y)):
-                spread[here, k, i] = 1e-3 * np.interp(s, *table) * height / 1.7
+            mean[here, k, 0] = length * np.interp(s, SHARE, FORWARD)
+            mean[here, k, 1] = outward * length * np.interp(s, SHARE, OUTWARD)
+            for i, table in enumerate((STRAY_FORWARD, STRAY_OUTWARD)):
+                spread[here, k, i] = np.interp(s, *table)
     return contact, ramp, PathPrior(mean, spread)
 
 

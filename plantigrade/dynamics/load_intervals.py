@@ -70,10 +70,17 @@ class LoadInterval:
         return (time >= self.start) & (time <= self.stop)
 
 
-def walking_intervals(motion: Motion) -> tuple[LoadInterval, ...]:
+def walking_intervals(
+    motion: Motion, *, early: float = EARLY, late: float = LATE
+) -> tuple[LoadInterval, ...]:
     """Return the stances of a gait by its events, a little longer at both ends.
 
     A foot without any event is taken to stand all the time, not rolling.
+
+    Args:
+        motion: The motion with its events.
+        early: By how much they begin before heel strike [s].
+        late: By how much they end after toe off [s].
     """
     first, last = float(motion.time[0]), float(motion.time[-1])
     events = sorted(motion.events, key=lambda e: e.time)
@@ -87,8 +94,8 @@ def walking_intervals(motion: Motion) -> tuple[LoadInterval, ...]:
             found.append(
                 LoadInterval(
                     side,
-                    start - EARLY if begins else start,
-                    stop + LATE if ends else stop,
+                    start - early if begins else start,
+                    stop + late if ends else stop,
                     begins,
                     ends,
                 )

@@ -5,6 +5,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.contact.plan import ContactPlan, Support
+from plantigrade.contact.seat import H_POINT, SEATED_TILT, seat_sites
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import (
@@ -12,7 +13,6 @@ from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     rotation_matrix,
 )
-from plantigrade.synthesize.guess.legs import Leg
 from plantigrade.synthesize.guess.postures import (
     KeyPostures,
     posture,
@@ -28,27 +28,6 @@ from plantigrade.synthesize.terms.posture import Symmetry
 
 KNEE_PART = 0.9  # chair height, of the knee's; about what a chair of 45 cm is to an adult
 SHANK_LEAN = float(np.deg2rad(15.0))  # knees ahead of the ankles, seated
-SEATED_TILT = float(np.deg2rad(15.0))  # pelvis tilted back, seated upright
-H_POINT = 0.055  # hip joint above the seat, of stature: 10 cm (estimate)
-ISCHIA = 0.068  # between the ischial points, of stature: 12 cm (estimate)
-BUTTOCK = 0.025  # radius of an ischial point, of stature
-
-
-def seat_sites(human: Human) -> tuple[ContactSite, ...]:
-    """Return the two points a person sits on, below and a little behind the hip joints."""
-    hip = Leg(human, "r").hip
-    radius = BUTTOCK * human.height
-    drop = H_POINT * human.height - radius
-    # below the hip joints when the pelvis is tilted back as in sitting
-    x = hip[0] - drop * np.sin(SEATED_TILT)
-    z = hip[2] - drop * np.cos(SEATED_TILT)
-    half = ISCHIA * human.height / 2
-    return tuple(
-        ContactSite(
-            body="pelvis", position=(x, y, z), radius=radius, name=f"seat_{side}", part="chair"
-        )
-        for side, y in (("r", -half), ("l", half))
-    )
 
 
 def resting_place(
