@@ -9,13 +9,16 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.ground_forces import GroundForces
+from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.models import Human
+from plantigrade.motion import Motion
 from plantigrade.motion.resample import interpolate
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.terms.tracking import FootWrenches
 
 NINETY = 1.645  # half-width of a 90 % band, of a normal distribution, in its standard deviations
 SUREST = (0.01, 0.003, 0.002)  # smallest errors: force [BW], centre [m], free moment [BW m]
+SUREST_MOMENT = 0.03  # smallest error of a joint moment [N m/kg]
 LEAST = 1e-3  # part of the weight every standing site starts with: the solver begins inside limits
 
 
@@ -52,6 +55,22 @@ def expected_wrenches(
         error(found.point_band, SUREST[1], sure & here),
         error(found.torque_band / weight, SUREST[2], sure),
     )
+
+
+def expected_moments(
+    human: Human, motion: Motion, found: GroundForces
+) -> tuple[Float[Array, "n_frames n_hinges"], Float[Array, "n_frames n_hinges"]]:
+    """Return the moments of the hinges with the estimated forces, and their standard errors [N m].
+
+    The error is infinite where the estimate tells none: at joints within the foot.
+    """
+    qacc = motion.qacc
+    if qacc is None:
+        qacc = np.gradient(motion.qvel, motion.time, axis=0)
+    moments = inverse_dynamics(human, motion.qpos, motion.qvel, qacc, found.forces)
+    tau, band = moments.tau[:, 6:], found.moment_band[:, 6:]
+    error = np.maximum(np.nan_to_num(band, nan=np.inf) / NINETY, SUREST_MOMENT * human.mass)
+    return np.nan_to_num(tau), np.where(np.isfinite(tau), error, np.inf)
 
 
 def forces_at_sites(

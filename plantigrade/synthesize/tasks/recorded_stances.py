@@ -10,6 +10,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
+from plantigrade.dynamics.load_intervals import EARLY, LATE
 from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
@@ -23,6 +24,9 @@ NODES_PER_SECOND = 50.0
 GRID = 1.0 / NODES_PER_SECOND  # contact changes at multiples of this, so that nodes are even [s]
 APART = 2 * GRID  # at least this lies between two changes of one foot [s]
 BEYOND = 10.0  # a change outside the motion is put this far from it [s]
+LOADED = np.array([-EARLY, 0.0, 0.0, 0.0, LATE])
+"""What a stance is longer than its events say [s]: load grows from zero and fades to it."""
+
 DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
 
 
@@ -73,7 +77,7 @@ def stances_of(
             times = _times(group, first, last)
             if times is None:
                 continue
-            snapped = _snapped(np.array(times) - start)
+            snapped = _snapped(np.array(times) - start + LOADED)
             if snapped[-1] <= APART or snapped[0] >= duration - APART:
                 continue  # hardly begun, or nearly over
             strike, flat, heel_off, forefoot_off, off = (float(t) for t in snapped)

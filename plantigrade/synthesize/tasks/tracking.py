@@ -30,7 +30,12 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import resample
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.tasks.recorded_forces import expected_wrenches, forces_at_sites
+from plantigrade.synthesize.tasks.recorded_forces import (
+    expected_moments,
+    expected_wrenches,
+    forces_at_sites,
+)
+from plantigrade.synthesize.tasks.recorded_seat import supports_of
 from plantigrade.synthesize.tasks.recorded_stances import (
     GRID,
     NODES_PER_SECOND,
@@ -48,6 +53,7 @@ from plantigrade.synthesize.terms.tracking import (
     Track,
     TrackAcceleration,
     TrackFeet,
+    TrackMoments,
     TrackWrench,
 )
 
@@ -71,6 +77,7 @@ class Tracking:
         acceleration: Of the distance of accelerations [s³/rad²].
         feet: Of the distance of the wrenches on the feet from the estimated ones, in their standard
             errors [1/s].
+        moments: Of that of the moments of hip, knee and ankle, likewise [1/s].
         push: Of the distance of the ground reaction from the one that the recorded motion of the
             centre of mass requires [1/s, forces in body weights].
         turning: Of that of its moment about the centre of mass [1/(s m²)].
@@ -83,19 +90,28 @@ class Tracking:
     weight: float = 100.0
     joints: Mapping[str, float] = field(default_factory=lambda: dict(FACTORS))
     acceleration: float = 3e-5
-    feet: float = 1.0
-    push: float = 1000.0
-    turning: float = 1000.0
+    feet: float = 0.3
+    moments: float = 0.1
+    push: float = 0.0
+    turning: float = 0.0
     torque: float = 0.2
     jerk: float = 1e-9
     force_size: float = 1e-3
     force_rate: float = 2e-2
 
     def terms(
-        self, times: Array, q: Array, force: Array, moment: Array, feet: FootWrenches | None
+        self,
+        times: Array,
+        q: Array,
+        force: Array,
+        moment: Array,
+        expected: tuple[FootWrenches, TrackMoments] | None,
     ) -> tuple[Term, ...]:
         """Return conditions and costs of tracking a motion."""
-        known = () if feet is None else (TrackFeet(feet, self.feet),)
+        known: tuple[Term, ...] = ()
+        if expected is not None:
+            feet, moments = expected
+            known = (TrackFeet(feet, self.feet), replace(moments, weight=self.moments))
         return (
             *known,
             Dynamics(),
@@ -148,7 +164,10 @@ def track(
     if contacts is None:
         contacts = contacts_of(human, motion)
     steps = max(int(np.floor((stop - start) / GRID + 1e-9)), 4)
-    plan = ContactPlan(steps * GRID, stances_of(human, motion, contacts, start, steps * GRID))
+    duration = steps * GRID
+    stances = stances_of(human, motion, contacts, start, duration)
+    seat = () if forces is None else supports_of(human, motion, forces.contacts, start, duration)
+    plan = ContactPlan(duration, stances, supports=seat)
     if not plan.stances:
         raise ParameterError(
             "no foot touches the ground in the motion; a motion to track stands on level ground at "
@@ -170,7 +189,11 @@ def track(
         q = guess(body, plan, nodes)
         return forces_at_sites(body, feet.at(nodes), net, q, active[:, 2::3])
 
-    terms = (tracking or Tracking()).terms(moved, q, needed, turn, feet)
+    expected = None
+    if forces is not None and feet is not None:
+        moments = TrackMoments(moved, human.coordinates, *expected_moments(human, motion, forces))
+        expected = feet, moments
+    terms = (tracking or Tracking()).terms(moved, q, needed, turn, expected)
     return MotionTask(
         name,
         plan,

@@ -174,6 +174,39 @@ class TrackFeet(Term):
         b.penalise(family, 2.0 * self.weight / error.reshape(shape) ** 2, target.reshape(shape))
 
 
+@dataclass(frozen=True)
+class TrackMoments(Term):
+    r"""Cost :math:`\int w \sum_j ((\tau_j - \bar\tau_j) / \sigma_j)^2 dt` on joint moments.
+
+    Only of joints that bear much by tissue too (:attr:`ContactBody.stiff`): hip, knee and ankle in
+    their main plane.
+
+    Attributes:
+        times: Times [s].
+        names: Hinges.
+        moment: Their expected moments [N m].
+        error: Standard errors of these [N m]; infinite where nothing is known.
+        weight: :math:`w` [1/s].
+    """
+
+    times: Float[Array, " n_times"]
+    names: tuple[str, ...]
+    moment: Float[Array, "n_times n_hinges"]
+    error: Float[Array, "n_times n_hinges"]
+    weight: float = 1.0
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weigh the distance."""
+        stiff = b.body.stiff
+        columns = [self.names.index(name) for name in stiff]
+        if not columns:
+            return
+        target = _at(b.nodes, self.times, self.moment[:, columns]) / b.body.torque
+        with np.errstate(divide="ignore"):
+            sure = _at(b.nodes, self.times, b.body.torque / self.error[:, columns])
+        b.penalise(b.family("joint torque"), 2.0 * self.weight * sure**2, target)
+
+
 LIGHT = 0.1  # a load smaller than this says little about where it is [body weights]
 
 
