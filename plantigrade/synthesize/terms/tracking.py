@@ -148,10 +148,10 @@ class TrackFeet(Term):
     r"""Cost :math:`\int w \sum_i (r_i / \sigma_i)^2 dt` of departing from the expected wrenches.
 
     Six rows a foot: the force :math:`F = \sum_k f_k` less the expected one, and the moment
-    :math:`\sum_k (p_k - c) \times f_k` about the expected centre of pressure :math:`c`, less the free
-    moment. A moment about :math:`c` is the load times how far the own centre of pressure is from
-    it, so its error is that of the centre times the expected load. What is known well binds, what
-    is not does not.
+    :math:`\sum_k (p_k - c) \times f_k` about the expected centre of pressure :math:`c`, less the
+    free moment. A moment about :math:`c` is the load times how far off the centre of pressure is,
+    so its error is that of the centre times the expected load. What is known well binds, what is
+    not does not.
 
     Attributes:
         feet: What is expected.
