@@ -33,7 +33,7 @@ from plantigrade.analyze.judge import Judge, Series, runs
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
 from plantigrade.analyze.sweep import Sweep, cross, sweep
-from plantigrade.analyze.tolerances import Tolerances
+from plantigrade.analyze.tolerances import OF_RECORDING, Tolerances
 from plantigrade.analyze.verdict import Measure, Slip, Verdict
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
@@ -51,7 +51,8 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
 
     Args:
         record: What happened, or the run of it; needs accelerations.
-        tolerances: What is allowed.
+        tolerances: What is allowed; if absent, what suits forces that move the body, or those of
+            a recording (:data:`~plantigrade.analyze.tolerances.OF_RECORDING`).
 
     Raises:
         ParameterError: If the motion cannot be checked.
@@ -60,13 +61,14 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
         record = record.record
     if not isinstance(record, Record):
         raise ParameterError(f"only a Record or a Run can be checked, not {type(record).__name__}")
-    tol = tolerances or Tolerances()
+    recorded = bool(record.sites) and all(site.measured for site in record.sites)
+    tol = tolerances or (OF_RECORDING if recorded else Tolerances())
     s = sweep(record)
     least = 0.01 * tol.negligible * s.weight
     centre = centre_of_pressure(record, s, least)
     slips = _slips(record, s)
     judge = Judge(record.motion.time)
-    for series in _root(s, tol):
+    for series in _root(s, tol, _advice(record) if recorded else ""):
         judge.add(series)
     judge.add_slips(slips, tol.slip)
     outside = np.where(s.known[:, None], 1000.0 * outside_support(record, s, centre, least), np.nan)
@@ -96,17 +98,29 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
     )
 
 
-def _root(s: Sweep, tol: Tolerances) -> Iterator[Series]:
+def _advice(record: Record) -> str:
+    """Return what to do where the forces of a recording do not explain its motion."""
+    if "forces.measured" in record.signals:
+        return (
+            "forces without plates leave over what is noise of the motion; more than that comes "
+            "from a hand or a seat that carries too, from the body mass, or from the fit"
+        )
+    return "look at the body mass, at the clock and the place of the plates, and at the fit"
+
+
+def _root(s: Sweep, tol: Tolerances, advice: str) -> Iterator[Series]:
     """Force and moment at the root that nothing explains, where all forces are known."""
     for name, wrench in (("root_force", s.root_force), ("root_moment", s.root_moment)):
         share = 100.0 * np.linalg.norm(wrench, axis=1)[s.known] / s.weight
         most, mean = getattr(tol, f"{name}_max"), getattr(tol, f"{name}_rms")
         values = np.full(len(s.known), np.nan)
         values[s.known] = share
-        yield Series(name, values[:, None], most)
+        yield Series(name, values[:, None], most, advice=advice)
         if len(share):
             rms = np.array([[np.sqrt(np.mean(share**2))]])
-            yield Series(f"{name}_rms", rms, mean, times=np.array([np.nan]), unless=(name,))
+            yield Series(
+                f"{name}_rms", rms, mean, times=np.array([np.nan]), unless=(name,), advice=advice
+            )
 
 
 def _slips(record: Record, s: Sweep) -> tuple[Slip, ...]:

@@ -80,8 +80,7 @@ def gait_curves(record: Record, *, estimated: bool = False) -> GaitCurves:
     if shown is not None:
         angles |= {name: over(np.rad2deg(shown[name]), name) for name in shown.names}
     moments, powers, forces = {}, {}, {}
-    told = record.signals.get("forces.measured")
-    if told is not None and not (estimated or told.any()):
+    if nothing_measured(record) and not estimated:
         return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
     swing = {side: _unloaded_swing(record, cycles, side, estimated) for side in SIDES}
     if record.qfrc_actuator is not None:
@@ -120,6 +119,12 @@ def _unloaded_swing(
     foot = record.foot(side)
     told = foot.known if estimated else foot.measured
     return inside & ~(np.any(foot.force, axis=1) & told)
+
+
+def nothing_measured(record: Record) -> bool:
+    """Return whether all forces of a record were estimated."""
+    told = record.signals.get("forces.measured")
+    return told is not None and not told.any()
 
 
 def known(

@@ -1,8 +1,8 @@
 """Ground reactions where no plate measured them, or the reason why they cannot be told.
 
 The program (:mod:`plantigrade.dynamics.ground_forces`) gives every foot what the motion needs.
-It knows level ground and two feet: where something else carries too (a hand on a rail, a step of a
-stair), the motion asks for what feet on that ground cannot give, and the estimate is refused.
+It knows level ground, two feet and a seat: where something else carries too (a hand on a rail, a
+step of a stair), the motion asks for what they cannot give, and the estimate is refused.
 """
 
 from typing import Any
@@ -12,8 +12,10 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
+from plantigrade.dynamics.loading import FASTER
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError, SolverError
+from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
@@ -62,7 +64,7 @@ def estimate(
     why = _refusal(found)
     if why:
         return None, (CANNOT + why,)
-    if found.noise > NOISY:
+    if found.noise > NOISY * (FASTER if found.flies else 1.0):
         return found, (
             f"the motion is {found.noise:.1f} times as noisy as forces without plates assume: do "
             "not trust the estimated moments of the knee.",
@@ -78,6 +80,10 @@ def estimate_figures(ground: GroundForces) -> dict[str, Any]:
         "estimate_residual_force_rms_bw": ground.residual_force,
         "estimate_residual_moment_rms_bw_m": ground.residual_moment,
         "estimate_com_shift_forward_mm": 1e3 * float(ground.com_shift[0]),
+        **{
+            f"{name}_force_peak_n": float(ground.support_force[:, i, 2].max())
+            for i, name in enumerate(ground.supports)
+        },
     }
 
 
@@ -92,16 +98,30 @@ def estimate_signals(ground: GroundForces) -> dict[str, Array]:
     }
 
 
+def support_push(human: Human, motion: Motion, ground: GroundForces) -> Float[Array, "n nv"]:
+    """Return the generalised force of what carries besides the feet, such as a seat."""
+    push = np.zeros(motion.qvel.shape)
+    bodies = [human.body(support.body) for support in ground.supports]
+    for f, state in enumerate(sweep(human, motion.qpos, motion.qvel) if bodies else ()):
+        for k, body in enumerate(bodies):
+            point = ground.support_point[f, k]
+            if np.isfinite(point).all():
+                force, torque = ground.support_force[f, k], ground.support_torque[f, k]
+                push[f] += state.generalised_force(body, point, force, torque)
+    return push
+
+
 def _refusal(found: GroundForces) -> str:
     """Return why an estimate is no good; empty where it is."""
     away = float(np.linalg.norm(found.com_shift[:2]))
     carries = (
-        "something else seems to carry the body too (a hand on a rail, a chair, a step), or the "
+        "something else seems to carry the body too (a hand on a rail, a step), or the "
         "motion is too noisy."
     )
-    if not found.residual_force <= MOST_FORCE:
+    more = FASTER if found.flies else 1.0  # a motion filtered less keeps more noise
+    if not found.residual_force <= more * MOST_FORCE:
         return f"{found.residual_force:.2f} body weights of net force are left over; {carries}"
-    if not found.residual_moment <= MOST_MOMENT:
+    if not found.residual_moment <= more * MOST_MOMENT:
         what = f"{found.residual_moment:.2f} body weights times metre of net moment"
         return f"{what} are left over; {carries}"
     if away > MOST_SHIFT:

@@ -30,6 +30,7 @@ class Series:
     worst_only: bool = False  #: Whether findings name the worst column only
     #: Add no finding if one of these quantities has one: it is the same fault
     unless: tuple[str, ...] = ()
+    advice: str = ""  #: What to do; that of the quantity if empty
 
 
 @dataclass(eq=False)
@@ -76,7 +77,7 @@ class Judge:
                 where = (float(t[row]), name, sides[column], True)
                 others = tuple(each for each in bad if each != name)
                 found = Measure(series.quantity, value, most, of, *where)
-                self._report(found, since, until, others, excess)
+                self._report(found, since, until, others, excess, series.advice)
 
     def add_slips(self, slips: Sequence[Slip], limit: float) -> None:
         """Measure the slips, and report the stances of each foot once."""
@@ -99,10 +100,16 @@ class Judge:
             self._report(_slip(w, limit), w.since, w.until, others, w.distance / limit)
 
     def _report(
-        self, worst: Measure, start: float, end: float, others: tuple[str, ...], excess: float
+        self,
+        worst: Measure,
+        start: float,
+        end: float,
+        others: tuple[str, ...],
+        excess: float,
+        advice: str = "",
     ) -> None:
-        times: dict[str, Any] = {"start": float(start), "end": float(end)}
-        self.findings.append(Finding(**vars(worst), **times, others=others, excess=excess))
+        more: dict[str, Any] = {"start": float(start), "end": float(end), "advice": advice}
+        self.findings.append(Finding(**vars(worst), **more, others=others, excess=excess))
 
 
 def _slip(slip: Slip, limit: float) -> Measure:

@@ -53,3 +53,19 @@ class Tolerances:
     condition_rad_s: float = 0.05  #: On an angular velocity [rad/s]
     condition_m_s: float = 0.02  #: On a velocity [m/s]
     condition_w: float = 1.0  #: On a power [W]
+
+
+OF_RECORDING = Tolerances(
+    root_force_rms=5.0,
+    root_force_max=20.0,
+    root_moment_rms=5.0,
+    root_moment_max=10.0,
+    momentum=20.0,
+)
+"""What is allowed where the forces are those of a recording, measured or estimated.
+
+They are not made to explain the motion exactly: a plate knows nothing of the fitted body, and an
+estimate that met every acceleration would put the noise of the motion into the forces. A force of
+5 % of the peak reaction may be left over [Hicks2015]_; so may the moment of a centre of mass
+that is misjudged by 5 cm, of which estimated forces take one constant part as unknown.
+"""

@@ -11,12 +11,18 @@ from typing import Any, Literal
 import numpy as np
 
 from plantigrade.analyze.body_mass import Weighing, weigh_gait, weigh_standing
-from plantigrade.analyze.estimated_forces import estimate, estimate_figures, estimate_signals
+from plantigrade.analyze.estimated_forces import (
+    estimate,
+    estimate_figures,
+    estimate_signals,
+    support_push,
+)
 from plantigrade.analyze.feet import FootPath, event_points, foot_path
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground, Seat
 from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.centroid import Centroid, centroid
@@ -59,7 +65,9 @@ class Trial:
     cycles: tuple[Cycle, ...]  #: Gait cycles of both feet, by start
     measures: GaitMeasures  #: Spatio-temporal measures
     forces: FootForces | None  #: Ground reactions by foot, where they were measured
-    moments: Moments | None  #: Inverse dynamics with the forces, measured and estimated
+    #: Inverse dynamics with the forces on the feet, measured and estimated; what a seat carries
+    #: is left at the root
+    moments: Moments | None
     #: Height of the lowest point of each sole above the ground (right, left) [m]; NaN in swing
     soles: Float[Array, "n_frames 2"] | None = None
     notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
@@ -93,15 +101,17 @@ class Trial:
             signals[ASSUMED] = np.array(self.fit.assumed)
         markers, fitted = _markers(self.fit, self.motion)
         contact: dict[str, Any] = {}
-        if self.ground is not None:
+        torque = None if self.moments is None else self.moments.tau
+        if self.ground is not None and torque is not None:
+            torque = torque - support_push(self.fit.human, self.motion, self.ground)
             signals |= estimate_signals(self.ground)
-            contact = _contact(self.fit.human, self.motion, self.ground.forces)
+            contact = _contact(self.fit.human, self.motion, self.ground.forces, self.ground)
         elif self.forces is not None:
             contact = _contact(self.fit.human, self.motion, self.forces)
         return Record(
             self.fit.human,
             self.motion,
-            qfrc_actuator=None if self.moments is None else self.moments.tau,
+            qfrc_actuator=torque,
             **contact,
             signals=signals,
             recorded_markers=markers,
@@ -308,20 +318,42 @@ def _leg_known(forces: FootForces, side: str) -> np.ndarray:
     return np.asarray(forces.valid_side)[:, forces.sides.index(side)]
 
 
-def _contact(human: Human, motion: Motion, forces: FootForces) -> dict[str, Any]:
-    """Return the measured forces by the segments that carry them, as fields of a Record."""
+def _contact(
+    human: Human, motion: Motion, forces: FootForces, ground: GroundForces | None = None
+) -> dict[str, Any]:
+    """Return forces by the segments that carry them, and on supports, as fields of a Record."""
     carried = segment_forces(human, motion.qpos, forces.force, forces.point, forces.torque)
     sites = tuple(
         ContactSite(body=f"{segment}_{side}", name=f"{segment}_{side}", side=side, measured=True)
         for segment, side in zip(carried.segment, carried.side, strict=True)
     )
-    return {
-        "sites": sites,
+    known = np.stack([_leg_known(forces, s.side) for s in sites], axis=1)
+    found: dict[str, Any] = {
         "contact_force": carried.force,
         "contact_point": carried.point,
         "contact_torque": carried.torque,
-        "contact_known": np.stack([_leg_known(forces, s.side) for s in sites], axis=1),
+        "contact_known": known,
     }
+    if ground is not None and ground.supports:
+        sites += tuple(
+            ContactSite(body=s.body, name=s.name, side="", part="chair", measured=True)
+            for s in ground.supports
+        )
+        more = (ground.support_force, ground.support_point, ground.support_torque)
+        more = (*more, np.ones(ground.support_force.shape[:2], dtype=bool))
+        found = {
+            name: np.concatenate([mine, theirs], axis=1)
+            for (name, mine), theirs in zip(found.items(), more, strict=True)
+        }
+        seats = []
+        for support, points in zip(
+            ground.supports, ground.support_point.swapaxes(0, 1), strict=True
+        ):
+            if np.isfinite(points).all(axis=1).any():
+                x, y, z = (float(each) for each in np.nanmedian(points, axis=0))
+                seats.append(Seat(support.name, (x, y, z)))
+        found["ground"] = Ground(seats=tuple(seats))
+    return {"sites": sites, **found}
 
 
 def _markers(fit: Fit, motion: Motion) -> tuple[Markers | None, np.ndarray | None]:

@@ -38,6 +38,7 @@ class Finding(Measure):
     others: tuple[str, ...] = ()
     #: How bad it is: value over limit; of a condition, violation over tolerance
     excess: float = np.nan
+    advice: str = ""  #: What to do; that of the quantity if empty
 
     @property
     def where(self) -> str:
@@ -65,7 +66,7 @@ class Finding(Measure):
             what += f" (and so {'does' if n == 1 else 'do'} {n} {more})"
         again = "once more" if more_times == 1 else f"{more_times} more times"
         when = self._when() + (f", and {again}" if more_times else "")
-        return f"{what} {when}; {allowed} is allowed: {kind.advice}"
+        return f"{what} {when}; {allowed} is allowed: {self.advice or kind.advice}"
 
     def _when(self) -> str:
         if np.isnan(self.time):

@@ -125,11 +125,12 @@ class GroundForces:
     residual_force: float  #: Root mean square of the net force that is missed [BW]
     residual_moment: float  #: The same of the pitch and roll moment [BW m]
     contacts: tuple[LoadInterval, ...] = field(repr=False)  #: When feet and supports were loaded
-    supports: tuple[str, ...]  #: Names of supports besides the feet
+    supports: tuple[Support, ...]  #: Supports besides the feet
     support_force: Float[Array, "n_frames n_supports 3"]  #: Force of each on the body [N]
     #: Its centre of pressure [m]; NaN where it carries nothing
     support_point: Float[Array, "n_frames n_supports 3"]
     support_torque: Float[Array, "n_frames n_supports 3"]  #: Its free moment [N m]
+    flies: bool = False  #: Whether the person runs or jumps
 
 
 def estimate_forces(
@@ -158,12 +159,20 @@ def estimate_forces(
         SolverError: If the program cannot be solved.
     """
     qacc = _check(human, motion, measured)
+<<<<<<< HEAD
+=======
+    flies = False
+>>>>>>> main
     if contacts is None or scales is None:
         loading = find_loading(human, motion)
         if contacts is None:
             contacts, supports = loading.contacts, loading.supports
         if scales is None:
             scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
+<<<<<<< HEAD
+=======
+        flies = loading.flies
+>>>>>>> main
     step = max(1, int(np.ceil(motion.rate / FASTEST)))
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports)
@@ -196,10 +205,11 @@ def estimate_forces(
         residual_force=program.missed_force,
         residual_moment=program.missed_moment,
         contacts=contacts,
-        supports=tuple(each.name for each in supports),
+        supports=supports,
         support_force=force[:, 2:],
         support_point=point[:, 2:],
         support_torque=torque[:, 2:],
+        flies=flies,
     )
 
 

@@ -110,7 +110,7 @@ def seat_support(human: Human) -> Support:
 def leaves_the_ground(time: Float[Array, " n_frames"], soles: SolePaths) -> bool:
     """Return whether both feet are in the air together at some time, as in a jump."""
     loaded, _ = on_the_ground(time, soles)
-    air = ~loaded.any(axis=1)
+    air = np.asarray(~loaded.any(axis=1))
     return any(time[run.stop - 1] - time[run.start] >= FLIGHT for run in runs(air))
 
 

@@ -11,7 +11,7 @@ For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :
 .. math:: \dot x = J v, \qquad \ddot x = J \dot v + \dot J v
 
 (Eqs. 2 and 9 of [Boukheddimi]_). The last term is the *bias acceleration*, which remains where
-:math:`\dot v = 0`; it comes from the engine's own recursion over the bodies.
+:math:`\dot v = 0`; the engine gives :math:`\dot J`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,6 +25,12 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
+
+# Up to this many points the engine is asked for each Jacobian, which costs a microsecond a point;
+# more are one product of matrices.
+FEW = 4
+CROSS = np.zeros((3, 9))  # v @ CROSS are the entries of the matrix of the cross product with v
+CROSS[[2, 1, 0], [3, 2, 7]], CROSS[[2, 1, 0], [1, 6, 5]] = 1.0, -1.0
 
 
 class PointSet:
@@ -56,6 +62,7 @@ class PointSet:
             start = self.model.body_dofadr[body]
             above[body, start : start + self.model.body_dofnum[body]] = 1.0
         self.moved = above[self.body][:, None, :]
+        self._bodies = self.body.tolist()  # plain numbers for the engine
 
     @classmethod
     def of(
@@ -89,19 +96,18 @@ class _Engine:
         self.model, self.data = model, mujoco.MjData(model)
         self.holds: object = None  # which state the data belongs to
         self.velocities = False  # whether they have been evaluated too
-        self.share = model.body_mass[1:] / model.body_mass.sum()
+        self.mass = float(model.body_mass.sum())
 
     def at(self, state: "State", *, velocities: bool) -> mujoco.MjData:
         """Return the data evaluated at a state."""
         model, data = self.model, self.data
         if self.holds is not state._known:
-            data.qpos[:], data.qvel[:], data.qacc[:] = state.qpos, state.qvel, 0.0
+            data.qpos[:], data.qvel[:] = state.qpos, state.qvel
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)
             self.holds, self.velocities = state._known, False
         if velocities and not self.velocities:
             mujoco.mj_comVel(model, data)
-            mujoco.mj_rnePostConstraint(model, data)  # accelerations of all bodies where qacc = 0
             self.velocities = True
         return data
 
@@ -162,7 +168,7 @@ class State:
     @property
     def mass(self) -> float:
         """Body mass [kg]."""
-        return float(self.model.body_mass.sum())
+        return self._engine.mass
 
     def moved_to(
         self, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"] | None = None
@@ -215,10 +221,17 @@ class State:
     @_once
     def jacobian(self, points: PointSet) -> Float[Array, "n_points 3 nv"]:
         """Return the Jacobian of points' positions with respect to MuJoCo's velocity."""
-        data = self._position_data
-        arm = self.position(points) - data.subtree_com[1]
-        turned = _skew(-arm).reshape(-1, 3) @ data.cdof[:, :3].T
-        return (turned.reshape(len(points), 3, -1) + data.cdof[:, 3:].T) * points.moved
+        data, position = self._position_data, self.position(points)
+        if len(points) <= FEW:
+            J = np.empty((len(points), 3, self.model.nv))
+            for own, at, body in zip(J, position, points._bodies, strict=True):
+                mujoco.mj_jac(self.model, data, own, None, at, body)
+            return J
+        turned = ((data.subtree_com[1] - position) @ CROSS).reshape(-1, 3) @ data.cdof[:, :3].T
+        J = turned.reshape(len(points), 3, -1)
+        J += data.cdof[:, 3:].T
+        J *= points.moved
+        return J
 
     @_once
     def velocity(self, points: PointSet) -> Float[Array, "n_points 3"]:
@@ -228,9 +241,10 @@ class State:
     @_once
     def bias_acceleration(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return the acceleration of points where the generalised acceleration is zero [m/s²]."""
-        linear, angular = self._bodies
-        arm = self.position(points) - self._data.subtree_com[1]
-        return linear[points.body] + (angular[points.body] @ arm[:, :, None])[:, :, 0]
+        data, rate = self._data, np.empty((len(points), 3, self.model.nv))
+        for own, at, body in zip(rate, self.position(points), points._bodies, strict=True):
+            mujoco.mj_jacDot(self.model, data, own, None, at, body)
+        return rate @ self.qvel
 
     @property
     def com(self) -> Float[Array, " 3"]:
@@ -256,10 +270,12 @@ class State:
 
     @property
     def com_bias_acceleration(self) -> Float[Array, " 3"]:
-        """Acceleration of the centre of mass where the generalised one is zero [m/s²]."""
-        linear, angular = self._bodies
-        arm = self._data.xipos[1:] - self._data.subtree_com[1]
-        return self._engine.share @ (linear[1:] + (angular[1:] @ arm[:, :, None])[:, :, 0])
+        """Acceleration of the centre of mass where the generalised one is zero [m/s²].
+
+        The force that moves the root is what the whole body needs: its mass times acceleration less
+        gravity.
+        """
+        return self.bias[:3] / self.mass + self.model.opt.gravity
 
     def angular_jacobian(self, body: str | int) -> Float[Array, "3 nv"]:
         """Jacobian of a body's angular velocity, world axes."""
@@ -269,7 +285,9 @@ class State:
 
     def angular_bias_acceleration(self, body: str) -> Float[Array, " 3"]:
         """Angular acceleration of a body where the generalised one is zero [rad/s²]."""
-        return self._data.cacc[self.human.body(body), :3].copy()
+        index, rate = self._index(body), np.empty((3, self.model.nv))
+        mujoco.mj_jacDot(self.model, self._data, None, rate, np.zeros(3), index)
+        return rate @ self.qvel
 
     @property
     def mass_matrix(self) -> Float[Array, "nv nv"]:
@@ -297,7 +315,6 @@ class State:
         mujoco.mj_passive(self.model, data)
         data.qacc[:] = qacc
         mujoco.mj_rne(self.model, data, 1, tau)
-        data.qacc[:] = 0.0
         return tau + self.model.dof_armature * qacc - data.qfrc_passive
 
     def generalised_force(
@@ -320,21 +337,6 @@ class State:
             mujoco.mj_subtreeVel(self.model, data)
             self._known["momentum"] = data.subtree_linvel[1].copy(), data.subtree_angmom[1].copy()
         return self._known["momentum"]
-
-    @property
-    def _bodies(self):
-        r"""Value and gradient of every body's acceleration field, where nothing accelerates.
-
-        With :math:`r` from the centre of mass of the whole body,
-        :math:`a(r) = a_0 + ([\alpha]_\times + [\omega]_\times^2)\, r`.
-        """
-        if "bodies" not in self._known:
-            data = self._data
-            turn = _skew(data.cvel[:, :3])
-            linear = data.cacc[:, 3:] + (turn @ data.cvel[:, 3:, None])[:, :, 0]
-            linear += self.model.opt.gravity  # the engine lets gravity push up
-            self._known["bodies"] = linear, _skew(data.cacc[:, :3]) + turn @ turn
-        return self._known["bodies"]
 
 
 def integrate(
@@ -368,12 +370,3 @@ def sweep(
         v = None if qvel is None else qvel[k]
         state = State(human, qpos, v, model=model) if state is None else state.moved_to(qpos, v)
         yield state
-
-
-def _skew(vectors):
-    """Return the matrices of cross products with vectors (n, 3, 3)."""
-    out = np.zeros((len(vectors), 3, 3))
-    out[:, 2, 1], out[:, 1, 2] = vectors[:, 0], -vectors[:, 0]
-    out[:, 0, 2], out[:, 2, 0] = vectors[:, 1], -vectors[:, 1]
-    out[:, 1, 0], out[:, 0, 1] = vectors[:, 2], -vectors[:, 2]
-    return out

@@ -1,5 +1,6 @@
 """A vector that moves smoothly: value, velocity and acceleration at any time."""
 
+from bisect import bisect_right
 from math import factorial
 
 import numpy as np
@@ -28,16 +29,17 @@ class Trajectory:
         self._first, self._last = float(time[0]), float(time[-1])
         degree = 5 if len(time) > 5 else 3 if len(time) > 3 else min(1, len(time) - 1)
         if degree == 0:
-            self._x, c = time[:1], values[:1, None]
+            x, c = time[:1], values[:1, None]
         else:
             spline = make_interp_spline(time, values, k=degree)
-            self._x = np.unique(spline.t)[:-1]
+            x = np.unique(spline.t)[:-1]
             falling = range(degree, -1, -1)
-            c = np.stack([spline(self._x, nu=k) / factorial(k) for k in falling], axis=1)
+            c = np.stack([spline(x, nu=k) / factorial(k) for k in falling], axis=1)
         self._c = c  # (n_pieces, degree + 1, dimension), highest power first
         power = np.arange(degree, -1, -1)
         self._factors = np.array([np.ones_like(power), power, power * (power - 1)], dtype=float)
         self._powers = np.maximum(power - [[0], [1], [2]], 0)  # of value, velocity, acceleration
+        self._starts = x.tolist()  # of the pieces
         self._asked, self._rates = np.nan, np.zeros((3, c.shape[2]))
 
     @classmethod
@@ -50,10 +52,8 @@ class Trajectory:
         if time == self._asked:
             return self._rates
         inside = min(max(time, self._first), self._last)
-        piece = min(
-            max(int(np.searchsorted(self._x, inside, side="right")) - 1, 0), len(self._x) - 1
-        )
-        u = inside - self._x[piece]
+        piece = max(bisect_right(self._starts, inside) - 1, 0)
+        u = inside - self._starts[piece]
         rates = (self._factors * u**self._powers) @ self._c[piece]
         if inside != time:
             rates[1:] = 0.0

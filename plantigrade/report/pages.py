@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.constants import SIDES
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Run
-from plantigrade.report.scene import assumed_bodies, check, nearest
+from plantigrade.report.scene import assumed_bodies, check, nearest, scene_model
 from plantigrade.report.section import Section, Subject, draw_all, page_html
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.cycles import SHOWN
@@ -125,7 +125,7 @@ def strip_of(subject: Subject, *, height_px: int = 250, background: str | None =
         drawn = {"force": force[here], "point": point[here]}
     reference = next(iter(record.references.values()), None)
     return strip_svg(
-        record.human.model,
+        scene_model(record) if record.ground.seats else record.human.model,
         motion.qpos,
         frames,
         time=motion.time,

@@ -11,14 +11,18 @@ With equations alone this is the recursion of null-space projections of [Sicilia
 two levels reads :math:`x = A_1^+ b_1 + P_1 (A_2 P_1)^+ (b_2 - A_2 A_1^+ b_1)` (Eq. 8 of
 [Boukheddimi]_).
 
-Two stages. The recursion is run first, by singular values; directions in which a level is
-singular, alone or because higher levels hold them, are left to the levels below instead of divided
-by nearly nothing. (Damping them, as is usual for one task, would hold them as well: a foot that
+Two stages. The recursion is run first; directions in which a level is singular, alone or because
+higher levels hold them, are left to the levels below instead of divided by nearly nothing. One QR
+decomposition tells that a level has none, as is usual; only otherwise are its singular values
+computed. (Damping them, as is usual for one task, would hold them as well: a foot that
 can hardly be moved along the ground by rolling would never begin to roll.) If its answer satisfies
-every inequality it is the answer. Otherwise the independent equations that the recursion found and
-all inequalities go to DAQP, which solves the whole hierarchy in one call ([Arnstrom2022]_). DAQP
-scales every row to unit length, which would weigh the violations of a level against each other; one
-more unknown, fixed at zero, gives all rows of a level the same length before.
+every inequality it is the answer. Otherwise it is moved to the nearest one that does, within what
+the levels leave free, by the dual method of [Goldfarb1983]_: where all levels can still be met,
+that takes a few small steps. Where a level has to give way, the independent equations that the
+recursion found and all inequalities go to DAQP, which solves the whole hierarchy in one call
+([Arnstrom2022]_). DAQP scales every row to unit length, which would weigh the violations of a level
+against each other; one more unknown, fixed at zero, gives all rows of a level the same length
+before.
 """
 
 from collections.abc import Sequence
@@ -26,10 +30,14 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from scipy.linalg.lapack import dgesdd  # pyright: ignore[reportAttributeAccessIssue] (compiled)
+from scipy.linalg import get_lapack_funcs
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError, SolverError
+
+geqrf, orgqr, gesdd, posv, trtrs = get_lapack_funcs(
+    ("geqrf", "orgqr", "gesdd", "posv", "trtrs"), dtype=np.float64
+)
 
 UNBOUNDED = 1e30
 SATISFIED = 1e-9  # relative violation of an inequality that is none
@@ -39,6 +47,8 @@ SATISFIED = 1e-9  # relative violation of an inequality that is none
 # and the better answer taken.
 TOLERANCES = (1e-9, 1e-7)
 MISSED = 1e-5  # violation of a level that is none
+STEPS = 20  # of holding inequalities and letting them go, at most
+BOUNDS = "lower and upper bounds must be two vectors of one length, not crossed"
 DEPENDENT = 1e-6  # share of a row outside the span of others at which it counts as one of them
 
 
@@ -78,7 +88,7 @@ class HierarchySolution:
         levels: The levels, as given.
         ranks: Number of directions that each level's equations determined.
         exact: Whether the recursion alone gave the answer (no inequality was in the way).
-        iterations: Iterations of the active-set method; 0 where it was not needed.
+        iterations: Iterations of the active-set methods; 0 where they were not needed.
     """
 
     x: Float[Array, " n"]
@@ -118,16 +128,23 @@ def solve_hierarchy(
         SolverError: If no answer was found.
     """
     n = len(lower)
-    _check(levels, lower, upper, n)
+    _check_shapes(levels, lower, upper)
     preferred = np.zeros(n) if preferred is None else preferred
     parts = [_split(level) for level in levels]
-    reduced, x, ranks = _recursion([p[0] for p in parts], n, preferred, metric, singular)
+    try:
+        reduced, x, held = _recursion([p[0] for p in parts], n, preferred, metric, singular)
+    except np.linalg.LinAlgError:  # of values that are not finite
+        _check_values(levels, lower, upper)
+        raise
+    ranks = tuple(len(right) for _, right in reduced)
     bounds = [p[1] for p in parts]
-    iterations = 0
-    exact = _satisfied(x, lower, upper, bounds)
-    if not exact:
-        x, iterations = _active_set(reduced, bounds, lower, upper, preferred, metric)
-    return HierarchySolution(x, levels, ranks, exact, iterations)
+    if _satisfied(x, lower, upper, bounds):
+        return HierarchySolution(x, levels, ranks, True, 0)
+    _check_values(levels, lower, upper)  # nothing satisfies a bound that is no number
+    found = _holding(x, held, bounds, lower, upper) if metric is None else None
+    if found is None:
+        found = _active_set(reduced, bounds, lower, upper, preferred, metric)
+    return HierarchySolution(found[0], levels, ranks, False, found[1])
 
 
 def _split(level: Level):
@@ -141,53 +158,117 @@ def _split(level: Level):
 
 
 def _recursion(equations, n, preferred, metric, singular):
-    """Return independent equations of each level, the answer without inequalities, and ranks."""
+    """Return independent equations of each level, the answer without inequalities, what is held."""
     x = np.zeros(n)
     held = np.zeros((n, 0))  # orthonormal columns: what the levels so far determine
-    reduced, ranks = [], []
+    reduced = []
     for matrix, right in equations:
-        if not len(right):
-            reduced.append((matrix, right))
-            ranks.append(0)
-            continue
-        own = matrix - (matrix @ held) @ held.T if held.shape[1] else matrix
-        v, s, ut = _singular_values(own)
-        rank = int(np.count_nonzero(s > singular))
-        ranks.append(rank)
-        rows, value = ut[:rank] @ matrix, ut[:rank] @ right
-        reduced.append((rows, value))
-        v = v[:, :rank]
-        x = x + v @ ((value - rows @ x) / s[:rank])
-        held = np.concatenate([held, v], axis=1)
-    if held.shape[1] >= n:
-        return reduced, x, tuple(ranks)
-    if metric is None:
-        away = preferred - x
-        return reduced, x + away - held @ (held.T @ away), tuple(ranks)
-    free = np.linalg.qr(held, mode="complete")[0][:, held.shape[1] :] if held.size else np.eye(n)
-    weighted = free.T @ metric
-    x = x + free @ np.linalg.solve(weighted @ free, weighted @ (preferred - x))
-    return reduced, x, tuple(ranks)
+        if len(right):
+            own = matrix - (matrix @ held) @ held.T if held.shape[1] else matrix
+            basis, inverse, matrix, right = _independent(own, matrix, right, singular)
+            x = x + basis @ (inverse @ (right - matrix @ x))
+            held = np.concatenate([held, basis], axis=1) if held.shape[1] else basis
+        reduced.append((matrix, right))
+    back = held.T @ (preferred - x)
+    if metric is None or held.shape[1] >= n:
+        return reduced, preferred - held @ back, held
+    light = _divided(metric, held)
+    return reduced, preferred - light @ np.linalg.solve(held.T @ light, back), held
 
 
-def _singular_values(matrix):
-    """Return V, s and U^T of the thin decomposition of a matrix, U s V^T."""
-    v, s, ut, failed = dgesdd(matrix.T, full_matrices=0)
+def _divided(metric, columns):
+    """Return the inverse of a metric times columns."""
+    _, result, failed = posv(metric, columns)
     if failed:
-        ut, s, v = (part.T for part in np.linalg.svd(matrix, full_matrices=False))
-    return v, s, ut
+        raise ParameterError("the metric of the preference is not positive definite")
+    return result
 
 
-def _satisfied(x, lower, upper, bounds) -> bool:
-    slack = SATISFIED * max(1.0, float(np.abs(x).max(initial=0.0)))
-    if (x < lower - slack).any() or (x > upper + slack).any():
+def _independent(own, matrix, right, singular):
+    """Return what a level determines, of what the levels above leave to it.
+
+    Returns:
+        Orthonormal columns V; the inverse of ``rows @ V``; independent rows; their right side.
+    """
+    m, n = own.shape
+    if m <= n:
+        qr, tau, *_ = geqrf(own.T)  # own = R^T Q^T
+        inverse, failed = trtrs(qr[:m], np.eye(m))
+        # No singular value of R is below 1 / |R^-1|.
+        if not failed and singular * np.linalg.norm(inverse) < 1.0:
+            return orgqr(qr, tau)[0], inverse.T, matrix, right
+    if not isfinite(own.sum() + right.sum()):
+        raise np.linalg.LinAlgError
+    v, s, ut, failed = gesdd(own.T, full_matrices=0)
+    if failed:
+        ut, s, v = (part.T for part in np.linalg.svd(own, full_matrices=False))
+    rank = int(np.count_nonzero(s > singular))
+    ut = ut[:rank]
+    return v[:, :rank], np.diag(1.0 / s[:rank]), ut @ matrix, ut @ right
+
+
+def _satisfied(x, lower, upper, inequalities) -> bool:
+    """Return whether an answer keeps all bounds; one that is not finite keeps none."""
+    slack = _slack(x)
+    if not np.minimum(x - lower, upper - x).min(initial=np.inf) >= -slack:
         return False
-    for matrix, low, high in bounds:
+    for matrix, low, high in inequalities:
         if len(low):
             value = matrix @ x
-            if (value < low - slack).any() or (value > high + slack).any():
+            if not np.minimum(value - low, high - value).min() >= -slack:
                 return False
     return True
+
+
+def _slack(x) -> float:
+    return SATISFIED * max(1.0, float(np.abs(x).max(initial=0.0)))
+
+
+def _holding(x, held, inequalities, lower, upper):
+    r"""Return the answer if all levels can be met, and the number of steps; None if they cannot.
+
+    The dual method of [Goldfarb1983]_, within what the levels leave free: the inequality furthest
+    in the way is pushed back along the part of its row that those at their bounds leave free, and
+    whose multiplier falls to zero on the way is let go. What comes out is the answer nearest to
+    ``x``: nothing is violated, and every row that is held pushes the way it can.
+    """
+    rows = np.concatenate([np.eye(len(x)), *(part[0] for part in inequalities)])
+    low = np.concatenate([lower, *(part[1] for part in inequalities)])
+    high = np.concatenate([upper, *(part[2] for part in inequalities)])
+    free = rows - (rows @ held) @ held.T
+    slack = _slack(x)
+    at = np.zeros((0, len(x)))  # free parts of the rows at their bounds, outwards
+    push = np.zeros(0)  # their multipliers
+    for step in range(STEPS):
+        value = rows @ x
+        over, under = value - high, low - value
+        beyond = np.maximum(over, under)
+        worst = int(beyond.argmax())
+        left = beyond[worst]
+        if left <= slack:
+            return x, step
+        outward = free[worst] if over[worst] > 0.0 else -free[worst]
+        least = (DEPENDENT * np.linalg.norm(rows[worst])) ** 2
+        own = 0.0
+        while left > 0.0:
+            _, share, failed = posv(at @ at.T, at @ outward) if len(at) else (None, push, 0)
+            way = outward - share @ at
+            gain = way @ way
+            full = left / gain if gain > least else np.inf
+            until = np.full(len(at), np.inf)
+            np.divide(push, share, out=until, where=share > 0.0)
+            size = min(full, until.min(initial=np.inf))
+            if failed or size == np.inf:
+                return None  # a level has to give way
+            x, push, own = x - size * way, push - size * share, own + size
+            if size < full:
+                gone = until.argmin()
+                at, push = np.delete(at, gone, axis=0), np.delete(push, gone)
+                left -= size * gain
+            else:
+                at, push = np.vstack([at, outward]), np.append(push, own)
+                left = 0.0
+    return None
 
 
 def _active_set(reduced, inequalities, lower, upper, preferred, metric):
@@ -205,7 +286,7 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
     A = np.zeros((sum(sizes[1:]), n + 1))
     if rows:
         np.concatenate(rows, out=A[:, :n])
-    raised = A[:, :n] if metric is None else np.linalg.solve(metric, A[:, :n].T).T
+    raised = A[:, :n] if metric is None else _divided(metric, A[:, :n].T).T
     length = np.einsum("ij,ij->i", A[:, :n], raised)
     start = 0
     for size in sizes[1:]:
@@ -268,20 +349,25 @@ def _before(one: np.ndarray, other: np.ndarray) -> bool:
     return bool(len(apart) and one[apart[0]] < other[apart[0]])
 
 
-def _check(levels, lower, upper, n) -> None:
-    if lower.shape != (n,) or upper.shape != (n,) or not (lower <= upper).all():
-        raise ParameterError(
-            "lower and upper bounds must be two vectors of one length, not crossed"
-        )
+def _check_shapes(levels, lower, upper) -> None:
+    n = len(lower)
+    if lower.shape != (n,) or upper.shape != (n,):
+        raise ParameterError(BOUNDS)
     for k, level in enumerate(levels):
         m = len(level.lower)
-        what = level.name or f"level {k}"
         if level.matrix.shape != (m, n) or level.upper.shape != (m,):
             raise ParameterError(
-                f"{what} has a matrix of shape {level.matrix.shape} and bounds of shapes "
-                f"{level.lower.shape} and {level.upper.shape}; {n} unknowns need (rows, {n}), "
-                "(rows,) and (rows,)"
+                f"{level.name or f'level {k}'} has a matrix of shape {level.matrix.shape} and "
+                f"bounds of shapes {level.lower.shape} and {level.upper.shape}; {n} unknowns need "
+                f"(rows, {n}), (rows,) and (rows,)"
             )
+
+
+def _check_values(levels, lower, upper) -> None:
+    if not (lower <= upper).all():
+        raise ParameterError(BOUNDS)
+    for k, level in enumerate(levels):
+        what = level.name or f"level {k}"
         equation = level.lower is level.upper
         finite = isfinite(level.matrix.sum())  # of all entries, told fastest by their sum
         if equation:

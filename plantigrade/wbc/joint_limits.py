@@ -41,21 +41,23 @@ class JointLimits:
         acceleration: float = FASTEST_ACCELERATION,
         ranges: Float[Array, "2 n_hinges"] | None = None,
     ):
-        self.low, self.high = human.limits if ranges is None else ranges
-        self.step, self.fastest, self.acceleration = step, fastest, acceleration
+        self.step, self.acceleration = step, acceleration
         self.rate = min(RATE, 0.25 / step)
+        self._pull = self.rate**2 * np.array(human.limits if ranges is None else ranges)
+        self._swift = fastest / step
 
     def bounds(self, state: State) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
         """Return the lower and upper bounds at a state; never crossed."""
         q, v = state.qpos[7:], state.qvel[6:]
         most = self.acceleration
-        low, high = np.full(len(state.qvel), -most), np.full(len(state.qvel), most)
-        slow, pull = v / self.step, -(self.rate**2) * q - 2 * self.rate * v
-        swift, stiff = self.fastest / self.step, self.rate**2
-        below = np.maximum(pull + stiff * self.low, -swift - slow)
-        above = np.minimum(pull + stiff * self.high, swift - slow)
-        low[6:] = np.minimum(np.maximum(below, -most), most)
-        high[6:] = np.minimum(np.maximum(above, -most), most)
+        both = np.empty((2, len(state.qvel)))
+        both[:, :6] = [[-most], [most]]
+        slow = v / self.step
+        below, above = self._pull - (self.rate**2 * q + 2 * self.rate * v)
+        np.maximum(below, -self._swift - slow, out=both[0, 6:])
+        np.minimum(above, self._swift - slow, out=both[1, 6:])
+        np.minimum(np.maximum(both, -most, out=both), most, out=both)
+        low, high = both
         crossed = low > high
         if crossed.any():
             low[crossed] = high[crossed] = 0.5 * (low + high)[crossed]

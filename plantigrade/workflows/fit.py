@@ -73,6 +73,8 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
         plates, source = read(settings.forces).plates, settings.forces
         if not plates:
             raise FitError(f"{settings.forces} holds no ground reactions")
+    if settings.without_plates and not plates:
+        raise FitError(f"without_plates means nothing for {path.name}, which came without any")
     notes = []
     if static is not None and settings.static is None:
         notes.append(f"{static.source.name} beside it was taken as its standing trial.")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import CoordinateNotFound, ParameterError
-from plantigrade.kinematics.state import PointSet, State, sweep
+from plantigrade.kinematics.state import FEW, PointSet, State, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from tests.models.presets import PRESETS, person, random_state
@@ -32,6 +32,19 @@ def difference(human, q, v, value):
     """The rate of something along a velocity, by central differences."""
     ahead = value(State(human, moved(human, q, v, STEP), v))
     return (ahead - value(State(human, moved(human, q, v, -STEP), v))) / (2 * STEP)
+
+
+def test_a_jacobian_is_the_same_whether_few_or_many_points_are_asked_for():
+    human, rng = person(*PRESETS[0]), np.random.default_rng(3)
+    state = State(human, *random_state(human, rng))
+    many = points_of(human, rng)
+    one_by_one = [
+        PointSet(human, [human.body_names[k]], many.local[k : k + 1]) for k in range(len(many))
+    ]
+    assert len(many) > FEW
+    for ask in (State.jacobian, State.bias_acceleration):
+        alone = np.concatenate([ask(state, one) for one in one_by_one])
+        np.testing.assert_allclose(ask(state, many), alone, atol=1e-11)
 
 
 @pytest.mark.parametrize("preset", PRESETS, ids="-".join)

@@ -24,6 +24,33 @@ def fitted(record: Record, **figures) -> Run:
     )
 
 
+def estimated(record: Record, *, beside: str = "nothing", **figures) -> Run:
+    """A run of ``fit`` whose forces were estimated, all of them or those of the left foot.
+
+    Measured is ``beside`` it: nothing, the right foot by its plate, or both by withheld plates.
+    """
+    (n, nv), weight = record.motion.qvel.shape, record.weight
+    told = np.zeros((n, 2), bool)
+    told[:, 0] = beside == "plate"
+    unknown = (~told).astype(float)
+    signals = {
+        "forces.measured": told,
+        "forces.band": np.repeat(0.05 * weight * unknown[..., None], 3, axis=2),
+        "forces.point_band": np.repeat(0.02 * unknown[..., None], 2, axis=2),
+        "forces.torque_band": 3.0 * unknown,
+        "forces.moment_band": np.full((n, nv), 20.0),
+    }
+    if beside == "withheld":
+        names = ("knee_angle_r", "ankle_angle_l")
+        moment = np.stack([record.torque(h) for h in names], axis=1) / record.human.mass
+        signals |= {
+            "measured.force": np.stack([0.9 * record.foot(s).force for s in "rl"], axis=1),
+            "measured.moment": 1.1 * moment,
+            "measured.moment_names": np.array(names),
+        }
+    return fitted(replace(record, signals=signals), **figures)
+
+
 def from_tasks(record: Record, *, forces: bool = False, measured: bool = False) -> Run:
     """A run of ``reproduce``: five tasks, the recorded motion, forces beside it."""
     bare = replace(

@@ -27,7 +27,7 @@ from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.strip import strip_svg
 from plantigrade.report.study import TABLE, Gait, study_html
-from tests.report.runs import fitted, from_tasks, solved
+from tests.report.runs import estimated, fitted, from_tasks, solved
 from tests.report.test_study import comparison
 from tests.report.walker import walk
 
@@ -53,6 +53,7 @@ def every_page(record) -> dict[str, str]:
         "reproduce": from_tasks(record, forces=True, measured=True),
         "synthesize": solved(record),
         "failed": solved(record, bad=True),
+        "estimated": estimated(record, beside="withheld"),
     }
     pages = {name: report_html(replace(run, provenance=LONG)) for name, run in made.items()}
     runs = [replace(made["fit"], name=name) for name in ("before-the-operation", "after-it")]

@@ -15,7 +15,7 @@ from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.contacts import centre_of_pressure, inside_support, site_points
 from plantigrade.report.sections.verdict import QUANTITIES
 from plantigrade.report.text import sided_title
-from tests.report.runs import CHECKED, fitted, from_tasks, solved
+from tests.report.runs import CHECKED, estimated, fitted, from_tasks, solved
 
 
 def sections(run):
@@ -275,3 +275,38 @@ def test_foot_segments_are_drawn_where_the_fit_has_them(record):
     assert len(section.figures) == 1 and "Hindfoot dorsiflexion" in section.figures[0].svg
     assert "3.2 mm (RMS)" in section.text and "3 right, 3 left" in section.text
     assert "Foot segments" not in sections(run)
+
+
+# What no plate told -------------------------------------------------------------------------------
+
+
+def test_estimated_forces_have_sections_of_their_own(record):
+    """Where nothing was measured no section of measured forces is drawn, nor said to be missing."""
+    bare, found = sections(fitted(record)), sections(estimated(record))
+    parts = {"Estimated ground reactions", "Estimated joint moments", "Estimated joint powers"}
+    assert parts <= set(found) and not parts & set(bare)
+    measured = {"Ground reaction over the gait cycle", "Joint moments", "Joint powers"}
+    assert measured <= set(bare) and not measured & set(found)
+    section = found["Estimated joint moments"]
+    assert "not measured" in section.text and "No plate measured anything" in section.text
+    assert len(section.figures) == 8 and section.folded, "four joints of two legs"
+    drawn = section.figures[0].svg
+    assert ">estimated<" in drawn and ">measured<" not in drawn and 'opacity="0.22"' in drawn
+    assert "None of it was measured" in found["Ground reaction and centre of pressure"].text
+
+
+def test_measured_forces_stand_beside_estimated_ones(record):
+    withheld = sections(estimated(record, beside="withheld"))["Estimated ground reactions"]
+    assert all(">measured<" in f.svg and ">estimated<" in f.svg for f in withheld.figures)
+    assert "withheld" in withheld.text
+    found = sections(estimated(record, beside="plate"))
+    right, left = found["Estimated ground reactions"].figures[:2]
+    assert ">measured<" in right.svg and ">estimated<" not in right.svg
+    assert ">estimated<" in left.svg and ">measured<" not in left.svg
+    assert len(found["Joint moments"].figures) == 4, "those of the measured leg"
+
+
+def test_estimates_without_a_gait_cycle_are_drawn_over_time(record):
+    run = estimated(replace(record, motion=replace(record.motion, events=())))
+    figures = sections(run)["Estimated ground reactions"].figures
+    assert len(figures) == 6 and all("time [s]" in f.svg for f in figures)

@@ -309,6 +309,30 @@ def test_violations_of_one_level_weigh_alike_in_any_metric():
         np.testing.assert_allclose(solution.x, [-1.0, -1.0], atol=1e-6)
 
 
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_levels_that_can_all_be_met_leave_the_preference_to_the_last_digit(seed):
+    """What is off the preference is pushed there by equations and by bounds that are reached."""
+    rng = np.random.default_rng(seed)
+    n, (m, k) = 10, rng.integers(1, 5, size=2)
+    inside, size = rng.uniform(-0.8, 0.8, size=n), 1.0
+    first, second, cap = (rng.normal(size=(rows, n)) for rows in (m, 2, k))
+    room = rng.uniform(0.0, 0.3, size=k)
+    levels = [
+        Level(cap, np.full(k, -np.inf), cap @ inside + room),
+        Level.equation(np.vstack([first, first[:1]]), np.append(first @ inside, first[0] @ inside)),
+        Level.equation(second, second @ inside),
+    ]
+    preferred = rng.normal(size=n) * 3.0
+    x = solve_hierarchy(levels, **wide(n, size), preferred=preferred).x
+    assert max(np.abs(level.residual(x)).max() for level in levels) < 1e-9
+    assert np.abs(x).max() < size + 1e-9
+    reached = [sign * np.eye(n)[sign * x > size - 1e-9] for sign in (1.0, -1.0)]
+    reached.append(cap[cap @ x > levels[0].upper - 1e-9])
+    pushes = np.vstack([*reached, first, -first, second, -second])
+    assert nnls(pushes.T, preferred - x, maxiter=1000)[1] < 1e-9
+
+
 def test_no_level_at_all_is_the_preference_within_the_bounds():
     solution = solve_hierarchy([], **wide(3, 1.0), preferred=np.array([0.5, 2.0, -3.0]))
     np.testing.assert_allclose(solution.x, [0.5, 1.0, -1.0], atol=1e-7)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.analyze import norms
-from plantigrade.analyze.curves import LOADED, known_above
+from plantigrade.analyze.curves import LOADED, known_above, nothing_measured
 from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
@@ -107,6 +107,8 @@ def moment_section(subject: Subject) -> list[Section]:
         sign = "; positive in the direction in which the joint angle is positive."
         caption = what.format("") + sign
         return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
+    if nothing_measured(record):
+        return []
     if record.qfrc_actuator is None:
         return [Section(title, missing="no forces were measured, so no joint moments.")]
     moments = {
@@ -133,6 +135,8 @@ def power_section(subject: Subject) -> list[Section]:
         )
         found = cycle_section("Joint powers", curves, subject, caption=caption)
         return [replace(found, folded=True)]
+    if nothing_measured(record):
+        return []
     if record.qfrc_actuator is None or source.cycles:
         missing = "joint powers need measured or computed forces and whole gait cycles."
         return [Section("Joint powers", missing=missing)]

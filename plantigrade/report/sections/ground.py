@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 
+from plantigrade.analyze.curves import nothing_measured
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
@@ -31,6 +32,10 @@ def ground_section(subject: Subject) -> list[Section]:
         f"(BW, {record.weight:.0f} N). Forward is negative while the foot brakes and positive "
         "while it pushes off."
     )
+    if nothing_measured(record):
+        text += " None of it was measured: all is estimated from the motion."
+    elif "forces.measured" in record.signals:
+        text += " Where no plate measured it, it is estimated from the motion."
     outlines = foot_prints(record, total)
     if cop is not None and np.isfinite(cop).any() and outlines:
         figures += [_above(cop, outlines), *_foot_figures(record, total, cop)]
@@ -59,7 +64,8 @@ def foot_prints(record: Record, total: Float[Array, "n 3 3"]) -> list[Outline]:
 
 def _over_time(record: Record, total: Array, axis: int) -> str:
     series = []
-    for row, (side, name) in enumerate(NAMES.items()):
+    seats = tuple(site.name for site in record.sites if not site.side)
+    for row, (side, name) in enumerate({**NAMES, "": " and ".join(seats) or NAMES[""]}.items()):
         loaded = np.any(total[:, row], axis=1)
         if loaded.any():
             values = np.where(loaded, total[:, row, axis], np.nan) / record.weight

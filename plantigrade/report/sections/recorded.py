@@ -253,6 +253,7 @@ def _computed(subject: Subject) -> bool:
     """Return whether there are computed forces: of tasks, or with measured ones to compare."""
     moved = _moved(subject)
     there = moved.has_forces and moved.qfrc_actuator is not None
+    there &= "forces.band" not in moved.signals  # of a fit, which has sections of its own
     return there and (moved is not subject.record or "measured.force" in moved.signals)
 
 

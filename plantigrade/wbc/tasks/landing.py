@@ -103,4 +103,4 @@ class PlacingHeelTask(PointTask):
         size = float(np.linalg.norm(away))
         if size > FURTHEST:
             away = away * (FURTHEST / size)
-        return super().error(state, time) - self._directions(state, time) @ away
+        return super().error(state, time) - self._along(state, time, away)

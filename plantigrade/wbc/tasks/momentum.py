@@ -6,9 +6,8 @@ both [Herr2008]_.
 
 import numpy as np
 
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import CROSS, State
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.spatial.conventions import rotation_matrix
 from plantigrade.wbc.tasks.task import Task
 
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -26,7 +25,7 @@ class ComTask(Task):
     def __init__(self, target: Trajectory, axes: str = "xyz", name: str = "", **gains):
         super().__init__(name or f"centre of mass {axes}", **gains)
         self.target = target
-        self._axes = [_AXES[a] for a in axes]
+        self._axes = np.array([_AXES[a] for a in axes])
 
     def error(self, state, time):
         """Return the way from the target to the centre of mass [m]."""
@@ -42,8 +41,8 @@ class ComTask(Task):
 
     def target_rates(self, state, time):
         """Return velocity and acceleration of the target."""
-        rates = self.target(time)[1:, self._axes]
-        return rates[0], rates[1]
+        _, velocity, acceleration = self.target(time)
+        return velocity[self._axes], acceleration[self._axes]
 
     def distance(self, state, time: float) -> float:
         """Return how far the centre of mass is from its target, in the axes that count [m]."""
@@ -99,6 +98,6 @@ class AngularMomentumTask(Task):
 
 def _about_com(state: State, root: np.ndarray) -> np.ndarray:
     """Return the moments about the centre of mass of wrenches at the root, scaled."""
-    moment = rotation_matrix(state.qpos[None, 3:7])[0] @ root[3:6]
+    moment = state.rotation(1) @ root[3:6]
     arm = state.qpos[:3] - state.com
-    return (moment + np.cross(arm, root[:3].T).T) / (state.mass * LEVER)
+    return (moment + (arm @ CROSS).reshape(3, 3) @ root[:3]) / (state.mass * LEVER)

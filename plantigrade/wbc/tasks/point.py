@@ -39,11 +39,11 @@ class PointTask(Task):
         super().__init__(name, **gains)
         self.farthest = farthest
         self.point, self.target = point, target
-        self._wanted = np.eye(3) if directions is None else directions
+        self._wanted = directions
         self._known: tuple[object, float] = (None, np.nan)
         self._now = np.zeros((0, 3))
 
-    def _directions(self, state: State, time: float) -> np.ndarray:
+    def _directions(self, state: State, time: float) -> np.ndarray | None:
         if not callable(self._wanted):
             return self._wanted
         if self._known[0] is not state or self._known[1] != time:
@@ -51,26 +51,33 @@ class PointTask(Task):
             self._now = self._wanted(state, time)
         return self._now
 
+    def _along(self, state: State, time: float, values: np.ndarray) -> np.ndarray:
+        """Return the parts of vectors (3, ...) along the directions."""
+        directions = self._directions(state, time)
+        return values if directions is None else directions @ values
+
     def error(self, state, time):
         """Return the way from the target to the point, along the directions [m]."""
         directions = self._directions(state, time)
-        if not len(directions):
+        if directions is not None and not len(directions):
             return np.zeros(0)
-        away = directions @ (state.position(self.point)[0] - self.target(time)[0])
-        return np.clip(away, -self.farthest, self.farthest)
+        away = self._along(state, time, state.position(self.point)[0] - self.target(time)[0])
+        if self.farthest < np.inf:
+            away = np.clip(away, -self.farthest, self.farthest)
+        return away
 
     def jacobian(self, state, time):
         """Return the Jacobian of the point along the directions."""
-        return self._directions(state, time) @ state.jacobian(self.point)[0]
+        return self._along(state, time, state.jacobian(self.point)[0])
 
     def bias_acceleration(self, state, time):
         """Return its acceleration along them where nothing accelerates [m/s²]."""
-        return self._directions(state, time) @ state.bias_acceleration(self.point)[0]
+        return self._along(state, time, state.bias_acceleration(self.point)[0])
 
     def target_rates(self, state, time):
         """Return velocity and acceleration of the target along the directions."""
-        rates = self.target(time)[1:] @ self._directions(state, time).T
-        return rates[0], rates[1]
+        _, velocity, acceleration = self.target(time)
+        return self._along(state, time, velocity), self._along(state, time, acceleration)
 
 
 class OrientationTask(Task):

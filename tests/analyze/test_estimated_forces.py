@@ -1,0 +1,117 @@
+"""Forces where no plate told them: kept apart from measured ones, refused where they cannot be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze import estimated_forces
+from plantigrade.analyze.check import check
+from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.estimated_forces import estimate
+from plantigrade.analyze.gait_forces import compare_forces
+from plantigrade.analyze.norms_of_runs import person_curves
+from plantigrade.analyze.tolerances import Tolerances
+from tests.analyze.plated_walk import analyse, plated_walk, without_plates
+
+
+@pytest.fixture(scope="module")
+def plated():
+    return analyse(plated_walk().fit())
+
+
+@pytest.fixture(scope="module")
+def withheld():
+    return analyse(plated_walk().fit(), without_plates=True)
+
+
+@pytest.fixture(scope="module")
+def partly():
+    """The same walk, the left plate missing."""
+    fit = plated_walk().fit()
+    right = fit.recording.plates[:1]
+    return analyse(replace(fit, recording=replace(fit.recording, plates=right)))
+
+
+def test_withheld_plates_stand_beside_and_enter_nothing(plated, withheld):
+    """All that is estimated is as if there had never been plates."""
+    bare = analyse(without_plates(plated_walk().fit()))  # equal trials give equal forces, too
+    assert withheld.forces is None and withheld.weighed is None
+    assert withheld.motion.events == bare.motion.events
+    record = withheld.record()
+    np.testing.assert_array_equal(record.contact_force, bare.record().contact_force)
+    np.testing.assert_array_equal(record.qfrc_actuator, bare.record().qfrc_actuator)
+    assert bare.measured is None and any("withheld" in note for note in withheld.notes)
+    for side in "rl":
+        seen, full = withheld.measured.foot(side), plated.measured.foot(side)
+        np.testing.assert_array_equal(seen.known, full.measured)
+        np.testing.assert_allclose(seen.force[seen.known], full.force[full.measured], atol=1e-9)
+
+
+def test_estimated_forces_count_nowhere_as_measured(withheld):
+    record = withheld.record()
+    curves, every = gait_curves(record), gait_curves(record, estimated=True)
+    assert not curves.moments and not curves.forces and not curves.powers
+    assert len(every.moments["knee_angle_r"]) and len(every.forces["up_l"])
+    assert not any("moment" in n or "force" in n for n in person_curves(record)), "nobody's norm"
+    figures = withheld.figures
+    assert not any(n.startswith("residual") or "moment_peak" in n for n in figures)
+    assert "com_ahead_mm" not in figures and figures["forces_estimated_pct"] == 100.0
+    assert compare_forces(record, record).feet == (), "an estimate is no measure of another"
+
+
+def test_a_foot_beside_its_plate(plated, partly):
+    """What the right plate tells is kept to the last digit; the left foot is estimated."""
+    assert partly.forces is not None and partly.ground is not None
+    record, told = partly.record(), partly.ground.measured
+    right, left = record.foot("r"), record.foot("l")
+    assert right.known.all() and left.known.all(), "known at all, measured or not"
+    assert left.measured.mean() < 0.6 < right.measured.mean() + 0.4
+    sure = told[:, 0] & plated.forces.valid_side[:, 0]
+    np.testing.assert_array_equal(partly.ground.forces.force[sure, 0], plated.forces.force[sure, 0])
+    np.testing.assert_allclose(
+        partly.moments["knee_angle_r"][sure], plated.moments["knee_angle_r"][sure], atol=1e-9
+    )
+    frames = partly.figures["residual_frames"]
+    assert frames == partly.forces.valid.sum() < record.motion.n_frames
+    off = (left.force - plated.forces.force[:, 1])[:, 2] / record.weight
+    assert 0 < np.sqrt(np.mean(off**2)) < 0.15
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"residual_force": 0.3}, "0.30 body weights of net force are left over; something else"),
+        ({"residual_moment": 0.09}, "0.09 body weights times metre"),
+        ({"com_shift": np.array([0.2, 0.0, 0.0])}, "200 mm beside the body's own"),
+        ({"residual_force": np.nan}, "something else"),
+        ({}, ""),
+    ],
+)
+def test_what_feet_cannot_carry_is_refused(withheld, monkeypatch, change, said):
+    found = replace(withheld.ground, **change)
+    monkeypatch.setattr(estimated_forces, "estimate_forces", lambda *_, **__: found)
+    ground, notes = estimate(withheld.fit.human, withheld.motion, None, withheld.soles)
+    assert (ground is None) == bool(said)
+    assert said in " ".join(notes)
+
+
+def test_on_stairs_nothing_is_told(withheld):
+    """The second stance of a foot is 17 cm above the first."""
+    soles = withheld.soles.copy()
+    soles[len(soles) // 2 :] += 0.17
+    ground, notes = estimate(withheld.fit.human, withheld.motion, None, soles)
+    assert ground is None and "the ground is not level, the feet stand 1" in notes[0]
+
+
+def test_the_checker_lets_forces_of_a_recording_leave_over_what_is_noise(partly):
+    """Not to the last newton, as of a motion that its forces made; but no leg may be missing."""
+    record = partly.record()
+    root = ("root_force", "root_force_rms", "root_moment", "root_moment_rms", "momentum")
+    verdict = check(record)
+    strict = check(record, Tolerances())
+    assert verdict.measures["root_force_rms"].limit == 5.0
+    assert {f.quantity for f in strict.findings} & set(root)
+    light = replace(record, contact_force=0.7 * record.contact_force)
+    found = [f for f in check(light).findings if f.quantity in root]
+    assert found and "without plates" in found[0].sentence()
