@@ -89,11 +89,7 @@ class Layout:
     @property
     def held(self) -> np.ndarray:
         """Return the frames in which something besides the feet carries, (n,)."""
-<<<<<<< HEAD
-        return (self.start[:, 2:] >= 0).any(axis=1)
-=======
         return np.asarray((self.start[:, 2:] >= 0).any(axis=1))
->>>>>>> main
 
     def columns(self, i: int) -> np.ndarray:
         """Return unknown ``i`` (0 to 5) of every foot and frame, (n, k); -1 for none."""
@@ -115,12 +111,8 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
         needs: The motion.
         layout: The unknowns.
         path: Usual path of the centre of pressure.
-<<<<<<< HEAD
-        effort: Whether joint moments should be small beside the joints' strength.
-=======
         effort: Whether joint moments should be small beside the joints' strength where two
             carriers share the load.
->>>>>>> main
     """
     rows = Rows(layout.size)
     n = len(needs.time)
@@ -131,10 +123,7 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
         rows.add(name, np.zeros(2), (layout.offset(i)[:, None], np.ones((2, 1))))
     dt = needs.time[1] - needs.time[0] if n > 1 else 1.0
     held = layout.held  # a seat carries the thighs too, unknown how
-<<<<<<< HEAD
-=======
     shared = (layout.start >= 0).sum(axis=1) > 1  # where the motion alone does not tell
->>>>>>> main
     columns = np.stack([layout.columns(i) for i in range(6)], axis=-1)  # (n, k, 6)
     for k in (0, 1):  # d/dt of the joint moments
         own = columns[:, k]
@@ -153,11 +142,7 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
             )
         for j in range(needs.joints.shape[2]) if effort else ():
             strong = needs.strength[k, j]
-<<<<<<< HEAD
-            some = own[:, 0] >= 0
-=======
             some = shared & (own[:, 0] >= 0)
->>>>>>> main
             if j < HIP:
                 some &= ~held
             joint, arm = needs.joints[some, k, j] / strong, needs.arms[some, k, j] / strong

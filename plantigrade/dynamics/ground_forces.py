@@ -159,20 +159,14 @@ def estimate_forces(
         SolverError: If the program cannot be solved.
     """
     qacc = _check(human, motion, measured)
-<<<<<<< HEAD
-=======
     flies = False
->>>>>>> main
     if contacts is None or scales is None:
         loading = find_loading(human, motion)
         if contacts is None:
             contacts, supports = loading.contacts, loading.supports
         if scales is None:
             scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
-<<<<<<< HEAD
-=======
         flies = loading.flies
->>>>>>> main
     step = max(1, int(np.ceil(motion.rate / FASTEST)))
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports)

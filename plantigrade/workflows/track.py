@@ -1,7 +1,8 @@
 """A recording made physical: fitted, then tracked on ground reactions.
 
-Measured ground reactions are withheld; at most the body mass is taken from the plates (see
-:mod:`plantigrade.analyze.trial`).
+Ground reactions are estimated from the motion; the tracked motion starts from them and keeps near
+them as closely as their error bands allow. Measured ones are withheld; at most the body mass is
+taken from the plates (see :mod:`plantigrade.analyze.trial`).
 """
 
 import contextlib
@@ -14,10 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.estimated_forces import estimate_signals
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces, measured_signals
 from plantigrade.analyze.norms_of_runs import norm_files
-from plantigrade.analyze.trial import Trial
+from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
+from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.errors import ReproduceError
 from plantigrade.models import Human
 from plantigrade.motion import Motion, Recording
@@ -110,9 +115,41 @@ class Tracked:
         Raises:
             ReproduceError: If the recording came without force plates.
         """
+        return compare_forces(self.compared(), self._measured, ground=self.walk.ground)
+
+    def estimate_against_plates(self) -> ForceComparison:
+        """Compare the estimated forces with the measured ones, over the same frames.
+
+        The joint moments beside them are those of the recorded motion.
+
+        Raises:
+            ReproduceError: If the recording came without force plates.
+        """
+        moved = (self.human, self.motion.qpos, self.motion.qvel, self.motion.qacc)
+        moments = inverse_dynamics(*moved, self.estimate.forces)
+        motion, found = self.motion, self.estimate
+        keep = (motion.time >= self.start - 1e-9) & (motion.time <= self.stop + 1e-9)
+        sites = tuple(
+            ContactSite(body=f"foot_{side}", name=f"foot_{side}", side=side, measured=True)
+            for side in SIDES
+        )
+        record = Record(
+            self.human,
+            motion.frames(keep),
+            qfrc_actuator=moments.tau[keep],
+            sites=sites,
+            contact_force=found.forces.force[keep],
+            contact_point=found.forces.point[keep],
+            contact_torque=found.forces.torque[keep],
+            signals={name: x[keep] for name, x in estimate_signals(found).items()},
+        )
+        return compare_forces(record, self._measured, ground=self.walk.ground)
+
+    @property
+    def _measured(self) -> Record:
         if self.walk.measured is None:
             raise ReproduceError(f"{self.walk.name} came without force plates")
-        return compare_forces(self.compared(), self.walk.measured, ground=self.walk.ground)
+        return self.walk.measured
 
     def figures(self) -> dict[str, Any]:
         """Return how far the motion is from the recorded one, and the forces from measured ones."""
@@ -126,6 +163,8 @@ class Tracked:
         }
         if self.walk.measured is not None:
             found |= self.against_plates().metrics()
+            beside = self.estimate_against_plates().metrics()
+            found |= {f"estimated_{name}": x for name, x in beside.items() if name in found}
         return found
 
     def _on_the_recordings_clock(self, record: Record) -> Record:
@@ -202,6 +241,10 @@ def track_trial(
 ) -> Tracked:
     """Track a fitted recording on ground reactions; see :func:`track`."""
     settings, began = settings or TrackSettings(), clock.perf_counter()
+    if trial.withheld is None and trial.forces is not None:
+        trial = analyse(
+            trial.fit, cutoff=trial.cutoff, mass=trial.fit.human.mass, without_plates=True
+        )
     walk = RecordedWalk.of(trial)
     walk.refuse_uneven()
     human, motion, lift = grounded(walk.human, walk.over_ground())
