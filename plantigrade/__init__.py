@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from plantigrade.workflows.motions import synthesize
     from plantigrade.workflows.reproduce import reproduce
     from plantigrade.workflows.save import report
+    from plantigrade.workflows.simulate import simulate
 
 __version__ = "0.1.0"
 
@@ -56,6 +57,7 @@ __all__ = [
     "read",
     "report",
     "reproduce",
+    "simulate",
     "synthesize",
 ]
 
@@ -76,6 +78,7 @@ _HOMES = {
     "read": "io",
     "report": "workflows.save",
     "reproduce": "workflows.reproduce",
+    "simulate": "workflows.simulate",
     "synthesize": "workflows.motions",
 }
 """Public name → the module of this package it lives in."""

@@ -81,8 +81,8 @@ def estimate_figures(ground: GroundForces) -> dict[str, Any]:
         "estimate_residual_moment_rms_bw_m": ground.residual_moment,
         "estimate_com_shift_forward_mm": 1e3 * float(ground.com_shift[0]),
         **{
-            f"{name}_force_peak_n": float(ground.support_force[:, i, 2].max())
-            for i, name in enumerate(ground.supports)
+            f"{support.name}_force_peak_n": float(ground.support_force[:, i, 2].max())
+            for i, support in enumerate(ground.supports)
         },
     }
 

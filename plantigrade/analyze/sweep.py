@@ -75,7 +75,8 @@ def sweep(record: Record) -> Sweep:
     seated = [i for i, site in enumerate(record.sites) if site.name in level]
     upward = np.tile(ground.normal, (k, 1))
     upward[seated] = [0.0, 0.0, 1.0]
-    down = np.array([site.radius for site in record.sites])[:, None] * upward
+    radius = np.array([site.radius for site in record.sites])[:, None]
+    down = radius * upward
 
     wanted, explained = np.empty((n, nv)), np.zeros((n, nv))
     position, rotation = np.empty((n, nb, 3)), np.empty((n, nb, 3, 3))
@@ -96,6 +97,9 @@ def sweep(record: Record) -> Sweep:
         momentum[f, 3:] = data.subtree_angmom[1]
         if k:
             placed = position[f, carriers] + np.einsum("kij,kj->ki", rotation[f, carriers], local)
+            if ground.uneven:  # the lowest point is where the ground pushes
+                down = radius * ground.normal_at(placed)
+                down[seated] = radius[seated] * [0.0, 0.0, 1.0]
             point[f, ~measured] = (placed - down)[~measured]
         for i in np.flatnonzero(loaded[f]):
             push, turn, at = force[f, i], torque[f, i], point[f, i]
@@ -110,9 +114,10 @@ def sweep(record: Record) -> Sweep:
     root_force, root_moment = root_wrench_at(tau[:, :6], motion.qpos, com)
     weight = float(model.body_subtreemass[1] * np.linalg.norm(model.opt.gravity))
     spheres = contact_sites(human)
-    low = np.array([s.radius for s in spheres]).reshape(-1, 1) * ground.normal
+    size = np.array([s.radius for s in spheres]).reshape(-1, 1)
     under = [human.body(s.body) for s in spheres]
     inside = np.array([s.position for s in spheres]).reshape(-1, 3)
+    centre = position[:, under] + np.einsum("nsij,sj->nsi", rotation[:, under], inside)
     known = np.full(n, record.contact_force is not None)
     if record.contact_known is not None:
         known &= record.contact_known.all(axis=1)
@@ -141,7 +146,7 @@ def sweep(record: Record) -> Sweep:
         power=power,
         position=position,
         rotation=rotation,
-        spheres=position[:, under] + np.einsum("nsij,sj->nsi", rotation[:, under], inside) - low,
+        spheres=centre - size * ground.normal_at(centre),
         sphere_names=tuple(s.name for s in spheres),
         sphere_sides=tuple(s.side for s in spheres),
     )

@@ -6,6 +6,7 @@ it, relief upon it, and seats above it. Its axes are x uphill, y to the left and
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -85,6 +86,10 @@ class HeightField:
         if not min(self.spacing) > 0:
             raise ParameterError(f"spacing={self.spacing} [m] of a height field must be positive")
 
+    @cached_property
+    def _grid(self) -> Float[Array, "n_y n_x"]:
+        return np.array(self.heights)
+
     @property
     def size(self) -> tuple[float, float]:
         """Extent along x and y [m]."""
@@ -93,7 +98,7 @@ class HeightField:
 
     def at(self, x: Float[Array, "*n"], y: Float[Array, "*n"]) -> Float[Array, "*n"]:
         """Return the height at places; zero beside the rectangle [m]."""
-        z = np.array(self.heights)
+        z = self._grid
         u = (x - self.corner[0]) / self.spacing[0]
         v = (y - self.corner[1]) / self.spacing[1]
         inside = (u >= 0) & (u <= z.shape[1] - 1) & (v >= 0) & (v <= z.shape[0] - 1)
@@ -187,12 +192,12 @@ class Ground:
         """Return the height of the ground along its normal, under world points [m]."""
         x = points @ self.to_world
         level = self.along(x[..., 0])
-        return np.asarray(np.maximum(level, self._relief(x))) if self._uneven else level
+        return np.asarray(np.maximum(level, self._relief(x))) if self.uneven else level
 
     def normal_at(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
         """Return in which direction the ground under world points pushes, world."""
         normal = np.broadcast_to(self.normal, points.shape).copy()
-        if not self._uneven:
+        if not self.uneven:
             return normal
         x, small = points @ self.to_world, 1e-6
         rise = [
@@ -203,7 +208,8 @@ class Ground:
         return np.where((self._relief(x) >= self.along(x[..., 0]))[..., None], tilted, normal)
 
     @property
-    def _uneven(self) -> bool:
+    def uneven(self) -> bool:
+        """Whether there is relief, so that it pushes in another direction everywhere."""
         return bool(self.bumps) or self.field is not None
 
     def _relief(self, x: Float[Array, "*n 3"]) -> Float[Array, "*n"]:

@@ -14,6 +14,9 @@ PARTS = ("heel", "sole", "ball", "toe")
 """Parts of a foot that stand at a time of their own. Heel and sole lift together, then the ball,
 last the toes."""
 
+PUSH = "push"
+"""Part of a site at which something else than the ground pushes."""
+
 GEOM = "contact_"
 """What the names of the geoms begin with that touch the ground."""
 
@@ -56,7 +59,8 @@ class ContactSite(Point):
             hinge of the toes belongs to the toes, so that the foot rolls over it without slipping.
         name: Its name: ``"heel_back_medial_r"``.
         side: ``"r"`` or ``"l"``; empty for a place on no foot (a seat).
-        part: One of :data:`PARTS`, or another word for a place on no foot (``"chair"``).
+        part: One of :data:`PARTS`, or another word for a place on no foot: ``"chair"``, or
+            :data:`PUSH` where the force is not the ground's, so that friction does not limit it.
         measured: Whether the force is a measured one: it acts where the plate says, which moves
             about, and ``position`` means nothing.
 

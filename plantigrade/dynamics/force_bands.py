@@ -15,7 +15,6 @@ quantity, is the band.
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
@@ -25,7 +24,7 @@ from plantigrade.dynamics.load_intervals import LoadInterval
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 
-DRAWS = 60
+DRAWS = 40
 NINETY = 1.645  # standard deviations of the half-width of a 90 % band
 # Over how long the errors of rows are alike [s]
 NOISE_TIME = 0.04  # of the motion, filtered at some 6 Hz
@@ -63,12 +62,14 @@ def drawn_errors(
             errors[rows] = rng.normal(size=(rows.stop - rows.start, DRAWS))
             continue
         alike = BEND_TIME
-        if name.startswith(("force", "moment")):
+        if name.startswith(("force", "moment", "noise")):
             alike = NOISE_TIME
         elif name.startswith(("path", "free")):
             alike = PATH_TIME
         frame, foot = place[name]
-        errors[rows] = np.sqrt(dt) * _smooth_noise(rng, shape, alike / dt)[frame, foot]
+        errors[rows] = (
+            np.sqrt(dt) * _smooth_noise(rng, (shape[0] + 2, shape[1]), alike / dt)[frame, foot]
+        )
     return errors
 
 
@@ -81,23 +82,6 @@ def _smooth_noise(rng, shape: tuple[int, int], width: float) -> np.ndarray:
         return white
     smooth = gaussian_filter1d(white, width, axis=0, mode="nearest")
     return smooth / smooth.std(axis=(0, 1))
-
-
-def moved_optimum(P, G, multiplier, slack, scaled, errors) -> Float[Array, "n_unknowns n_draws"]:
-    """Return how far errors of the rows move the optimum."""
-    from scipy.sparse.linalg import splu
-
-    K = P
-    if G is not None:
-        stiff = multiplier / np.maximum(slack, 1e-9)
-        K = K + G.T @ sp.diags_array(stiff) @ G
-    factor = splu(
-        (K + 1e-9 * sp.eye_array(K.shape[0])).tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return factor.solve(np.ascontiguousarray(scaled.T @ errors))
 
 
 def spread_of(

@@ -63,19 +63,22 @@ class Rows:
 class Layout:
     """Where the unknowns are.
 
-    Six of each carrier in each frame of contact; last the shift of the centre of mass and, for each
-    foot, by how much its centre of pressure lies forward and to the left of the usual path.
+    In each frame, and one before and after, six of the motion's noise; then six of each carrier in
+    contact; last of all the shift of the centre of mass and, for each foot, by how much its
+    centre of pressure lies forward and to the left of the usual path.
     """
 
     start: np.ndarray  #: First unknown of a foot in a frame (n, k); -1 where it has no contact
+    noise: np.ndarray  #: First unknown of the noise (n + 2,)
     size: int  #: Number of unknowns
 
     @classmethod
     def of(cls, contact: Bool[Array, "n k"]) -> "Layout":
         """Return the layout for the frames in which each foot is in contact."""
-        start = np.full(contact.shape, -1)
-        start[contact] = 6 * np.arange(contact.sum())
-        return cls(start, 6 * int(contact.sum()) + LAST)
+        sizes = np.concatenate([[6], 6 + 6 * contact.sum(axis=1), [6]])
+        noise = np.cumsum(sizes) - sizes
+        start = np.where(contact, noise[1:-1, None] + 6 * np.cumsum(contact, axis=1), -1)
+        return cls(start, noise, int(sizes.sum()) + LAST)
 
     @property
     def shift(self) -> np.ndarray:
@@ -115,13 +118,12 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
             carriers share the load.
     """
     rows = Rows(layout.size)
-    n = len(needs.time)
-    _net_wrench(rows, needs, layout)
+    dt = needs.time[1] - needs.time[0]
+    _net_wrench(rows, needs, layout, dt)
     shift = layout.shift
     rows.add("shift", np.zeros(3), (shift[:, None], np.ones((3, 1))))
     for i, name in enumerate(("offset_x", "offset_y")):
         rows.add(name, np.zeros(2), (layout.offset(i)[:, None], np.ones((2, 1))))
-    dt = needs.time[1] - needs.time[0] if n > 1 else 1.0
     held = layout.held  # a seat carries the thighs too, unknown how
     shared = (layout.start >= 0).sum(axis=1) > 1  # where the motion alone does not tell
     columns = np.stack([layout.columns(i) for i in range(6)], axis=-1)  # (n, k, 6)
@@ -160,10 +162,13 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
     return rows
 
 
-def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout) -> None:
+def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout, dt: float) -> None:
+    n = len(needs.time)
     ones = np.ones(needs.base.shape[:2])
+    trio = np.stack([layout.noise[:-2], layout.noise[1:-1], layout.noise[2:]], axis=1)
+    bend = np.array([[-1.0, 2.0, -1.0]]) / dt**2
     for i, axis in enumerate("xyz"):
-        rows.add(f"force_{axis}", needs.force[:, i], (layout.columns(i), ones))
+        rows.add(f"force_{axis}", needs.force[:, i], (layout.columns(i), ones), (trio + i, bend))
     arm = needs.base - needs.com[:, None]
     held = layout.held  # backrest, arms and thighs hide where the centre of mass is
     for i, axis in enumerate("xyz"):
@@ -177,7 +182,10 @@ def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout) -> None:
             (layout.columns(3 + i), ones),
             (d_a, -needs.force[:, b, None]),
             (d_b, needs.force[:, a, None]),
+            (trio + 3 + i, bend),
         )
+    for i in range(6):
+        rows.add(f"noise{i}", np.zeros(n + 2), (layout.noise[:, None] + i, np.ones((n + 2, 1))))
 
 
 def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> None:

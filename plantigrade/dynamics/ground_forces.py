@@ -1,12 +1,17 @@
 r"""Ground reactions from the motion alone, or beside plates: one quadratic program per recording.
 
 Unknown are the wrench of each foot in every frame of its contacts, force :math:`F` and moment
-:math:`M` about a point of the floor below the ankle, and one shift :math:`d` of the centre of mass
-for the whole recording. With the net wrench :math:`F_n, M_n` about the model's centre of mass
-:math:`c` and the joint moments :math:`\tau_0` that the motion needs, minimise the time integral of
+:math:`M` about a point of the floor below the ankle, the noise :math:`\eta` of the motion, and for
+the whole recording one shift :math:`d` of the centre of mass and one constant by which the centre
+of pressure of each foot lies beside its usual path. With the net wrench :math:`F_n, M_n` about the
+model's centre of mass :math:`c` and the joint moments :math:`\tau_0` that the motion needs,
+minimise the time integral of
 
-* :math:`\sum F - F_n` and :math:`\sum (p - c) \times F + M - M_n - d \times F_n`: the net wrench,
-  softly. Held exactly, what the motion has of noise would go into the centre of pressure;
+* :math:`\sum F - F_n - \ddot\eta_F` and :math:`\sum (p - c) \times F + M - M_n - d \times F_n -
+  \ddot\eta_M`: the net wrench. Held exactly, what the motion has of noise would go into the centre
+  of pressure;
+* :math:`\eta`: places are off by much the same at all frequencies, accelerations therefore the
+  more the higher the frequency. What changes slowly, such as body weight, is told well;
 * :math:`\frac{d}{dt}(\tau_0 - J^T w)` of the joints of each leg: joint moments change slowly;
 * :math:`\ddot F` and :math:`\ddot M`, zero outside the contacts: forces are smooth;
 * the free moment, and in walking the distance of the centre of pressure from its usual path,
@@ -14,9 +19,10 @@ for the whole recording. With the net wrench :math:`F_n, M_n` about the model's 
 each squared and over its scale, subject to :math:`F_z \ge 0`, friction, and a centre of pressure
 within the part of the sole that is on the floor. Wrenches that plates measured are no unknowns.
 
-**Noise.** Where the moment rows are missed by more than their scale, the motion is noisier
-than assumed: the scales of the net wrench are taken :math:`k` times (vertical force
-:math:`\sqrt k`), and the program is solved again, twice.
+**Noise.** How far the net wrench is missed is compared with what errors of the sizes assumed would
+leave of themselves (drawn as for the bands, :mod:`plantigrade.dynamics.force_bands`). Where it is
+missed by more, the motion is noisier: the scales of that row are taken :math:`k` times (vertical
+force :math:`\sqrt k`), and the program is solved again, twice at most.
 """
 
 from dataclasses import dataclass, field, replace
@@ -29,7 +35,6 @@ from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import (
     drawn_errors,
     half_widths,
-    moved_optimum,
     resampled,
     spread_of,
 )
@@ -46,10 +51,11 @@ from plantigrade.motion.motion import Motion
 FASTEST = 150.0  # frames are left out above this rate [Hz]
 LIGHT = 0.01  # centres of pressure and free moments are told above this load [BW]
 NET = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
-ROUNDS = 3
-EACH = True
+ROUNDS = 3  # times that the program is solved, as the noise turns out
+# Noise alike at all frequencies up to 5 Hz: RMS of its second derivative, over its own [1/s²]
+ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # By what rows are missed in recordings of little noise, over what their errors leave
-USUAL = (1.5, 0.9, 1.0, 0.85, 1.4, 1.0)
+USUAL = (0.8, 0.8, 1.0, 0.7, 0.6, 1.0)
 # Path of the centre of pressure from the ankle over a stance, forward and outward in lengths of the
 # foot, and how far single persons stray from theirs [m]: mean of three people, five stances
 SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
@@ -69,8 +75,10 @@ SEATED = (0.04, 0.035)  # on a seat, from the ischia: standard deviation [m]
 class ForceScales:
     """By what the rows of the program are divided; forces in body weights (BW)."""
 
-    force: tuple[float, float, float] = (0.02, 0.02, 0.025)  #: Net force [BW]
-    moment: float = 0.01  #: Net moment about the centre of mass [BW m]
+    force: tuple[float, float, float] = (0.005, 0.005, 0.01)  #: Net force [BW]
+    moment: float = 0.004  #: Net moment about the centre of mass [BW m]
+    sway: tuple[float, float, float] = (0.02, 0.02, 0.025)  #: Noise of the net force [BW]
+    turn: float = 0.01  #: Noise of the net moment [BW m]
     shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Of the centre of mass [m]
     rate: float = 0.7  #: Change of joint moments [BW m/s]
     bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Bend of forces [BW/s²]
@@ -220,7 +228,7 @@ class _Program:
             self.known[:, :2], told[:, :2], carried = _told(data, needs)
             contact[:, :2] = np.where(self.known[:, :2], carried, contact[:, :2])
         self.layout = Layout.of(contact)
-        rows = objective(needs, self.layout, path, effort=np.isfinite(scales.effort))
+        rows = objective(needs, self.layout, path, effort=scales.effort < np.inf)
         A, b = rows.system()
         self.blocks, self.place = rows.blocks, rows.place
         start = self.layout.start
@@ -228,19 +236,12 @@ class _Program:
         x = np.zeros(self.layout.size)
         x[(start[fixed][:, None] + np.arange(6)).ravel()] = told[fixed].ravel()
         free = contact & ~self.known
-        self.unknown = np.concatenate(
-            [
-                (start[free][:, None] + np.arange(6)).ravel(),
-                np.arange(self.layout.size - LAST, self.layout.size),
-            ]
-        )
+        is_known = np.zeros(self.layout.size, bool)
+        is_known[(start[fixed][:, None] + np.arange(6)).ravel()] = True
+        self.unknown = np.flatnonzero(~is_known)
         self.x, self.b, self.A = x, b - A @ x, A[:, self.unknown].tocsr()
-        G, h = (
-            limits(needs, self.layout, free, ramp, FRICTION, scales.most_free).system()
-            if free.any()
-            else (None, np.zeros(0))
-        )
-        self.G, self.h = None if G is None else G[:, self.unknown].tocsr(), h
+        G, self.h = limits(needs, self.layout, free, ramp, FRICTION, scales.most_free).system()
+        self.G = G[:, self.unknown].tocsr()
         self.dt = float(time[1] - time[0])
         self.handed_over = np.zeros(len(time), bool)
         for each in contacts:
@@ -251,7 +252,10 @@ class _Program:
     def weights(self, noise: np.ndarray) -> np.ndarray:
         """Return what each row is multiplied by, for noise of force x, y, z and moment x, y, z."""
         s, w = self.scales, np.empty(len(self.b))
-        scale = dict(zip(NET, noise * np.array([*s.force, *(s.moment,) * 3]), strict=True))
+        white = np.array([*s.force, *(s.moment,) * 3])
+        scale = dict(zip(NET, white * noise, strict=True))
+        sway = np.array([*s.sway, *(s.turn,) * 3]) * noise / ROUGHNESS
+        scale |= {f"noise{i}": v for i, v in enumerate(sway)}
         scale |= {f"bend{i}": v for i, v in enumerate((*s.bend, *s.twist))}
         scale |= {"free": s.free, "path_x": s.path, "path_y": s.path}
         scale |= {"shear0": s.shear, "shear1": s.shear}
@@ -268,43 +272,47 @@ class _Program:
 
     def solve(self) -> None:
         """Find wrenches and shift; three times at most, as the noise turns out."""
+        solution = None
+        place = np.searchsorted(self.unknown, self.layout.noise)
+        self.sways = [place + i for i in range(6)]
         self.errors = drawn_errors(self.blocks, self.place, self.layout.start.shape, self.dt)
         noise = np.ones(6)
         for _ in range(ROUNDS):
             w = self.weights(noise)
             self.scaled = self.A.multiply(w[:, None]).tocsr()
-            self.P = (self.scaled.T @ self.scaled).tocsc()
+            P = (self.scaled.T @ self.scaled).tocsr()
             q = -(self.scaled.T @ (w * self.b))
-            self.solution = solve_quadratic(self.P, q, self.G, self.h)
-            missed = self.A @ self.solution.x - self.b
-            self.moved = moved_optimum(
-                self.P,
-                self.G,
-                self.solution.multiplier,
-                self.solution.slack,
-                self.scaled,
-                self.errors,
-            )
-            self.noise, noise = noise, self._noise(noise, missed, w)
+            solution = solve_quadratic(P, q, self.G, self.h, border=LAST, start=solution)
+            found = solution.x
+            missed = self.A @ found - self.b
+            self.moved = solution.response(self.scaled.T @ self.errors)
+            self.noise, noise = noise, self._noise(noise, found, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
         self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
         self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])
         x = self.x.copy()
-        x[self.unknown] = self.solution.x
+        x[self.unknown] = found
         self.wrench, self.shift = self._by_foot(x), x[self.layout.shift].copy()
 
-    def _noise(self, noise: np.ndarray, missed: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return how noisy the motion is: rows missed by more than their errors leave them."""
+    def _noise(
+        self, noise: np.ndarray, x: np.ndarray, missed: np.ndarray, w: np.ndarray
+    ) -> np.ndarray:
+        """Return how noisy the motion is: rows missed by more than their errors leave them.
+
+        That of each row, by half (in logarithms) that of all four that tell.
+        """
         found = np.ones(6)
-        for i in (0, 1, 3, 4):
-            rows = self.blocks[NET[i]]
-            left = self.scaled[rows] @ self.moved - self.errors[rows]
-            expected = float(np.sqrt(np.mean(left**2))) / w[rows.start]
-            found[i] = noise[i] * _rms(missed, [rows]) / expected / USUAL[i]
-        self.ratio = found.copy()
-        k = float(np.sqrt(np.mean(found[[0, 1, 3, 4]] ** 2)))
-        found = np.sqrt(np.maximum(found, 0.1) * k) if EACH else np.full(6, k)
+        told = [0, 1, 3, 4]
+        for i in told:
+            rows, own = self.blocks[NET[i]], self.blocks[f"noise{i}"]
+            bend = self.A[rows][:, self.sways[i]]
+            total = missed[rows] - bend @ x[self.sways[i]]
+            left = (self.scaled[rows] @ self.moved - self.errors[rows]) / w[rows.start]
+            left -= bend @ (self.moved[self.sways[i]] - self.errors[own] / w[own.start])
+            found[i] = noise[i] * np.sqrt(np.mean(total**2) / np.mean(left**2)) / USUAL[i]
+        k = float(np.sqrt(np.mean(found[told] ** 2)))
+        found = np.sqrt(found * k)
         found[2], found[5] = np.sqrt(k), k
         return np.maximum(1.0, found)
 

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.models.coordinates import REFERENCE_HEIGHT, REFERENCE_MASS
 
 STIFFNESS: Mapping[str, float] = {
@@ -51,7 +52,9 @@ STIFFNESS: Mapping[str, float] = {
 DAMPING: Mapping[str, float] = {"lumbar": 2.0, "thorax": 2.0, "": 0.5}
 """Damping [N m s/rad], by the beginning of the name."""
 
-_SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
+SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
+"""Joints of a leg whose moments depend on each other's angles."""
+
 _DEG = 180.0 / np.pi
 
 
@@ -77,24 +80,59 @@ def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) 
     moments: list[Any] = []
     for i, name in enumerate(names):
         stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_r", "_l") else (name, "")
-        sagittal = [f"{s}{side}" for s in _SAGITTAL]
-        if stem in _SAGITTAL and all(s in at for s in sagittal):
+        sagittal = [f"{s}{side}" for s in SAGITTAL]
+        if stem in SAGITTAL and all(s in at for s in sagittal):
             H, K, A = (q[at[s]] * _DEG for s in sagittal)
-            if stem == "hip_flexion":
-                m = exp(1.4655 - 0.0034 * K - 0.0750 * H) - exp(1.3403 - 0.0226 * K + 0.0305 * H)
-                m = m + 8.072
-            elif stem == "knee_angle":
-                m = exp(1.800 + 0.0460 * A - 0.0352 * K + 0.0217 * H)
-                m = m - exp(-3.971 + 0.0004 * A + 0.0495 * K - 0.0128 * H)
-                m = m - 4.820 + exp(2.220 - 0.150 * K)
-            else:
-                m = exp(-7.9763 - 0.1949 * A + 0.0008 * K)
-                m = m - exp(2.1016 + 0.0843 * A - 0.0176 * K) + 1.792
+            terms, offset = _terms(H, K, A)[SAGITTAL.index(stem)]
+            m = sum(sign * exp(power) for sign, _, power in terms) + offset
         else:
             m = -STIFFNESS.get(stem, 0.0) * q[i]
         damping = next(d for start, d in DAMPING.items() if stem.startswith(start))
         moments.append(factor * (m - damping * qd[i]))
     return moments
+
+
+def sagittal_springs(
+    angles: Float[Array, "3 n_legs"], factor: float = 1.0
+) -> tuple[Float[Array, "3 n_legs"], Float[Array, "3 n_legs"]]:
+    """Return passive moments of hips, knees and ankles at rest, and how stiff they are there.
+
+    Args:
+        angles: Their angles, one row for each of :data:`SAGITTAL` [rad].
+        factor: From :func:`scale`.
+
+    Returns:
+        Moments [N m], and by how much each falls with its own angle, never negative [N m/rad].
+    """
+    moments, stiffness = np.empty_like(angles), np.empty_like(angles)
+    for i, (terms, offset) in enumerate(_terms(*(angles * _DEG))):
+        values = [sign * np.exp(power) for sign, _, power in terms]
+        moments[i] = sum(values) + offset
+        rates = zip(values, terms, strict=True)
+        stiffness[i] = -_DEG * sum(value * own for value, (_, own, _) in rates)
+    return factor * moments, factor * stiffness
+
+
+def _terms(H: Any, K: Any, A: Any) -> tuple[tuple[tuple, float], ...]:
+    """Return the exponentials of hip, knee and ankle and what is added to them.
+
+    Of each: its sign, its exponent's derivative by the joint's own angle, and its exponent; angles
+    in degrees.
+    """
+    hip = (
+        (1.0, -0.0750, 1.4655 - 0.0034 * K - 0.0750 * H),
+        (-1.0, 0.0305, 1.3403 - 0.0226 * K + 0.0305 * H),
+    )
+    knee = (
+        (1.0, -0.0352, 1.800 + 0.0460 * A - 0.0352 * K + 0.0217 * H),
+        (-1.0, 0.0495, -3.971 + 0.0004 * A + 0.0495 * K - 0.0128 * H),
+        (1.0, -0.150, 2.220 - 0.150 * K),
+    )
+    ankle = (
+        (1.0, -0.1949, -7.9763 - 0.1949 * A + 0.0008 * K),
+        (-1.0, 0.0843, 2.1016 + 0.0843 * A - 0.0176 * K),
+    )
+    return (hip, 8.072), (knee, -4.820), (ankle, 1.792)
 
 
 def _exponential(q: Any):

@@ -1,17 +1,71 @@
-r"""Sparse convex quadratic programs, solved by PIQP's interior point ([Schwan2023]_, in CasADi).
+r"""Convex quadratic programs over time: banded, but for a few unknowns that concern all of it.
 
-.. math:: \min_x\; \tfrac12 x^T P x + q^T x \quad\text{with}\quad G x \le h .
+.. math:: \min_x\; \tfrac12 x^T P x + q^T x \quad\text{with}\quad G x \le h,
+
+by the predictor-corrector interior point of [Mehrotra1992]_. Unknowns are ordered by time, so that
+:math:`P + G^T D G` is a band with a border of the few unknowns that come last; each step costs one
+Cholesky factor of the band.
 """
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import cho_factor, cho_solve, cho_solve_banded, cholesky_banded
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import SolverError
 
-OPTIONS = {"eps_abs": 1e-7, "eps_rel": 1e-8, "max_iter": 100}
+TOLERANCE = 1e-6
+MOST = 80  # steps
+WARM = 1e-3  # slacks and multipliers to begin with from another optimum, at least
+FLOOR = 1e-9  # added to the diagonal, of one
+
+
+class BorderedBand:
+    """Factor of a symmetric positive definite matrix: a band with a dense border.
+
+    Args:
+        rows: Row of each entry of the lower triangle; entries of one place are added.
+        columns: Column of each.
+        size: Number of rows.
+        border: How many rows at the end are dense.
+    """
+
+    def __init__(self, rows: np.ndarray, columns: np.ndarray, size: int, border: int):
+        self.inner, self.border = size - border, border
+        self.band = rows < self.inner
+        self.width = int((rows - columns)[self.band].max(initial=0))
+        self.place = (rows - columns)[self.band] * self.inner + columns[self.band]
+        self.edge = (rows - self.inner)[~self.band] * size + columns[~self.band]
+
+    def factor(self, values: Float[Array, " n_entries"]) -> None:
+        """Factor the matrix with these entries.
+
+        Raises:
+            LinAlgError: If it is not positive definite.
+        """
+        n, b = self.inner, self.border
+        cells = (self.width + 1) * n
+        band = np.bincount(self.place, values[self.band], cells).reshape(self.width + 1, n)
+        edge = np.bincount(self.edge, values[~self.band], b * (n + b)).reshape(b, n + b)
+        band[0] += FLOOR
+        self.lower = cholesky_banded(band, lower=True, overwrite_ab=True, check_finite=False)
+        self.across = edge[:, :n]
+        self.reach = cho_solve_banded((self.lower, True), self.across.T, check_finite=False)
+        corner = np.tril(edge[:, n:])
+        corner = corner + np.tril(corner, -1).T - self.across @ self.reach
+        self.corner = cho_factor(corner + FLOOR * np.eye(b), lower=True) if b else None
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Return the solution for a right-hand side (n,) or several (n, m)."""
+        n = self.inner
+        inner = cho_solve_banded((self.lower, True), right[:n], check_finite=False)
+        if self.corner is None:
+            return inner
+        last = cho_solve(self.corner, right[n:] - self.across @ inner)
+        return np.concatenate([inner - self.reach @ last, last])
 
 
 @dataclass(frozen=True)
@@ -19,12 +73,28 @@ class QuadraticSolution:
     """Optimum of a quadratic program."""
 
     x: Float[Array, " n"]  #: Unknowns
-    multiplier: Float[Array, " m"]  #: Of each inequality, not negative
-    slack: Float[Array, " m"]  #: What is left of each inequality, not negative
+    multiplier: Float[Array, " m"]  #: Of each inequality, positive
+    slack: Float[Array, " m"]  #: What is left of each inequality, positive
+    steps: int  #: Steps that were taken
+    _factor: BorderedBand
+    _scale: np.ndarray
+
+    def response(self, right: Float[Array, "n k"]) -> Float[Array, "n k"]:
+        r"""Return :math:`(P + G^T \tfrac{z}{s} G)^{-1}` times some vectors.
+
+        That is how the optimum moves with :math:`-q`, limits that hold holding on.
+        """
+        return self._scale[:, None] * self._factor.solve(self._scale[:, None] * right)
 
 
 def solve_quadratic(
-    P: Any, q: Float[Array, " n"], G: Any, h: Float[Array, " m"], *, solver: str = "piqp"
+    P: Any,
+    q: Float[Array, " n"],
+    G: Any,
+    h: Float[Array, " m"],
+    *,
+    border: int = 0,
+    start: QuadraticSolution | None = None,
 ) -> QuadraticSolution:
     """Return the optimum of a convex quadratic program with inequalities.
 
@@ -33,39 +103,83 @@ def solve_quadratic(
         q: Linear part.
         G: Inequalities; SciPy sparse, (m, n).
         h: Their upper limits.
-        solver: CasADi's name of the solver.
+        border: How many unknowns at the end may be tied to all others.
+        start: Optimum of a program that differs little.
 
     Raises:
-        SolverError: If there is none, or none was found.
+        SolverError: If none was found.
     """
-    import casadi as ca
+    scale = 1.0 / np.sqrt(np.maximum(np.asarray(P.diagonal()), 1e-12))
+    S = sp.diags_array(scale)
+    P, q, G = (S @ P @ S).tocsr(), scale * q, (G @ S).tocsr()
+    Gt = G.T.tocsr()
+    lower = sp.tril(P).tocoo()
+    products, rows, columns = _products(G)
+    matrix = BorderedBand(
+        np.concatenate([lower.row, rows]), np.concatenate([lower.col, columns]), len(q), border
+    )
+    m = len(h)
+    try:
+        if start is None:
+            matrix.factor(np.concatenate([lower.data, products @ np.ones(m)]))
+            x = matrix.solve(Gt @ h - q)
+            s, z = np.maximum(h - G @ x, 1e-2), np.full(m, 1e-2)
+        else:
+            x = start.x / scale
+            s, z = (np.maximum(v, WARM) for v in (start.slack, start.multiplier))
+        for step in range(MOST):
+            dual, primal = P @ x + q + Gt @ z, G @ x + s - h
+            gap = float(s @ z) / max(m, 1)
+            far = max(abs(dual).max() / (1 + abs(q).max()), abs(primal).max(initial=0.0))
+            if max(far, gap) < TOLERANCE:
+                return QuadraticSolution(scale * x, z, s, step, matrix, scale)
+            matrix.factor(np.concatenate([lower.data, products @ (z / s)]))
 
-    unknowns = np.sqrt(np.asarray(P.diagonal()))
-    unknowns = 1.0 / np.where(unknowns > 0, unknowns, 1.0)
-    hessian = _casadi(P.multiply(unknowns[:, None]).multiply(unknowns[None]))
-    limits = _casadi(G.multiply(unknowns[None]))
-    shape = {"h": hessian.sparsity(), "a": limits.sparsity()}
-    options: dict[str, Any] = {"error_on_fail": False}
-    if solver == "piqp":
-        options["piqp"] = OPTIONS
-    run = ca.conic("ground_forces", solver, shape, options)
-    result = run(h=hessian, g=unknowns * q, a=limits, lba=-np.inf, uba=h)
-    if not run.stats()["success"]:
-        raise SolverError(
-            f"the quadratic program of {len(q)} unknowns and {len(h)} inequalities was not solved "
-            f"({run.stats().get('unified_return_status', 'no reason given')})"
-        )
-    x = unknowns * np.asarray(result["x"]).ravel()
-    multiplier = np.maximum(np.asarray(result["lam_a"]).ravel(), 0.0)
-    return QuadraticSolution(x, multiplier, np.maximum(h - G @ x, 0.0))
+            dx, ds, dz = _step(matrix, G, Gt, s, z, dual, primal, s * z)
+            if m:
+                a, b = _furthest(s, ds), _furthest(z, dz)
+                centre = (float((s + a * ds) @ (z + b * dz)) / m / gap) ** 3 * gap
+                target = s * z + ds * dz - centre
+                dx, ds, dz = _step(matrix, G, Gt, s, z, dual, primal, target)
+            a = 0.995 * min(_furthest(s, ds), _furthest(z, dz)) if m else 1.0
+            x, s, z = x + a * dx, s + a * ds, z + a * dz
+    except np.linalg.LinAlgError as error:
+        raise SolverError(f"the quadratic program of {len(q)} unknowns is singular") from error
+    raise SolverError(
+        f"the quadratic program of {len(q)} unknowns and {m} inequalities was not solved in {MOST} "
+        "steps"
+    )
 
 
-def _casadi(matrix: Any) -> Any:
-    """Return a SciPy sparse matrix as CasADi's."""
-    import casadi as ca
+def _step(matrix: BorderedBand, G, Gt, s, z, dual, primal, target):
+    """Return Newton's step of unknowns, slacks and multipliers to ``s z = s z - target``."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        dx = matrix.solve(-dual - Gt @ (z / s * primal - target / s))
+        ds = -primal - G @ dx
+        return dx, ds, -(target + z * ds) / s
 
-    m = matrix.tocsc()
-    m.sort_indices()
-    rows, columns = m.shape
-    pattern = ca.Sparsity(rows, columns, m.indptr.tolist(), m.indices.tolist())
-    return ca.DM(pattern, m.data)
+
+def _products(G) -> tuple[sp.csr_array, np.ndarray, np.ndarray]:
+    """Return what weights of the rows give of ``G^T D G``: matrix, rows and columns (lower)."""
+    counts = np.diff(G.indptr)
+    row = np.repeat(np.arange(G.shape[0]), counts)
+    pairs: list[tuple[np.ndarray, ...]] = []
+    most = int(counts.max(initial=0))
+    for step in range(most):  # each entry with the one `step` further on in its row
+        one = np.arange(len(row) - step)
+        one = one[row[one] == row[one + step]]
+        a, b = G.indices[one], G.indices[one + step]
+        value = G.data[one] * G.data[one + step]
+        pairs.append((np.maximum(a, b), np.minimum(a, b), value, row[one]))
+    if not pairs:
+        return sp.csr_array((0, G.shape[0])), np.zeros(0, int), np.zeros(0, int)
+    high, low, value, of = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    key, at = np.unique(high.astype(np.int64) * G.shape[1] + low, return_inverse=True)
+    matrix = sp.coo_array((value, (at, of)), shape=(len(key), G.shape[0])).tocsr()
+    return matrix, key // G.shape[1], key % G.shape[1]
+
+
+def _furthest(values: np.ndarray, change: np.ndarray) -> float:
+    """Return how much of a change, at most all, leaves the values positive."""
+    falls = change < 0
+    return float(np.min(-values[falls] / change[falls], initial=1.0))

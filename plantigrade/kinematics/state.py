@@ -69,7 +69,8 @@ class PointSet:
         cls, human: Human, places: Sequence[Any], model: mujoco.MjModel | None = None
     ) -> "PointSet":
         """Return the points of whatever has a ``body`` and a ``position`` in its frame [m]."""
-        return cls(human, [p.body for p in places], np.array([p.position for p in places]), model)
+        local = np.array([p.position for p in places], dtype=float).reshape(-1, 3)
+        return cls(human, [p.body for p in places], local, model)
 
     def __len__(self) -> int:
         """Return the number of points."""

@@ -3,14 +3,23 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
 from plantigrade.bounds import AGES, SEEDS, word
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
-from plantigrade.options import Flag, Number, OptionalPath, Seconds, Years, refuse_unknown
+from plantigrade.options import (
+    Flag,
+    Number,
+    OptionalPath,
+    OptionalWord,
+    Seconds,
+    Years,
+    optional,
+    refuse_unknown,
+)
 from plantigrade.synthesize.tasks.settings import Basis
 
 TRACK, PAPER = "track", "zhakatayev2023"
@@ -103,6 +112,50 @@ class ReproduceSettings(FitSettings):
     """The default set, the paper's own, or what the paper tried without."""
     no_dynamics: Flag = False
     """Leave out the hierarchy of forces: no ground reactions, no joint moments."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateSettings(FitSettings):
+    """Everything that decides a simulation; what a recording needs to be fitted is among it."""
+
+    activity = "a simulation"
+    ranges = {
+        "duration": (0.01, 3600, "s"),
+        "rate": (100, 20000, "1/s"),
+        "control_rate": (1, 20000, "1/s"),
+        "torque_rise": (0, 10, "s"),
+        "stiffness": (0, 100, "times what is usual"),
+        "seed": SEEDS,
+    }
+
+    controller: Literal["passive", "posture", "stable-pd"] | None = None
+    """What moves the person; posture where one stands, stable-pd where there is a motion."""
+    ground: OptionalWord = None
+    """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,PERIOD,WAY]."""
+    push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()
+    """Push at the trunk: newtons, seconds, direction (0 forward, 90 left), when; repeatable."""
+    duration: Seconds = None
+    """How long; as long as the motion if absent, 5 s where there is none."""
+    rate: float = 1800.0
+    """Steps of the physics per second; a whole multiple of control_rate."""
+    control_rate: float = 100.0
+    """Commands, and frames that are kept, per second."""
+    torque_rise: float = 0.0
+    """How long a motor takes from nothing to its greatest torque [s]; at once if zero."""
+    stiffness: float = 1.0
+    """Stiffness of posture and stable-pd; 1 is four times the strength of a joint per radian."""
+    seed: int = 0
+    """Seed of everything random."""
+
+    def __post_init__(self):
+        """Refuse what the world would refuse, before any work."""
+        super().__post_init__()
+        if self.controller is not None:
+            word("controller", self.controller, ("passive", "posture", "stable-pd"))
+        if self.rate < self.control_rate:
+            raise ParameterError(
+                f"rate={self.rate:g} must be a whole multiple of control_rate={self.control_rate:g}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from plantigrade.dynamics.passive import DAMPING, STIFFNESS, passive_moments, scale
+from plantigrade.dynamics.passive import (
+    DAMPING,
+    STIFFNESS,
+    passive_moments,
+    sagittal_springs,
+    scale,
+)
 from plantigrade.models.coordinates import REFERENCE_HEIGHT, REFERENCE_MASS
 from tests.models.presets import PRESETS, person
 
@@ -112,3 +118,17 @@ def test_symbols_and_numbers_agree():
     made = ca.Function("moments", [x, y], [ca.vertcat(*passive_moments(names, x, y, 0.8))])
     found = np.array(made(q, v)).ravel()
     np.testing.assert_allclose(found, np.array(passive_moments(names, q, v, 0.8)), rtol=1e-12)
+
+
+def test_springs_of_the_leg_are_its_moments_and_their_slopes():
+    rng = np.random.default_rng(0)
+    angles = np.deg2rad(rng.uniform([[-10], [0], [-30]], [[90], [110], [20]], (3, 4)))
+    moments, stiffness = sagittal_springs(angles, 1.3)
+    assert (stiffness > 0).all()
+    small = 1e-6
+    for i, (q, m, k) in enumerate(zip(angles.T, moments.T, stiffness.T, strict=True)):
+        for j in range(3):
+            moved = [np.array(passive_moments(LEG, q + s * np.eye(3)[j], np.zeros(3), 1.3))
+                     for s in (-small, 0.0, small)]  # fmt: skip
+            assert moved[1][j] == pytest.approx(m[j]), (i, j)
+            assert (moved[0][j] - moved[2][j]) / (2 * small) == pytest.approx(k[j], rel=1e-4)

@@ -1,0 +1,62 @@
+"""Simulate a person in the physical world."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from plantigrade.commands.options import RunOptions, command_line
+from plantigrade.commands.outcome import Outcome
+from plantigrade.workflows.settings import SimulateSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command(SimulateSettings, RunOptions):
+    """Put a person, or a motion, into the physical world with a controller.
+
+    A recording is fitted first, a run is taken as it is; without either a person stands. The exit
+    code is 0 if the person is on the feet at the end, 3 if it fell or the simulation diverged.
+    """
+
+    source: Annotated[
+        tyro.conf.Positional[Path | None],
+        tyro.conf.arg(metavar="[FILE|RUN]", help_behavior_hint=""),
+    ] = None
+    """Recording or run folder whose motion is put into the world."""
+
+    def run(self) -> Outcome:
+        """Simulate and write the run folder."""
+        from plantigrade.commands.progress import Progress
+        from plantigrade.workflows.save import save
+        from plantigrade.workflows.simulate import simulate
+
+        progress = Progress(quiet=self.quiet)
+        self.refuse_existing(f"simulate-{self.source.stem if self.source else 'standing'}")
+        settings = SimulateSettings.of(self)
+        run = simulate(self.source, settings, step=progress.step, command=command_line())
+        with progress.step("writing the report and the viewer"):
+            run = save(run, self.out, overwrite=self.overwrite)
+        for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
+            progress.warn(sentence)
+        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+
+
+def summary(folder: Path, metrics: dict[str, Any]) -> str:
+    """Return what a reader wants to know first."""
+    seconds = metrics["seconds"]["simulate"]
+    ended = "on the feet" if metrics["status"] == "ok" else metrics["status"]
+    lines = [
+        f"{folder}: {metrics['duration_s']:.2f} s of physics in {seconds:.1f} s, {ended}",
+        f"  controller       {metrics['controller']}; motors up to "
+        f"{metrics['motor_torque_max_percent']:.0f} % of the joints' strength",
+        f"  vertical force   {metrics['vertical_force_mean_bw']:.2f} body weights on average, "
+        f"{metrics['vertical_force_max_bw']:.2f} at most",
+    ]
+    if "tracking_error_rms_deg" in metrics:
+        lines.append(f"  motion           {metrics['tracking_error_rms_deg']:.1f}° off, RMS")
+    lines += [
+        f"  report           {folder / 'report.html'}",
+        f"  viewer           {folder / 'viewer.html'}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,9 @@
+"""Controllers: what moves a person in a world, ``controller(state) -> command``.
+
+The world knows none of them; anything that is called with a state and returns a command is one.
+"""
+
+from plantigrade.control.posture import Posture, passive
+from plantigrade.control.tracking import Tracking
+
+__all__ = ["Posture", "Tracking", "passive"]

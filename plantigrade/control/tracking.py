@@ -1,0 +1,48 @@
+"""Stable PD to a motion."""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.motion import Motion
+from plantigrade.world import Command, StablePD, State
+
+
+class Tracking:
+    """Springs and dampers to a motion, joint by joint, by stable PD [Tan2011]_.
+
+    The target is the motion at the end of the control step, with its velocities; after the last
+    frame it stands still. Nothing looks at balance, so a walk soon falls: what follows a motion and
+    stays on its feet needs more.
+
+    Args:
+        motion: A motion of the person in the world; its first frame is the start.
+        stiffness: Of the springs, by what is usual: by the strength of a joint.
+    """
+
+    def __init__(self, motion: Motion, stiffness: float = 1.0):
+        self.motion, self.stiffness = motion, stiffness
+
+    def __call__(self, state: State) -> Command:
+        """Go where the motion is next."""
+        actuators = state.world.actuators
+        target, velocity = self.at(state.time + 1.0 / state.world.control_rate)
+        now, _ = self.at(state.time)
+        return StablePD(
+            target,
+            velocity,
+            stiffness=self.stiffness * actuators.stiffness,
+            damping=self.stiffness * actuators.damping,
+            signals={"tracking_error": float(np.sqrt(np.mean((state.angles - now) ** 2)))},
+        )
+
+    def at(self, time: float) -> tuple[Float[Array, " n_hinges"], Float[Array, " n_hinges"]]:
+        """Return angles and rates a time after the start [rad, rad/s]."""
+        own = self.motion.time
+        t = own[0] + time
+        if t >= own[-1]:
+            return self.motion.qpos[-1, 7:], np.zeros(self.motion.qpos.shape[1] - 7)
+        i = int(np.searchsorted(own, t, side="right")) - 1
+        h = own[i + 1] - own[i]
+        u = (t - own[i]) / h
+        q, v = self.motion.qpos[:, 7:], self.motion.qvel[:, 6:]
+        return (1 - u) * q[i] + u * q[i + 1], (1 - u) * v[i] + u * v[i + 1]

@@ -1,0 +1,38 @@
+"""The physical world: a person on a ground, disturbances, and time that any controller steps.
+
+What is named here is public: a :class:`World` with a ``controller(state) -> command``::
+
+    world = World(Human.create(), disturbances=(Push(force=100.0, duration=0.2, time=1.0),))
+    record = world.simulate(lambda state: StablePD(state.human.standing()[7:]), 3.0)
+"""
+
+from plantigrade.world.command import PD, Acceleration, Command, StablePD, Torque
+from plantigrade.world.disturbance import Disturbance, PhasePush, Push
+from plantigrade.world.falls import Fall
+from plantigrade.world.platform import FloorShift, Platform, Tilting
+from plantigrade.world.start import on_ground, standing_on
+from plantigrade.world.state import State
+from plantigrade.world.things import Box, Rope
+from plantigrade.world.world import Controller, World
+
+__all__ = [
+    "PD",
+    "Acceleration",
+    "Box",
+    "Command",
+    "Controller",
+    "Disturbance",
+    "Fall",
+    "FloorShift",
+    "PhasePush",
+    "Platform",
+    "Push",
+    "Rope",
+    "StablePD",
+    "State",
+    "Tilting",
+    "Torque",
+    "World",
+    "on_ground",
+    "standing_on",
+]

@@ -1,0 +1,195 @@
+"""Commands as MuJoCo's actuators: gains, armature and limits, set once for each command."""
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.dynamics.passive import (
+    DAMPING,
+    SAGITTAL,
+    STIFFNESS,
+    passive_moments,
+    sagittal_springs,
+    scale,
+)
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.world.command import PD, Acceleration, Command, Commanded, Hinges, StablePD, Torque
+
+STRENGTH_STIFFNESS = 4.0
+"""Stiffness of a joint by default, by its greatest torque [1/rad]: with it a person stands."""
+TIME = 0.1
+"""Damping by stiffness, by default [s], as in [Park2020]_."""
+RIGID = 1000.0
+"""Armature that prescribes an acceleration [kg m²]."""
+BEYOND = np.deg2rad(15.0)
+"""So far beyond the range of a joint its passive moment grows [rad]."""
+
+
+class Actuators:
+    """The motors and the passive moments of a person in a world.
+
+    Args:
+        human: The person.
+        model: The model of the world, whose actuators, armature and springs are set.
+        passive: Whether joints resist by themselves (:mod:`plantigrade.dynamics.passive`).
+        rise: How long a motor takes from nothing to its greatest torque [s]; zero: no time.
+
+    Attributes:
+        stiffness: Of :class:`StablePD` where a command names none [N m/rad].
+        damping: Likewise [N m s/rad].
+    """
+
+    def __init__(self, human: Human, model: mujoco.MjModel, *, passive: bool, rise: float = 0.0):
+        self.model, self.n, self.rise = model, len(human.coordinates), rise
+        low, high = human.model.jnt_actfrcrange[1:].T
+        self._limits = np.array([low, high])
+        self.stiffness = STRENGTH_STIFFNESS * np.maximum(-low, high)
+        self.damping = TIME * self.stiffness
+        self._hinges = slice(6, 6 + self.n)
+        self._own = model.dof_armature[self._hinges].copy()
+        self._human, self._sagittal = human, list[int]()
+        self._factor = scale(human.mass, human.height) if passive else 0.0
+        if passive:
+            self._resist(human)
+        self._loose = model.dof_damping[self._hinges].copy()
+        self._spring = model.jnt_stiffness[1 : 1 + self.n].copy()
+        self.reset()
+
+    def reset(self) -> None:
+        """Start from motors at rest."""
+        self._motor, self._limited = np.zeros(self.n), True
+        if self.rise:
+            self.model.actuator_forcerange[: self.n] = 0.0
+
+    def _resist(self, human: Human) -> None:
+        """Give the joints damping, and springs where their moment is linear."""
+        factor = self._factor
+        for i, name in enumerate(human.coordinates):
+            stem = name[:-2] if name[-2:] in ("_r", "_l") else name
+            rate = next(d for start, d in DAMPING.items() if stem.startswith(start))
+            self.model.dof_damping[6 + i] = factor * rate
+            self.model.jnt_stiffness[1 + i] = factor * STIFFNESS.get(stem, 0.0)
+            self.model.qpos_spring[7 + i] = 0.0
+        names = [f"{stem}_{side}" for side in SIDES for stem in SAGITTAL]
+        if set(names) <= set(human.coordinates):
+            self._sagittal = [human.hinge(name) for name in names]
+            self._range = human.limits[:, self._sagittal] + [[-BEYOND], [BEYOND]]
+
+    def command(self, command: Commanded, data: mujoco.MjData) -> Command:
+        """Set what a command asks for, from now on, and return it as a command.
+
+        Raises:
+            ParameterError: If it does not fit this person.
+        """
+        if command is None:
+            command = Command()
+        elif isinstance(command, np.ndarray):
+            command = Torque(command)
+        elif not isinstance(command, Command):
+            raise ParameterError(
+                f"a controller returned {type(command).__name__}; it may return a Command "
+                "(Torque, StablePD, PD, Acceleration), torques as an array, or None"
+            )
+        model, n, h = self.model, self.n, self.model.opt.timestep
+        stiffness, damping, force = np.zeros(n), np.zeros(n), np.zeros(n)
+        armature = np.zeros(n)
+        if isinstance(command, Torque):
+            force = self._numbers("torque", command.torque)
+        elif isinstance(command, StablePD):
+            stiffness = self._numbers("stiffness", command.stiffness, self.stiffness)
+            damping = self._numbers("damping", command.damping, self.damping)
+            if (stiffness < 0).any() or (damping < 0).any():
+                raise ParameterError("stiffness and damping must not be negative")
+            force = stiffness * self._numbers("target", command.target)
+            force += damping * self._numbers("velocity", command.velocity, 0.0)
+            force += self._numbers("torque", command.torque, 0.0)
+            if not isinstance(command, PD):
+                damping = damping + h * stiffness
+                armature = h * damping
+        elif isinstance(command, Acceleration):
+            armature = np.full(n, RIGID)
+            wanted = self._numbers("acceleration", command.acceleration)
+            mujoco.mj_forward(model, data)
+            force = RIGID * wanted + data.qfrc_bias[self._hinges]
+            model.actuator_forcerange[:n] = [-np.inf, np.inf]
+        model.actuator_biasprm[:n, 1] = -stiffness
+        model.actuator_biasprm[:n, 2] = -damping
+        data.ctrl[:n] = force
+        self._passive(data)
+        self._motor, self._limited = armature, not isinstance(command, Acceleration)
+        if self._limited and not self.rise:
+            model.actuator_forcerange[:n] = self._limits.T
+        # What is damped or springs back by itself is implicit, too.
+        own = self._own + h * (self._loose + h * model.jnt_stiffness[1 : 1 + n])
+        model.dof_armature[self._hinges] = own + armature
+        return command
+
+    def ease(self, data: mujoco.MjData, time: float) -> None:
+        """Let torques rise in a finite time; to be called before every few steps.
+
+        Args:
+            data: The world.
+            time: Until the next call [s].
+        """
+        if self.rise and self._limited:
+            torque, step = data.qfrc_actuator[self._hinges], time / self.rise
+            bounds = [np.clip(torque + step * x, *self._limits) for x in self._limits]
+            self.model.actuator_forcerange[: self.n] = np.stack(bounds, axis=1)
+
+    def resistance(self, angles: Hinges) -> Hinges:
+        """Return the passive moments of hinges at rest [N m].
+
+        Args:
+            angles: Their angles [rad].
+        """
+        names = self._human.coordinates
+        rest = np.zeros(self.n)
+        return np.array(passive_moments(names, angles, rest, self._factor))
+
+    def _passive(self, data: mujoco.MjData) -> None:
+        """Put tangents of the passive moments of hips, knees and ankles into springs."""
+        if not self._sagittal:
+            return
+        hinges = self._sagittal
+        q = np.clip(data.qpos[7:][hinges], *self._range)
+        moments, stiffness = sagittal_springs(q.reshape(-1, 3).T, self._factor)
+        self.model.jnt_stiffness[1:][hinges] = stiffness.T.ravel()
+        self.model.qpos_spring[7:][hinges] = q
+        data.qfrc_applied[6:][hinges] = moments.T.ravel()
+
+    def joint_forces(
+        self, data: mujoco.MjData, constraint: Float[Array, " nv"]
+    ) -> Float[Array, " n_hinges"]:
+        """Return what acts at the hinges, of all that is not touched from outside [N m].
+
+        Motors, passive moments, stops and contact of the body with itself, as the person without
+        armature feels them.
+
+        Args:
+            data: The world, after a step.
+            constraint: Generalised force of stops and contact with itself.
+        """
+        given = data.qfrc_actuator + data.qfrc_passive + data.qfrc_applied + constraint
+        return (given - self.model.dof_armature * data.qacc)[self._hinges]
+
+    def motor_torques(self, data: mujoco.MjData) -> Float[Array, " n_hinges"]:
+        """Return the torques of the motors alone [N m]."""
+        hinges = self._hinges
+        return data.qfrc_actuator[hinges] - self._motor * data.qacc[hinges]
+
+    def _numbers(self, name: str, value, default=None) -> Float[Array, " n_hinges"]:
+        """Return one number a hinge."""
+        if value is None and default is not None:
+            value = default
+        try:
+            numbers = np.broadcast_to(np.asarray(value, dtype=float), (self.n,))
+        except (TypeError, ValueError):
+            numbers = None
+        if numbers is None or not np.isfinite(numbers).all():
+            raise ParameterError(
+                f"a command's {name} must be {self.n} finite numbers, one for each of "
+                f"Human.coordinates, not {value!r:.80}"
+            )
+        return numbers

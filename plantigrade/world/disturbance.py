@@ -1,0 +1,207 @@
+"""What else acts on a person in a world: the interface, and forces at a body."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+
+if TYPE_CHECKING:
+    from plantigrade.world.world import World
+
+TRUNK = ("thorax", "torso")
+LIFTED, LOADED = 0.01, 0.05
+"""A foot is off the ground below the one, and on it above the other [body weights]."""
+SWING = 0.1
+"""A foot that strikes was off the ground for so long [s]."""
+
+
+def trunk(human: Human, body: str = "") -> int:
+    """Return the index of a body, of the upper trunk if none is named.
+
+    Raises:
+        CoordinateNotFound: If there is no such body.
+    """
+    return human.body(body or next(b for b in TRUNK if b in human.body_names))
+
+
+class Disturbance:
+    """Something that acts on a world; a subclass overrides what it needs.
+
+    One disturbance may serve several worlds: what it keeps of one is ``world.memory[self]``.
+    """
+
+    def add(self, spec: mujoco.MjSpec, human: Human) -> None:
+        """Add bodies or tendons to the model of the world, after the person."""
+
+    def reset(self, world: "World") -> None:
+        """Make ready at the start."""
+
+    def edges(self) -> tuple[float, ...]:
+        """Return when it begins and ends; no step of the physics reaches over an edge [s]."""
+        return ()
+
+    def act(self, world: "World") -> None:
+        """Act from now until the next control step or edge: add to ``data.xfrc_applied``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Push(Disturbance):
+    """A constant force at the centre of mass of a body.
+
+    Attributes:
+        force: Its size [N].
+        duration: How long it acts [s].
+        direction: Where it pushes to, over the ground: 0 forward, a quarter turn to the left
+            [rad].
+        time: When it begins [s].
+        body: Name of the body; the upper trunk if empty.
+
+    Raises:
+        ParameterError: If a number is not finite, or the duration not positive.
+    """
+
+    force: float
+    duration: float
+    direction: float = 0.0
+    time: float = 0.0
+    body: str = ""
+
+    def __post_init__(self):
+        """Refuse what is no push."""
+        if not np.isfinite([self.force, self.duration, self.direction, self.time]).all():
+            raise ParameterError(f"{self} has a number that is not finite")
+        if not self.duration > 0 or self.time < 0:
+            raise ParameterError(f"{self} must last longer than 0 s and begin at 0 s or later")
+
+    @staticmethod
+    def written(word: str) -> "Push":
+        """Return the push of a word: newtons, seconds, direction in degrees, when in seconds.
+
+        Or, for when, a foot and a percentage of its gait cycle: ``"r25"``.
+
+        Raises:
+            ParameterError: If it is none.
+
+        Example:
+            >>> Push.written("100,0.2,90,1.5").time
+            1.5
+        """
+        *size, when = word.split(",")
+        side, percent = (when[:1], when[1:]) if when[:1] in SIDES else ("", when)
+        try:
+            force, duration, direction, at = (float(part) for part in (*size, percent))
+        except ValueError:
+            raise ParameterError(
+                f"{word!r} is no push: write NEWTON,SECONDS,DIRECTION_DEG,AT_S such as "
+                "100,0.2,90,1.5, to the left after 1.5 s; or r25 for AT_S, at 25 % of a right cycle"
+            ) from None
+        turned = float(np.deg2rad(direction))
+        if not side:
+            return Push(force=force, duration=duration, direction=turned, time=at)
+        return PhasePush(
+            force=force, duration=duration, direction=turned, side=side, phase=0.01 * at
+        )
+
+    def on(self, human: Human) -> int:
+        """Return the index of the body it acts on.
+
+        Raises:
+            CoordinateNotFound: If there is no such body.
+        """
+        return trunk(human, self.body)
+
+    @property
+    def vector(self) -> Float[Array, " 3"]:
+        """The force, world [N]."""
+        return self.force * np.array([np.cos(self.direction), np.sin(self.direction), 0.0])
+
+    def reset(self, world: "World") -> None:
+        """Refuse a body that is not there, before any work."""
+        self.on(world.human)
+
+    def edges(self) -> tuple[float, ...]:
+        """Return when it begins and ends [s]."""
+        return (self.time, self.time + self.duration)
+
+    def act(self, world: "World") -> None:
+        """Push while it lasts."""
+        if self.time - 1e-9 <= world.time < self.time + self.duration - 1e-9:
+            world.push(self.on(world.human), self.vector)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhasePush(Push):
+    """A push at a phase of the gait, once: so much of a cycle after a foot strikes the ground.
+
+    How long a cycle lasts is told by the strike before; so the first two strikes are waited for.
+
+    Attributes:
+        side: Which foot, ``"r"`` or ``"l"``.
+        phase: Part of its cycle that has passed, from 0 to 1.
+        time: Strikes before this do not count [s].
+
+    Raises:
+        ParameterError: As :class:`Push`, or if there is no such side or phase.
+    """
+
+    side: str = "r"
+    phase: float = 0.0
+
+    def __post_init__(self):
+        """Refuse what is no phase."""
+        super().__post_init__()
+        if self.side not in SIDES or not 0.0 <= self.phase <= 1.0:
+            raise ParameterError(f"{self}: side must be 'r' or 'l', the phase within 0 and 1")
+
+    def reset(self, world: "World") -> None:
+        """Wait for a step."""
+        super().reset(world)
+        world.memory[self] = Steps()
+
+    def edges(self) -> tuple[float, ...]:
+        """Return nothing: when it begins is not known yet."""
+        return ()
+
+    def act(self, world: "World") -> None:
+        """Push when it is time."""
+        steps: Steps = world.memory[self]
+        mine = np.array([site.side == self.side for site in world.sites])
+        if steps.begin is None:
+            force = float(world.contact_force()[mine, 2].sum())
+            steps.look(world.time, force / (world.human.mass * GRAVITY), self)
+        begin = np.inf if steps.begin is None else steps.begin
+        if begin - 1e-9 <= world.time < begin + self.duration - 1e-9:
+            world.push(self.on(world.human), self.vector)
+
+
+@dataclass
+class Steps:
+    """What a push at a phase has seen of a foot.
+
+    Attributes:
+        begin: When to push [s].
+        strike: The last strike [s].
+        off: Since when the foot has been off the ground [s].
+    """
+
+    begin: float | None = None
+    strike: float | None = None
+    off: float | None = None
+
+    def look(self, time: float, load: float, push: PhasePush) -> None:
+        """See the load of the foot at a time [body weights, s]."""
+        if load < LIFTED:
+            self.off = time if self.off is None else self.off
+        elif load > LOADED:
+            swung = self.off is not None and time - self.off >= SWING
+            self.off = None
+            if swung and time >= push.time:
+                if self.strike is not None:
+                    self.begin = time + push.phase * (time - self.strike)
+                self.strike = time

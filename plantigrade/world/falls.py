@@ -1,0 +1,70 @@
+"""When a person has fallen: something else than feet and seat carries it on the ground."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.models import Human
+from plantigrade.world.scene import GROUND, LIMBS
+
+LOW = 0.35
+"""A centre of mass this low over the lower foot, of its height in standing, is carried no more."""
+
+
+@dataclass(frozen=True)
+class Fall:
+    """A fall.
+
+    Attributes:
+        time: When it was seen [s].
+        body: What touched the ground; empty where the centre of mass was too low.
+    """
+
+    time: float
+    body: str = ""
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        what = f"{self.body} touched the ground" if self.body else "the centre of mass sank too low"
+        return f"fell at {self.time:.2f} s: {what}"
+
+
+class FallWatch:
+    """Looks for falls in a world.
+
+    Args:
+        human: The person.
+        model: The model of the world.
+    """
+
+    def __init__(self, human: Human, model: mujoco.MjModel):
+        names = [model.geom(i).name for i in range(model.ngeom)]
+        ground = [n.startswith(GROUND) and not n.startswith("seat") for n in names]
+        self._ground = np.array(ground)
+        self._body, self._human = np.array(model.geom_bodyid), human
+        own = (self._body > 0) & (self._body <= len(human.body_names))
+        self._limb = own & ((np.array(model.geom_contype) & LIMBS) > 0)
+        standing = mujoco.MjData(human.model)
+        standing.qpos[:] = human.standing()
+        mujoco.mj_kinematics(human.model, standing)
+        mujoco.mj_comPos(human.model, standing)
+        self._feet = [human.body(f"foot_{side}") for side in ("r", "l")]
+        self._low = LOW * self._height(standing)
+
+    def look(self, data: mujoco.MjData, time: float) -> Fall | None:
+        """Return the fall that the last step shows, if it does."""
+        if data.ncon:
+            first, second = np.array(data.contact.geom).T
+            down = (self._ground[first] & self._limb[second]) | (
+                self._ground[second] & self._limb[first]
+            )
+            hit = np.flatnonzero(down & (np.array(data.contact.efc_address) >= 0))
+            if len(hit):
+                geom = second[hit[0]] if self._limb[second[hit[0]]] else first[hit[0]]
+                return Fall(time, self._human.body_names[int(self._body[geom]) - 1])
+        return Fall(time) if self._height(data) < self._low else None
+
+    def _height(self, data: mujoco.MjData) -> float:
+        """Return the height of the centre of mass over the lower ankle [m]."""
+        return float(data.subtree_com[1, 2] - data.xpos[self._feet, 2].min())

@@ -1,0 +1,54 @@
+"""The Record of a world."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from plantigrade.arrays import Array
+from plantigrade.record import Record
+from plantigrade.world.recorder import Recorder
+
+if TYPE_CHECKING:
+    from plantigrade.world.world import World
+
+
+def record_of(world: "World", recorder: Recorder) -> Record:
+    """Return what a recorder kept of a world.
+
+    Signals: ``world.motor`` the torques of the motors alone [N m], ``world.push`` the sum of pushes
+    [N], and what the controller said, as ``controller.NAME``.
+
+    Raises:
+        ParameterError: If nothing was kept.
+    """
+    until = np.inf if world.fall is None else world.fall.time
+    motion = recorder.motion(until)
+    n, nv = motion.n_frames, world.human.model.nv
+    tau = np.zeros((n, nv))
+    tau[:, 6:] = recorder.rows["tau"]
+    signals: dict[str, Array] = {"world.motor": np.array(recorder.rows["motor"])}
+    pushes = np.zeros((n, 3))
+    for i, frame in enumerate(recorder.pushed):
+        pushes[i] = np.sum([force for _, force, _ in frame], axis=0) if frame else 0.0
+    if pushes.any():
+        signals["world.push"] = pushes
+    signals |= recorder.kept_signals()
+    notes = [] if world.fall is None else [f"The person {world.fall}."]
+    if world.diverged is not None:
+        notes.append(
+            f"The simulation diverged at {world.diverged:.2f} s; what came before is kept."
+        )
+    if "ground.place" in signals:
+        notes.append(
+            "The ground moved (signal ground.place: shift [m] and tilt [rad]); pages and checker "
+            "take it as it is at rest."
+        )
+    return Record(
+        world.human,
+        motion,
+        qfrc_actuator=tau,
+        **recorder.contacts(),
+        ground=world.ground,
+        signals=signals,
+        notes=tuple(notes),
+    )

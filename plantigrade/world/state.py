@@ -1,0 +1,69 @@
+"""What a controller sees of a world."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.state import State as BodyState
+from plantigrade.models import Human
+
+if TYPE_CHECKING:
+    from plantigrade.world.world import World
+
+
+class State:
+    """The person at one instant.
+
+    Attributes:
+        time: Since the start [s].
+        qpos: Configuration, read only.
+        qvel: Velocity, read only.
+        world: The world, for what is not here: its MuJoCo ``model`` and ``data``, its ``ground``.
+    """
+
+    def __init__(self, world: "World"):
+        """Copy what a world is at now."""
+        human = world.human
+        self.world, self.time = world, world.time
+        self.qpos = world.data.qpos[: human.model.nq].copy()
+        self.qvel = world.data.qvel[: human.model.nv].copy()
+        self.qpos.flags.writeable = self.qvel.flags.writeable = False
+
+    @property
+    def human(self) -> Human:
+        """The person."""
+        return self.world.human
+
+    @property
+    def angles(self) -> Float[Array, " n_hinges"]:
+        """Angles of the hinges, in the order of :attr:`Human.coordinates` [rad]."""
+        return self.qpos[7:]
+
+    @property
+    def rates(self) -> Float[Array, " n_hinges"]:
+        """Their rates [rad/s]."""
+        return self.qvel[6:]
+
+    @cached_property
+    def body(self) -> BodyState:
+        """The evaluated body: centre of mass, places, Jacobians, momentum."""
+        return self.world.evaluated(self.qpos, self.qvel)
+
+    @cached_property
+    def contact_force(self) -> Float[Array, "n_sites 3"]:
+        """Force of the ground at each contact sphere, in the last step of the physics [N].
+
+        In the order of :func:`~plantigrade.contact.site.contact_sites`.
+        """
+        return self.world.contact_force()
+
+    def foot_force(self, side: str) -> Float[Array, " 3"]:
+        """Return the force of the ground on a foot, ``"r"`` or ``"l"`` [N]."""
+        mine = [site.side == side for site in self.world.sites]
+        return np.asarray(self.contact_force[np.array(mine)].sum(axis=0))
+
+    def __repr__(self) -> str:
+        """Return when it is."""
+        return f"State(time={self.time:.3f})"

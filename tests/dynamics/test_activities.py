@@ -1,0 +1,121 @@
+"""Forces of what is no walk: what was put in comes out, and a seat is part of the equilibrium."""
+
+import numpy as np
+import pytest
+
+import plantigrade as pg
+from plantigrade.analyze.estimated_forces import estimate_figures, support_push
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.dynamics.ground_forces import ForceScales, estimate_forces
+from plantigrade.dynamics.inverse import inverse_dynamics
+from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, pelvis_angles_to_quaternion
+from plantigrade.synthesize.tasks.chair import seated_posture
+from plantigrade.workflows.fit import fit_trial
+
+TIME = np.arange(24) / 50.0
+
+
+@pytest.fixture(scope="module")
+def human() -> Human:
+    return Human.create(height=1.75, mass=70.0)
+
+
+def at_rest(human: Human, qpos: np.ndarray) -> Motion:
+    still = np.zeros((len(TIME), human.model.nv))
+    return Motion(TIME, np.tile(qpos, (len(TIME), 1)), still, human.joint_names, still)
+
+
+@pytest.fixture(scope="module")
+def sitting(human):
+    q = seated_posture(human, 0.45)
+    quat = pelvis_angles_to_quaternion(q[None, :3])[0]
+    motion = at_rest(human, np.concatenate([OPENSIM_TO_WORLD @ q[3:6], quat, q[6:]]))
+    return motion, estimate_forces(human, motion)
+
+
+def test_seat_and_feet_carry_who_sits(human, sitting):
+    motion, found = sitting
+    assert [(s.name, s.body) for s in found.supports] == [("seat", "pelvis")]
+    weight = human.mass * GRAVITY
+    seat, feet = found.support_force[:, 0], found.forces.force.sum(axis=1)
+    np.testing.assert_allclose((seat + feet) / weight, np.tile([0.0, 0.0, 1.0], (24, 1)), atol=0.01)
+    assert (seat[:, 2] > 0.7 * weight).all()
+    assert (feet[:, 2] > 0.02 * weight).all()
+    tau = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, found.forces).tau
+    push = support_push(human, motion, found)
+    assert (tau[:, 2] > 0.7 * weight).all()
+    assert np.abs((tau - push)[:, :3]).max() < 0.02 * weight
+    np.testing.assert_array_equal(push[:, 6:], 0.0)  # on the pelvis: no joint feels it
+    peak = estimate_figures(found)["seat_force_peak_n"]
+    assert peak == seat[:, 2].max()
+
+
+def test_standing_feet_press_as_little_against_each_other_as_joints_can_do_with(human):
+    """The motion does not tell it: without the least of activations nothing would."""
+    qpos = human.standing()
+    for side in SIDES:
+        qpos[7 + human.hinge(f"hip_adduction_{side}")] -= 0.2
+        qpos[7 + human.hinge(f"subtalar_angle_{side}")] += 0.2
+    qpos[2] -= lowest(human, qpos[None])[0]
+    found = estimate_forces(human, at_rest(human, qpos)).forces
+    right, left = found.force[12] / (human.mass * GRAVITY)
+    # legs apart: each force passes inward, near the hip
+    hip = human.model.body_pos[human.body("femur_l")][1]
+    out = found.point[12, 1, 1] - hip
+    assert out > 0.05
+    height = qpos[2] + human.model.body_pos[human.body("femur_l")][2]
+    np.testing.assert_allclose(left[1], -0.5 * out / height, atol=0.025)
+    np.testing.assert_allclose(right, left * [1.0, -1.0, 1.0], atol=1e-3)
+    assert left[1] < -0.02
+
+
+def test_scales_follow_what_is_done():
+    walk, stand = ForceScales.of(walks=True, flies=False), ForceScales.of(walks=False, flies=False)
+    run = ForceScales.of(walks=False, flies=True)
+    assert walk == ForceScales()
+    assert np.isinf(walk.effort)
+    assert stand.effort == run.effort == 1.0
+    assert run.bend[2] / walk.bend[2] == pytest.approx((run.rate / walk.rate) ** 2)
+
+
+def test_a_jump_keeps_higher_frequencies_and_flies_without_force(data):
+    trial = fit_trial(data / "deepmimic" / "humanoid3d_jump.txt")[1]
+    assert trial.cutoff == 15.0
+    assert trial.ground is not None
+    assert trial.ground.flies
+    force, time = trial.ground.forces.force[..., 2], trial.motion.time
+    assert (force[(time > 0.86) & (time < 1.2)] == 0).all()
+    assert force[time < 0.75].sum(axis=1).min() > 0
+
+
+def exact(run, k: int) -> np.ndarray:
+    return run.record.foot(SIDES[k]).force / run.record.weight
+
+
+@pytest.mark.slow
+def test_a_squat_gives_back_the_forces_it_was_made_with():
+    run = pg.synthesize("squat")
+    found = estimate_forces(run.record.human, run.record.motion)
+    for k in (0, 1):
+        off = found.forces.force[:, k] / run.record.weight - exact(run, k)
+        assert (np.sqrt(np.mean(off**2, axis=0)) < [0.005, 0.02, 0.005]).all()
+        place = found.forces.point[:, k] - run.record.foot(SIDES[k]).centre_of_pressure
+        assert (np.nanmedian(np.abs(place), axis=0)[:2] < [0.002, 0.008]).all()
+    assert found.supports == ()
+
+
+@pytest.mark.slow
+def test_rising_from_a_chair_gives_back_what_seat_and_feet_carried():
+    run = pg.synthesize("sit-to-stand")
+    found = estimate_forces(run.record.human, run.record.motion)
+    seat = [i for i, site in enumerate(run.record.sites) if not site.side]
+    made = run.record.contact_force[:, seat, 2].sum(axis=1) / run.record.weight
+    off = found.support_force[:, 0, 2] / run.record.weight - made
+    assert np.sqrt(np.mean(off**2)) < 0.1
+    late = run.record.motion.time > 0.9
+    for k in (0, 1):
+        off = (found.forces.force[:, k] / run.record.weight - exact(run, k))[late]
+        assert (np.sqrt(np.mean(off**2, axis=0)) < [0.005, 0.02, 0.005]).all()

@@ -1,0 +1,149 @@
+"""Ropes, boxes, ground that moves, pushes at a phase: they do what mechanics says."""
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze.check import check
+from plantigrade.contact.ground import Ground
+from plantigrade.control import Posture
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.world import (
+    Box,
+    FloorShift,
+    PhasePush,
+    Push,
+    Rope,
+    Tilting,
+    World,
+    standing_on,
+)
+from plantigrade.world.disturbance import Steps
+from plantigrade.world.grounds import ground_named, platform_named
+
+HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
+
+
+def world(*disturbances, **options) -> World:
+    return World(HUMAN, disturbances=disturbances, **{"rate": 600.0, **options})
+
+
+def test_a_rope_pulls_towards_its_anchor_while_it_pulls():
+    anchor = (0.0, 3.0, 1.2)
+    record = world(Rope(force=30.0, anchor=anchor, time=0.1, duration=0.1)).simulate(Posture(), 0.3)
+    force = record.signals["world.push"]
+    pulling = (record.motion.time > 0.099) & (record.motion.time < 0.199)
+    np.testing.assert_allclose(np.linalg.norm(force, axis=1), 30.0 * pulling, atol=1e-9)
+    way = np.array(anchor) - record.contact_point[pulling, -1]
+    assert np.abs(np.cross(force[pulling], way)).max() < 0.01 and (force[pulling, 1] > 29).all()
+    assert check(record).measures["root_moment"].value < 0.05
+
+
+def test_a_box_brings_its_momentum():
+    """A box thrown at a person in the air: what one loses the other gains."""
+    box = Box(position=(0.8, 0.0, 2.2), velocity=(-5.0, 0.0, 0.0), time=0.05, mass=3.0)
+    thrown = world(box, passive=False, recording=False)
+    thrown.model.opt.gravity[:] = 0.0
+    qpos = standing_on(HUMAN, Ground())
+    qpos[2] += 1.0
+    state = thrown.reset(qpos=qpos, qvel=np.zeros(HUMAN.model.nv))
+    place = slice(HUMAN.model.nv, HUMAN.model.nv + 3)
+    for _ in range(5):
+        state = thrown.step()
+    assert not state.body.com_velocity.any()
+    for _ in range(35):
+        state = thrown.step()
+    gained = HUMAN.mass * state.body.com_velocity
+    lost = 3.0 * (np.array(box.velocity) - thrown.data.qvel[place])
+    assert gained[0] < -5.0
+    np.testing.assert_allclose(gained, lost, atol=0.02)
+
+
+def test_what_a_box_does_is_in_the_record_and_no_fall():
+    box = Box(position=(0.0, 0.0, 1.95), time=0.02, mass=1.0, size=(0.15, 0.15, 0.15))
+    made = world(box)
+    record = made.simulate(Posture(), 0.3)
+    hit = record.signals["world.push"]
+    assert hit[:, 2].min() < -20.0 and made.fall is None
+    assert "push_head" in [site.name for site in record.sites]
+    assert check(record).measures["root_force"].value < 0.05
+
+
+def test_the_floor_carries_along_who_stands_on_it():
+    record = world(FloorShift(distance=0.05, duration=0.3, time=0.05)).simulate(Posture(), 0.6)
+    np.testing.assert_allclose(record.signals["ground.place"][-1], [0.05, 0, 0, 0], atol=1e-4)
+    heel = [i for i, site in enumerate(record.sites) if "heel" in site.name]
+    moved = record.contact_point[-1, heel, 0] - record.contact_point[2, heel, 0]
+    np.testing.assert_allclose(moved, 0.05, atol=0.004)
+    assert any("ground moved" in note for note in record.notes)
+    assert check(record).measures["root_force"].value < 0.1
+
+
+@pytest.mark.parametrize("direction", [0.0, np.pi / 2])
+def test_a_plate_tilts_as_it_is_told(direction):
+    plate = Tilting(amplitude=0.06, period=1.0, direction=direction)
+    assert plate.place(1.25)[2:] == pytest.approx(
+        [0.06 * np.cos(direction), 0.06 * np.sin(direction)]
+    )
+    swaying = world(plate, recording=False)
+    hold, state = Posture(), swaying.reset()
+    while swaying.time < 0.25:
+        state = swaying.step(hold(state))
+    place = swaying.data.qpos[HUMAN.model.nq : HUMAN.model.nq + 4]
+    np.testing.assert_allclose(place, plate.place(swaying.time), atol=2e-4)
+    level = swaying.data.geom("floor_plate").xmat.reshape(3, 3)
+    wanted = {0.0: level[2, 0], np.pi / 2: level[2, 1]}[direction]
+    assert wanted > 0.005  # up in front, or on the left
+    assert sum(state.foot_force(side)[2] for side in "rl") > 300.0
+
+
+def test_ground_that_moves_must_be_level_and_alone():
+    tilting = Tilting(amplitude=0.1)
+    for ground, disturbances in (
+        (ground_named("slope:5"), (tilting,)),
+        (ground_named("dome:1"), (tilting,)),
+        (Ground(), (tilting, FloorShift(distance=0.1))),
+    ):
+        with pytest.raises(ParameterError, match="level"):
+            World(HUMAN, ground, disturbances, rate=300.0)
+
+
+def test_a_push_at_a_phase_waits_for_two_strikes():
+    push = PhasePush(force=10.0, duration=0.1, side="l", phase=0.25)
+    steps = Steps()
+    for i in range(400):  # strikes at 0.4, 1.4, 2.4 s; what lifts for a moment is no step
+        time = 0.01 * i
+        load = 0.0 if time % 1.0 < 0.4 or 0.7 < time % 1.0 < 0.75 else 0.9
+        if steps.begin is None:
+            steps.look(time, load, push)
+    assert steps.begin == pytest.approx(1.4 + 0.25 * 1.0, abs=0.011)
+    word = Push.written("10,0.1,90,l25")
+    assert word == PhasePush(force=10.0, duration=0.1, direction=np.pi / 2, side="l", phase=0.25)
+    record = world(push, rate=300.0).simulate(Posture(), 0.2)
+    assert "world.push" not in record.signals
+
+
+def test_grounds_that_tilt_by_name():
+    assert platform_named("flat") is None
+    assert platform_named("tilting:5") == Tilting(amplitude=np.deg2rad(5.0))
+    side = platform_named("tilting:5,2,90")
+    assert side == Tilting(amplitude=np.deg2rad(5.0), period=2.0, direction=np.deg2rad(90.0))
+    for word in ("tilting", "tilting:x", "tilting:60", "tilting:5,0"):
+        with pytest.raises(ParameterError, match="tilt"):
+            platform_named(word)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Rope(force=-1.0, anchor=(0.0, 0.0, 0.0)),
+        lambda: Box(position=(0.0, 0.0, np.nan)),
+        lambda: Box(position=(0.0, 0.0, 1.0), mass=0.0),
+        lambda: FloorShift(distance=0.1, duration=0.0),
+        lambda: PhasePush(force=1.0, duration=1.0, side="x"),
+        lambda: PhasePush(force=1.0, duration=1.0, phase=2.0),
+    ],
+)
+def test_what_is_no_disturbance_is_refused(make):
+    with pytest.raises(ParameterError):
+        make()
