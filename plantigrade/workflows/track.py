@@ -125,9 +125,10 @@ class Tracked:
         Raises:
             ReproduceError: If the recording came without force plates.
         """
-        moved = (self.human, self.motion.qpos, self.motion.qvel, self.motion.qacc)
-        moments = inverse_dynamics(*moved, self.estimate.forces)
         motion, found = self.motion, self.estimate
+        assert motion.qacc is not None
+        moved = (self.human, motion.qpos, motion.qvel, motion.qacc)
+        moments = inverse_dynamics(*moved, found.forces)
         keep = (motion.time >= self.start - 1e-9) & (motion.time <= self.stop + 1e-9)
         sites = tuple(
             ContactSite(body=f"foot_{side}", name=f"foot_{side}", side=side, measured=True)

@@ -9,6 +9,7 @@ from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
+from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.load_intervals import EARLY, LATE
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.contacts import ContactInterval as Contact
@@ -17,8 +18,10 @@ from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
+from plantigrade.motion.resample import interpolate
 from plantigrade.synthesize import ContactBody, synthesize
 from plantigrade.synthesize.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
+from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.workflows.textbook import textbook_walk
 
 pytestmark = pytest.mark.solver
@@ -78,6 +81,37 @@ def test_sum_of_forces_is_newtons(human, tracked):
     asked = centroid(human, m.qpos, m.qvel, m.qacc).force
     assert asked is not None
     np.testing.assert_allclose(m.force.sum(axis=1), asked, atol=1e-3 * s.body.weight)
+
+
+def test_forces_keep_near_the_estimated_ones(human, walk, tracked):
+    """In most of the stance the load on each foot is within its 90 % band, or nearly."""
+    s, begin = tracked
+    found = estimate_forces(human, walk)
+    weight = s.body.weight
+    for k, side in enumerate("rl"):
+        m = s.sample(s.problem.nodes)
+        own = [i for i, site in enumerate(s.body.sites) if site.side == side]
+        load = m.force[:, own].sum(axis=1) / weight
+        wanted = interpolate(m.time + begin, walk.time, found.forces.force[:, k] / weight)
+        band = interpolate(m.time + begin, walk.time, found.force_band[:, k] / weight)
+        stands = wanted[:, 2] > 0.3
+        apart = np.abs(load - wanted)[stands]
+        assert np.mean(apart <= band[stands] + 0.03, axis=0).min() > 0.7
+        assert np.corrcoef(load[stands, 0], wanted[stands, 0])[0, 1] > 0.97
+
+
+def test_no_joint_is_overloaded_and_half_the_strength_would_not_do(tracked):
+    s, _ = tracked
+    times, use = s.overloaded(2)
+    assert len(times) == len(use) and use.max() < 1.1
+    weaker = tuple(
+        replace(t, strength=0.5, speed=1.0) if isinstance(t, Limits) else t for t in s.task.terms
+    )
+    half = replace(s, task=replace(s.task, terms=weaker))
+    _, more = half.overloaded(2)
+    assert more.max() >= 1.5 * use.max()
+    speed = np.abs(s.sample(times).qvel[:, 6:]).max(axis=1)
+    assert np.all(more >= speed - 1e-9)  # of 1 rad/s
 
 
 def test_flat_feet_stand_still_on_the_ground(human, tracked):

@@ -14,7 +14,7 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.resample import interpolate
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.terms.tracking import FootWrenches
+from plantigrade.synthesize.terms.tracking import FootWrenches, JointMoments
 
 NINETY = 1.645  # half-width of a 90 % band, of a normal distribution, in its standard deviations
 SUREST = (0.01, 0.003, 0.002)  # smallest errors: force [BW], centre [m], free moment [BW m]
@@ -35,16 +35,16 @@ def expected_wrenches(
     weight = human.mass * float(np.linalg.norm(human.model.opt.gravity))
     forces = found.forces
     point = np.array(forces.point[..., :2])
-    here = np.isfinite(point).all(axis=2)
+    here = np.asarray(np.isfinite(point).all(axis=2))
     for k in range(len(SIDES)):
         if here[:, k].any():  # in the air, where it is next or was last: of no weight there
             point[:, k] = interpolate(time, time[here[:, k]], point[here[:, k], k])
     point = np.nan_to_num(point)
-    sure = np.asarray(forces.valid_side, bool)
+    sure = forces.valid_side
 
     def error(band: Array, least: float, known: Array) -> Array:
-        found = np.maximum(np.nan_to_num(band, nan=np.inf) / NINETY, least)
-        return np.where(known.reshape(*known.shape, *(1,) * (band.ndim - 2)), found, np.inf)
+        sigma = np.maximum(np.nan_to_num(band, nan=np.inf) / NINETY, least)
+        return np.where(known if band.ndim == 2 else known[..., None], sigma, np.inf)
 
     return FootWrenches(
         time,
@@ -58,25 +58,37 @@ def expected_wrenches(
 
 
 def expected_moments(
-    human: Human, motion: Motion, found: GroundForces
-) -> tuple[Float[Array, "n_frames n_hinges"], Float[Array, "n_frames n_hinges"]]:
-    """Return the moments of the hinges with the estimated forces, and their standard errors [N m].
+    human: Human, motion: Motion, found: GroundForces, time: Float[Array, " n_frames"]
+) -> JointMoments:
+    """Return the moments of the hinges with the estimated forces, and their standard errors.
 
     The error is infinite where the estimate tells none: at joints within the foot.
+
+    Args:
+        human: Whose.
+        motion: The motion, with accelerations.
+        found: The estimate, on its frames.
+        time: Their times, as the task counts them [s].
     """
-    qacc = motion.qacc
-    if qacc is None:
-        qacc = np.gradient(motion.qvel, motion.time, axis=0)
-    moments = inverse_dynamics(human, motion.qpos, motion.qvel, qacc, found.forces)
-    tau, band = moments.tau[:, 6:], found.moment_band[:, 6:]
-    error = np.maximum(np.nan_to_num(band, nan=np.inf) / NINETY, SUREST_MOMENT * human.mass)
-    return np.nan_to_num(tau), np.where(np.isfinite(tau), error, np.inf)
+    assert motion.qacc is not None
+    moved = human, motion.qpos, motion.qvel, motion.qacc
+    tau = inverse_dynamics(*moved, found.forces).tau[:, 6:]
+    band = np.nan_to_num(found.moment_band[:, 6:], nan=np.inf)
+    error = np.maximum(band / NINETY, SUREST_MOMENT * human.mass)
+    error = np.where(np.isfinite(tau), error, np.inf)
+    return JointMoments(time, human.coordinates, np.nan_to_num(tau), error)
+
+
+def seat_share(human: Human, found: GroundForces) -> Float[Array, "n_frames 3"]:
+    """Return the estimated force of all that carries besides the feet [body weights]."""
+    weight = human.mass * float(np.linalg.norm(human.model.opt.gravity))
+    return np.nan_to_num(found.support_force).sum(axis=1) / weight
 
 
 def forces_at_sites(
     body: ContactBody,
     feet: FootWrenches,
-    net: Float[Array, "n_times 3"],
+    seat: Float[Array, "n_times 3"],
     q: Float[Array, "n_times nv"],
     carrying: Bool[Array, "n_times n_sites"],
 ) -> Float[Array, "n_times n_unknowns"]:
@@ -85,7 +97,7 @@ def forces_at_sites(
     Args:
         body: The person.
         feet: The wrenches at the times asked for.
-        net: Force of all that carries [body weights]; sites of no foot share what feet leave.
+        seat: Force that sites of no foot share [body weights].
         q: Coordinates at these times.
         carrying: Where a site may carry.
     """
@@ -109,7 +121,6 @@ def forces_at_sites(
             out[i, own, 2] += LEAST
         rest = [j for j, s in enumerate(sites) if not s.side and carrying[i, j]]
         if rest:
-            left = net[i] - out[i].sum(axis=0)
-            out[i, rest] = left / len(rest)
+            out[i, rest] = seat[i] / len(rest)
             out[i, rest, 2] = np.maximum(out[i, rest, 2], LEAST)
     return out.reshape(n, -1)

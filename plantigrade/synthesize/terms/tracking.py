@@ -61,46 +61,6 @@ class TrackAcceleration(Term):
 
 
 @dataclass(frozen=True)
-class TrackWrench(Term):
-    r"""Cost :math:`\int w_f |F - \bar F(t)|^2 + w_m |M - \bar M(t)|^2 dt` of the ground's wrench.
-
-    :math:`F = \sum_k f_k` and :math:`M = \sum_k (p_k - c) \times f_k`, about the centre of mass
-    :math:`c`, which set the acceleration of the centre of mass and the rate of angular momentum:
-    a recording shows these better than single joints where the recorded feet slide.
-
-    Attributes:
-        times: Times [s].
-        force: :math:`\bar F`, world [body weights].
-        moment: :math:`\bar M`, world [body weights · m].
-        weight: :math:`w_f`.
-        turning: :math:`w_m`.
-    """
-
-    times: Float[Array, " n_times"]
-    force: Float[Array, "n_times 3"]
-    moment: Float[Array, "n_times 3"]
-    weight: float = 300.0
-    turning: float = 300.0
-
-    def add_to(self, b: ProblemBuilder) -> None:
-        """Weigh the distance."""
-        import casadi as ca
-
-        sym, points = b.body.symbolic, list(b.body.sites)
-        names = tuple(f"{what} of the ground {x}" for what in ("push", "moment") for x in "xyz")
-
-        def wrench(q, v, a, u):
-            arm, com = sym.positions(points)(q), sym.com()(q)
-            f = ca.reshape(u, 3, len(points))
-            turn = sum(ca.cross(arm[:, k] - com, f[:, k]) for k in range(len(points)))
-            return ca.vertcat(ca.sum2(f), turn)
-
-        family = b.custom_family("wrench", names, wrench, "body weights")
-        target = _at(b.nodes, self.times, np.hstack([self.force, self.moment]))
-        b.penalise(family, 2.0 * np.repeat([self.weight, self.turning], 3), target)
-
-
-@dataclass(frozen=True)
 class FootWrenches:
     r"""Where the wrench on each foot is expected, and how closely; feet in the order r, l.
 
@@ -175,35 +135,43 @@ class TrackFeet(Term):
 
 
 @dataclass(frozen=True)
-class TrackMoments(Term):
-    r"""Cost :math:`\int w \sum_j ((\tau_j - \bar\tau_j) / \sigma_j)^2 dt` on joint moments.
-
-    Only of joints that bear much by tissue too (:attr:`ContactBody.stiff`): hip, knee and ankle in
-    their main plane.
+class JointMoments:
+    """What moments of joints are expected, and how closely.
 
     Attributes:
         times: Times [s].
         names: Hinges.
-        moment: Their expected moments [N m].
+        moment: Their moments [N m].
         error: Standard errors of these [N m]; infinite where nothing is known.
-        weight: :math:`w` [1/s].
     """
 
     times: Float[Array, " n_times"]
     names: tuple[str, ...]
     moment: Float[Array, "n_times n_hinges"]
     error: Float[Array, "n_times n_hinges"]
+
+
+@dataclass(frozen=True)
+class TrackMoments(Term):
+    r"""Cost :math:`\int w \sum_j ((\tau_j - \bar\tau_j) / \sigma_j)^2 dt` on joint moments.
+
+    Only of joints whose tissue bears much (:attr:`ContactBody.stiff`): hip, knee and ankle in their
+    main plane.
+
+    Attributes:
+        joints: What is expected.
+        weight: :math:`w` [1/s].
+    """
+
+    joints: JointMoments
     weight: float = 1.0
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the distance."""
-        stiff = b.body.stiff
-        columns = [self.names.index(name) for name in stiff]
-        if not columns:
-            return
-        target = _at(b.nodes, self.times, self.moment[:, columns]) / b.body.torque
-        with np.errstate(divide="ignore"):
-            sure = _at(b.nodes, self.times, b.body.torque / self.error[:, columns])
+        given, unit = self.joints, b.body.torque
+        columns = [given.names.index(name) for name in b.body.stiff]
+        target = _at(b.nodes, given.times, given.moment[:, columns]) / unit
+        sure = _at(b.nodes, given.times, unit / given.error[:, columns])
         b.penalise(b.family("joint torque"), 2.0 * self.weight * sure**2, target)
 
 
