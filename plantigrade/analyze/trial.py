@@ -143,7 +143,7 @@ class Trial:
             figures |= com_metrics(self.moments, self.forces, motion.qpos)
             figures |= _peak_moments(human, self.forces, self.moments)
         if self.ground is not None:
-            figures |= estimate_figures(self.ground)
+            figures |= estimate_figures(human, self.ground)
         return figures
 
 

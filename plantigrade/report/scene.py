@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from plantigrade.arrays import Array, Float, Int
+from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
@@ -53,6 +53,7 @@ class Scene:
         site_sides: ``"l"``, ``"r"`` or ``""`` of each site.
         total_force: Ground reaction of each side, right then left, then unknown [N].
         cop: Centre of pressure of each of them [m]; NaN where unloaded.
+        estimated: Where each of them was estimated, not measured; None where nothing was.
     """
 
     time: Float[Array, " n"]
@@ -76,6 +77,7 @@ class Scene:
     site_sides: tuple[str, ...] = ()
     total_force: Float[Array, "n 3 3"] | None = None
     cop: Float[Array, "n 3 3"] | None = None
+    estimated: Bool[Array, "n 3"] | None = None
 
 
 def assumed_bodies(record: Record) -> set[str]:
@@ -105,6 +107,7 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
     source = forces if forces is not None else record
     here = frames if source is record else nearest(source.motion.time, motion.time[frames])
     total, cop = side_forces(source)
+    estimated = estimated_sides(source)
     markers = record.recorded_markers
     floor = height_below(record.ground, com)
     window = CAMERA * motion.rate / step if len(frames) > 1 else 1.0  # in drawn frames
@@ -130,7 +133,14 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
         site_sides=tuple(site.side for site in source.sites),
         total_force=_take(total, here),
         cop=_take(cop, here),
+        estimated=None if estimated is None else estimated[here],
     )
+
+
+def estimated_sides(record: Record) -> Bool[Array, "n 3"] | None:
+    """Return where the force right, left and of no side was estimated; None where nothing was."""
+    told = record.signals.get("forces.measured")
+    return None if told is None else np.column_stack([~told, np.ones(len(told), dtype=bool)])
 
 
 def scene_model(record: Record) -> mujoco.MjModel:

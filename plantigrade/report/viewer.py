@@ -79,6 +79,7 @@ def viewer_html(
         "fitted": scene.fitted is not None,
         "force": has_cop and bool(np.any(scene.total_force)),
         "cop": has_cop,
+        "estimated": has_cop and scene.estimated is not None,
     }
     template = Environment(autoescape=True).from_string(template_text("viewer.html"))
     payload = page_data(record, scene) | {"curves": curves}
@@ -179,6 +180,7 @@ def page_data(record: Record, scene: Scene) -> dict[str, Any]:
         "many_contacts": max(counts, default=0) > 1,
         "total": _encoded(scene.total_force),
         "cop": _encoded(scene.cop),
+        "estimated": None if scene.estimated is None else encode(scene.estimated),
         "side_colours": theme.BY_SIDE,
         "weight": max(scene.weight, 1e-6),
         "height": standing_height(scene),

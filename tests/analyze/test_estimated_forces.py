@@ -81,19 +81,30 @@ def test_a_foot_beside_its_plate(plated, partly):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"residual_force": 0.3}, "0.30 body weights of net force are left over; something else"),
-        ({"residual_moment": 0.09}, "0.09 body weights times metre"),
+        ({"residual_force": 0.6}, "0.60 body weights of net force are left over; something else"),
+        ({"residual_moment": 0.2}, "0.20 body weights times metre"),
         ({"com_shift": np.array([0.2, 0.0, 0.0])}, "200 mm beside the body's own"),
         ({"residual_force": np.nan}, "something else"),
-        ({}, ""),
     ],
 )
 def test_what_feet_cannot_carry_is_refused(withheld, monkeypatch, change, said):
     found = replace(withheld.ground, **change)
     monkeypatch.setattr(estimated_forces, "estimate_forces", lambda *_, **__: found)
     ground, notes = estimate(withheld.fit.human, withheld.motion, None, withheld.soles)
-    assert (ground is None) == bool(said)
-    assert said in " ".join(notes)
+    assert ground is None and said in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("noise", "half", "said"),
+    [(1.2, 0.2, ""), (3.1, 0.3, "3.1 times as"), (1.0, 0.7, "±0.70")],
+)
+def test_where_the_knee_is_not_to_be_trusted(withheld, monkeypatch, noise, half, said):
+    band = np.full_like(withheld.ground.moment_band, half * withheld.fit.human.mass)
+    found = replace(withheld.ground, noise=noise, moment_band=band)
+    monkeypatch.setattr(estimated_forces, "estimate_forces", lambda *_, **__: found)
+    ground, notes = estimate(withheld.fit.human, withheld.motion, None, withheld.soles)
+    assert ground is found and said in " ".join(notes) and bool(said) == bool(notes)
+    assert not notes or "do not trust" in notes[0]
 
 
 def test_on_stairs_nothing_is_told(withheld):

@@ -9,6 +9,7 @@ from plantigrade.experiments import (
     gait_forces,
     gait_table,
     gait_walks,
+    ground_forces,
     spline_table,
     synthesis_tracking,
 )
@@ -16,7 +17,7 @@ from plantigrade.experiments.gait_walks import PEOPLE, Walks, reproduce_walks
 from plantigrade.experiments.table import Row
 from plantigrade.synthesize.zhakatayev2023 import MOTIONS
 
-OVER_TRIALS = (fit_accuracy, foot_segments, gait_forces, synthesis_tracking)
+OVER_TRIALS = (fit_accuracy, foot_segments, gait_forces, ground_forces, synthesis_tracking)
 
 
 @pytest.mark.parametrize("module", OVER_TRIALS)

@@ -9,7 +9,8 @@ import pytest
 from plantigrade.analyze.quantities import QUANTITY
 from plantigrade.analyze.reproduction import ROTATIONS, compare
 from plantigrade.motion.resample import resampled
-from plantigrade.report.pages import facts_of
+from plantigrade.report.pages import facts_of, run_viewer
+from plantigrade.report.scene import build_scene
 from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.sections.contacts import centre_of_pressure, inside_support, site_points
@@ -310,3 +311,12 @@ def test_estimates_without_a_gait_cycle_are_drawn_over_time(record):
     run = estimated(replace(record, motion=replace(record.motion, events=())))
     figures = sections(run)["Estimated ground reactions"].figures
     assert len(figures) == 6 and all("time [s]" in f.svg for f in figures)
+
+
+def test_arrows_of_estimated_forces_are_thin(record):
+    """What is drawn of a foot on a plate is as it was."""
+    told = build_scene(estimated(record, beside="plate").record).estimated
+    assert told is not None and told.all(axis=0).tolist() == [False, True, True]
+    assert build_scene(record).estimated is None
+    words = "Thin arrow: estimated"
+    assert words in run_viewer(estimated(record)) and words not in run_viewer(fitted(record))

@@ -20,6 +20,7 @@ const body = { p: decode(D.positions), q: decode(D.quats) };
 const ref = D.reference ? { p: decode(D.reference.positions), q: decode(D.reference.quats) } : null;
 const com = decode(D.com), recorded = decode(D.recorded), fitted = decode(D.fitted);
 const force = decode(D.force), point = decode(D.point), total = decode(D.total), cop = decode(D.cop);
+const estimated = decode(D.estimated);
 const floor = decode(D.floor) || new Float32Array(N), level = decode(D.level) || floor;
 const M = D.marker_names.length, K = D.contact_colours.length;
 

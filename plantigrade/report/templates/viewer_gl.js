@@ -240,7 +240,8 @@ function collect(at, ground) {
   }
   if (total && show.force) for (let s = 0; s < 3; s++) {
     const c = cop && mix3(cop, 3, s, at);
-    if (c && !Number.isNaN(c[0])) arrow(c, mix3(total, 3, s, at).map((x) => x * SCALE), 0.013, SIDE[s]);
+    const radius = estimated && estimated[at[0] * 3 + s] > 0.5 ? 0.006 : 0.013;
+    if (c && !Number.isNaN(c[0])) arrow(c, mix3(total, 3, s, at).map((x) => x * SCALE), radius, SIDE[s]);
   }
   if (force && point && show.force && D.many_contacts) for (let k = 0; k < K; k++)
     arrow(mix3(point, K, k, at), mix3(force, K, k, at).map((x) => x * SCALE), 0.006, CONTACT[k]);

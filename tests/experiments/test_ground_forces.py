@@ -1,0 +1,60 @@
+"""The table of forces without plates: its noise, its means, and one walk."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from plantigrade.experiments import ground_forces
+from plantigrade.experiments.ground_forces import BESIDE, NOISY, QUICK, with_noise
+from plantigrade.experiments.table import Row
+from tests.analyze.plated_walk import plated_walk
+
+
+def test_noise_is_of_the_size_that_is_said_and_the_same_each_time():
+    fit = plated_walk().fit()
+    noisy = with_noise(fit, "a")
+    np.testing.assert_array_equal(noisy.qpos, with_noise(fit, "a").qpos)
+    assert not np.array_equal(noisy.qpos, with_noise(fit, "b").qpos)
+    model, n = fit.human.model, len(fit.time)
+    off = np.empty((n, model.nv))
+    for f in range(n):
+        mujoco.mj_differentiatePos(model, off[f], 1.0, fit.qpos[f], noisy.qpos[f])
+    size = np.sqrt(np.mean(off**2, axis=0))
+    np.testing.assert_allclose(1e3 * size[:3], 1.0, rtol=1e-6)
+    np.testing.assert_allclose(np.rad2deg(size[6:]), 0.3, rtol=1e-6)
+    power = np.abs(np.fft.rfft(off[:, 6:], axis=0)) ** 2
+    slow = np.fft.rfftfreq(n, fit.time[1]) < 8.0
+    assert power[slow].sum() > 0.9 * power.sum()
+
+
+def test_means_are_of_halves_of_the_people_and_judged(monkeypatch, tmp_path):
+    """Settled recordings of r .99, the others of r .95: their goals are met, and missed."""
+
+    def rows(path, name):
+        r = 0.99 if any(part in name for part in ground_forces.SETTLED) else 0.95
+        return [Row(name, prefix + "vertical force, r", r) for prefix in ("", NOISY, BESIDE)]
+
+    names = (*ground_forces.WALKS, *ground_forces.MOVEMENTS)
+    for name in names:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    monkeypatch.setattr(ground_forces, "trial_rows", rows)
+    table = ground_forces.run(tmp_path)
+    means = {(r.subject, r.quantity): r for r in table.rows if r.goal}
+    assert len(means) == 6
+    settled = means["settled half", "vertical force, r"]
+    other = means["other half", NOISY + "vertical force, r"]
+    assert settled.value == pytest.approx(0.99) and settled.met
+    assert other.value == pytest.approx(0.95) and other.met is False
+    assert "OpenGRF" in table.text() and table.metrics()["goals_met"] == 3
+
+
+@pytest.mark.slow
+def test_a_walk_over_plates_without_them(data):
+    name = min(QUICK, key=lambda name: (data / name).stat().st_size)
+    rows = {row.quantity: row.value for row in ground_forces.trial_rows(data / name, name)}
+    assert rows["vertical force, r"] > 0.97 and rows["forward force, nRMSE"] < 8.0
+    assert rows["centre of pressure x, median error"] < 20.0 and rows["knee moment, r"] > 0.9
+    assert rows["vertical force in the 90 % band"] > 75.0
+    assert rows[BESIDE + "vertical force, RMSE"] < rows["vertical force, RMSE"]
+    assert rows[NOISY + "noise of the motion"] > 2.0 > rows["noise of the motion"]
