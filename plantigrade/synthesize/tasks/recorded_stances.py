@@ -30,6 +30,11 @@ LOADED = np.array([-EARLY, 0.0, 0.0, 0.0, LATE])
 DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
 
 
+PAD = 0.02
+"""A ball lower than this that comes down carries: the heel sinks a centimetre into its pad and the
+sole of a shoe, so the centre of pressure leaves it before the rigid ball would touch [m]."""
+
+
 def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     """Return which part of which foot touches when, from gait events or else from what rests.
 
@@ -51,15 +56,22 @@ def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
 def _settled(
     contact: ContactInterval, points: SolePaths, time: Float[Array, " n_frames"]
 ) -> ContactInterval:
-    """Return a contact without what is too high at its ends; heel strikes and toe offs stay."""
+    """Return a contact without what is too high at its ends; heel strikes and toe offs stay.
+
+    A ball or toes that come down touch from :data:`PAD` on, before they are still.
+    """
     index = points.of(contact.side, contact.region)
+    height = points.position[:, index, 2].min(axis=1)
     inside = (time >= contact.start) & (time <= contact.stop)
-    low = time[inside & (points.position[:, index, 2].min(axis=1) < DOWN)]
+    low = time[inside & (height < DOWN)]
     if len(low) < 3:
         return contact
-    first = contact.start if contact.region == "heel" else float(low[0])
-    last = contact.stop if contact.region == "toes" else float(low[-1])
-    return replace(contact, start=first, stop=last)
+    first = int(np.searchsorted(time, low[0]))
+    while first > 0 and height[first - 1] < PAD:
+        first -= 1
+    start = contact.start if contact.region == "heel" else float(time[first])
+    stop = contact.stop if contact.region == "toes" else float(low[-1])
+    return replace(contact, start=start, stop=stop)
 
 
 def stances_of(
