@@ -30,6 +30,9 @@ NINETY = 1.645  # standard deviations of the half-width of a 90 % band
 NOISE_TIME = 0.04  # of the motion, filtered at some 6 Hz
 BEND_TIME = 0.04  # of forces and of joint moments
 PATH_TIME = 0.25  # of the centre of pressure's path: a person keeps to their own
+# Where nobody walks: how far persons are from the least activation, of that activation, and from
+# the foot's axis, of what a rolling foot may be
+ACTIVATION, ASIDE = 2.0, 0.5
 # What the spreads are multiplied by, so that the bands hold what plates measured
 FORCE, POINT, TORQUE, MOMENT = 1.1, 1.7, 1.2, 1.6
 TIMING = 0.010  # standard deviation of gait events found from the motion [s]
@@ -52,25 +55,61 @@ def drawn_errors(
     place: dict[str, np.ndarray],
     shape: tuple[int, int],
     dt: float,
+    pace: float = 1.0,
     seed: int = 0,
 ) -> Float[Array, "n_rows n_draws"]:
-    """Return errors of all rows, in their scales, by block; the shift's are independent."""
+    """Return errors of all rows, in their scales, by block; the shift's are independent.
+
+    Args:
+        blocks: Rows by name.
+        place: Frame and carrier of the rows of a block.
+        shape: Number of frames and carriers.
+        dt: Time between frames [s].
+        pace: How many times higher the frequencies of the motion are than those of walking.
+        seed: Of the draws.
+    """
     rng = np.random.default_rng(seed)
     errors = np.empty((max(s.stop for s in blocks.values()), DRAWS))
     for name, rows in blocks.items():
         if name.startswith(("shift", "offset")):  # once for the recording
             errors[rows] = rng.normal(size=(rows.stop - rows.start, DRAWS))
             continue
-        alike = BEND_TIME
+        alike = BEND_TIME / pace
         if name.startswith(("force", "moment", "noise")):
-            alike = NOISE_TIME
-        elif name.startswith(("path", "free")):
+            alike = NOISE_TIME / pace
+        elif name.startswith(("path", "free", "effort")):
             alike = PATH_TIME
         frame, foot = place[name]
-        errors[rows] = (
-            np.sqrt(dt) * _smooth_noise(rng, (shape[0] + 2, shape[1]), alike / dt)[frame, foot]
-        )
+        wide = (shape[0] + 2, shape[1])
+        errors[rows] = np.sqrt(dt) * _smooth_noise(rng, wide, alike / dt)[frame, foot]
     return errors
+
+
+def calm_errors(
+    errors: Float[Array, "n_rows n_draws"],
+    blocks: dict[str, slice],
+    missed: Float[Array, " n_rows"],
+) -> Float[Array, "n_rows n_draws"]:
+    """Return the errors of a motion that is no gait, slower than one perhaps.
+
+    Moments and forces that change less than the scales of walking allow err less, too.
+
+    Args:
+        errors: From :func:`drawn_errors`.
+        blocks: Rows by name.
+        missed: By how much the rows are missed, in their scales.
+    """
+    out = errors.copy()
+    for kind in ("rate", "bend"):
+        rows = np.concatenate([np.r_[s] for name, s in blocks.items() if name.startswith(kind)])
+        out[rows] *= min(1.0, float(np.sqrt(np.mean(missed[rows] ** 2))))
+    effort = np.concatenate([np.r_[s] for n, s in blocks.items() if n.startswith("effort")])
+    if len(effort):
+        out[effort] *= ACTIVATION * float(np.sqrt(np.mean(missed[effort] ** 2)))
+    for name, rows in blocks.items():
+        if name.startswith("path"):
+            out[rows] *= ASIDE
+    return out
 
 
 def _smooth_noise(rng, shape: tuple[int, int], width: float) -> np.ndarray:

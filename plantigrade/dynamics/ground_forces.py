@@ -33,6 +33,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import (
+    calm_errors,
     drawn_errors,
     half_widths,
     resampled,
@@ -55,7 +56,7 @@ ROUNDS = 3  # times that the program is solved, as the noise turns out
 # Noise alike at all frequencies up to 5 Hz: RMS of its second derivative, over its own [1/s²]
 ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # By what rows are missed in recordings of little noise, over what their errors leave
-USUAL = (0.8, 0.8, 1.0, 0.7, 0.6, 1.0)
+USUAL = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
 # Path of the centre of pressure from the ankle over a stance, forward and outward in lengths of the
 # foot, and how far single persons stray from theirs [m]: mean of three people, five stances
 SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
@@ -82,13 +83,14 @@ class ForceScales:
     shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Of the centre of mass [m]
     rate: float = 0.7  #: Change of joint moments [BW m/s]
     bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Bend of forces [BW/s²]
-    twist: tuple[float, float, float] = (12.0, 12.0, 3.0)  #: Bend of foot moments [BW m/s²]
+    twist: tuple[float, float, float] = (15.0, 15.0, 3.0)  #: Bend of foot moments [BW m/s²]
     free: float = 0.007  #: Free moment [BW m]
     shear: float = 0.1  #: Horizontal force of a seat [BW]
-    path: float = 2.0  #: Centre of pressure from its usual path, in its standard deviations
+    path: float = 1.5  #: Centre of pressure from its usual path, in its standard deviations
     offset: tuple[float, float] = (0.010, 0.010)  #: Of a foot's path, for the recording [m]
     effort: float = np.inf  #: Joint moments, as a share of the joint's strength
-    loading: float = 12.0  #: Fastest growth of the load, from contact on [BW/s]
+    loading: float = 20.0  #: Fastest growth of the load, from contact on [BW/s]
+    pace: float = 1.0  #: How many times higher the motion's frequencies are than in walking
     most_free: float = 0.02  #: Most of the free moment, by vertical force [m]
 
     @classmethod
@@ -99,9 +101,9 @@ class ForceScales:
         they share the load or press against each other: of all that explain it, the least sum of
         squared activations is taken [Crowninshield1981]_.
 
-        In flight (running, jumps) the motion keeps higher frequencies. The rows of net force and
-        of bend smooth together like a low-pass at the root of the ratio of their scales: at
-        :data:`FASTER` times the cut-off, rates are so many times higher and bends by its square.
+        With flight (running, jumps) the motion keeps higher frequencies, :data:`FASTER` times
+        those of walking. Rates are so many times higher and bends by its square; so are
+        accelerations, and with them what the net wrench owes to wrong masses and to soft tissue.
         A load grows by up to 100 BW/s when a runner or a jumper lands.
         """
         usual = cls(effort=np.inf if walks else 1.0)
@@ -109,10 +111,13 @@ class ForceScales:
             return usual
         return replace(
             usual,
+            force=tuple(FASTER**2 * f for f in usual.force),
+            moment=FASTER**2 * usual.moment,
             rate=FASTER * usual.rate,
             bend=tuple(FASTER**2 * b for b in usual.bend),
             twist=tuple(FASTER**2 * b for b in usual.twist),
             loading=100.0,
+            pace=FASTER,
         )
 
 
@@ -275,7 +280,9 @@ class _Program:
         solution = None
         place = np.searchsorted(self.unknown, self.layout.noise)
         self.sways = [place + i for i in range(6)]
-        self.errors = drawn_errors(self.blocks, self.place, self.layout.start.shape, self.dt)
+        self.errors = drawn_errors(
+            self.blocks, self.place, self.layout.start.shape, self.dt, self.scales.pace
+        )
         noise = np.ones(6)
         for _ in range(ROUNDS):
             w = self.weights(noise)
@@ -289,6 +296,9 @@ class _Program:
             self.noise, noise = noise, self._noise(noise, found, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
+        if self.scales.effort < np.inf and solution is not None:
+            errors = calm_errors(self.errors, self.blocks, missed * w / np.sqrt(self.dt))
+            self.moved = solution.response(self.scaled.T @ errors)
         self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
         self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])
         x = self.x.copy()

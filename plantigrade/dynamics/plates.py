@@ -232,7 +232,7 @@ def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
         if share > 0 and any_plate:
             notes.append(
                 f"the {names[side]} foot stands without a force plate under it in {share:.0%} of "
-                "the frames; its moments are not known there."
+                "the frames; no plate tells its moments there."
             )
     if not seen.all():
         notes.append(f"forces were measured in {seen.mean():.0%} of the frames only.")

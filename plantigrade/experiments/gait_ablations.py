@@ -23,8 +23,10 @@ NOTES = (
     "that over walks.",
 )
 WHAT = {
-    "default": "six phases: single supports divided where the swinging leg is shortest",
-    "paper": "four phases",
+    "default": "eight phases: swing in its three parts, postures passed at their recorded rates",
+    "no-rates": "eight phases, rates of the smooth curve through the postures",
+    "six-phases": "swing divided only where the leg is shortest, recorded rates",
+    "paper": "four phases, rates of the smooth curve through the postures",
     "two-phases": "two phases: heel strike to heel strike",
     "split-com": "four phases, centre of mass horizontally above vertically",
     "no-posture": "four phases, no posture task",

@@ -13,7 +13,7 @@ from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
 from plantigrade.models.coordinates import COORDINATES
 from plantigrade.models.joint_sets import NATIVE_FEET, moving_parts
-from plantigrade.models.mjcf import to_mjcf, with_contact_heights
+from plantigrade.models.mjcf import to_mjcf, with_contact_heights, with_mass_at
 from plantigrade.models.skeleton import Skeleton, build, split_side
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 MAX_SOLE = 0.1
 """Largest displacement of a contact sphere from its default position [m]."""
+
+MAX_TRUNK = 0.15
+"""Largest displacement of the trunk's centre of mass from its default position [m]."""
 
 _STANDING = {"pro_sup": 1.4}  # palms to the thighs [rad]
 
@@ -47,6 +50,7 @@ class Human:
         skeleton: Bodies and where every anatomical part is.
         xml: The model as MJCF text, which loads in plain MuJoCo.
         soles: Upward displacement of contact spheres (:meth:`with_soles`), by name [m].
+        trunk_mass: Displacement of the trunk's centre of mass (:meth:`with_trunk_mass`) [m].
     """
 
     height: float
@@ -58,6 +62,7 @@ class Human:
     skeleton: Skeleton = field(repr=False)
     xml: str = field(repr=False)
     soles: Mapping[str, float] = field(default_factory=dict, repr=False)
+    trunk_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @classmethod
     def create(
@@ -126,6 +131,11 @@ class Human:
     def body_names(self) -> tuple[str, ...]:
         """Names of the moving segments; body ``i`` of the model is ``body_names[i - 1]``."""
         return tuple(b.name for b in self.skeleton.bodies)
+
+    @property
+    def trunk(self) -> str:
+        """Name of the body that is the trunk, or of the greatest part of it."""
+        return "torso" if "torso" in self.body_names else "thorax"
 
     def body(self, name: str) -> int:
         """Return the index of a body in the model.
@@ -246,6 +256,39 @@ class Human:
         xml = with_contact_heights(self.xml, offsets)
         return replace(self, skeleton=skeleton, xml=xml, soles=total)
 
+    def with_trunk_mass(self, offset: Sequence[float] | Float[Array, " 3"]) -> "Human":
+        """Return the same person with the trunk's centre of mass elsewhere.
+
+        Only that point moves: masses, inertia about it, joints and lengths are unchanged.
+
+        Args:
+            offset: Displacement in the frame of the trunk, x forward, y left, z up [m].
+
+        Raises:
+            ParameterError: If it is not three numbers, or lies further than :data:`MAX_TRUNK` in
+                all from where it is by default.
+        """
+        offset = np.asarray(offset, dtype=float)
+        if offset.shape != (3,):
+            raise ParameterError(f"a displacement is three numbers, not {offset.tolist()}")
+        total = np.array(self.trunk_mass) + offset
+        if not np.linalg.norm(total) <= MAX_TRUNK:
+            raise ParameterError(
+                f"the trunk's centre of mass would be moved by {np.linalg.norm(total):.3g} m; "
+                f"allowed are {MAX_TRUNK} m"
+            )
+        bodies = tuple(
+            replace(b, inertia=b.inertia.shifted(offset)) if b.name == self.trunk else b
+            for b in self.skeleton.bodies
+        )
+        place = next(b.inertia.com for b in bodies if b.name == self.trunk)
+        return replace(
+            self,
+            skeleton=replace(self.skeleton, bodies=bodies),
+            xml=with_mass_at(self.xml, self.trunk, place),
+            trunk_mass=(float(total[0]), float(total[1]), float(total[2])),
+        )
+
     def with_mass(self, mass: float) -> "Human":
         """Return the same person with another body mass [kg]; all lengths are kept.
 
@@ -257,6 +300,7 @@ class Human:
     def to_dict(self) -> dict:
         """Return a description of this person that JSON can store; see :meth:`from_dict`."""
         d = self.dimensions
+        moved = {"trunk_mass": list(self.trunk_mass)} if any(self.trunk_mass) else {}
         return {
             "height": self.height,
             "mass": self.mass,
@@ -265,6 +309,7 @@ class Human:
             "feet": self.feet,
             "lengths": {name: getattr(d, name) for name in d.names()},
             "soles": dict(self.soles),
+            **moved,
         }
 
     @classmethod
@@ -277,7 +322,9 @@ class Human:
         try:
             d = dict(description)
             soles = {str(k): float(v) for k, v in d.pop("soles", {}).items()}
+            trunk = [float(v) for v in d.pop("trunk_mass", (0.0, 0.0, 0.0))]
             human = cls.create(**d)
+            human = human.with_trunk_mass(trunk) if any(trunk) else human
         except (TypeError, ValueError, AttributeError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise

@@ -85,6 +85,15 @@ def with_contact_heights(xml: str, offsets: Mapping[str, float]) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
+def with_mass_at(xml: str, body: str, com: np.ndarray) -> str:
+    """Return the MJCF text with the centre of mass of a body elsewhere in its frame [m]."""
+    root = ET.fromstring(xml)
+    for inertial in root.iterfind(f".//body[@name='{body}']/inertial"):
+        inertial.set("pos", numbers(com))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode")
+
+
 def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
     position = body.position if body.parent else np.array([0.0, 0.0, pelvis_height])
     element = ET.SubElement(parent, "body", name=body.name, pos=numbers(position))

@@ -116,7 +116,8 @@ class Run:
             ParameterError: If ``out`` is not the path of a folder.
         """
         place = RUNS / (self.name or self.kind) if out is None else as_path(out, "out")
-        names = {MODEL, MOTION, COORDINATES, METRICS, *(f"{name}.npz" for name in self.others)}
+        theirs = {f"{name}.{ending}" for name in self.others for ending in ("npz", "xml")}
+        names = {MODEL, MOTION, COORDINATES, METRICS, *theirs}
         if taken := names & set(files or {}):
             remedy = "use a plain new name"
             raise FileError(place / min(taken), "is a file of every run", remedy=remedy)
@@ -130,6 +131,9 @@ class Run:
             write_mot(Table(columns, record.motion.time, values), folder / COORDINATES)
             for name, other in self.others.items():
                 write_npz(other, folder / f"{name}.npz")
+                if other.human.xml != record.human.xml:  # somebody whose mass lies elsewhere
+                    xml = scene_xml(other.human, other.ground, other.sites)
+                    (folder / f"{name}.xml").write_text(xml, encoding="utf-8")
 
         folder = write_folder(
             place,

@@ -15,21 +15,30 @@ The paper gives the first place to the heel of the swinging foot, and says that 
 foot is what makes it roll; it does not say where the heel of a foot stands that rolls off. Above
 the centre of mass it would be a second demand on a leg that is nearly straight.
 
+The paper leaves open how a posture is reached. A body that came to rest at the end of every phase
+would start anew from there, which nobody walking does; each posture is passed on the way to the
+next one, at the rate of the smooth curve (a natural cubic spline) through the fixed postures alone.
+
 What the three tasks leave free is how the leg folds while it swings: they know the leg where it
 takes off and where it lands. A human shortens it in between, to clear the ground by a centimetre or
-two [Winter1992]_. The default adds one posture, at the instant at which the swinging leg is
-shortest from hip to ankle. The tasks stay three; the single support counts as two phases.
+two [Winter1992]_. The default divides swing in its three parts [Perry1992]_: initial swing ends
+where the leg is shortest from hip to ankle, mid swing where the shank is upright. A cycle then has
+eight phases; and the default passes each posture at its recorded rate, as the gait moved by forces
+does. The tasks stay three, and between these instants nothing is known of any angle.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.dynamics.derivatives import continuous
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.models import Human
 from plantigrade.reproduce.phases import Phase
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.schedule import ContactSchedule
@@ -38,15 +47,13 @@ from plantigrade.wbc.tasks import (
     ComTask,
     ContactTask,
     FloorTask,
+    PassingPosture,
     PointTask,
-    PostureTask,
     Task,
 )
 
-# A foot is light: it is brought to the posture it lands with early in swing, not on landing. How
-# early was settled on the walks of ``gait-table``, with the gains of the posture.
-FOOT_HORIZON = 0.25  # [s]
-FOOT_JOINTS = ("ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
+SHORTEST = 0.04  # time to go below which the pull to a posture grows no further [s]
+BRIEFEST = 0.02  # a part of swing that would last no longer is none [s]
 FARTHEST = 0.02  # a rolling heel is not pulled harder than if it were this far off its path [m]
 
 
@@ -55,25 +62,30 @@ class GaitTasks:
     """Which tasks make the gait.
 
     Attributes:
-        phases: ``"six"`` (single supports divided where the leg is shortest), ``"four"`` (the
-            paper's) or ``"two"`` (heel strike to heel strike).
+        phases: ``"eight"`` (swing in its three parts), ``"six"`` (swing divided where the leg is
+            shortest), ``"four"`` (the paper's) or ``"two"`` (heel strike to heel strike).
         com: ``"whole"`` or ``"split"`` (horizontal above vertical).
         posture: Whether there is a posture task.
+        rates: Whether postures are passed at their recorded rate; else at that of the smooth curve
+            through them.
     """
 
-    phases: str = "six"
+    phases: str = "eight"
     com: str = "whole"
     posture: bool = True
+    rates: bool = True
 
 
 TASKS = {
     "default": GaitTasks(),
-    "paper": GaitTasks(phases="four"),
-    "two-phases": GaitTasks(phases="two"),
-    "split-com": GaitTasks(phases="four", com="split"),
-    "no-posture": GaitTasks(phases="four", posture=False),
+    "paper": GaitTasks(phases="four", rates=False),
+    "six-phases": GaitTasks(phases="six"),
+    "no-rates": GaitTasks(rates=False),
+    "two-phases": GaitTasks(phases="two", rates=False),
+    "split-com": GaitTasks(phases="four", com="split", rates=False),
+    "no-posture": GaitTasks(phases="four", posture=False, rates=False),
 }
-"""The default, the paper's, and what the paper tried without."""
+"""The default and without its parts, the paper's, and what the paper tried without."""
 
 
 def gait_tasks(name: str) -> GaitTasks:
@@ -87,36 +99,74 @@ def gait_tasks(name: str) -> GaitTasks:
     return TASKS[name]
 
 
-def gait_order(reference: Reference, tasks: GaitTasks) -> TaskOrder:
-    """Return the order of tasks that rebuilds a recorded gait."""
-    schedule = ContactSchedule(reference)
+def gait_order(
+    reference: Reference, tasks: GaitTasks, schedule: ContactSchedule | None = None
+) -> TaskOrder:
+    """Return the order of tasks that rebuilds a recorded gait.
+
+    Args:
+        reference: The recorded gait.
+        tasks: Which tasks.
+        schedule: When which points touch; as long as they are where they rested if absent.
+    """
+    schedule = schedule or ContactSchedule(reference, reference.held)
     floor = FloorTask(schedule.points, lambda t: ~schedule(t))
     contact = ContactTask(schedule.points, schedule)
 
-    def heels(what: str, directions, farthest: float = np.inf) -> list[Task]:
+    def heels(what: str, directions, **options) -> list[Task]:
         points, paths = reference.heel_point, reference.heel
         return [
-            PointTask(points[s], paths[s], directions(s), f"{what} {s}", farthest) for s in SIDES
+            PointTask(points[s], paths[s], directions(s), f"{what} {s}", **options) for s in SIDES
         ]
 
-    levels: list[Sequence[Task]] = [[floor], [contact], heels("swing heel", schedule.swing)]
+    led = heels("swing heel", lambda side: schedule.swing(side, contact))
+    levels: list[Sequence[Task]] = [[floor], [contact], led]
     if tasks.com == "split":
         levels += [[ComTask(reference.com, "xy")], [ComTask(reference.com, "z")]]
     else:
         levels += [[ComTask(reference.com, name="centre of mass")]]
-    levels.append(heels("rolling heel", schedule.roll, FARTHEST))
+    levels.append(heels("rolling heel", schedule.roll, farthest=FARTHEST))
+    for task in (task for level in levels for task in level):
+        if not isinstance(task, ContactTask):  # sunken feet are lifted where they are
+            task.initialises = True
     posture = posture_task(reference, tasks) if tasks.posture else None
     return TaskOrder(levels, posture, spared=UPPER_BODY)
 
 
-def posture_task(reference: Reference, tasks: GaitTasks) -> PostureTask:
+def posture_task(reference: Reference, tasks: GaitTasks) -> PassingPosture:
     """Return the posture task: the recorded posture at the end of each phase."""
     ends = phase_ends(reference, tasks.phases)
-    horizon = np.full(reference.human.model.nv, np.inf)
-    for i, name in enumerate(reference.human.coordinates):
-        if name.startswith(FOOT_JOINTS):
-            horizon[6 + i] = FOOT_HORIZON
-    return PostureTask(Steps(ends, reference.at(ends)), horizon=horizon)
+    postures = reference.at(ends)
+    if tasks.rates:
+        rates = np.array([reference.velocity_at(float(t)) for t in ends])
+    else:
+        rates = rates_through(
+            reference.human,
+            np.concatenate([[reference.start], ends]),
+            np.concatenate([reference.at(reference.start)[None], postures]),
+        )[1:]
+    passed = Steps(ends, rates)
+    return PassingPosture(Steps(ends, postures), lambda t: passed(t)[0], shortest=SHORTEST)
+
+
+def rates_through(
+    human: Human, time: Float[Array, " n"], postures: Float[Array, "n nq"]
+) -> Float[Array, "n nv"]:
+    """Return the velocities at which the smooth curve through postures passes each.
+
+    The curve is the natural cubic spline: of all that pass the postures the one that bends least.
+    """
+    curve, h = CubicSpline(time, continuous(postures), bc_type="natural"), 1e-3
+
+    def at(t: float) -> Array:
+        qpos = curve(t)
+        qpos[3:7] /= np.linalg.norm(qpos[3:7])
+        return qpos
+
+    state = State(human, postures[0])
+    return np.array(
+        [state.moved_to(at(t + h), state.qvel).difference(at(t - h)) / (2 * h) for t in time]
+    )
 
 
 @dataclass(frozen=True)
@@ -147,14 +197,20 @@ def phase_ends(reference: Reference, phases: str) -> Float[Array, " n_ends"]:
     Raises:
         ParameterError: If the division is unknown.
     """
-    if phases not in ("two", "four", "six"):
-        raise ParameterError(f"phases={phases!r}; allowed are two, four, six")
+    if phases not in ("two", "four", "six", "eight"):
+        raise ParameterError(f"phases={phases!r}; allowed are two, four, six, eight")
     ends = []
     for phase in reference.phases:
         if phases == "two" and phase.kind == "double":
             continue
-        if phases == "six" and phase.kind == "single":
-            ends.append(leg_shortest(reference, phase))
+        if phase.kind == "single" and phases in ("six", "eight"):
+            shortest = leg_shortest(reference, phase)
+            parts = [shortest]
+            if phases == "eight":
+                parts.append(shank_upright(reference, phase, shortest))
+            for end in parts:
+                if end - (ends[-1] if ends else phase.start) > BRIEFEST < phase.stop - end:
+                    ends.append(end)
         ends.append(phase.stop)
     if not ends or ends[-1] < reference.stop:
         ends.append(reference.stop)
@@ -169,3 +225,17 @@ def leg_shortest(reference: Reference, phase: Phase) -> float:
     hip, ankle = np.moveaxis(joints.path(reference.at(times)), 1, 0)
     length = np.linalg.norm(hip - ankle, axis=1)
     return float(times[int(np.argmin(length))])
+
+
+def shank_upright(reference: Reference, phase: Phase, after: float) -> float:
+    """Return when the swinging shank is nearest to upright, seen from the side, after a time [s].
+
+    From the side: in the direction in which the heel of the swinging foot goes.
+    """
+    human, path = reference.human, reference.heel[phase.swing]
+    joints = PointSet(human, [f"tibia_{phase.swing}", f"foot_{phase.swing}"], np.zeros((2, 3)))
+    times = np.linspace(after, phase.stop, 41)
+    knee, ankle = np.moveaxis(joints.path(reference.at(times)), 1, 0)
+    way = (path(phase.stop)[0] - path(phase.start)[0])[:2]
+    ahead = (ankle - knee)[:, :2] @ way
+    return float(times[int(np.argmin(np.abs(ahead)))])

@@ -25,6 +25,7 @@ from plantigrade.models import Human
 from plantigrade.motion import GaitEvent, Motion
 from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import even_clock, rate_of
+from plantigrade.reproduce.held import held_contacts
 from plantigrade.reproduce.phases import Phase, phases_between, walking_events
 
 
@@ -37,7 +38,8 @@ class Reference:
         motion: The recorded motion, over ground that rests, with consecutive gait events; what is
             reproduced lasts from the first of them to the last.
         phases: Between the events.
-        contacts: Which part of which foot touches when.
+        contacts: Which part of which foot touches when, by gait events and speeds.
+        held: The same as long as the part is where it rested.
         com: Path of the centre of mass [m].
         heel: Path of each heel, by side [m].
         heel_point: The heel of each side: middle of its contact sites.
@@ -47,6 +49,7 @@ class Reference:
     motion: Motion
     phases: tuple[Phase, ...]
     contacts: tuple[ContactInterval, ...]
+    held: tuple[ContactInterval, ...]
     com: Trajectory
     heel: dict[str, Trajectory]
     heel_point: dict[str, PointSet]
@@ -115,11 +118,13 @@ def reference_of(
     human = on_own_soles(human, contact, rests)
     smooth = differentiate(human, time, qpos, None)
     heel_point = {side: _heel(human, contact, side) for side in SIDES}
+    contacts = foot_contacts(time, events, rests)
     return Reference(
         human=human,
         motion=Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, walked),
         phases=phases_between(walked),
-        contacts=foot_contacts(time, events, rests),
+        contacts=contacts,
+        held=held_contacts(human, time, smooth.qpos, contacts),
         com=Trajectory(time, np.array([state.com for state in sweep(human, smooth.qpos)])),
         heel={s: Trajectory(time, heel_point[s].path(smooth.qpos)[:, 0]) for s in SIDES},
         heel_point=heel_point,

@@ -8,10 +8,11 @@ import numpy as np
 from plantigrade.constants import FRICTION
 from plantigrade.contact.ground import Ground
 from plantigrade.record import Record
-from plantigrade.reproduce.forces import LoadLimit, forced_order
+from plantigrade.reproduce.forces import forced_order
 from plantigrade.reproduce.gait import GaitTasks, gait_order, phase_ends
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.schedule import ContactSchedule
+from plantigrade.reproduce.support import Support, support_of
 from plantigrade.wbc.forces import GroundForces
 from plantigrade.wbc.stepping import STEP, OrderedMotion, move
 
@@ -25,12 +26,14 @@ class ReproducedGait:
         tasks: Which tasks.
         motion: What came out.
         friction: Coefficient of friction.
+        support: What carried it; None for a motion without forces.
     """
 
     reference: Reference
     tasks: GaitTasks
     motion: OrderedMotion
     friction: float = FRICTION
+    support: Support | None = None
 
     def record(self) -> Record:
         """Return what happened, the recorded motion beside it as ``references["recorded"]``.
@@ -38,7 +41,8 @@ class ReproducedGait:
         The reference keeps its own frames, on the same clock; :meth:`Motion.at` puts it on others.
         """
         reference, record = self.reference, self.motion.record()
-        schedule = ContactSchedule(reference)
+        by_forces = self.motion.qfrc is not None
+        schedule = ContactSchedule(reference, None if by_forces else reference.held)
         return replace(
             record,
             motion=replace(record.motion, events=reference.events),
@@ -89,15 +93,20 @@ def rebuild(
         SolverError: If the first tick has no solution.
     """
     tasks = tasks or GaitTasks()
+    order, ground, support = gait_order(reference, tasks), None, None
+    if forces:
+        support = support_of(reference)
+        reference, order = support.reference, forced_order(support, tasks)
+        ground = GroundForces(friction, support.wrench_at)
     motion = move(
         reference.human,
-        forced_order(reference, tasks) if forces else gait_order(reference, tasks),
+        order,
         reference.at(reference.start),
         reference.velocity_at(reference.start),
         start=reference.start,
         stop=reference.stop,
         step=step,
-        ground=GroundForces(friction, LoadLimit(reference)) if forces else None,
+        ground=ground,
         progress=progress,
     )
-    return ReproducedGait(reference, tasks, motion, friction)
+    return ReproducedGait(reference, tasks, motion, friction, support)

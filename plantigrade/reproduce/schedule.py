@@ -6,12 +6,17 @@ import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.sole_paths import SitePoints, region_of
 from plantigrade.models import Human
+from plantigrade.reproduce.held import is_tip
 from plantigrade.reproduce.reference import Reference
+from plantigrade.wbc.tasks import ContactTask
 
+# The heel of a foot that is nearly flat rises before it goes forward; to lead it forward would tear
+# it up. It is led once the line from the toes to the heel is as steep as this: some 15°.
+STEEP = 0.25
 STEP_TIME = 0.5  # from roll off to landing, about [s]
-LAST_TO_LEAVE = ("toe_1_", "toe_2_")  # the great toe leaves the ground last, and what is beside it
 
 
 class ContactSchedule:
@@ -19,6 +24,7 @@ class ContactSchedule:
 
     Args:
         reference: The recorded gait.
+        contacts: When each part of each foot touches; as gait events and speeds tell if absent.
 
     Attributes:
         points: All contact sites of the person.
@@ -26,17 +32,17 @@ class ContactSchedule:
         region: Region of the sole of each.
     """
 
-    def __init__(self, reference: Reference):
+    def __init__(self, reference: Reference, contacts: Sequence[ContactInterval] | None = None):
         sites = contact_sites(reference.human)
         self.points = SitePoints(reference.human, sites)
         self.side = np.array([site.side for site in sites])
         self.region = np.array([region_of(site) for site in sites])
-        self._tip = np.array([any(toe in s.name for toe in LAST_TO_LEAVE) for s in sites])
+        self._tip = np.array([is_tip(site) for site in sites])
         self._rolls = np.array([_rolls(reference.human, sites, site) for site in sites])
         of = [
             (i, c.start, c.stop)
             for i in range(len(sites))
-            for c in reference.contacts
+            for c in (reference.contacts if contacts is None else contacts)
             if c.side == self.side[i] and c.region == self.region[i]
         ]
         self._index = np.array([o[0] for o in of], dtype=int)
@@ -70,20 +76,37 @@ class ContactSchedule:
         self._time, self._on = time, on
         return on
 
-    def swing(self, side: str):
-        """Return the directions in which a heel is led in swing: a function of state and time."""
+    def swing(self, side: str, contact: ContactTask | None = None):
+        """Return the directions in which a heel is led in swing: a function of state and time.
+
+        Args:
+            side: The foot.
+            contact: What says when it has landed: a foot that should touch and is still above the
+                ground is led until it does. By the schedule alone if absent.
+        """
         foot = np.any(self._feet[SIDES.index(side)], axis=0)
         nothing, plane = np.zeros((0, 3)), np.eye(3)[:2]
-        return lambda state, time: nothing if self(time)[foot].any() else plane
+
+        def directions(state, time: float) -> np.ndarray:
+            on = self(time) if contact is None else contact.on
+            return nothing if on[foot].any() else plane
+
+        return directions
 
     def roll(self, side: str):
         """Return the direction in which a heel is led while its foot rolls off: the way it goes."""
         heel, ball, toes = self._feet[SIDES.index(side)]
         forefoot, nothing = ball | toes, np.zeros((0, 3))
 
+        tip = self._tip & (self.side == side)
+
         def directions(state, time: float) -> np.ndarray:
             on = self(time)
             if on[heel].any() or not on[forefoot].any():
+                return nothing
+            sole = state.position(self.points)
+            along = sole[heel].mean(axis=0) - sole[tip].mean(axis=0)
+            if along[2] < STEEP * np.linalg.norm(along):
                 return nothing
             return self._way(side, time)[None]
 

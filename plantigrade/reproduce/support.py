@@ -1,78 +1,170 @@
-r"""The path of the centre of mass that the soles can carry.
+r"""What carries a recorded gait: ground reactions estimated from its motion, and what they move.
 
-With mass :math:`m`, angular momentum :math:`L` and gravity :math:`g`, a centre of mass at height
-:math:`z` has its zero-moment point on the ground at
+No measured force enters. The ground reactions come from the recorded motion alone
+(:mod:`plantigrade.dynamics.ground_forces`); they are smooth and they miss the net wrench that the
+motion needs by a little, since what they leave out is mostly its noise. A body that is to be moved
+by them and along its recorded path at once would fight itself. So the path gives way: with
+:math:`r` what the forces have more than the motion needs, by mass, the centre of mass is displaced
+by :math:`\delta`,
 
-.. math:: p = c - a \, \ddot c - \ell, \qquad a = \frac{z}{\ddot z + g},
+.. math:: \min_\delta \int \frac{|\ddot\delta - r|^2}{s_a^2} + \frac{|\delta|^2}{s_\delta^2} dt ,
 
-(:math:`\ell` is the share of :math:`\dot L`). Forces can only be found where :math:`p` lies in the
-hull of the points that touch; a recorded motion, smoothed and fitted to somebody else's masses,
-now and then has it outside. Moving :math:`p` by :math:`\delta p` into the hull takes the
-centre of mass by :math:`\delta c`,
+and the angular momentum likewise by the rate of a :math:`\delta`. What lasts longer than about a
+second stays with the forces, what is shorter is followed.
 
-.. math:: \delta c - a \, \delta \ddot c = \delta p,
-
-with :math:`\delta c = 0` at both ends: the one solution that does not fall over, which begins to
-give way a few tenths of a second before.
+The estimate also tells where the true centre of mass lies from the model's. Trunks differ most,
+and markers tell least of their mass: the trunk's centre of mass is moved by as much as puts
+the whole body's there (:meth:`plantigrade.models.Human.with_trunk_mass`).
 """
 
+from dataclasses import dataclass, replace
+
 import numpy as np
-from scipy.linalg import solve_banded
-from scipy.optimize import nnls
+from scipy.linalg import solveh_banded
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.dynamics.centroid import centroid
-from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
+from plantigrade.dynamics.load_intervals import EARLY, LATE, LoadInterval
+from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.reproduce.reference import Reference
-from plantigrade.reproduce.schedule import ContactSchedule
 
-LIGHTEST = 0.3  # a body that is carried by less than this hardly stands [body weights]
+PUSH, AWAY = 0.02, 0.003  # scales of the displacement: s_a [g], s_delta [m]
+TURN, TURNED = 0.01, 0.01  # of the angular momentum: [body weights m], [kg m² per kg of mass]
+FARTHEST = 0.12  # the trunk's centre of mass is moved at most this far [m]
+BREAK = 0.02  # contacts of one foot that are no further apart are one [s]
+SEEN = 0.03  # a stance that comes nearer to an end of the recording was not seen whole [s]
 
 
-def carried_path(reference: Reference, schedule: ContactSchedule) -> Trajectory:
-    """Return the path of the centre of mass nearest to the recorded one that soles can carry."""
-    human, motion, time = reference.human, reference.motion, reference.motion.time
+@dataclass(frozen=True)
+class Support:
+    """What carries a recorded gait.
+
+    Attributes:
+        reference: The recorded gait, on the person whose trunk's mass lies where the forces say.
+        estimate: The ground reactions, on the frames of the recorded motion.
+        wrench: Those of both feet, r then l: force [N] and moment about the world's origin [N m].
+        com: Path of the centre of mass that they carry [m].
+        momentum: Its angular momentum [kg m²/s].
+        turn: What the angular momentum has more than the recorded, integrated [kg m²].
+    """
+
+    reference: Reference
+    estimate: GroundForces
+    wrench: Trajectory
+    com: Trajectory
+    momentum: Trajectory
+    turn: Trajectory
+
+    def wrench_at(self, time: float) -> Float[Array, "2 6"]:
+        """Return force [N] and moment about the world's origin [N m] of both feet, r then l."""
+        return self.wrench(time)[0].reshape(2, 6)
+
+
+def support_of(reference: Reference) -> Support:
+    """Return what carries a recorded gait.
+
+    Raises:
+        SolverError: If the forces could not be estimated.
+    """
+    motion, time = reference.motion, reference.motion.time
+    estimate = estimate_forces(reference.human, motion, contacts=load_intervals(reference))
+    reference = with_shift(reference, estimate.com_shift)
+    human, forces = reference.human, estimate.forces
+    point = np.nan_to_num(forces.point)
+    moment = np.cross(point, forces.force) + forces.torque
     whole = centroid(human, motion.qpos, motion.qvel, motion.qacc)
-    assert whole.force is not None and whole.zmp is not None
-    weight = human.mass * GRAVITY
-    place = sole_paths(human, motion.qpos).position[:, :, :2]
-    away = np.zeros((len(time), 2))
-    for k, t in enumerate(time):
-        on = schedule(float(t))
-        if on.any() and np.isfinite(whole.zmp[k]).all():
-            away[k] = into_hull(place[k, on], whole.zmp[k, :2])
-    inside = (time >= reference.start) & (time <= reference.stop)
-    moved = np.zeros((len(time), 3))
-    push = np.maximum(whole.force[inside, 2], LIGHTEST * weight)
-    moved[inside, :2] = give_way(
-        time[inside], whole.com[inside, 2] * human.mass / push, away[inside]
+    assert whole.force is not None and whole.moment is not None
+    push = forces.force.sum(axis=1)
+    inside = (time >= reference.start - SEEN) & (time <= reference.stop + SEEN)
+    told = (inside & (push[:, 2] > 0))[:, None]
+    missed = np.where(told, push - whole.force, 0.0) / human.mass
+    com = whole.com + displaced(time, missed, PUSH * GRAVITY, AWAY)
+    about = moment.sum(axis=1) - np.cross(com, push)
+    missed = np.where(told, about - whole.moment, 0.0) / human.mass
+    turn = human.mass * displaced(time, missed, TURN * GRAVITY, TURNED)
+    turning = rates(time, turn)
+    momentum = whole.angular_momentum + turning[:, 1]
+    # what is left, each foot takes by its load: then all of it belongs together
+    load = np.where(told[..., None], forces.force[..., 2:], 0.0)
+    share = load / np.maximum(push[:, None, 2:], 1.0)
+    force = human.mass * (rates(time, com)[:, 2] + [0.0, 0.0, GRAVITY])
+    about = np.cross(com, force) + whole.moment + turning[:, 2]
+    force = forces.force + share * (force - push)[:, None]
+    moment = moment + share * (about - moment.sum(axis=1))[:, None]
+    return Support(
+        reference,
+        estimate,
+        Trajectory(time, np.concatenate([force, moment], axis=2).reshape(len(time), 12)),
+        Trajectory(time, com),
+        Trajectory(time, momentum),
+        Trajectory(time, turn),
     )
-    return Trajectory(time, whole.com + moved)
 
 
-def into_hull(points: Float[Array, "n 2"], place: Float[Array, " 2"]) -> Float[Array, " 2"]:
-    """Return the shortest way from a place into the convex hull of points [m]."""
-    about = points - place
-    firm = 1e3 * max(1.0, float(np.abs(about).max()))  # holds the sum of the shares at one
-    matrix = np.vstack([about.T, np.full(len(points), firm)])
-    share = nnls(matrix, np.array([0.0, 0.0, firm]))[0]
-    return share @ about / share.sum()
+def load_intervals(reference: Reference) -> tuple[LoadInterval, ...]:
+    """Return when each foot may carry load: from its first part on the ground to its last."""
+    first, last = float(reference.motion.time[0]), float(reference.motion.time[-1])
+    found = []
+    for side in SIDES:
+        merged: list[list[float]] = []
+        mine = [c for c in reference.contacts if c.side == side]
+        for c in sorted(mine, key=lambda c: c.start):
+            if merged and c.start <= merged[-1][1] + BREAK:
+                merged[-1][1] = max(merged[-1][1], c.stop)
+            else:
+                merged.append([c.start, c.stop])
+        for a, b in merged:
+            start, stop = max(first, a - EARLY), min(last, b + LATE)
+            begins, ends = bool(a > first + SEEN), bool(b < last - SEEN)
+            found.append(LoadInterval(side, float(start), float(stop), begins, ends))
+    return tuple(found)
 
 
-def give_way(
-    time: Float[Array, " n"], a: Float[Array, " n"], away: Float[Array, "n 2"]
-) -> Float[Array, "n 2"]:
-    """Return the solution of the boundary value problem of this module [m]."""
+def with_shift(reference: Reference, shift: Float[Array, " 3"]) -> Reference:
+    """Return the gait of the person whose centre of mass lies elsewhere by ``shift`` [m]."""
+    human, qpos = reference.human, reference.motion.qpos
+    body = human.body(human.trunk)
+    turned = np.mean([state.rotation(body) for state in sweep(human, qpos[::10])], axis=0)
+    share = human.model.body_mass[body] / human.model.body_mass.sum()
+    local = turned.T @ shift / share
+    size = float(np.linalg.norm(local))
+    human = human.with_trunk_mass(local * min(1.0, FARTHEST / max(size, 1e-9)))
+    path = np.array([state.com for state in sweep(human, qpos)])
+    return replace(reference, human=human, com=Trajectory(reference.motion.time, path))
+
+
+def rates(time: Float[Array, " n"], path: Float[Array, "n k"]) -> Float[Array, "n 3 k"]:
+    """Return value, first and second derivative of a path."""
+    along = Trajectory(time, path)
+    return np.array([along(float(t)) for t in time])
+
+
+def displaced(
+    time: Float[Array, " n"], wanted: Float[Array, "n k"], push: float, away: float
+) -> Float[Array, "n k"]:
+    """Return the displacement of this module.
+
+    Args:
+        time: Evenly spaced [s].
+        wanted: Its second derivative, as far as it can be had.
+        push: Scale of what is missed of it.
+        away: Scale of the displacement.
+    """
     n = len(time)
-    if n < 3 or not away.any():
-        return np.zeros_like(away)
-    h = (time[-1] - time[0]) / (n - 1)
+    if n < 3:
+        return np.zeros_like(wanted)
+    h2 = ((time[-1] - time[0]) / (n - 1)) ** 2
+    # D' D of the second differences D, by diagonals, and its transpose on the right
     band = np.zeros((3, n))
-    band[1] = 1.0
-    band[1, 1:-1] += 2 * a[1:-1] / h**2
-    band[0, 2:] = band[2, :-2] = -a[1:-1] / h**2
-    right = away.copy()
-    right[[0, -1]] = 0.0
-    return solve_banded((1, 1), band, right)
+    for first, a in enumerate((1.0, -2.0, 1.0)):
+        for second, b in enumerate((1.0, -2.0, 1.0)[first:], start=first):
+            band[2 - (second - first), second : n - 2 + second] += a * b
+    band /= (h2 * push) ** 2
+    band[2] += 1.0 / away**2
+    right = np.zeros_like(wanted)
+    for first, a in enumerate((1.0, -2.0, 1.0)):
+        right[first : n - 2 + first] += a * wanted[1:-1]
+    return solveh_banded(band, right / (h2 * push**2))

@@ -14,9 +14,17 @@ No muscle moves the root: the first rows give :math:`\dot v_0` from joint accele
 motion hold by themselves, to the last digit, and every task that is a row of :math:`\dot v` is a
 row of :math:`y`. The second rows are the joint moments, which strength bounds.
 
-Above all tasks stand the strength of the joints and how much a foot may carry; below them all stand
-the least contact forces, near those of the instant before. They decide what mechanics leaves open:
-how points of one foot, and of two feet, share the load.
+Above all tasks stands the strength of the joints; below them all stand the least contact forces,
+near those of the instant before. They decide what mechanics leaves open: how points of one foot,
+and of two feet, share the load.
+
+Where it is known what force each foot should carry, its wrench joins the level of the centre of
+mass: force by body mass, and the moment about the wanted centre of pressure by body mass and
+:data:`LEVER`, both times :data:`SHARE`. A path and forces that do not quite belong together then
+each give way a little, instead of the forces without end.
+
+A foot carries wherever its sole is on the ground, also where it rolls: a point of it less and less
+from :data:`FULL` above the ground to :data:`REACH`.
 """
 
 from collections.abc import Callable
@@ -32,12 +40,14 @@ from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.order import TaskOrder, stacked
-from plantigrade.wbc.tasks import ContactTask
+from plantigrade.wbc.tasks import ComTask, ContactTask
 
 EDGES = 4  # of the friction pyramid
 UNIT = 0.1  # body weights per unit of lambda: of the size of joint accelerations in y
 GREATEST = 5.0  # vertical force of one point, body weights
-REACH = 0.01  # a point higher above the ground than this carries nothing [m]
+FULL, REACH = 0.005, 0.01  # height up to which a point carries fully, and from which nothing [m]
+SHARE, LEVER = 0.3, 0.2  # weight of the wrenches beside the centre of mass; lever arm [m]
+LIGHT = 0.01  # a foot that should carry less has no centre of pressure, body weights
 # What the last level weighs against the squared posture error [rad²/s⁴], per squared unit of force:
 SMALL, STEADY = 1.0, 1.0  # its size, its change from the instant before
 
@@ -48,12 +58,12 @@ class GroundForces:
 
     Attributes:
         friction: Coefficient of friction.
-        load: Greatest vertical force of a foot (``"r"`` or ``"l"``) at a time [body weights]; no
-            limit if absent.
+        wrench: What each foot (r, l) should carry at a time, force [N] and moment about the world's
+            origin [N m]; anything if absent.
     """
 
     friction: float = FRICTION
-    load: Callable[[str, float], float] | None = None
+    wrench: Callable[[float], Float[Array, "2 6"]] | None = None
 
 
 def friction_pyramid(friction: float, weight: float) -> Float[Array, "3 n_edges"]:
@@ -155,10 +165,19 @@ class ForceUnknowns:
             raise ParameterError(
                 f"the order ({', '.join(order.names)}) has no ContactTask; forces act at its sites"
             )
-        self.contact, self.load, model = contact, ground.load, state.model
+        self.contact, model = contact, state.model
+        self.wrench, self.weight = ground.wrench, state.mass * GRAVITY
+        self.shared = next(
+            (
+                k
+                for k, tasks in enumerate(order.levels)
+                if any(isinstance(t, ComTask) for t in tasks)
+            ),
+            len(order.levels) - 1,
+        )
         self.sites = contact.points.sites
         self.sides = np.array([site.side for site in self.sites])
-        self.edges = friction_pyramid(ground.friction, state.mass * GRAVITY)
+        self.edges = friction_pyramid(ground.friction, self.weight)
         self.strength = np.where(
             model.jnt_actfrclimited[1:, None].astype(bool), model.jnt_actfrcrange[1:], [-1e6, 1e6]
         ).T
@@ -171,16 +190,20 @@ class ForceUnknowns:
     ) -> dict[str, Any]:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
         height = self.contact.points.height(state)
-        self.on = np.flatnonzero(self.contact.on & (height < REACH))
+        stands = {side: bool(self.contact.on[self.sides == side].any()) for side in SIDES}
+        standing = np.array([stands[side] for side in self.sides])
+        self.on = np.flatnonzero(standing & (height < REACH))
         self.dynamics = reduced_dynamics(state, self.contact.points, self.on, self.edges)
-        hard = [self.dynamics.strength(*self.strength), *self._loads(time)]
-        n_shares = self.dynamics.push.shape[1]
+        strength = self.dynamics.strength(*self.strength)
+        most = np.clip((REACH - height[self.on]) / (REACH - FULL), 0.0, 1.0) * GREATEST / UNIT
+        asked = [[self.dynamics.rows(stacked(level))] for level in rows]
+        asked[self.shared] += self._wrenches(state, time)
         preferred, metric = _preference(self.dynamics, wanted, self.before[self.on].ravel())
         low, high = bounds
         return {
-            "levels": [stacked(hard), *(self.dynamics.rows(stacked(level)) for level in rows)],
-            "lower": np.concatenate([low[6:], np.zeros(n_shares)]),
-            "upper": np.concatenate([high[6:], np.full(n_shares, GREATEST / UNIT)]),
+            "levels": [strength, *(stacked(level) for level in asked)],
+            "lower": np.concatenate([low[6:], np.zeros(EDGES * len(most))]),
+            "upper": np.concatenate([high[6:], np.repeat(most, EDGES)]),
             "preferred": preferred,
             "metric": metric,
         }
@@ -201,21 +224,31 @@ class ForceUnknowns:
         tau = state.mass_matrix @ qacc + state.bias - self.dynamics.push @ share
         return {"qacc": qacc, "qfrc": tau, "contact_force": force, "contact_point": point}
 
-    def _loads(self, time: float) -> list[Level]:
-        """Return the rows that bound the vertical force of each foot."""
-        if self.load is None:
+    def _wrenches(self, state: State, time: float) -> list[Level]:
+        """Return the rows that ask each foot on the ground for its wrench."""
+        if self.wrench is None:
             return []
-        sides, n_joints = self.sides[self.on], self.dynamics.n_joints
-        rows, bound = [], []
-        for side in SIDES:
-            most = self.load(side, time)
-            mine = sides == side
-            if mine.any() and most < GREATEST:
-                rows.append(np.concatenate([np.zeros(n_joints), np.repeat(mine, EDGES)]))
-                bound.append(most / UNIT)
-        if not rows:
-            return []
-        return [Level(np.array(rows), np.full(len(rows), -np.inf), np.array(bound), "load")]
+        place = state.position(self.contact.points)[self.on]
+        place[:, 2] -= self.contact.points.radius[self.on]
+        mass, found = self.weight / GRAVITY, []
+        scale = SHARE / mass * np.array([1.0, 1.0, 1.0, *[1.0 / LEVER] * 3])
+        for side, wanted in zip(SIDES, self.wrench(time), strict=True):
+            mine = np.flatnonzero(self.sides[self.on] == side)
+            if not len(mine):
+                continue
+            force, moment = wanted[:3], wanted[3:]
+            about = place[mine].mean(axis=0)
+            if force[2] > LIGHT * self.weight:  # about the wanted centre of pressure
+                about = np.array([-moment[1], moment[0], 0.0]) / force[2]
+            rows = np.zeros((6, self.dynamics.matrix.shape[1]))
+            columns = self.dynamics.n_joints + EDGES * mine[:, None] + np.arange(EDGES)
+            rows[:3, columns] = self.edges[:, None, :]
+            rows[3:, columns] = np.cross(
+                (place[mine] - about)[:, None, :], self.edges.T[None]
+            ).transpose(2, 0, 1)
+            right = np.concatenate([force, moment - np.cross(about, force)])
+            found.append(Level.equation(rows * scale[:, None], right * scale, f"wrench {side}"))
+        return found
 
 
 def _preference(dynamics: ReducedDynamics, wanted, before) -> tuple[np.ndarray, np.ndarray]:

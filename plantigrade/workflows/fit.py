@@ -202,6 +202,7 @@ def run_of(
         )
         belt = moving_ground(trial.motion.time, trial.feet.heel, trial.feet.toe)
         beside = compare_forces(record, trial.measured, belt=belt).metrics()
+        del beside["forced_root_residual_bw"]  # estimate_residual_… say more
         figures |= {k: v for k, v in beside.items() if np.isfinite(v)}
     return Run(
         record,

@@ -69,7 +69,8 @@ def report(
     if norms is not None or age is not None:
         run = compared_anew(run, norms, age)
         if out is None and run.folder is not None:
-            own = (MODEL, MOTION, COORDINATES, METRICS, *(f"{name}.npz" for name in run.others))
+            theirs = (f"{name}.{ending}" for name in run.others for ending in ("npz", "xml"))
+            own = (MODEL, MOTION, COORDINATES, METRICS, *theirs)
             names = [name for name in run.files if name not in own]
             kept = {name: (run.folder / name).read_bytes() for name in names}
             save(run, run.folder, overwrite=True, files={**kept, **pages(run)})

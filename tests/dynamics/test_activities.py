@@ -49,7 +49,7 @@ def test_seat_and_feet_carry_who_sits(human, sitting):
     assert (tau[:, 2] > 0.7 * weight).all()
     assert np.abs((tau - push)[:, :3]).max() < 0.02 * weight
     np.testing.assert_array_equal(push[:, 6:], 0.0)  # on the pelvis: no joint feels it
-    peak = estimate_figures(found)["seat_force_peak_n"]
+    peak = estimate_figures(human, found)["estimate_seat_force_peak_n"]
     assert peak == seat[:, 2].max()
 
 

@@ -4,15 +4,32 @@ import json
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from plantigrade.analyze.gait_study import PAPER_TABLE, study
 from plantigrade.errors import FitError, ParameterError, ReproduceError
 from plantigrade.experiments import gait_ablations, gait_table, gait_walks
-from plantigrade.experiments.gait_table import in_whole_degrees, study_rows, walk_rows
-from plantigrade.experiments.gait_walks import PEOPLE, Walks, first_walks, reproduce_walks
+from plantigrade.experiments.gait_table import (
+    half_rows,
+    halves_sheet,
+    in_whole_degrees,
+    study_rows,
+    walk_rows,
+)
+from plantigrade.experiments.gait_walks import (
+    PEOPLE,
+    SETTLED,
+    Walk,
+    Walks,
+    first_walks,
+    reproduce_walks,
+)
+from plantigrade.motion import Motion
+from plantigrade.record import Record
 from plantigrade.reproduce.gait import TASKS
 from tests.analyze.test_gait_study import NAMES, comparison
+from tests.models.presets import person
 
 TWO = {
     "HC038A": ("c3d/HC038A11.c3d",),
@@ -26,6 +43,10 @@ def test_enough_walks_of_enough_people():
     for person, names in PEOPLE.items():
         if person.startswith("CMU"):
             assert all(name.split("/")[1].startswith(person[4:]) for name in names)
+
+
+def test_half_of_the_people_had_no_say():
+    assert set(SETTLED) < set(PEOPLE) and 2 * len(SETTLED) == len(PEOPLE)
 
 
 def test_the_walks_are_there(data):
@@ -74,6 +95,34 @@ def test_the_defaults_goals():
     assert rows["people"].met is False
     paper = {row.quantity: row for row in study_rows("paper", both)}
     assert paper["ROM difference, mean of twelve, mean absolute"].met is None
+
+
+def test_single_gaits_are_judged_by_halves():
+    """One rotation of one gait is 9° off: three of four gaits are not nine tenths."""
+    people = ("HC032A", "HC032A", "HC032A", "walking2", "HC038A")
+    ones = [comparison(50 + off, 50) for off in (0, 1, -2, 9, 30)]
+    ones = [replace(c, clearance={"r": (0.011, 0.020), "l": (0.02, 0.02)}) for c in ones]
+    human, two = person("42", "two-segment"), np.zeros((2, 48))
+    still = np.tile(human.standing(), (2, 1))
+    record = Record(human, Motion(np.array([0.0, 0.1]), still, two, human.joint_names))
+    done = [
+        Walk(who, who, "default", record, c, 1.0, 0.0, 0.0)
+        for who, c in zip(people, ones, strict=True)
+    ]
+    walks = Walks(done, {}, ())
+    settled, other = (
+        {r.quantity: r for r in half_rows("default", walks, which)} for which in (True, False)
+    )
+    within = settled["worst rotation within 8 deg"]
+    assert (within.value, within.met) == (75.0, False)
+    assert settled["worst rotation, median"].value == pytest.approx(1.5)
+    assert settled["worst rotation, median"].met and not other["worst rotation, median"].met
+    assert settled["toe clearance off by, largest"].value == pytest.approx(9.0)
+    assert not settled["toe clearance off by, largest"].met
+    assert other["gaits"].value == 1
+    assert all(r.met is None for r in half_rows("paper", walks, True))
+    text = halves_sheet("Single gaits", walks)
+    assert "settled half" in text and "other half" in text
 
 
 @pytest.fixture(scope="module")

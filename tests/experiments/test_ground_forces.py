@@ -7,11 +7,12 @@ import pytest
 from plantigrade.experiments import ground_forces
 from plantigrade.experiments.ground_forces import BESIDE, NOISY, QUICK, with_noise
 from plantigrade.experiments.table import Row
-from tests.analyze.plated_walk import plated_walk
+from plantigrade.models import Human
+from tests.analyze.plated_walk import standing_fit
 
 
 def test_noise_is_of_the_size_that_is_said_and_the_same_each_time():
-    fit = plated_walk().fit()
+    fit = standing_fit(Human.create(1.7, 70.0), (), 400)
     noisy = with_noise(fit, "a")
     np.testing.assert_array_equal(noisy.qpos, with_noise(fit, "a").qpos)
     assert not np.array_equal(noisy.qpos, with_noise(fit, "b").qpos)

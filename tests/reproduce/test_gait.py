@@ -176,7 +176,7 @@ def test_the_order_is_the_papers():
 
 
 def test_sets_of_tasks_have_names():
-    assert gait_tasks("paper") == GaitTasks(phases="four")
+    assert gait_tasks("paper") == GaitTasks(phases="four", rates=False)
     with pytest.raises(ParameterError, match="allowed are default, paper"):
         gait_tasks("all")
 

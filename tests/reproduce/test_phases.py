@@ -5,9 +5,10 @@ import pytest
 
 from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.kinematics.contacts import stances
+from plantigrade.kinematics.state import PointSet
 from plantigrade.motion import GaitEvent
 from plantigrade.reproduce import reference_of
-from plantigrade.reproduce.gait import leg_shortest, phase_ends
+from plantigrade.reproduce.gait import leg_shortest, phase_ends, shank_upright
 from plantigrade.reproduce.phases import phases_between, walking_events
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
@@ -99,16 +100,17 @@ def test_stances_seen_whole_and_in_part():
 
 def test_ends_of_phases_where_postures_are_asked_for():
     known = reference()
-    two, four, six = (phase_ends(known, name) for name in ("two", "four", "six"))
+    two, four, six, eight = (phase_ends(known, n) for n in ("two", "four", "six", "eight"))
     singles = [p for p in known.phases if p.kind == "single"]
-    assert set(two) <= set(four) <= set(six)
+    assert set(two) <= set(four) <= set(six) <= set(eight)
     assert len(four) == len(known.phases)
     assert len(six) == len(four) + len(singles)
-    for ends in (two, four, six):
+    assert len(eight) == len(four) + 2 * len(singles)
+    for ends in (two, four, six, eight):
         assert (np.diff(ends) > 0).all() and ends[-1] == known.stop
     strikes = [e.time for e in known.events if e.kind == "heel_strike"]
     assert set(two) <= {*strikes, known.stop}
-    with pytest.raises(ParameterError, match="two, four, six"):
+    with pytest.raises(ParameterError, match="two, four, six, eight"):
         phase_ends(known, "five")
 
 
@@ -122,3 +124,17 @@ def test_a_swing_is_divided_where_the_leg_is_shortest():
             knee = 7 + known.human.hinge(f"knee_angle_{phase.swing}")
             swing = known.at(np.linspace(phase.start, phase.stop, 60))[:, knee]
             assert known.at(at)[knee] > swing.min() + 0.7 * np.ptp(swing)
+
+
+def test_mid_swing_ends_where_the_shank_is_upright():
+    """Between the shortest leg and the heel strike, and there the ankle is below the knee."""
+    known = reference()
+    for phase in known.phases:
+        if phase.kind == "single":
+            shortest = leg_shortest(known, phase)
+            at = shank_upright(known, phase, shortest)
+            assert shortest < at < phase.stop
+            bodies = [f"tibia_{phase.swing}", f"foot_{phase.swing}"]
+            joints = PointSet(known.human, bodies, np.zeros((2, 3)))
+            knee, ankle = joints.path(known.at(np.array([at])))[0]
+            assert abs(ankle - knee)[0] < 0.02 < knee[2] - ankle[2]

@@ -31,8 +31,9 @@ def rebuilt(
 
 @cache
 def soles(joints: str = "42", feet: str = "two-segment", cycles: int = 2) -> ContactSchedule:
-    """Which points touch when."""
-    return ContactSchedule(reference(joints, feet, cycles))
+    """Which points touch when, as the tasks hold them."""
+    known = reference(joints, feet, cycles)
+    return ContactSchedule(known, known.held)
 
 
 def paths(human, qpos, points) -> tuple[np.ndarray, np.ndarray]:

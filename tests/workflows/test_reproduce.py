@@ -59,7 +59,7 @@ def test_a_clean_walk_is_reproduced(made):
 def test_forces_satisfy_their_motion_without_our_code(forced):
     """Inverse dynamics less the ground's push is the joint moments, and nothing at the root."""
     folder, metrics = forced.folder, forced.metrics
-    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    model = mujoco.MjModel.from_xml_path(str(folder / "forces.xml"))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
     model.dof_armature[:] = model.dof_damping[:] = 0  # of the scene, not of the person

@@ -20,6 +20,7 @@ from plantigrade.report.text import sided_title
 AXES = {2: "vertical", 0: "forward", 1: "sideways (left positive)"}
 FORCES, MOMENTS = "Estimated ground reactions", "Estimated joint moments"
 POWERS = "Estimated joint powers"
+MOST = 400  # points of a curve over time, as wide as it is drawn
 
 
 @dataclass(frozen=True)
@@ -125,17 +126,23 @@ def _moments(record: Record) -> tuple[list[_Estimate], list[_Estimate]]:
 def _figure(subject: Subject, one: _Estimate) -> Figure:
     """Return one plot: the estimate in its band, the measured beside."""
     motion = subject.record.motion
-    x, curves = motion.time, (one.value, one.half, one.measured)
+    step = -(-motion.n_frames // MOST)
+    x, curves = motion.time[::step], tuple(y[::step] for y in (one.value, one.half, one.measured))
     x_label = "time [s]"
     if subject.walks:
         cycles = [c for c in subject.angle_curves.cycles if c.side == one.side]
         x, x_label = PERCENT, "gait cycle [%]"
-        curves = tuple(mean_sd(normalise_cycles(motion.time, y, cycles))[0] for y in curves)
+        frames = (one.value, one.half, one.measured)
+        curves = tuple(mean_sd(normalise_cycles(motion.time, y, cycles))[0] for y in frames)
     value, half, measured = curves
     series, colour = _series(x, value, measured, STROKES[one.side]), STROKES[one.side]
+    known = np.concatenate([s.y[np.isfinite(s.y)] for s in series] or [np.zeros(1)])
+    low, high = known.min(initial=0.0), known.max(initial=0.0)
+    room = high - low  # a band that is wider leaves the plot, so that the curves can be seen
+    lower, upper = (np.clip(y, low - room, high + room) for y in (value - half, value + half))
     drawn = line_plot(
         series,
-        bands=[Ribbon(x, value - half, value + half, colour, 0.22)],
+        bands=[Ribbon(x, lower, upper, colour, 0.22)],
         title=one.title,
         x_label=x_label,
         y_label=one.label,

@@ -63,6 +63,8 @@ class AngularMomentumTask(Task):
     Args:
         target: Path of the angular momentum [kg m²/s].
         posture: Path of the configuration.
+        turn: By how much the body is to have turned further than that, as momentum integrated
+            [kg m²]; not at all if absent.
     """
 
     def __init__(
@@ -71,16 +73,18 @@ class AngularMomentumTask(Task):
         posture: Trajectory,
         name: str = "angular momentum",
         stiffness: float = 25.0,
+        turn: Trajectory | None = None,
         **gains,
     ):
         super().__init__(name, stiffness=stiffness, **gains)
-        self.target, self.posture = target, posture
+        self.target, self.posture, self.turn = target, posture, turn
 
     def error(self, state, time):
         """Return by how much the whole body has turned too far [m]."""
         posture = self.posture(time)[0].copy()
         posture[3:7] /= np.linalg.norm(posture[3:7])
-        return self.jacobian(state, time) @ state.difference(posture)
+        error = self.jacobian(state, time) @ state.difference(posture)
+        return error if self.turn is None else error - self.turn(time)[0] / (state.mass * LEVER)
 
     def jacobian(self, state, time):
         """Return the angular rows of the centroidal momentum matrix."""
