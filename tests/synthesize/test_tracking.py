@@ -218,6 +218,41 @@ def test_a_recording_gives_ground_reactions(data):
     theirs = recorded["knee_angle_r"][inside]
     apart = np.interp(recorded.time[inside], ours.time, ours["knee_angle_r"]) - theirs
     assert np.abs(apart).max() < 0.2  # one clock [rad]
+    assert not found.estimate.measured.any()  # plates are withheld
+    assert c.forward_r > 0.98 and c.backward_m < 0.02  # [m]
+    assert min(c.moment_r.values()) > 0.8
+    beside = found.estimate_against_plates()
+    assert made.figures["estimated_forward_force_correlation"] == beside.forward_r > 0.98
     measured = made.record.signals["measured.force"]
     assert measured.shape == (ours.n_frames, 2, 3) and np.nanmax(measured[..., 2]) > 700.0
     assert made.figures["vertical_force_rmse_bw"] == pytest.approx(c.vertical_rmse)
+
+
+@pytest.mark.slow
+def test_a_recorded_rise_from_a_chair_passes_the_check(data):
+    """The seat carries until the person rises, the feet carry after it, and nothing is broken."""
+    from plantigrade.analyze.check import check
+    from plantigrade.workflows.fit import fit_trial
+    from plantigrade.workflows.track import TrackSettings, track_trial
+
+    settings = TrackSettings(start=2.9, stop=4.2)
+    _, trial = fit_trial(data / "opensim/opencap_subject4/STS1.trc", settings)
+    found = track_trial(trial, settings)
+    record = found.record()
+    verdict = check(record)
+    assert verdict.ok, verdict.words()
+    time, weight = record.motion.time + record.clock, record.weight
+    assert record.contact_force is not None
+    load = record.contact_force[..., 2] / weight
+    seat = [not site.side for site in record.sites]
+    assert sum(seat) == 2
+    seated, stood = time < 3.2, time > 3.7
+    assert load[seated][:, seat].sum(axis=1).mean() > 0.7
+    assert load[stood][:, seat].max() < 1e-6
+    plates = found.walk.measured
+    assert plates is not None
+    for side in "rl":
+        theirs = plates.foot(side).force[:, 2] / weight
+        own = [site.side == side for site in record.sites]
+        wanted = np.interp(time[stood], plates.motion.time, theirs)
+        assert np.abs(load[stood][:, own].sum(axis=1) - wanted).mean() < 0.12
