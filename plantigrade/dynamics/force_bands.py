@@ -24,7 +24,7 @@ from plantigrade.dynamics.load_intervals import LoadInterval
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 
-DRAWS = 40
+DRAWS = 32
 NINETY = 1.645  # standard deviations of the half-width of a 90 % band
 # Over how long the errors of rows are alike [s]
 NOISE_TIME = 0.04  # of the motion, filtered at some 6 Hz
@@ -34,7 +34,7 @@ PATH_TIME = 0.25  # of the centre of pressure's path: a person keeps to their ow
 # the foot's axis, of what a rolling foot may be
 ACTIVATION, ASIDE = 2.0, 0.5
 # What the spreads are multiplied by, so that the bands hold what plates measured
-FORCE, POINT, TORQUE, MOMENT = 1.1, 1.7, 1.2, 1.6
+FORCE, POINT, TORQUE, MOMENT = 1.3, 1.7, 1.6, 1.6
 TIMING = 0.010  # standard deviation of gait events found from the motion [s]
 NEAR_EVENT = 0.15  # within this of landing and leaving the instant matters [s]
 
@@ -53,7 +53,7 @@ class Spread:
 def drawn_errors(
     blocks: dict[str, slice],
     place: dict[str, np.ndarray],
-    shape: tuple[int, int],
+    n: int,
     dt: float,
     pace: float = 1.0,
     seed: int = 0,
@@ -63,7 +63,7 @@ def drawn_errors(
     Args:
         blocks: Rows by name.
         place: Frame and carrier of the rows of a block.
-        shape: Number of frames and carriers.
+        n: Number of frames.
         dt: Time between frames [s].
         pace: How many times higher the frequencies of the motion are than those of walking.
         seed: Of the draws.
@@ -80,8 +80,10 @@ def drawn_errors(
         elif name.startswith(("path", "free", "effort")):
             alike = PATH_TIME
         frame, foot = place[name]
-        wide = (shape[0] + 2, shape[1])
-        errors[rows] = np.sqrt(dt) * _smooth_noise(rng, wide, alike / dt)[frame, foot]
+        for k in np.unique(foot):
+            own = np.flatnonzero(foot == k)
+            drawn = _smooth_noise(rng, n + 2, alike / dt)
+            errors[rows.start + own] = np.sqrt(dt) * drawn[frame[own]]
     return errors
 
 
@@ -112,15 +114,17 @@ def calm_errors(
     return out
 
 
-def _smooth_noise(rng, shape: tuple[int, int], width: float) -> np.ndarray:
-    """Return unit noise (n, k, draws), alike over about ``width`` frames."""
-    from scipy.ndimage import gaussian_filter1d
+def _smooth_noise(rng, n: int, width: float) -> np.ndarray:
+    """Return unit noise (n, draws), alike over about ``width`` frames."""
+    from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
-    white = rng.normal(size=(*shape, DRAWS))
-    if width < 0.3:
-        return white
-    smooth = gaussian_filter1d(white, width, axis=0, mode="nearest")
-    return smooth / smooth.std(axis=(0, 1))
+    white = rng.standard_normal((n, DRAWS), dtype=np.float32)
+    if width < 8:
+        white = gaussian_filter1d(white, width, axis=0, mode="nearest")
+    else:  # two boxes spread by as much, and take less time
+        for _ in range(2):
+            white = uniform_filter1d(white, round(np.sqrt(6.0) * width), axis=0, mode="nearest")
+    return white / white.std()
 
 
 def spread_of(

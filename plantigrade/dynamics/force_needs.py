@@ -7,9 +7,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import root_wrench_at
 from plantigrade.dynamics.load_intervals import LoadInterval, Support
-from plantigrade.dynamics.plates import sole_points
+from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
@@ -79,7 +80,10 @@ def force_needs(
     others = [human.body(support.body) for support in supports]
     place = PointSet.of(human, [_Place(s.body, s.point) for s in supports])
     held, ahead = np.empty((n, len(others), 3)), np.empty((n, len(others), 2))
+    sites = SitePoints(human, contact_sites(human))
+    soles = np.empty((n, len(sites), 3))
     for f, state in enumerate(sweep(human, motion.qpos, motion.qvel)):
+        soles[f] = state.position(sites)
         tau = state.inverse_dynamics(qacc[f])
         root[f], com[f] = tau[:6], state.com
         J = state.jacobian(points)
@@ -94,9 +98,10 @@ def force_needs(
             held[f] = state.position(place)
             ahead[f] = [state.rotation(body)[:2, 0] for body in others]
     force, moment = root_wrench_at(root, motion.qpos, com)
-    soles = sole_points(human, motion.qpos)
+    soles[..., 2] -= sites.radius
+    below = {side: soles[:, [s.side == side for s in sites.sites]] for side in SIDES}
     steps = tuple(c for c in contacts if c.side in SIDES)
-    floor = _floor(time, soles, steps)
+    floor = _floor(time, below, steps)
     base = ankle.copy()
     base[..., 2] = floor
     heading = _headings(time, forward, steps)
@@ -116,7 +121,7 @@ def force_needs(
         np.concatenate([at_base, axes], axis=2).swapaxes(2, 3),
         np.array([_strength(human, own) for own in columns]) / weight,
         columns,  # pyright: ignore[reportArgumentType]
-        np.concatenate([_sole_limits(soles, base, heading), reach], axis=1),
+        np.concatenate([_sole_limits(below, base, heading), reach], axis=1),
         motion.qpos[:, :3],
         rotation_matrix(motion.qpos[:, 3:7]),
     )

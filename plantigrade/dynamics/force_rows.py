@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.dynamics.force_needs import ForceNeeds
 
+STRIDE = 0.4  # standard deviation of the mean over about a stride [s]
 LAST = 7  # unknowns of the whole recording
 HIP = 3  # flexion, adduction and rotation of the hip come first among the joints of a leg
 
@@ -101,10 +102,14 @@ class Layout:
 
 @dataclass(frozen=True)
 class PathPrior:
-    """Where walking puts the centre of pressure, from the base in the carrier's heading."""
+    """What walking usually does: path of the centre of pressure, and force to the side."""
 
-    mean: Float[Array, "n k 2"]  #: Forward and left [m]; NaN where it is not known
-    spread: Float[Array, "n k 2"]  #: Standard deviation [m]
+    #: Centre of pressure from the base in the carrier's heading, forward and left [m]; NaN where it
+    #: is not known
+    mean: Float[Array, "n k 2"]
+    spread: Float[Array, "n k 2"]  #: Its standard deviation [m]
+    side: Float[Array, "n k"]  #: Force to the left in straight walking [BW]; NaN if not known
+    forward: Float[Array, "n k 2"]  #: Where the person walks, over the floor; unit vectors
 
 
 def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: bool) -> Rows:
@@ -159,6 +164,7 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
         place = np.stack(np.divmod(np.flatnonzero(some), columns.shape[1]))
         rows.add(f"bend{i}", np.zeros(int(some.sum())), (trio[some], values), place=place)
     _path(rows, needs, layout, path)
+    _side(rows, needs, layout, path)
     return rows
 
 
@@ -220,6 +226,22 @@ def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
             (offset, -usual[some][:, None] / spread),  # acts by the load, itself unknown
             place=place,
         )
+
+
+def _side(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> None:
+    """Add forces to the side: those of straight walking, and what a turn needs over a stride."""
+    from scipy.ndimage import gaussian_filter1d
+
+    here = (layout.start >= 0) & np.isfinite(path.side)
+    if not here.any():
+        return
+    dt = needs.time[1] - needs.time[0]
+    turn = gaussian_filter1d(needs.force[:, :2], STRIDE / dt, axis=0, mode="nearest")
+    left = np.stack([-path.forward[..., 1], path.forward[..., 0]], axis=-1)
+    mean = path.side + (left * turn[:, None]).sum(axis=-1) * _usual_load(needs, layout)
+    c = [layout.columns(i)[here][:, None] for i in (0, 1)]
+    lx, ly = left[here].T[..., None]
+    rows.add("side", mean[here], (c[0], lx), (c[1], ly), place=np.stack(np.nonzero(here)))
 
 
 def _usual_load(needs: ForceNeeds, layout: Layout) -> np.ndarray:

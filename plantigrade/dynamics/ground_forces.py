@@ -50,6 +50,7 @@ from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 
 FASTEST = 150.0  # frames are left out above this rate [Hz]
+MANY, SLOWEST = 800, 50.0  # more frames than so many are left out too, down to this rate [Hz]
 LIGHT = 0.01  # centres of pressure and free moments are told above this load [BW]
 NET = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 ROUNDS = 3  # times that the program is solved, as the noise turns out
@@ -58,10 +59,13 @@ ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # By what rows are missed in recordings of little noise, over what their errors leave
 USUAL = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
 # Path of the centre of pressure from the ankle over a stance, forward and outward in lengths of the
-# foot, and how far single persons stray from theirs [m]: mean of three people, five stances
+# foot: mean of three people, five stances
 SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 FORWARD = (-0.06, -0.025, 0.09, 0.205, 0.345, 0.45, 0.485, 0.497, 0.48, 0.37, 0.14)
 OUTWARD = (0.01, 0.03, 0.05, 0.06, 0.065, 0.085, 0.095, 0.095, 0.065, 0.01, -0.04)
+# Force towards the other foot over a stance [BW], of the same stances
+INWARD = (0.0, 0.0, 0.053, 0.058, 0.045, 0.036, 0.042, 0.054, 0.047, 0.005, 0.0)
+# How far they stray from their own mean path [m]
 STRAY_FORWARD = (
     (0.0, 0.1, 0.4, 0.5, 0.75, 0.9, 1.0),
     (0.012, 0.009, 0.008, 0.008, 0.005, 0.012, 0.022),
@@ -87,6 +91,7 @@ class ForceScales:
     free: float = 0.007  #: Free moment [BW m]
     shear: float = 0.1  #: Horizontal force of a seat [BW]
     path: float = 1.5  #: Centre of pressure from its usual path, in its standard deviations
+    side: float = 0.02  #: Force to the side from the usual one [BW]
     offset: tuple[float, float] = (0.010, 0.010)  #: Of a foot's path, for the recording [m]
     effort: float = np.inf  #: Joint moments, as a share of the joint's strength
     loading: float = 20.0  #: Fastest growth of the load, from contact on [BW/s]
@@ -180,7 +185,7 @@ def estimate_forces(
         if scales is None:
             scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
         flies = loading.flies
-    step = max(1, int(np.ceil(motion.rate / FASTEST)))
+    step = _step(motion)
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports)
     data = None if measured is None else _frames(measured, slice(None, None, step))
@@ -225,7 +230,7 @@ class _Program:
         self.needs, self.scales, self.contacts = needs, scales, contacts
         time = needs.time
         contact, ramp, path = _contact_frames(
-            time, contacts, supports, scales, human.dimensions.foot_length
+            needs, contacts, supports, scales, human.dimensions.foot_length
         )
         self.known = np.zeros(contact.shape, bool)
         told = np.zeros((*contact.shape, 6))
@@ -262,7 +267,7 @@ class _Program:
         sway = np.array([*s.sway, *(s.turn,) * 3]) * noise / ROUGHNESS
         scale |= {f"noise{i}": v for i, v in enumerate(sway)}
         scale |= {f"bend{i}": v for i, v in enumerate((*s.bend, *s.twist))}
-        scale |= {"free": s.free, "path_x": s.path, "path_y": s.path}
+        scale |= {"free": s.free, "path_x": s.path, "path_y": s.path, "side": s.side}
         scale |= {"shear0": s.shear, "shear1": s.shear}
         for name, rows in self.blocks.items():
             usual = s.effort if name.startswith("effort") else s.rate
@@ -280,9 +285,8 @@ class _Program:
         solution = None
         place = np.searchsorted(self.unknown, self.layout.noise)
         self.sways = [place + i for i in range(6)]
-        self.errors = drawn_errors(
-            self.blocks, self.place, self.layout.start.shape, self.dt, self.scales.pace
-        )
+        n = len(self.layout.start)
+        self.errors = drawn_errors(self.blocks, self.place, n, self.dt, self.scales.pace)
         noise = np.ones(6)
         for _ in range(ROUNDS):
             w = self.weights(noise)
@@ -345,11 +349,13 @@ def _rms(values: np.ndarray, parts: list[slice]) -> float:
     return float(np.sqrt(np.mean(np.concatenate([values[p] for p in parts]) ** 2)))
 
 
-def _contact_frames(time, contacts, supports, scales: ForceScales, length: float):
+def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, length: float):
+    time = needs.time
     names = (*SIDES, *(support.name for support in supports))
     n, m = len(time), len(names)
     contact, ramp = np.zeros((n, m), bool), np.full((n, m), np.inf)
     mean, spread = np.full((n, m, 2), np.nan), np.ones((n, m, 2))
+    side, forward = np.full((n, m), np.nan), np.zeros((n, m, 2))
     usual = usual_length(contacts)
     for each in contacts:
         k, here = names.index(each.side), each.frames(time)
@@ -372,7 +378,10 @@ def _contact_frames(time, contacts, supports, scales: ForceScales, length: float
             mean[here, k, 1] = outward * length * np.interp(s, SHARE, OUTWARD)
             for i, table in enumerate((STRAY_FORWARD, STRAY_OUTWARD)):
                 spread[here, k, i] = np.interp(s, *table)
-    return contact, ramp, PathPrior(mean, spread)
+            side[here, k] = -outward * np.interp(s, SHARE, INWARD)
+            ahead = needs.rotation[here, :2, 0].mean(axis=0)
+            forward[here, k] = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+    return contact, ramp, PathPrior(mean, spread, side, forward)
 
 
 def _told(data: FootForces, needs: ForceNeeds):
@@ -397,6 +406,13 @@ def _at_pressure(time, needs: ForceNeeds, wrench) -> tuple[np.ndarray, np.ndarra
     torque = np.zeros_like(point)
     torque[..., 2] = np.where(load, w[..., 5] - x * w[..., 1] + y * w[..., 0], 0.0) * needs.weight
     return np.where(load[..., None], w[..., :3], 0.0) * needs.weight, point, torque
+
+
+def _step(motion: Motion) -> int:
+    """Return every how manieth frame is taken: fewer of fast and of long recordings."""
+    step = np.ceil(motion.rate / FASTEST)
+    longer = min(np.ceil(motion.n_frames / MANY), motion.rate // SLOWEST)
+    return max(1, int(max(step, longer)))
 
 
 def _frames(forces: FootForces, keep: slice) -> FootForces:
