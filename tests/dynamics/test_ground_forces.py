@@ -8,6 +8,8 @@ import pytest
 
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
+from plantigrade.dynamics.force_needs import force_needs
+from plantigrade.dynamics.force_rows import Layout, PathPrior, objective
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.load_intervals import LoadInterval, Support
 from plantigrade.dynamics.plates import FootForces
@@ -148,3 +150,21 @@ def test_few_frames_and_forces_on_another_clock_are_refused(human):
     forces = estimate_forces(human, motion).forces
     with pytest.raises(ParameterError, match="put both on one clock"):
         estimate_forces(human, motion.frames(slice(0, 20)), measured=forces)
+
+
+def test_in_a_turn_the_usual_force_to_the_side_weighs_less(human):
+    motion = standing(human, 60)
+    feet = (LoadInterval("r", 0.0, 0.59), LoadInterval("l", 0.0, 0.59))
+    weights = []
+    for pull in (0.0, 0.1):  # to the left [BW]
+        qacc = motion.qvel.copy()
+        qacc[:, 1] = pull * G
+        needs = force_needs(human, motion, qacc, feet)
+        contact = np.ones((60, 2), bool)
+        ahead = np.tile([1.0, 0.0], (60, 2, 1))
+        nowhere = np.full((60, 2, 2), np.nan)
+        prior = PathPrior(nowhere, np.ones((60, 2, 2)), np.zeros((60, 2)), ahead)
+        rows = objective(needs, Layout.of(contact), prior, effort=False)
+        A, _ = rows.system()
+        weights.append(np.abs(A[rows.blocks["side"]]).max())
+    assert weights[0] == pytest.approx(1.0) and weights[1] < 0.25
