@@ -17,7 +17,8 @@ from plantigrade.models import Human
 
 LIMBS = 4
 """Bit of ``contype`` by which all but the feet touch the ground."""
-GROUND = ("floor", "bump", "relief", "seat")
+GROUND = ("floor", "bump", "relief")
+"""What the names of the ground's geoms begin with; a seat carries only what is to rest on it."""
 FOOT = ("foot", "toes", "heel", "medial_phalanges", "lateral_metatarsal", "lateral_phalanges")
 
 

@@ -72,7 +72,7 @@ class World:
     Attributes:
         model: MuJoCo's model; the person's coordinates come first.
         data: MuJoCo's data.
-        sites: The contact spheres of the feet.
+        sites: The contact spheres of the feet, and the further places.
         memory: What disturbances, and controllers, keep until the next start.
         random: Generator of random numbers for disturbances and controllers.
         fall: How and when the person fell; None as long as it has not.
@@ -116,7 +116,7 @@ class World:
             human, self.ground, step=1.0 / self.rate, sites=sites, additions=additions
         )
         self.data = mujoco.MjData(self.model)
-        self.sites = contact_sites(human)
+        self.sites = (*contact_sites(human), *sites)
         self.actuators = Actuators(human, self.model, passive=passive, rise=torque_rise)
         self.contacts = Contacts(human, self.model, self.sites)
         self._falls = FallWatch(human, self.model)
