@@ -181,10 +181,14 @@ class World:
         data = self.data
         done = self.actuators.command(command, data)
         self._signals = {f"controller.{name}": value for name, value in done.signals.items()}
+        recorder = self._recorder
+        good = 0 if recorder is None else len(recorder)
         with _unlogged():
             self._advance(self._steps + self._per_control)
         if not np.abs(data.qvel).max() < FASTEST:  # NaN is not less than anything
             self.diverged = self.time
+            if recorder is not None:
+                recorder.cut(max(good, 1))
         elif self.fall is None:
             self.fall = self._falls.look(data, self.time)
         return State(self)
@@ -247,7 +251,7 @@ class World:
             mujoco.mj_forward(self.model, data)
             self._keep(recorder)
             record = record_of(self, recorder)
-            recorder.drop()
+            recorder.cut(-1)
             return record
         return record_of(self, recorder)
 
