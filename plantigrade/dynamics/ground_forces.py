@@ -285,8 +285,8 @@ class _Program:
         solution = None
         place = np.searchsorted(self.unknown, self.layout.noise)
         self.sways = [place + i for i in range(6)]
-        n = len(self.layout.start)
-        self.errors = drawn_errors(self.blocks, self.place, n, self.dt, self.scales.pace)
+        frames = len(self.layout.start)
+        self.errors = drawn_errors(self.blocks, self.place, frames, self.dt, self.scales.pace)
         noise = np.ones(6)
         for _ in range(ROUNDS):
             w = self.weights(noise)
@@ -296,12 +296,13 @@ class _Program:
             solution = solve_quadratic(P, q, self.G, self.h, border=LAST, start=solution)
             found = solution.x
             missed = self.A @ found - self.b
+            self.missed = missed * w / np.sqrt(self.dt)
             self.moved = solution.response(self.scaled.T @ self.errors)
             self.noise, noise = noise, self._noise(noise, found, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
         if self.scales.effort < np.inf and solution is not None:
-            errors = calm_errors(self.errors, self.blocks, missed * w / np.sqrt(self.dt))
+            errors = calm_errors(self.errors, self.blocks, self.missed)
             self.moved = solution.response(self.scaled.T @ errors)
         self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
         self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])

@@ -30,6 +30,7 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.motion.filters import lowpass
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.threads import on_one_thread
 
 QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
 MASSES = {f"opensim/opencap_subject4/{name}.trc": 60.2 for name in ("STS1", "DJ1")}
@@ -175,7 +176,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     if alone.ground is None:
         return [Row(name, FORCES[0].name, None, note=" ".join(alone.notes[-1:]))]
     started = time.process_time()
-    estimate_forces(alone.fit.human, alone.motion)
+    on_one_thread(estimate_forces)(alone.fit.human, alone.motion)  # as in a fit
     seconds = time.process_time() - started
     rows = [*_compared(name, alone, alone, ""), Row(name, TIME.name, seconds, TIME.unit)]
     if name in WALKS:

@@ -87,6 +87,8 @@ def columns_of(record: Any) -> dict[str, Array]:
                 found[f"{_FORCE}{axis}_{side}"] = foot.force[:, i]
             for axis, i in AXES.items():
                 found[f"centre_of_pressure_{axis}_{side}"] = foot.centre_of_pressure[:, i]
+            if "forces.measured" in record.signals:
+                found[f"ground_force_measured_{side}"] = foot.measured
     plain = {k: v for k, v in record.signals.items() if v.shape == (motion.n_frames,)}
     return found | plain
 

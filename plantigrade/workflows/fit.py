@@ -149,7 +149,7 @@ def fit(
     command: str = "",
     **options: Any,
 ) -> Run:
-    """Fit a recording to a scaled Human: its motion, and joint moments where forces were measured.
+    """Fit a recording to a scaled Human: its motion, forces and joint moments.
 
     Args:
         path: The recording: C3D, TRC, MOT, AMC, BVH, DeepMimic JSON or CSV.

@@ -8,6 +8,7 @@ import pytest
 
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.record import Run
+from plantigrade.record.views import columns_of
 from tests.report.walker import walk, walker
 
 
@@ -67,6 +68,22 @@ def test_a_dataframe_has_a_row_per_frame(record):
     np.testing.assert_array_equal(table["knee_angle_r"], record.motion["knee_angle_r"])
     angles = record.motion.to_dataframe()
     assert list(angles.columns) == list(record.motion.coordinates)
+
+
+def test_columns_say_which_forces_were_measured(record):
+    (n, nv), told = record.motion.qvel.shape, np.zeros((record.motion.n_frames, 2), bool)
+    told[: n // 2, 1] = True
+    bands = {
+        "forces.measured": told,
+        "forces.band": np.zeros((n, 2, 3)),
+        "forces.point_band": np.zeros((n, 2, 2)),
+        "forces.torque_band": np.zeros((n, 2)),
+        "forces.moment_band": np.zeros((n, nv)),
+    }
+    found = columns_of(replace(record, signals=bands))
+    assert not found["ground_force_measured_r"].any()
+    np.testing.assert_array_equal(found["ground_force_measured_l"], told[:, 1])
+    assert "ground_force_measured_r" not in columns_of(record)
 
 
 def test_a_dataset_has_named_dimensions(record):

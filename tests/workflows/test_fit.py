@@ -63,6 +63,32 @@ def test_a_run_read_back_gives_the_same_pages(written):
         assert (run.folder / name).read_text(encoding="utf-8") == text, name
 
 
+def test_a_run_shows_withheld_plates_beside_the_estimate(written):
+    """A plate reads half of what it should: the figures say so, nothing else has seen it."""
+    trial, _, _ = written
+    settings = FitSettings(without_plates=True, mass=71.0)
+    alone = analyse(trial.fit, mass=71.0, without_plates=True)
+    forces, moments = alone.withheld
+    half = dataclasses.replace(forces, force=0.5 * forces.force)
+    wrong = dataclasses.replace(alone, withheld=(half, moments))
+    run, other = (fitting.run_of(trial.fit.recording, each, settings) for each in (alone, wrong))
+    assert "estimated from the motion" in run.sentence and "measured ground" not in run.sentence
+    for each in (run, other):
+        assert each.record.signals["measured.force"].shape == (each.record.motion.n_frames, 2, 3)
+    ours, theirs = run.figures, other.figures
+    assert ours["vertical_force_rmse_bw"] < 0.2 < theirs["vertical_force_rmse_bw"]
+    assert "knee_angle_moment_in_band_pct" in ours and "forced_root_residual_bw" not in ours
+    same = {k: v for k, v in ours.items() if theirs[k] == v}
+    assert {"mass_kg", "estimate_noise_factor", "stance_r_pct"} <= set(same)
+    np.testing.assert_array_equal(run.record.qfrc_actuator, other.record.qfrc_actuator)
+
+
+def test_plates_that_are_not_there_cannot_be_withheld(tmp_path):
+    walking(tmp_path / "walk.trc")
+    with pytest.raises(FitError, match="without_plates means nothing for walk.trc"):
+        fitting.load(tmp_path / "walk.trc", FitSettings(without_plates=True))
+
+
 def test_metrics_say_what_was_done(written):
     trial, run, _ = written
     metrics = json.loads((run.folder / "metrics.json").read_text())

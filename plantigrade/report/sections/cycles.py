@@ -110,7 +110,9 @@ def moment_section(subject: Subject) -> list[Section]:
     if nothing_measured(record):
         return []
     if record.qfrc_actuator is None:
-        return [Section(title, missing="no forces were measured, so no joint moments.")]
+        return [
+            Section(title, missing="no forces were measured or estimated, so no joint moments.")
+        ]
     moments = {
         f"{name}_moment [N m]": known_above(record, name) * record.torque(name)
         for name in record.human.coordinates
