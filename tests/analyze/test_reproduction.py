@@ -150,7 +150,7 @@ def standing() -> Reference:
     motion = Motion(time, many, still, human.joint_names, still, (first, last))
     heels = tuple(ContactInterval(side, "heel", 0.2, 0.7) for side in "rl")
     path = Trajectory.fixed(np.zeros(3))
-    return Reference(human, motion, (), heels, path, dict.fromkeys("rl", path), {})
+    return Reference(human, motion, (), heels, heels, path, dict.fromkeys("rl", path), {})
 
 
 def sliding(path):
