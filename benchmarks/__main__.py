@@ -21,6 +21,7 @@ from benchmarks import (  # noqa: E402
     reading,
     synthesis,
     ticks,
+    world,
 )
 from plantigrade import __version__  # noqa: E402
 from plantigrade.experiments.table import ResultTable, Row  # noqa: E402
@@ -29,7 +30,7 @@ DATA_VARIABLE = "PLANTIGRADE_DATA"
 OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
-    *("start", "demo", "compiled", "synthesis", "ticks"),
+    *("start", "demo", "compiled", "synthesis", "ticks", "world"),
     *("kinematics", "opensim", "reading", "fits"),
 )
 
@@ -45,6 +46,7 @@ def main() -> int:
         "compiled": compiled.rows,
         "synthesis": synthesis.rows,
         "ticks": lambda: ticks.rows(data, arguments.peers_python),
+        "world": world.rows,
         "kinematics": lambda: kinematics.rows(data),
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
         "reading": lambda: reading.rows(data),

@@ -20,6 +20,7 @@ import numpy as np
 from plantigrade.constants import SIDES
 from plantigrade.errors import PlantigradeError
 from plantigrade.experiments.table import Row, at_most
+from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.reproduce.gait import TASKS, gait_order
 from plantigrade.reproduce.reference import Reference, reference_of
@@ -30,7 +31,8 @@ from plantigrade.workflows.textbook import textbook_walk
 
 RECORDING = "c3d/HC038A11.c3d"
 REPEATS = 3  # runs of which the fastest counts, tick by tick
-PROGRAM, TICK, CYCLE = 0.3, 0.6, 0.5  # goals: ms, ms, s
+ROUNDS = 3  # of ours and theirs in turn
+PROGRAM, TICK, CYCLE, IN_THEIRS = 0.2, 0.4, 0.2, 1.0  # goals: ms, ms, s, ratio
 
 
 def rows(data: Path | None, python: str) -> Iterator[Row]:
@@ -126,38 +128,58 @@ def timed(reference: Reference, order: TaskOrder):
 def beside(reference: Reference, python: str) -> Iterator[Row]:
     """Yield a tick of ours, of Pink's and of mink's on the same body, walk and tasks."""
     what = "beside weighted tasks"
-    theirs, why = solve_with_peers(reference, python)
-    if theirs is None:
-        yield Row(what, "not measured", None, note=why)
-        return
-    program, state, _, exact, _ = timed(reference, three_tasks(reference))
+    rounds = []
+    for _ in range(ROUNDS):  # in turn, so that whatever else runs here slows all of them down
+        theirs, why = solve_with_peers(reference, python)
+        if theirs is None:
+            yield Row(what, "not measured", None, note=why)
+            return
+        rounds.append((theirs, timed(reference, three_tasks(reference))))
+    program = np.min([found[0] for _, found in rounds], axis=0)
+    state = np.min([found[1] for _, found in rounds], axis=0)
+    exact = rounds[0][1][3]
     (ours,) = ms(program + state)
     note = f"ordered, accelerations, joint limits; {100 * exact:.0f} % without active inequality"
     yield Row(what, "ours, tick, median", ours, "ms", note=note)
     yield Row(what, "ours, program alone", *ms(program), "ms")
-    for name, found in theirs.items():
-        if "missing" in found:
-            yield Row(what, f"{name} not measured", None, note=found["missing"])
+    yield Row(what, "ours, kinematics, Jacobians, rows", *ms(state), "ms")
+    for name, first in rounds[0][0].items():
+        if "missing" in first:
+            yield Row(what, f"{name} not measured", None, note=first["missing"])
             continue
-        note = f"{found['version']}; weighted, not ordered; velocities, no limits"
-        yield Row(what, f"{name}, tick, median", found["median_us"] / 1e3, "ms", note=note)
-        yield Row(what, f"{name}, centre of mass off by", found["com_mm"], "mm")
-        ratio = found["median_us"] / 1e3 / ours
-        yield Row(what, f"{name}'s tick in ours", ratio, note="more than 1: ours is faster")
+        theirs = min(found[name]["median_us"] for found, _ in rounds) / 1e3
+        note = f"{first['version']}; weighted, not ordered; velocities, no limits"
+        yield Row(what, f"{name}, tick, median", theirs, "ms", note=note)
+        yield Row(what, f"{name}, centre of mass off by", first["com_mm"], "mm")
+        yield at_most(what, f"our tick in {name}'s", ours / theirs, IN_THEIRS)
+
+
+class Sampled(Trajectory):
+    """A trajectory sampled before the ticks, as the peers' targets are."""
+
+    def __init__(self, path: Trajectory, times: np.ndarray):
+        self.start, self.rates = times[0], np.array([path(float(t)) for t in times])
+
+    def __call__(self, time: float) -> np.ndarray:
+        """Return value, velocity and acceleration at the nearest sample."""
+        return self.rates[min(round((time - self.start) / STEP), len(self.rates) - 1)]
 
 
 def three_tasks(reference: Reference) -> TaskOrder:
     """Return the order of the three tasks the peers are given too."""
+    times = np.arange(reference.start, reference.stop + STEP, STEP)
     heels = [
-        PointTask(reference.heel_point[side], reference.heel[side], name=f"heel {side}")
+        PointTask(
+            reference.heel_point[side], Sampled(reference.heel[side], times), name=f"heel {side}"
+        )
         for side in SIDES
     ]
-    postures = reference.at(np.arange(reference.start, reference.stop + STEP, STEP))
+    postures = reference.at(times)
 
     def now(t: float) -> tuple[np.ndarray, float]:
-        return postures[min(round((t - reference.start) / STEP), len(postures) - 1)], t + 0.1
+        return postures[min(round((t - times[0]) / STEP), len(postures) - 1)], t + 0.1
 
-    return TaskOrder([heels, [ComTask(reference.com)]], PostureTask(now))
+    return TaskOrder([heels, [ComTask(Sampled(reference.com, times))]], PostureTask(now))
 
 
 def solve_with_peers(reference: Reference, python: str) -> tuple[dict | None, str]:

@@ -18,6 +18,9 @@ MADE = {  # in this order, in one folder: words → what is printed, and the fol
     ),
     "synthesize.py": (r"verdict: ok\nknee moment up to [567]\d N m", "synthesize-squat"),
     "your_own_task.py": (r"Careful squat .* passed the check", "synthesize-careful_squat"),
+    "your_own_controller.py": (
+        r"status: ok\ncentre of mass at 0\.9\d m\nmotors up to \d+ %", "simulate-standing",
+    ),
     "check_in_mujoco.py runs/synthesize-squat": (
         r"\de-\d\d N unexplained at the root, joint torques \S+e-1\d N m apart", "",
     ),

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
+import plantigrade as pg
 from plantigrade import Ground
 from plantigrade.record import Record, Run
 from tests.analyze.plated_walk import analyse, plated_walk
@@ -55,6 +56,15 @@ def test_a_record_of_the_checker(tmp_path, ground):
     for share in FRAMES:
         root, off = self_check(folder, share)
         assert off < 1e-9 and np.abs(root).max() < 1e-6
+
+
+def test_a_simulation_pushed_on_uneven_ground(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    how = {"duration": 0.3, "rate": 600.0, "feet": "rigid", "joints": "42"}
+    run = pg.simulate(ground="bumps:1", push=("50,0.1,30,0.1",), **how).save()
+    for share in FRAMES:
+        root, off = self_check(run.folder, share)
+        assert off < 0.5 and np.abs(root).max() < 0.002 * run.record.weight
 
 
 @pytest.mark.slow

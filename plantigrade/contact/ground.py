@@ -161,7 +161,7 @@ class Ground:
         for (x0, z0), (x1, z1) in zip(prints[:-1], prints[1:], strict=True):
             if abs(z1 - z0) > 1e-9:
                 steps.append(Step(x1 - HEEL if z1 > z0 else x0 + TOE, z1))
-        seats = tuple(Seat(s.site.name, s.position) for s in plan.supports)
+        seats = tuple({s.site.name: Seat(s.site.name, s.position) for s in plan.supports}.values())
         height = prints[0][1] if prints else 0.0
         return cls(height, plan.slope, tuple(steps), seats, friction)
 

@@ -27,19 +27,21 @@ class Posture:
 
     Args:
         stiffness: Of the springs, by what is usual: by the strength of a joint.
+        qpos: The posture, feet on the ground; that of the first state if absent.
     """
 
-    def __init__(self, stiffness: float = 1.0):
-        self.stiffness = stiffness
+    def __init__(self, stiffness: float = 1.0, qpos: Float[Array, " nq"] | None = None):
+        self.stiffness, self.qpos = stiffness, qpos
         self._target: Float[Array, " n_hinges"] | None = None
         self._torque: Float[Array, " n_hinges"] | None = None
 
     def __call__(self, state: State) -> Command:
-        """Hold the posture that the first state has."""
+        """Hold the posture."""
         actuators = state.world.actuators
         if self._target is None or self._torque is None or state.time == 0.0:
-            self._target = np.array(state.angles)
-            self._torque = resting_torques(state.human, state.world.ground, np.array(state.qpos))
+            qpos = np.array(state.qpos if self.qpos is None else self.qpos)
+            self._target = qpos[7:]
+            self._torque = resting_torques(state.human, state.world.ground, qpos)
             self._torque -= actuators.resistance(self._target)
         return StablePD(
             self._target,

@@ -28,6 +28,7 @@ force :math:`\sqrt k`), and the program is solved again, twice at most.
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import FRICTION, SIDES
@@ -172,8 +173,8 @@ def estimate_forces(
         scales: What the program weighs by; what suits the activity if absent.
 
     Raises:
-        ParameterError: If the motion has no accelerations, is too short, or the measured forces
-            are not on its frames.
+        ParameterError: If the motion has no accelerations, is too short, nothing ever carries, or
+            the measured forces are not on its frames.
         SolverError: If the program cannot be solved.
     """
     qacc = _check(human, motion, measured)
@@ -185,6 +186,11 @@ def estimate_forces(
         if scales is None:
             scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
         flies = loading.flies
+    if not contacts and measured is None:
+        raise ParameterError(
+            "no foot comes to the ground in this motion; forces need a foot that stands (or tell "
+            "`contacts` when something carries)"
+        )
     step = _step(motion)
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports)
@@ -250,7 +256,9 @@ class _Program:
         is_known[(start[fixed][:, None] + np.arange(6)).ravel()] = True
         self.unknown = np.flatnonzero(~is_known)
         self.x, self.b, self.A = x, b - A @ x, A[:, self.unknown].tocsr()
-        G, self.h = limits(needs, self.layout, free, ramp, FRICTION, scales.most_free).system()
+        G, self.h = sp.csr_array((1, self.layout.size)), np.ones(1)
+        if free.any():
+            G, self.h = limits(needs, self.layout, free, ramp, FRICTION, scales.most_free).system()
         self.G = G[:, self.unknown].tocsr()
         self.dt = float(time[1] - time[0])
         self.handed_over = np.zeros(len(time), bool)
@@ -373,7 +381,7 @@ def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, 
             continue
         outward = -1.0 if each.side == "r" else 1.0
         mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT[0], FLAT[1]
-        if each.walking:
+        if each.walking and len(t):
             s = each.share(t, usual)
             mean[here, k, 0] = length * np.interp(s, SHARE, FORWARD)
             mean[here, k, 1] = outward * length * np.interp(s, SHARE, OUTWARD)

@@ -4,23 +4,34 @@ Each walk is fitted with its file name alone and rebuilt from ordered tasks abov
 motion; the measured forces are only looked at afterwards.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
-from plantigrade.analyze.reproduction import compare
+from plantigrade.analyze.reproduction import ROTATIONS, compare
+from plantigrade.analyze.reproduction_status import forces_status
 from plantigrade.errors import ReproduceError
-from plantigrade.experiments.fit_accuracy import WALKS
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, over_trials
+from plantigrade.experiments.fit_accuracy import SETTLED, WALKS
+from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
 from plantigrade.reproduce.result import rebuild
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.walks import RecordedWalk
 
 QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
-# Goals.
-VERTICAL, CORRELATION, RESIDUAL = 0.08, 0.95, 1e-6
+VERTICAL, RESIDUAL = 0.08, 1e-6  # goals
+GOALS = {
+    "forward force, r": (">=", 0.9),
+    "centre of pressure, backward in a stance": ("<=", 20.0),
+    "ankle_angle moment, r": (">=", 0.95),
+    "knee_angle moment, r": (">=", 0.85),
+    "hip_flexion moment, r": (">=", 0.9),
+    "centre of mass, greatest error": ("<=", 15.0),
+    "vertical force, RMSE": ("<=", VERTICAL),
+}
+"""Quantity → what a gait rebuilt by forces is held against, in the unit of its row."""
 
 STANCES = (
     "Each foot by itself, over the frames of stance (above a twentieth of body weight) in which "
@@ -30,8 +41,8 @@ STANCES = (
 NOTES = (
     STANCES,
     "A foot that no plate saw loaded is left out.",
-    "No measured force enters a rebuilt gait, but gains and the limit of loading were settled on "
-    "these recordings: they are no test on unseen people.",
+    "No measured force enters a rebuilt gait: its forces follow those estimated from the recorded "
+    "motion. Constants were settled on the people of the first mean alone.",
 )
 
 
@@ -41,7 +52,32 @@ def run(
     """Return the table over the walks on force plates in a data folder."""
     title = "Ground reactions of gaits rebuilt by forces"
     names = QUICK if quick else WALKS
-    return over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
+    table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
+    settled = [row for row in table.rows if any(who in row.subject for who in SETTLED)]
+    rest = [row for row in table.rows if row not in settled]
+    means = [*mean_rows("mean, settled", settled), *mean_rows("mean, other people", rest)]
+    return replace(table, rows=[*table.rows, *means])
+
+
+def mean_rows(subject: str, rows: Sequence[Row]) -> list[Row]:
+    """Return the mean of each quantity over walks."""
+    found = []
+    for quantity in dict.fromkeys(row.quantity for row in rows):
+        mine = [row for row in rows if row.quantity == quantity and row.value is not None]
+        if mine:
+            value = float(np.mean([row.value for row in mine if row.value is not None]))
+            row = Row(subject, quantity, value, mine[0].unit, note=f"{len(mine)} walks")
+            found.append(judged(row))
+    return found
+
+
+def judged(row: Row) -> Row:
+    """Return a row held against its goal, where there is one."""
+    if row.quantity not in GOALS or row.value is None:
+        return row
+    kind, limit = GOALS[row.quantity]
+    met = row.value >= limit if kind == ">=" else row.value <= limit
+    return replace(row, goal=f"{kind} {limit:g}", met=bool(met))
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -53,14 +89,16 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     made = rebuild(walk.reference(), forces=True)
     motion, forced = made.motion, made.record()
     c = compare_forces(forced, trial.record(), ground=walk.ground)
+    held = compare(forced)
+    worst = max(abs(held.rom_error[name]) for _, name in ROTATIONS if name in held.rom)
     feet = " and ".join(c.sides) or "no"
-    rows = force_rows(name, c)
-    rows[1] = at_least(name, "vertical force, r", c.vertical_r, CORRELATION)
     tick = 1e3 * float(np.median(motion.solver_time) + np.median(motion.kinematics_time))
     return [
-        *rows,
+        *map(judged, force_rows(name, c)),
         at_most(name, "root residual", c.residual, RESIDUAL, "BW"),
-        Row(name, "centre of mass, greatest error", 1e3 * compare(forced).com_error_max_m, "mm"),
+        judged(Row(name, "centre of mass, greatest error", 1e3 * held.com_error_max_m, "mm")),
+        Row(name, "range of motion, worst error", worst, "deg"),
+        Row(name, "inside all limits", float(forces_status(forced, held) == "ok")),
         Row(name, "one tick, median", tick, "ms", note=f"feet on plates: {feet}"),
     ]
 

@@ -1,85 +1,166 @@
-"""Recorded walks tracked on true contact forces, beside what the force plates measured.
+"""Recordings made physical on ground reactions, beside what the force plates measured.
 
-Each walk is fitted with its file name alone; its motion becomes a trajectory problem that withholds
-the plates, and the ground reactions that come out are looked at afterwards.
+Each recording is fitted with its file name alone; its motion becomes a trajectory problem that
+withholds the plates and keeps near the forces that the whole recording's quadratic program
+estimates. Walks on plates are held against them, beside that program by itself and what OpenGRF
+prints; walks, a chair and squats without them must pass the check.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from plantigrade.analyze.check import check
-from plantigrade.errors import ReproduceError
-from plantigrade.experiments.fit_accuracy import WALKS
-from plantigrade.experiments.gait_forces import STANCES, force_rows
-from plantigrade.experiments.table import ResultTable, Row, over_trials
-from plantigrade.synthesize.tasks.tracking import Tracking
+from plantigrade.analyze.gait_forces import ForceComparison
+from plantigrade.analyze.trial import Trial
+from plantigrade.experiments.fit_accuracy import SETTLED, WALKS
+from plantigrade.experiments.gait_forces import STANCES
+from plantigrade.experiments.ground_forces import FORCES, MOMENTS, Figure
+from plantigrade.experiments.table import ResultTable, Row, over_trials, sheet
+from plantigrade.reproduce.phases import walking_events
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import TrackSettings
-from plantigrade.workflows.track import track_trial
+from plantigrade.workflows.track import Tracked, track_trial
 
 QUICK = ("opensim/gait2392_subject01/subject01_walk1.trc",)
-LONGEST = 5.0  # of a long recording, this much is tracked [s]
-WEIGHTINGS: Mapping[str, Tracking] = {
-    "default": Tracking(),
-    "joints alone": replace(Tracking(), push=0.0, turning=0.0, acceleration=0.0),
-    "ten times nearer": replace(Tracking(), weight=1000.0),
-}
-"""Weightings that are compared; all but the default on its first nodes, vertical forces alone."""
+LONGEST = 2.5  # of a recording, this much is tracked: two strides [s] …
+REST = 6.0  # … and this much where nobody walks: a squat, from the chair and back
+FROM = {"cmu_bvh/13_01.bvh": 2.5}  # where what is to be tracked begins [s]
+OTHERS = (
+    "opensim/opencap_subject4/STS1.trc",
+    "opensim/opencap_subject4/squats1.trc",
+    "opensim/opencap_squat/squats1_videoAndMocap.mot",
+    "opensim/gait2392_subject01/normal_gait.mot",
+    "opensim/gait2392_subject01/crouch_gait.mot",
+    *(f"cmu_asfamc/{n}.amc" for n in ("02_01", "02_02", "07_01", "07_05", "07_08", "07_12")),
+    *(f"cmu_asfamc/{n}.amc" for n in ("16_15", "16_21", "49_01", "131_01", "131_12")),
+    "cmu_bvh/07_01.bvh",
+    "cmu_bvh/13_01.bvh",
+    "deepmimic/humanoid3d_walk.txt",
+    "deepmimic/humanoid3d_stealthy_walk.txt",
+)
+"""Walking, chairs and squats without plates under every foot."""
+PROGRAM = "program alone: "
+"""How figures begin that are the quadratic program's, without tracking."""
+FIGURES = (*FORCES, *MOMENTS)
 
 NOTES = (
     STANCES,
-    "A foot that no plate saw loaded is left out.",
-    "Measured forces are withheld, but where no file tells the body mass it is found from them.",
-    "One set of weights serves all walks; it was settled with these walks in view.",
-    f"Of recordings longer than {LONGEST:g} s the first {LONGEST:g} s are tracked.",
+    "Plates are withheld, but where no file tells the body mass it is found from them.",
+    f"Settled half: {', '.join(SETTLED)}; weights were settled there.",
+    f"Of a walk {LONGEST:g} s are tracked, of what is no walk {REST:g} s.",
+    "Program: the quadratic program whose forces the tracked motion keeps near, over the same "
+    "frames; it bends no motion, and leaves a wrench that nothing explains. OpenGRF: what Di "
+    "Pietro, Di Puccio and Modenese (2025) print of level walking of seven adults, other data.",
 )
 
 
 def run(
     data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
 ) -> ResultTable:
-    """Return the table over the walks on force plates in a data folder."""
-    title = "Recorded walks tracked on contact forces"
-    names = QUICK if quick else WALKS
-    return over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
+    """Return the table over walks on force plates, and other recordings, in a data folder."""
+    title = "Recordings tracked on contact forces"
+    names = QUICK if quick else (*WALKS, *OTHERS)
+    table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
+    return replace(table, sheets=(*_sheets(table.rows), _passed(table.rows)))
 
 
-def trial_rows(path: Path, name: str, weightings: Mapping[str, Tracking] = WEIGHTINGS) -> list[Row]:
-    """Return all rows of one walk."""
+def trial_rows(path: Path, name: str) -> list[Row]:
+    """Return all rows of one recording."""
     _, trial = fit_trial(path)
-    if trial.forces is None:
-        raise ReproduceError(f"{path} came without force plates; nothing to compare with")
-    rows: list[Row] = []
-    for words, tracking in weightings.items():
-        walked = [e.time for e in trial.motion.events]
-        stop = min(walked) + LONGEST if max(walked) - min(walked) > LONGEST else None
-        settings = TrackSettings(stop=stop)
-        tracked = track_trial(
-            trial,
-            settings if words == "default" else replace(settings, refinements=0),
-            tracking=tracking,
-        )
-        c = tracked.against_plates()
-        if words != "default":
-            what = f"vertical force, RMSE, {words}"
-            rows.append(Row(name, what, c.vertical_rmse, "BW"))
-            continue
-        angle, way = tracked.moved()
-        solution, record = tracked.solution, tracked.record()
-        verdict = check(record)
-        duration = record.motion.duration
-        faults = "" if verdict.ok else "; ".join(verdict.words()[:3])
-        rows += [
-            *force_rows(name, c),
-            Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
-            Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
-            Row(name, "lifted onto its soles", 1e3 * tracked.lift, "mm"),
-            Row(name, "passes the check", float(verdict.ok), note=faults),
-            Row(name, "solved", float(solution.success), note=solution.status),
-            Row(name, "iterations", float(solution.iterations)),
-            Row(name, "time", tracked.seconds, "s", note=f"for {duration:.2f} s of motion"),
-        ]
-    return rows
+    tracked = track_trial(trial, span(trial, name))
+    angle, way = tracked.moved()
+    solution, record = tracked.solution, tracked.record()
+    verdict = check(record)
+    faults = "" if verdict.ok else "; ".join(verdict.words()[:3])
+    rows = []
+    if name in WALKS and tracked.walk.measured is not None:
+        rows += _figures(name, tracked.against_plates(), "")
+        rows += _figures(name, tracked.estimate_against_plates(), PROGRAM)
+    return [
+        *rows,
+        Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
+        Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
+        Row(name, "lifted onto its soles", 1e3 * tracked.lift, "mm"),
+        Row(name, "passes the check", float(verdict.ok), "", "= 1", verdict.ok, faults),
+        Row(name, "solved", float(solution.success), note=solution.status),
+        Row(name, "iterations", float(solution.iterations)),
+        Row(name, "time", tracked.seconds, "s", note=f"for {_seconds(tracked):.2f} s of motion"),
+    ]
+
+
+def span(trial: Trial, name: str) -> TrackSettings:
+    """Return what is tracked of a recording: not more than :data:`LONGEST` or :data:`REST`."""
+    walked = [e.time for e in walking_events(trial.motion.events)]
+    walks = len(walked) > 2 and name not in FROM
+    first, last = (float(trial.motion.time[i]) for i in (0, -1))
+    start, stop = (walked[0], walked[-1]) if walks else (FROM.get(name, first), last)
+    return TrackSettings(start=start, stop=min(stop, start + (LONGEST if walks else REST)))
+
+
+def _seconds(tracked: Tracked) -> float:
+    return tracked.stop - tracked.start
+
+
+def _figures(name: str, c: ForceComparison, prefix: str) -> list[Row]:
+    values = ((figure, figure.of(c)) for figure in FIGURES)
+    return [Row(name, prefix + f.name, x, f.unit) for f, x in values if np.isfinite(x)]
+
+
+def _sheets(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return the figures of each walk, tracked and of the program, then the means of the halves."""
+    values: dict[str, dict[str, float]] = {}
+    for row in rows:
+        if row.value is not None:
+            values.setdefault(row.subject, {})[row.quantity] = float(row.value)
+    walks = {n: each for n, each in values.items() if FORCES[0].name in each}
+    if not walks:
+        return ()
+    halves = {
+        "settled half": [n for n in walks if any(who in n for who in SETTLED)],
+        "other half": [n for n in walks if not any(who in n for who in SETTLED)],
+    }
+    found = []
+    for title, figures in (("Ground reactions", FORCES), ("Joint moments", MOMENTS)):
+        lines = [line for n, each in walks.items() for line in _pair(Path(n).stem, [each], figures)]
+        for half, names in halves.items():
+            lines += _pair(half, [walks[n] for n in names], figures) if names else []
+        lines.append(["OpenGRF", *(f.opengrf or "–" for f in figures)])
+        found.append(sheet(title, ("", *(f.short for f in figures)), lines))
+    return tuple(found)
+
+
+def _pair(
+    name: str, walks: Sequence[dict[str, float]], figures: Sequence[Figure]
+) -> list[list[str]]:
+    """Return two lines of means over walks: tracked, and of the program by itself."""
+    lines = []
+    for words, prefix in (("tracked", ""), ("program", PROGRAM)):
+        cells = []
+        for figure in figures:
+            known = [w[prefix + figure.name] for w in walks if prefix + figure.name in w]
+            cells.append(f"{np.mean(known):.{figure.digits}f}" if known else "–")
+        lines.append([f"{name}, {words}", *cells])
+    return lines
+
+
+def _passed(rows: Sequence[Row]) -> str:
+    """Return which recordings pass the check, and what it took."""
+    columns = {
+        "passes the check": ("passes", 0),
+        "iterations": ("iterations", 0),
+        "moved from the recording, RMS": ("moved deg", 1),
+        "pelvis moved from the recording, RMS": ("pelvis mm", 1),
+        "time": ("s", 1),
+    }
+    values: dict[str, dict[str, float]] = {}
+    for row in rows:
+        if row.quantity in columns and row.value is not None:
+            values.setdefault(row.subject, {})[row.quantity] = float(row.value)
+    lines = []
+    for name, each in values.items():
+        cells = [f"{each.get(what, np.nan):.{digits}f}" for what, (_, digits) in columns.items()]
+        lines.append([Path(name).stem, "yes" if each["passes the check"] else "no", *cells[1:]])
+    return sheet("The check", ("", *(short for short, _ in columns.values())), lines)

@@ -26,9 +26,10 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 
-# Up to this many points the engine is asked for each Jacobian, which costs a microsecond a point;
-# more are one product of matrices.
+# Of up to this many points the engine tells all there is to know, a microsecond each for position,
+# Jacobian and its rate; for more, products of matrices are faster.
 FEW = 4
+NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 CROSS = np.zeros((3, 9))  # v @ CROSS are the entries of the matrix of the cross product with v
 CROSS[[2, 1, 0], [3, 2, 7]], CROSS[[2, 1, 0], [1, 6, 5]] = 1.0, -1.0
 
@@ -62,7 +63,8 @@ class PointSet:
             start = self.model.body_dofadr[body]
             above[body, start : start + self.model.body_dofnum[body]] = 1.0
         self.moved = above[self.body][:, None, :]
-        self._bodies = self.body.tolist()  # plain numbers for the engine
+        self.few = len(self) <= FEW
+        self._places = list(zip(self.body.tolist(), self.local, strict=True))  # for the engine
 
     @classmethod
     def of(
@@ -97,7 +99,7 @@ class _Engine:
         self.model, self.data = model, mujoco.MjData(model)
         self.holds: object = None  # which state the data belongs to
         self.velocities = False  # whether they have been evaluated too
-        self.mass = float(model.body_mass.sum())
+        self.mass, self.gravity = float(model.body_mass.sum()), model.opt.gravity.copy()
 
     def at(self, state: "State", *, velocities: bool) -> mujoco.MjData:
         """Return the data evaluated at a state."""
@@ -114,14 +116,19 @@ class _Engine:
 
 
 def _once(compute):
-    """Remember what a method of a state found for a set of points."""
+    """Remember what a method of a state found for a set of points; of few points, all there is."""
+    name = compute.__name__
 
     @wraps(compute)
     def remembered(state, points):
-        key = compute, id(points)
-        if key not in state._known:  # the points are kept, so that no others get their id
-            state._known[key] = compute(state, points), points
-        return state._known[key][0]
+        found = state._known.get(id(points))
+        if found is None:  # the points are kept, so that no others get their id
+            found = state._few(points) if points.few else {}
+            state._known[id(points)] = found
+            found["points"] = points
+        if name not in found:
+            found[name] = compute(state, points)
+        return found[name]
 
     return remembered
 
@@ -151,9 +158,13 @@ class State:
         self._evaluate(human, _Engine(human.model if model is None else model), qpos, qvel)
 
     def _evaluate(self, human, engine: _Engine, qpos, qvel) -> None:
+        nv = engine.model.nv
+        qvel = np.zeros(nv) if qvel is None else np.array(qvel, dtype=float)
+        self._become(human, engine, np.array(qpos, dtype=float), qvel)
+
+    def _become(self, human, engine: _Engine, qpos, qvel) -> None:
         self.human, self.model, self._engine = human, engine.model, engine
-        self.qpos = np.array(qpos, dtype=float)
-        self.qvel = np.zeros(engine.model.nv) if qvel is None else np.array(qvel, dtype=float)
+        self.qpos, self.qvel = qpos, qvel
         self.qpos.flags.writeable = self.qvel.flags.writeable = False
         self._known: dict = {}
         engine.at(self, velocities=False)
@@ -183,7 +194,9 @@ class State:
         """Return the state after ``dt`` [s] of constant acceleration."""
         qpos = self.qpos.copy()
         mujoco.mj_integratePos(self.model, qpos, self.qvel + 0.5 * dt * qacc, dt)
-        return self.moved_to(qpos, self.qvel + dt * qacc)
+        new = State.__new__(State)
+        new._become(self.human, self._engine, qpos, self.qvel + dt * qacc)
+        return new
 
     def difference(self, qpos: Float[Array, " nq"]) -> Float[Array, " nv"]:
         """Return the tangent step that leads from ``qpos`` to this configuration."""
@@ -223,11 +236,6 @@ class State:
     def jacobian(self, points: PointSet) -> Float[Array, "n_points 3 nv"]:
         """Return the Jacobian of points' positions with respect to MuJoCo's velocity."""
         data, position = self._position_data, self.position(points)
-        if len(points) <= FEW:
-            J = np.empty((len(points), 3, self.model.nv))
-            for own, at, body in zip(J, position, points._bodies, strict=True):
-                mujoco.mj_jac(self.model, data, own, None, at, body)
-            return J
         turned = ((data.subtree_com[1] - position) @ CROSS).reshape(-1, 3) @ data.cdof[:, :3].T
         J = turned.reshape(len(points), 3, -1)
         J += data.cdof[:, 3:].T
@@ -243,9 +251,26 @@ class State:
     def bias_acceleration(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return the acceleration of points where the generalised acceleration is zero [m/s²]."""
         data, rate = self._data, np.empty((len(points), 3, self.model.nv))
-        for own, at, body in zip(rate, self.position(points), points._bodies, strict=True):
+        for own, at, (body, _) in zip(rate, self.position(points), points._places, strict=True):
             mujoco.mj_jacDot(self.model, data, own, None, at, body)
-        return rate @ self.qvel
+        return (rate.reshape(-1, self.model.nv) @ self.qvel).reshape(-1, 3)
+
+    def _few(self, points: PointSet) -> dict[str, Any]:
+        """Return all there is to know of a few points, by name."""
+        data, model, n = self._data, self.model, len(points._places)
+        position, turn, J = np.empty((n, 3)), np.empty(9), np.empty((2, n, 3, model.nv))
+        for i, (body, local) in enumerate(points._places):
+            at = position[i]
+            mujoco.mj_local2Global(data, at, turn, local, NO_TURN, body, 0)
+            mujoco.mj_jac(model, data, J[0, i], None, at, body)
+            mujoco.mj_jacDot(model, data, J[1, i], None, at, body)
+        velocity, bias = (J.reshape(-1, model.nv) @ self.qvel).reshape(2, n, 3)
+        return {
+            "position": position,
+            "jacobian": J[0],
+            "velocity": velocity,
+            "bias_acceleration": bias,
+        }
 
     @property
     def com(self) -> Float[Array, " 3"]:
@@ -276,7 +301,7 @@ class State:
         The force that moves the root is what the whole body needs: its mass times acceleration less
         gravity.
         """
-        return self.bias[:3] / self.mass + self.model.opt.gravity
+        return self.bias[:3] / self._engine.mass + self._engine.gravity
 
     def angular_jacobian(self, body: str | int) -> Float[Array, "3 nv"]:
         """Jacobian of a body's angular velocity, world axes."""

@@ -28,19 +28,20 @@ class Trajectory:
             raise ParameterError("a trajectory needs finite samples at increasing times")
         self._first, self._last = float(time[0]), float(time[-1])
         degree = 5 if len(time) > 5 else 3 if len(time) > 3 else min(1, len(time) - 1)
-        if degree == 0:
-            x, c = time[:1], values[:1, None]
+        spline = make_interp_spline(time, values, k=degree) if degree else None
+        starts = time[:1] if spline is None else np.unique(spline.t)[:-1]
+        # Of each piece, lowest power first: coefficients of value, velocity and acceleration side
+        # by side, so that one row of powers gives all three.
+        c = np.zeros((len(starts), degree + 1, 3, values.shape[1]))
+        if spline is None:
+            c[0, 0, 0] = values[0]
         else:
-            spline = make_interp_spline(time, values, k=degree)
-            x = np.unique(spline.t)[:-1]
-            falling = range(degree, -1, -1)
-            c = np.stack([spline(x, nu=k) / factorial(k) for k in falling], axis=1)
-        self._c = c  # (n_pieces, degree + 1, dimension), highest power first
-        power = np.arange(degree, -1, -1)
-        self._factors = np.array([np.ones_like(power), power, power * (power - 1)], dtype=float)
-        self._powers = np.maximum(power - [[0], [1], [2]], 0)  # of value, velocity, acceleration
-        self._starts = x.tolist()  # of the pieces
-        self._asked, self._rates = np.nan, np.zeros((3, c.shape[2]))
+            for power, order in np.ndindex(degree + 1, 3):
+                if power + order <= degree:
+                    c[:, power, order] = spline(starts, nu=power + order) / factorial(power)
+        self._starts, self._c = starts.tolist(), c.reshape(*c.shape[:2], -1)
+        self._powers = np.arange(degree + 1.0)
+        self._asked, self._rates = np.nan, np.zeros((3, values.shape[1]))
 
     @classmethod
     def fixed(cls, value: Float[Array, " dimension"]) -> "Trajectory":
@@ -54,7 +55,7 @@ class Trajectory:
         inside = min(max(time, self._first), self._last)
         piece = max(bisect_right(self._starts, inside) - 1, 0)
         u = inside - self._starts[piece]
-        rates = (self._factors * u**self._powers) @ self._c[piece]
+        rates = (u**self._powers @ self._c[piece]).reshape(3, -1)
         if inside != time:
             rates[1:] = 0.0
         rates.flags.writeable = False

@@ -53,6 +53,7 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "forces.point_band": (NUMBERS, ("frames", 2, 2)),
     "forces.torque_band": (NUMBERS, ("frames", 2)),
     "forces.moment_band": (NUMBERS, ("frames", "nv")),
+    "estimated.force": (NUMBERS, ("frames", 2, 3)),
     "measured.force": (NUMBERS, ("frames", 2, 3)),
     "measured.moment": (NUMBERS, ("frames", "moments")),
     "measured.moment_names": (WORDS, ("moments",)),

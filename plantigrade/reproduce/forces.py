@@ -10,7 +10,7 @@ instant, and between instants nothing jumps. The hierarchy, from the top:
 2. *task 1*: the swinging heel on its path in the horizontal plane, displaced as the body is;
 3. *task 2*: the centre of mass on its path, with it the angular momentum about it and the ground
    reaction on each foot: where they disagree, all give way;
-4. landing: a heel arrives at the ground when it is to touch it;
+4. landing: a heel comes down as recorded and is at the ground when it is to touch it;
 5. *task 3*: the posture at the end of the phase, passed at its speed, as near as possible; and at
    last the least contact forces, near those of the instant before.
 
@@ -87,12 +87,14 @@ def _momentum(support: Support) -> AngularMomentumTask:
 
 
 def _landing(reference: Reference, schedule: ContactSchedule) -> LandingTask:
-    landings = []
+    time, landings, paths = reference.motion.time, [], []
+    height = schedule.points.path(reference.motion.qpos)[:, :, 2] - schedule.points.radius
     for contact in reference.contacts:
         mine = (schedule.side == contact.side) & (schedule.region == contact.region)
         if contact.region == "heel" and mine.any():
             landings.append((np.flatnonzero(mine), contact.start))
-    return LandingTask(schedule.points, landings)
+            paths.append(Trajectory(time, height[:, mine].mean(axis=1)[:, None]))
+    return LandingTask(schedule.points, landings, paths)
 
 
 def _posture(reference: Reference, tasks: GaitTasks) -> PassingPosture:

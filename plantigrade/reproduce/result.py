@@ -54,10 +54,14 @@ class ReproducedGait:
         )
 
     def _gait_signals(self) -> dict[str, np.ndarray]:
-        """Return phases, posture instants and contacts of the recording."""
+        """Return phases, posture instants, contacts and estimated forces of the recording."""
         phases, contacts = self.reference.phases, self.reference.contacts
-        posture = self.tasks.posture
-        return {
+        posture, support, time = self.tasks.posture, self.support, self.motion.time
+        wanted = {}
+        if support is not None:
+            wrench = np.array([support.wrench_at(float(t)) for t in time])
+            wanted["estimated.force"] = wrench[..., :3]
+        return wanted | {
             "phase.span": np.array([(p.start, p.stop) for p in phases]).reshape(-1, 2),
             "phase.kind": np.array([p.kind for p in phases], dtype=np.str_),
             "phase.swing": np.array([p.swing for p in phases], dtype=np.str_),

@@ -138,6 +138,34 @@ class Solution:
         force = self.sample(times).force @ self.task.plan.to_world
         return times, remainder(self.body, q, v, a, force)
 
+    def overloaded(
+        self, samples_per_interval: int = 6
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Return times between the nodes [s], and the largest use of a joint's torque or speed.
+
+        A use of 1 is the limit; at nodes the solver keeps it.
+        """
+        times, body = self.times(samples_per_interval)[:-1], self.body
+        limit, speed = self.limits.torque, self.limits.velocity
+        if limit is None or speed is None:
+            return times, np.zeros(len(times))
+        sites = list(body.sites)
+
+        def torques(ca, q, v, a, u, p):
+            forces = ca.reshape(u, 3, len(sites))
+            return body.symbolic.inverse_dynamics(sites)(q, v, a, forces)[6:]
+
+        function = body.function("torques", torques)
+        states = self.problem.states(self.coefficients, times)
+        force = (self.sample(times).force @ self.task.plan.to_world).reshape(len(times), -1)
+        columns = [x.T for x in (*states, force, np.zeros((len(times), 0)))]
+        tau = np.array(function(*columns)).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            use = np.where(tau > 0, tau / limit[1], tau / limit[0])
+        use = np.nan_to_num(use, posinf=0.0, neginf=0.0)
+        use = np.maximum(use, np.abs(states[1][:, 6:]) / speed)
+        return times, use.max(axis=1, initial=0.0)
+
     def record(
         self, *, samples_per_interval: int = SAMPLES_PER_INTERVAL, strides: int = 2
     ) -> Record:

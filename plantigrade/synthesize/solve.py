@@ -3,7 +3,8 @@
 A task is solved on its own mesh from its own guess, or from the motion of a similar task on the
 corresponding mesh. If that fails, easier problems lead the way: half the nodes; a cost of
 smoothness alone, from which the true problem is then solved; and last IPOPT. Once solved, the mesh
-is refined wherever the motion between nodes requires a wrench that contact cannot provide. Every
+is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
+torque or speed than a joint has. Every
 step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
 """
 
@@ -31,6 +32,7 @@ Start = tuple[Array, Array, Multipliers | None]
 Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
+OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
 REFINEMENTS = 4  # of the mesh, at most
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
@@ -120,7 +122,8 @@ def synthesize(
     for _ in range(refinements if at.success else 0):
         solution = run.solution(at)
         times, missing = solution.unexplained()
-        finer = split(solution.nodes, times[missing > UNEXPLAINED])
+        _, use = solution.overloaded()
+        finer = split(solution.nodes, times[(missing > UNEXPLAINED) | (use > OVERLOADED)])
         if len(finer) == len(solution.nodes):
             break
         problem = task.problem(body, finer)

@@ -41,23 +41,23 @@ class JointLimits:
         acceleration: float = FASTEST_ACCELERATION,
         ranges: Float[Array, "2 n_hinges"] | None = None,
     ):
-        self.step, self.acceleration = step, acceleration
-        self.rate = min(RATE, 0.25 / step)
-        self._pull = self.rate**2 * np.array(human.limits if ranges is None else ranges)
-        self._swift = fastest / step
+        self.acceleration, rate = acceleration, min(RATE, 0.25 / step)
+        low, high = human.limits if ranges is None else ranges
+        swift = np.full(len(low), fastest / step)
+        # The bounds are the tighter ones of four lines in q and v: two below, two above.
+        self._lines = np.array([rate**2 * low, -swift, rate**2 * high, swift])
+        self._by_q = np.array([[rate**2], [0.0], [rate**2], [0.0]])
+        self._by_v = np.array([[2 * rate], [1 / step], [2 * rate], [1 / step]])
 
     def bounds(self, state: State) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
         """Return the lower and upper bounds at a state; never crossed."""
-        q, v = state.qpos[7:], state.qvel[6:]
-        most = self.acceleration
-        both = np.empty((2, len(state.qvel)))
-        both[:, :6] = [[-most], [most]]
-        slow = v / self.step
-        below, above = self._pull - (self.rate**2 * q + 2 * self.rate * v)
-        np.maximum(below, -self._swift - slow, out=both[0, 6:])
-        np.minimum(above, self._swift - slow, out=both[1, 6:])
+        q, v, most = state.qpos[7:], state.qvel[6:], self.acceleration
+        lines = self._lines - self._by_q * q - self._by_v * v
+        low, high = both = np.empty((2, len(state.qvel)))
+        low[:6], high[:6] = -most, most
+        np.maximum(lines[0], lines[1], out=low[6:])
+        np.minimum(lines[2], lines[3], out=high[6:])
         np.minimum(np.maximum(both, -most, out=both), most, out=both)
-        low, high = both
         crossed = low > high
         if crossed.any():
             low[crossed] = high[crossed] = 0.5 * (low + high)[crossed]

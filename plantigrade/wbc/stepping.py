@@ -16,6 +16,7 @@ do what a task asks: in walking, arms and neck.
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -115,23 +116,22 @@ class AccelerationUnknowns:
     sites: tuple[ContactSite, ...] = ()
 
     def __init__(self, state: State, order: TaskOrder):
-        self.ready = order.readiness(state.human)
+        self.ready = order.readiness(state.human) if order.spared else None
 
     def program(
         self, state: State, time: float, rows: list[list[Level]], wanted, bounds
     ) -> dict[str, Any]:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
-        low, high = bounds
-        return {
-            "levels": [scaled(stacked(level), self.ready) for level in rows],
-            "lower": low / self.ready,
-            "upper": high / self.ready,
-            "preferred": wanted / self.ready,
-        }
+        (low, high), ready = bounds, self.ready
+        levels = [stacked(level) for level in rows]
+        if ready is not None:
+            levels = [scaled(level, ready) for level in levels]
+            low, high, wanted = low / ready, high / ready, wanted / ready
+        return {"levels": levels, "lower": low, "upper": high, "preferred": wanted}
 
     def answer(self, state: State, x: Float[Array, " n"]) -> dict[str, Array]:
         """Return the acceleration of an answer."""
-        return {"qacc": self.ready * x}
+        return {"qacc": x if self.ready is None else self.ready * x}
 
 
 def move(
@@ -181,12 +181,11 @@ def move(
     limits = limits or JointLimits(human, step)
     unknowns = ForceUnknowns(state, order, ground) if ground else AccelerationUnknowns(state, order)
     times = start + step * np.arange(max(1, round((stop - start) / step)) + 1)
-    ticks: list[dict[str, Any]] = []
-    stopped = ""
+    tasks, ticks, stopped = order.tasks, list[dict[str, Any]](), ""
     for k, now in enumerate(times.tolist()):
         began = clock.perf_counter()
         state = state.integrated(ticks[-1]["qacc"], step) if k else first_state(state, order, now)
-        begins = [task.begin(state, now) for task in order.tasks]
+        begins = [task.begin(state, now) for task in tasks]
         if any(begins) and (unknowns.impacts or not k):
             state = state.moved_to(state.qpos, velocity_after_impact(state, order, now))
         rows = order.rows(state, now)
@@ -277,8 +276,8 @@ def _missed(order: TaskOrder, rows: list[list[Level]], wanted, qacc) -> tuple[Ar
     """Return which tasks had rows, and by how much an acceleration misses them."""
     flat = [row for level in rows for row in level]
     active = [len(row.lower) > 0 for row in flat]
-    residual = [np.linalg.norm(row.residual(qacc)) for row in flat]
+    missed = [row.residual(qacc) for row in flat]
     if order.posture is not None:
         active.append(True)
-        residual.append(np.linalg.norm(qacc - wanted))
-    return np.array(active, dtype=bool), np.array(residual)
+        missed.append(qacc - wanted)
+    return np.array(active, dtype=bool), np.array([sqrt(m @ m) for m in missed])

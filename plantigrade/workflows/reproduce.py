@@ -117,7 +117,7 @@ def run_of(
         if figures["dynamics_status"] != "ok":
             notes.append(
                 f"of the gait moved by forces: {figures['dynamics_status']}; its ground reactions "
-                "and joint moments are drawn up to there only."
+                "and joint moments are left out of the report."
             )
     signals = {**record.signals, **assumed, **norm_signals(settings)}
     return Run(

@@ -108,7 +108,9 @@ class FitSettings(Settings):
 class ReproduceSettings(FitSettings):
     """Everything that decides how a recorded gait is rebuilt."""
 
-    tasks: Literal["default", "paper", "two-phases", "split-com", "no-posture"] = "default"
+    tasks: Literal[
+        "default", "paper", "six-phases", "no-rates", "two-phases", "split-com", "no-posture"
+    ] = "default"
     """The default set, the paper's own, or what the paper tried without."""
     no_dynamics: Flag = False
     """Leave out the hierarchy of forces: no ground reactions, no joint moments."""

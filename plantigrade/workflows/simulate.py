@@ -112,7 +112,7 @@ def simulate(
     moved_by = controller if callable(controller) else None
     word = how.controller or ("posture" if begin.motion is None else "stable-pd")
     if moved_by is None:
-        moved_by = _controller(word, begin.motion, how)
+        moved_by = _controller(word, begin, ground, how)
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
     with step("simulating"):
@@ -178,11 +178,13 @@ def _carriers(record: Record) -> tuple[ContactSite, ...]:
     return tuple(site for site in record.sites if site.name in seats and not site.measured)
 
 
-def _controller(word: str, motion: Motion | None, how: SimulateSettings) -> Controller:
+def _controller(word: str, begin: Start, ground: Ground, how: SimulateSettings) -> Controller:
     if word == "passive":
         return passive
+    motion = begin.motion
     if word == "posture":
-        return Posture(how.stiffness)
+        stands = None if motion is not None else standing_on(begin.human, ground)
+        return Posture(how.stiffness, stands)
     if motion is None:
         raise ParameterError(
             "stable-pd follows a motion: name a recording or a run, or let posture hold a person"
@@ -207,12 +209,12 @@ def _state(begin: Start, ground: Ground, how: SimulateSettings) -> tuple[Array, 
     world = World(
         begin.human, ground, rate=how.rate, control_rate=how.control_rate, recording=False
     )
-    hold, state = Posture(how.stiffness), world.reset()
+    hold, state = Posture(how.stiffness, standing_on(begin.human, ground)), world.reset()
     while world.time < SETTLING and world.fall is None and world.diverged is None:
         state = world.step(hold(state))
     if world.fall is not None or world.diverged is not None:  # nobody can stand there: so be it
         return standing_on(begin.human, ground), np.zeros(begin.human.model.nv)
-    return state.qpos, np.zeros(begin.human.model.nv)
+    return np.array(state.qpos), np.array(state.qvel)
 
 
 def _run(

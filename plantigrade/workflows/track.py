@@ -1,7 +1,8 @@
 """A recording made physical: fitted, then tracked on ground reactions.
 
-Measured ground reactions are withheld; at most the body mass is taken from the plates (see
-:mod:`plantigrade.analyze.trial`).
+Ground reactions are estimated from the motion; the tracked motion starts from them and keeps near
+them as closely as their error bands allow. Measured ones are withheld; at most the body mass is
+taken from the plates (see :mod:`plantigrade.analyze.trial`).
 """
 
 import contextlib
@@ -14,10 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.estimated_forces import estimate_signals
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces, measured_signals
 from plantigrade.analyze.norms_of_runs import norm_files
-from plantigrade.analyze.trial import Trial
-from plantigrade.contact.site import foot_sites
+from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import ContactSite
+from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
+from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.errors import ReproduceError
 from plantigrade.models import Human
 from plantigrade.motion import Motion, Recording
@@ -48,6 +53,7 @@ class Tracked:
         human: The person, on the soles the recorded feet stand on.
         motion: The recorded motion over level ground, lifted onto its soles.
         lift: How far it was lifted [m].
+        estimate: Ground reactions estimated from it, on its frames.
         solution: The physical motion.
         begin: Time zero of the solution, on the clock of the recording [s].
         start: Start of the comparison, after the lead-in [s].
@@ -59,6 +65,7 @@ class Tracked:
     human: Human
     motion: Motion
     lift: float
+    estimate: GroundForces
     solution: Solution
     begin: float
     start: float
@@ -108,9 +115,42 @@ class Tracked:
         Raises:
             ReproduceError: If the recording came without force plates.
         """
+        return compare_forces(self.compared(), self._measured, ground=self.walk.ground)
+
+    def estimate_against_plates(self) -> ForceComparison:
+        """Compare the estimated forces with the measured ones, over the same frames.
+
+        The joint moments beside them are those of the recorded motion.
+
+        Raises:
+            ReproduceError: If the recording came without force plates.
+        """
+        motion, found = self.motion, self.estimate
+        assert motion.qacc is not None
+        moved = (self.human, motion.qpos, motion.qvel, motion.qacc)
+        moments = inverse_dynamics(*moved, found.forces)
+        keep = (motion.time >= self.start - 1e-9) & (motion.time <= self.stop + 1e-9)
+        sites = tuple(
+            ContactSite(body=f"foot_{side}", name=f"foot_{side}", side=side, measured=True)
+            for side in SIDES
+        )
+        record = Record(
+            self.human,
+            motion.frames(keep),
+            qfrc_actuator=moments.tau[keep],
+            sites=sites,
+            contact_force=found.forces.force[keep],
+            contact_point=found.forces.point[keep],
+            contact_torque=found.forces.torque[keep],
+            signals={name: x[keep] for name, x in estimate_signals(found).items()},
+        )
+        return compare_forces(record, self._measured, ground=self.walk.ground)
+
+    @property
+    def _measured(self) -> Record:
         if self.walk.measured is None:
             raise ReproduceError(f"{self.walk.name} came without force plates")
-        return compare_forces(self.compared(), self.walk.measured, ground=self.walk.ground)
+        return self.walk.measured
 
     def figures(self) -> dict[str, Any]:
         """Return how far the motion is from the recorded one, and the forces from measured ones."""
@@ -124,6 +164,8 @@ class Tracked:
         }
         if self.walk.measured is not None:
             found |= self.against_plates().metrics()
+            beside = self.estimate_against_plates().metrics()
+            found |= {f"estimated_{name}": x for name, x in beside.items() if name in found}
         return found
 
     def _on_the_recordings_clock(self, record: Record) -> Record:
@@ -200,6 +242,10 @@ def track_trial(
 ) -> Tracked:
     """Track a fitted recording on ground reactions; see :func:`track`."""
     settings, began = settings or TrackSettings(), clock.perf_counter()
+    if trial.withheld is None and trial.forces is not None:
+        trial = analyse(
+            trial.fit, cutoff=trial.cutoff, mass=trial.fit.human.mass, without_plates=True
+        )
     walk = RecordedWalk.of(trial)
     walk.refuse_uneven()
     human, motion, lift = grounded(walk.human, walk.over_ground())
@@ -210,9 +256,10 @@ def track_trial(
     stop = stop if settings.stop is None else settings.stop
     begin = max(start - MARGIN, min(first + EDGE, start))
     end = min(stop + MARGIN, max(last - EDGE, stop))
-    task = track_task(human, motion, start=begin, stop=end, tracking=tracking)
-    body = ContactBody(human, foot_sites(human))
+    estimate = estimate_forces(human, motion)
+    task = track_task(human, motion, forces=estimate, start=begin, stop=end, tracking=tracking)
+    body = ContactBody.for_plan(human, task.plan)
     solution = synthesize(body, task, progress=progress, refinements=settings.refinements)
     seconds = clock.perf_counter() - began
     stop = min(stop, begin + task.plan.duration)
-    return Tracked(walk, human, motion, lift, solution, begin, start, stop, seconds)
+    return Tracked(walk, human, motion, lift, estimate, solution, begin, start, stop, seconds)

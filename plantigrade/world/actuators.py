@@ -160,7 +160,7 @@ class Actuators:
         data.qfrc_applied[6:][hinges] = moments.T.ravel()
 
     def joint_forces(
-        self, data: mujoco.MjData, constraint: Float[Array, " nv"]
+        self, data: mujoco.MjData, constraint: Float[Array, " nv"] | None
     ) -> Float[Array, " n_hinges"]:
         """Return what acts at the hinges, of all that is not touched from outside [N m].
 
@@ -169,9 +169,11 @@ class Actuators:
 
         Args:
             data: The world, after a step.
-            constraint: Generalised force of stops and contact with itself.
+            constraint: Generalised force of stops and contact with itself, if there is any.
         """
-        given = data.qfrc_actuator + data.qfrc_passive + data.qfrc_applied + constraint
+        given = data.qfrc_actuator + data.qfrc_passive + data.qfrc_applied
+        if constraint is not None:
+            given += constraint
         return (given - self.model.dof_armature * data.qacc)[self._hinges]
 
     def motor_torques(self, data: mujoco.MjData) -> Float[Array, " n_hinges"]:

@@ -1,5 +1,6 @@
 """What touches the person: forces at the contact spheres of the feet, and on every other body."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -14,24 +15,37 @@ Wrench = tuple[int, Float[Array, " 3"], Float[Array, " 3"]]
 
 
 @dataclass(frozen=True, eq=False)
+class Taken:
+    """Contacts of the person with what is outside, in one step, as MuJoCo keeps them.
+
+    Attributes:
+        geom: Both geoms.
+        frame: Axes of the contact, the normal first, from the first geom to the second.
+        place: Where it is, world [m].
+        force: Force on the second geom, in these axes [N].
+    """
+
+    geom: Int[Array, "n 2"]
+    frame: Float[Array, "n 9"]
+    place: Float[Array, "n 3"]
+    force: Float[Array, "n 3"]
+
+
+@dataclass(frozen=True, eq=False)
 class Touch:
-    """Forces from outside in one step.
+    """Forces from outside in several steps.
 
     Attributes:
         force: At each contact sphere, world [N].
         point: Where it acts, world [m]; zero where nothing touches.
-        others: (body, force, point) of every contact of another part of the person with the
-            ground.
-        things: Likewise of every contact of any part with something that is no ground.
-        internal: Generalised force of what is no force from outside: stops of joints, contact of
-            the body with itself.
+        others: Of each step, every contact of another part of the person with the ground.
+        things: Likewise every contact of any part with something that is no ground.
     """
 
-    force: Float[Array, "n_sites 3"]
-    point: Float[Array, "n_sites 3"]
-    others: tuple[Wrench, ...]
-    things: tuple[Wrench, ...]
-    internal: Float[Array, " nv"]
+    force: Float[Array, "n_steps n_sites 3"]
+    point: Float[Array, "n_steps n_sites 3"]
+    others: list[list[Wrench]]
+    things: list[list[Wrench]]
 
 
 class Contacts:
@@ -49,50 +63,71 @@ class Contacts:
         for i, site in enumerate(sites):
             self.site_of[model.geom(GEOM + site.name).id] = i
         body = np.array(model.geom_bodyid)
-        self.thing = np.array(
-            [model.body(b).name.startswith("box_") for b in model.geom_bodyid], bool
-        )
-        self.owner = np.where((body >= 1) & (body <= len(human.body_names)), body, 0)
+        self.thing = np.array([model.body(b).name.startswith("box_") for b in body], bool)
+        self.owner = np.where(body <= len(human.body_names), body, 0)
+        self._own = self.owner > 0
 
-    def read(self, data: mujoco.MjData, *, internal: bool = True) -> Touch:
-        """Return the forces of the last step.
+    def take(self, data: mujoco.MjData) -> tuple[Taken | None, Float[Array, " nv"] | None]:
+        """Return the contacts of the last step, and the generalised force of what is inside.
 
-        Args:
-            data: The world.
-            internal: Whether the generalised force of what is inside is asked for.
+        Inside are stops of joints and contact of the body with itself. Either is None where there
+        is nothing.
         """
-        force, point = np.zeros((self.n_sites, 3)), np.zeros((self.n_sites, 3))
-        others: tuple[list[Wrench], list[Wrench]] = ([], [])
-        outside: Int[Array, " k"] = np.zeros(0, int)
+        taken, rows = None, None
         if data.ncon:
             contact = data.contact
-            geoms = np.array(contact.geom)
-            address = np.array(contact.efc_address)
-            owner = self.owner[geoms]
-            mine = (address >= 0) & ((owner[:, 0] > 0) != (owner[:, 1] > 0))
-            which = np.flatnonzero(mine)
-            address = address[which]
-            rows = address[:, None] + np.arange(3)
-            local = data.efc_force[rows]
-            world = np.einsum("ki,kij->kj", local, np.array(contact.frame)[which].reshape(-1, 3, 3))
-            second = owner[which, 1] > 0  # the frame points from the first geom to the second
-            world[~second] *= -1.0
-            geom = np.where(second, geoms[which, 1], geoms[which, 0])
-            thing = np.any(self.thing[geoms[which]], axis=1)
-            places, site = np.array(contact.pos)[which], self.site_of[geom]
-            at = (site >= 0) & ~thing
-            np.add.at(force, site[at], world[at])
-            load = np.linalg.norm(world, axis=1)
-            np.add.at(point, site[at], load[at, None] * places[at])
-            total = np.bincount(site[at], load[at], self.n_sites)[:, None]
-            point = np.divide(point, total, out=np.zeros_like(point), where=total > 0)
-            for i in np.flatnonzero(~at & (load > 0)):
-                others[int(thing[i])].append((int(self.owner[geom[i]]), world[i], places[i]))
-            outside = rows.ravel()
+            geom, address = contact.geom, contact.efc_address
+            own = self._own[geom]
+            which = ((own[:, 0] != own[:, 1]) & (address >= 0)).nonzero()[0]
+            if len(which):
+                rows = address[which][:, None] + _AXES
+                force = data.efc_force[rows]
+                taken = Taken(geom[which], contact.frame[which], contact.pos[which], force)
+        if data.nefc == (0 if rows is None else rows.size):
+            return taken, None
+        pushes = data.efc_force.copy()
+        if rows is not None:
+            pushes[rows.ravel()] = 0.0
         inside = np.zeros(self.model.nv)
-        if internal and data.nefc:
-            pushes = data.efc_force.copy()
-            pushes[outside] = 0.0
-            if pushes.any():
-                mujoco.mj_mulJacTVec(self.model, data, inside, pushes)
-        return Touch(force, point, tuple(others[0]), tuple(others[1]), inside)
+        mujoco.mj_mulJacTVec(self.model, data, inside, pushes)
+        return taken, inside
+
+    def read(self, steps: Sequence[Taken | None]) -> Touch:
+        """Return the forces of several steps."""
+        n, k = len(steps), self.n_sites
+        some = [(i, step) for i, step in enumerate(steps) if step is not None]
+        others: list[list[Wrench]] = [[] for _ in range(n)]
+        things: list[list[Wrench]] = [[] for _ in range(n)]
+        if not some:
+            return Touch(np.zeros((n, k, 3)), np.zeros((n, k, 3)), others, things)
+        when = np.repeat([i for i, _ in some], [len(step.geom) for _, step in some])
+        geoms, frame, place, local = (
+            np.concatenate([getattr(step, name) for _, step in some])
+            for name in ("geom", "frame", "place", "force")
+        )
+        force = np.einsum("ki,kij->kj", local, frame.reshape(-1, 3, 3))
+        second = self._own[geoms[:, 1]]
+        force[~second] *= -1.0
+        geom = np.where(second, geoms[:, 1], geoms[:, 0])
+        thing = np.any(self.thing[geoms], axis=1)
+        site, load = self.site_of[geom], np.linalg.norm(force, axis=1)
+        at = (site >= 0) & ~thing
+        flat = when[at] * k + site[at]
+
+        def summed(values: Float[Array, " m"]) -> Float[Array, "n_steps n_sites"]:
+            return np.bincount(flat, values, n * k).reshape(n, k)
+
+        total = summed(load[at])[..., None]
+        point = np.stack([summed(load[at] * place[at, i]) for i in range(3)], axis=2)
+        for i in np.flatnonzero(~at & (load > 0)):
+            found = things if thing[i] else others
+            found[when[i]].append((int(self.owner[geom[i]]), force[i], place[i]))
+        return Touch(
+            np.stack([summed(force[at, i]) for i in range(3)], axis=2),
+            np.divide(point, total, out=np.zeros_like(point), where=total > 0),
+            others,
+            things,
+        )
+
+
+_AXES = np.arange(3)

@@ -1,7 +1,7 @@
 """What else acts on a person in a world: the interface, and forces at a body."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import mujoco
 import numpy as np
@@ -36,6 +36,9 @@ class Disturbance:
     One disturbance may serve several worlds: what it keeps of one is ``world.memory[self]``.
     """
 
+    interval: ClassVar[float] = np.inf
+    """So often it wants to act, beside at every control step and edge [s]."""
+
     def add(self, spec: mujoco.MjSpec, human: Human) -> None:
         """Add bodies or tendons to the model of the world, after the person."""
 
@@ -47,7 +50,7 @@ class Disturbance:
         return ()
 
     def act(self, world: "World") -> None:
-        """Act from now until the next control step or edge: add to ``data.xfrc_applied``."""
+        """Act until it is asked again, after :attr:`interval`: call :meth:`World.push`."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -34,6 +34,8 @@ JOINTS = ("platform_x", "platform_y", "platform_pitch", "platform_roll")
 class Platform(Disturbance):
     """A level floor that moves; a subclass says where it is at a time."""
 
+    interval = 0.005
+
     @abstractmethod
     def place(self, time: float) -> Float[Array, " 4"]:
         """Return shift forward and left [m], and tilt: up in front, and up on the left [rad]."""

@@ -22,13 +22,14 @@ def record_of(world: "World", recorder: Recorder) -> Record:
         ParameterError: If nothing was kept.
     """
     until = np.inf if world.fall is None else world.fall.time
-    motion = recorder.motion(until)
+    touch = recorder.touch()
+    motion = recorder.motion(touch, until)
     n, nv = motion.n_frames, world.human.model.nv
     tau = np.zeros((n, nv))
     tau[:, 6:] = recorder.rows["tau"]
     signals: dict[str, Array] = {"world.motor": np.array(recorder.rows["motor"])}
     pushes = np.zeros((n, 3))
-    for i, frame in enumerate(recorder.pushed):
+    for i, frame in enumerate(recorder.pushes(touch)):
         pushes[i] = np.sum([force for _, force, _ in frame], axis=0) if frame else 0.0
     if pushes.any():
         signals["world.push"] = pushes
@@ -47,7 +48,7 @@ def record_of(world: "World", recorder: Recorder) -> Record:
         world.human,
         motion,
         qfrc_actuator=tau,
-        **recorder.contacts(),
+        **recorder.contacts(touch),
         ground=world.ground,
         signals=signals,
         notes=tuple(notes),

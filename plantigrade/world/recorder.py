@@ -11,26 +11,29 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.site import ContactSite
+from plantigrade.contact.site import PUSH, ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.plate_events import contact_events
 from plantigrade.motion.recording import GaitEvent
-from plantigrade.world.contacts import Touch, Wrench
+from plantigrade.world.contacts import Contacts, Taken, Touch, Wrench
 
 
 class Recorder:
-    """Keeps frames: :meth:`before` a step of the physics, :meth:`after` it."""
+    """Keeps frames: :meth:`before` a step of the physics, :meth:`after` it.
 
-    def __init__(self, human: Human, sites: tuple[ContactSite, ...]):
-        self.human, self.sites = human, sites
+    What can wait until the end is not computed in between.
+    """
+
+    def __init__(self, human: Human, sites: tuple[ContactSite, ...], contacts: Contacts):
+        self.human, self.sites, self._contacts = human, sites, contacts
         self.nq, self.nv = human.model.nq, human.model.nv
         self.rows: dict[str, list[Any]] = {
-            name: [] for name in ("time", "qpos", "qvel", "qacc", "tau", "motor", "force", "point")
+            name: [] for name in ("time", "qpos", "qvel", "qacc", "tau", "motor")
         }
-        self.touched: list[tuple[Wrench, ...]] = []
-        self.pushed: list[tuple[Wrench, ...]] = []
+        self.taken: list[Taken | None] = []
+        self.pushed: list[list[Wrench]] = []
         self.signals: list[dict[str, Any]] = []
 
     def __len__(self) -> int:
@@ -44,10 +47,10 @@ class Recorder:
     def after(
         self,
         data: mujoco.MjData,
-        touch: Touch,
+        taken: Taken | None,
         tau: Float[Array, " n_hinges"],
         motor: Float[Array, " n_hinges"],
-        pushed: tuple[Wrench, ...],
+        pushed: list[Wrench],
         signals: dict[str, Any],
     ) -> None:
         """Keep the forces and accelerations of that state, which the step has computed."""
@@ -57,27 +60,30 @@ class Recorder:
         rows["qacc"].append(data.qacc[: self.nv].copy())
         rows["tau"].append(tau)
         rows["motor"].append(motor)
-        rows["force"].append(touch.force)
-        rows["point"].append(touch.point)
-        self.touched.append(touch.others)
-        self.pushed.append(pushed + touch.things)
+        self.taken.append(taken)
+        self.pushed.append(pushed)
         self.signals.append(signals)
 
-    def cut(self, n: int) -> None:
-        """Drop all frames but the first ``n``."""
-        for kept in (*self.rows.values(), self.touched, self.pushed, self.signals):
-            del kept[n:]
+    def touch(self) -> Touch:
+        """Return the forces from outside in all frames."""
+        return self._contacts.read(self.taken)
 
-    def motion(self, until: float = np.inf) -> Motion:
+    def drop(self) -> None:
+        """Drop the last frame."""
+        for kept in (*self.rows.values(), self.taken, self.pushed, self.signals):
+            del kept[-1]
+
+    def motion(self, touch: Touch, until: float = np.inf) -> Motion:
         """Return the motion, with the events of feet that strike and leave the ground.
 
         Args:
+            touch: The forces from outside.
             until: There are no events after this time [s].
         """
         if not len(self):
             raise ParameterError("nothing was recorded: step the world first")
         rows = self.rows
-        time, force = np.array(rows["time"]), np.array(rows["force"])
+        time, force = np.array(rows["time"]), touch.force
         events = []
         for side in SIDES:
             mine = [site.side == side for site in self.sites]
@@ -94,7 +100,7 @@ class Recorder:
             events=tuple(sorted(events, key=lambda e: e.time)),
         )
 
-    def contacts(self) -> dict[str, Any]:
+    def contacts(self, touch: Touch) -> dict[str, Any]:
         """Return sites, forces, points and torques, as a Record takes them.
 
         Whatever touches another body than a foot, and every push, is a site of its own whose force
@@ -102,9 +108,9 @@ class Recorder:
         """
         n, names = len(self), self.human.body_names
         sites = list(self.sites)
-        forces, points = [np.array(self.rows["force"])], [np.array(self.rows["point"])]
+        forces, points = [touch.force], [touch.point]
         torques = [np.zeros_like(forces[0])]
-        for part, kept in (("touch", self.touched), ("push", self.pushed)):
+        for part, kept in (("touch", touch.others), (PUSH, self.pushes(touch))):
             for body in sorted({w[0] for frame in kept for w in frame}):
                 f, p, m = (np.zeros((n, 1, 3)) for _ in range(3))
                 for i, frame in enumerate(kept):
@@ -126,6 +132,10 @@ class Recorder:
             "contact_point": point,
             "contact_torque": torque if torque.any() else None,
         }
+
+    def pushes(self, touch: Touch) -> list[list[Wrench]]:
+        """Return what pushed in every frame and is no ground."""
+        return [a + b for a, b in zip(self.pushed, touch.things, strict=True)]
 
     def kept_signals(self) -> dict[str, Array]:
         """Return what controllers said, one row a frame; what was not said there is NaN."""

@@ -33,6 +33,7 @@ class Rope(Disturbance):
         ParameterError: If a number is not finite, or the tension negative.
     """
 
+    interval = 0.01
     force: float
     anchor: tuple[float, float, float]
     time: float = 0.0

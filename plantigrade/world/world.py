@@ -73,7 +73,7 @@ class World:
         model: MuJoCo's model; the person's coordinates come first.
         data: MuJoCo's data.
         sites: The contact spheres of the feet.
-        memory: What disturbances keep.
+        memory: What disturbances, and controllers, keep until the next start.
         random: Generator of random numbers for disturbances and controllers.
         fall: How and when the person fell; None as long as it has not.
         diverged: When the simulation diverged [s]; None as long as it has not.
@@ -105,7 +105,10 @@ class World:
         self.record_rate = float(control_rate if record_rate is None else record_rate)
         self._per_control = _multiple(self.rate, self.control_rate, "control_rate")
         self._per_frame = _multiple(self.rate, self.record_rate, "record_rate")
-        self._per_look = max(1, round(LOOK * self.rate))
+        looks = [d.interval for d in self.disturbances] + ([LOOK] if torque_rise else [])
+        self._most = min(
+            [self._per_control, *(max(1, round(t * self.rate)) for t in looks if np.isfinite(t))]
+        )
         if not 0.0 <= torque_rise < np.inf:
             raise ParameterError(f"torque_rise={torque_rise} s must be zero or more")
         additions = [lambda spec, d=d: d.add(spec, human) for d in self.disturbances]
@@ -154,10 +157,10 @@ class World:
         data.qvel[: human.model.nv] = self._qvel if qvel is None else _finite("qvel", qvel)
         self.actuators.reset()
         self._steps, self._pushed, self._signals = 0, [], {}
-        self.memory: dict[Disturbance, Any] = {}
+        self.memory: dict[Any, Any] = {}
         self.fall: Fall | None = None
         self.diverged: float | None = None
-        self._recorder = Recorder(human, self.sites) if self.recording else None
+        self._recorder = Recorder(human, self.sites, self.contacts) if self.recording else None
         mujoco.mj_forward(self.model, data)
         for disturbance in self.disturbances:
             disturbance.reset(self)
@@ -200,8 +203,7 @@ class World:
                 self._steps += 1
                 continue
             stop = min([end, *self._edges[bisect_right(self._edges, self._steps) :][:1]])
-            if self.actuators.rise:
-                stop = min(stop, self._steps + self._per_look)
+            stop = min(stop, self._steps + self._most)
             if recorder is not None:
                 stop = min(stop, (self._steps // self._per_frame + 1) * self._per_frame)
             self.actuators.ease(data, (stop - self._steps) / self.rate)
@@ -244,6 +246,9 @@ class World:
             recorder.before(data, self.time)
             mujoco.mj_forward(self.model, data)
             self._keep(recorder)
+            record = record_of(self, recorder)
+            recorder.drop()
+            return record
         return record_of(self, recorder)
 
     def _disturb(self, held: list) -> None:
@@ -258,16 +263,12 @@ class World:
     def _keep(self, recorder: Recorder) -> None:
         """Let the recorder have the step just done."""
         data, actuators = self.data, self.actuators
-        touch = self.contacts.read(data)
-        pushed = tuple((body, force, data.xipos[body].copy()) for body, force in self._pushed)
-        recorder.after(
-            data,
-            touch,
-            actuators.joint_forces(data, touch.internal),
-            actuators.motor_torques(data),
-            tuple(w for w in pushed if w[0] <= len(self.human.body_names)),
-            dict(self._signals),
-        )
+        taken, inside = self.contacts.take(data)
+        motor = actuators.motor_torques(data)
+        tau = actuators.joint_forces(data, inside)
+        most = len(self.human.body_names)
+        pushed = [(b, f, data.xipos[b].copy()) for b, f in self._pushed if b <= most]
+        recorder.after(data, taken, tau, motor, pushed, dict(self._signals))
 
     def push(self, body: int, force: Float[Array, " 3"]) -> None:
         """Let a force act at the centre of mass of a body, until the next control step or edge.
@@ -286,7 +287,7 @@ class World:
 
     def contact_force(self) -> Float[Array, "n_sites 3"]:
         """Return the force of the ground at each contact sphere in the last step [N]."""
-        return self.contacts.read(self.data, internal=False).force
+        return self.contacts.read([self.contacts.take(self.data)[0]]).force[0]
 
     def evaluated(self, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]) -> BodyState:
         """Return the evaluated body at a configuration and velocity."""

@@ -18,6 +18,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_person_stands_falls_and_is_taken_from_a_run(folder, capsys):
     assert cli.main(["simulate", *SMALL, "--duration", "0.3", "--json"]) == 0
     metrics = json.loads(capsys.readouterr().out)

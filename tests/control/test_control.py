@@ -14,7 +14,7 @@ HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 
 
 def test_who_holds_a_posture_neither_sags_nor_sways():
-    world = World(HUMAN, rate=600.0)
+    world = World(HUMAN, rate=300.0)
     record = world.simulate(Posture(), 1.5)
     moved = record.motion.qpos - record.motion.qpos[0]
     assert np.abs(moved[:, :3]).max() < 0.008 and np.abs(moved[:, 7:]).max() < np.deg2rad(1.0)
@@ -46,7 +46,7 @@ def test_a_motion_is_followed_and_then_held():
     qpos[:, 7 + elbow] += 0.25 * (1 - np.cos(2 * np.pi * time))
     qvel[:, 6 + elbow] = 0.5 * np.pi * np.sin(2 * np.pi * time)
     motion = Motion(time + 3.0, qpos, qvel, HUMAN.joint_names)  # on a clock of its own
-    world = World(HUMAN, rate=600.0, qpos=qpos[0])
+    world = World(HUMAN, rate=300.0, qpos=qpos[0])
     followed = world.simulate(Tracking(motion), 1.0).motion.qpos[:, 7 + elbow]
     np.testing.assert_allclose(followed, qpos[:, 7 + elbow], atol=0.03)
     angles, rates = Tracking(motion).at(2.0)

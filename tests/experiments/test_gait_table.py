@@ -40,9 +40,9 @@ TWO = {
 def test_enough_walks_of_enough_people():
     walks = [name for names in PEOPLE.values() for name in names]
     assert len(PEOPLE) >= 6 and len(walks) >= 9 and len(set(walks)) == len(walks)
-    for who, names in PEOPLE.items():
-        if who.startswith("CMU"):
-            assert all(name.split("/")[1].startswith(who[4:]) for name in names)
+    for somebody, names in PEOPLE.items():
+        if somebody.startswith("CMU"):
+            assert all(name.split("/")[1].startswith(somebody[4:]) for name in names)
 
 
 def test_half_of_the_people_had_no_say():

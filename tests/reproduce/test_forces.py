@@ -1,5 +1,6 @@
 """A gait moved by forces obeys mechanics, whatever the tasks ask for."""
 
+from dataclasses import replace
 from functools import cache
 
 import mujoco
@@ -10,13 +11,14 @@ from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.centroid import centroid, without_constraints
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import State, sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.reproduce import Reference, rebuild, reference_of
 from plantigrade.reproduce.result import ReproducedGait
 from plantigrade.reproduce.schedule import ContactSchedule
-from plantigrade.reproduce.support import Support, displaced, with_shift
+from plantigrade.reproduce.support import LIFTED, Support, displaced, heels_let_go, with_shift
 from plantigrade.wbc.forces import GroundForces
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import OrderedMotion, move
@@ -170,7 +172,7 @@ def test_forces_are_those_that_the_recorded_motion_tells():
     for k, side in enumerate(SIDES):
         foot = record.foot(side)
         apart = (foot.force - wanted[:, k, :3]) / weight()
-        assert np.sqrt((apart**2).mean(axis=0)).max() < 0.05
+        assert (np.sqrt((apart**2).mean(axis=0)) < [0.03, 0.03, 0.08]).all()
         loaded = foot.force[:, 2] > 0.1 * weight()
         starts = np.flatnonzero(np.diff(loaded.astype(int)) == 1) + 1
         for start in starts:
@@ -225,6 +227,23 @@ def test_an_order_without_contact_is_refused():
     order = TaskOrder([[ComTask(Trajectory.fixed(np.zeros(3)))]])
     with pytest.raises(ParameterError, match="ContactTask"):
         move(human, order, human.standing(), stop=0.1, ground=GroundForces())
+
+
+def test_a_heel_lets_go_where_the_recorded_one_rises():
+    """It was held until it had risen by two centimetres, and then had to catch up."""
+    known = reference()
+    late = [replace(c, stop=c.stop + 0.15) if c.region == "heel" else c for c in known.contacts]
+    found = heels_let_go(replace(known, contacts=tuple(late))).contacts
+    time, soles = known.motion.time, sole_paths(known.human, known.motion.qpos)
+    for ours, theirs in zip(found, late, strict=True):
+        if theirs.region == "heel" and theirs.stop < time[-1]:
+            height = soles.position[:, soles.of(ours.side, "heel"), 2].mean(axis=1)
+            assert ours.stop < theirs.stop - 0.03
+            assert np.interp(ours.stop, time, height) < LIFTED
+            after = (time > ours.stop + 0.001) & (time <= theirs.stop)
+            assert (height[after] >= LIFTED).all()
+        elif theirs.region != "heel":
+            assert ours == theirs
 
 
 def test_a_path_follows_a_fast_push_and_resists_a_slow_one():

@@ -9,6 +9,8 @@ from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
+from plantigrade.dynamics.ground_forces import estimate_forces
+from plantigrade.dynamics.load_intervals import EARLY, LATE
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.contacts import ContactInterval as Contact
 from plantigrade.kinematics.sole_paths import lowest
@@ -16,8 +18,10 @@ from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
+from plantigrade.motion.resample import interpolate
 from plantigrade.synthesize import ContactBody, synthesize
 from plantigrade.synthesize.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
+from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.workflows.textbook import textbook_walk
 
 pytestmark = pytest.mark.solver
@@ -48,15 +52,16 @@ def tracked(human, walk):
 
 
 def test_stances_are_those_of_the_events(human, walk):
+    """They begin a little before heel strikes and end a little after toe offs, as loads do."""
     stances = stances_of(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
     for e in walk.events:
+        struck = e.kind == "heel_strike"
         times = [
-            s.heel_strike if e.kind == "heel_strike" else s.toe_off
-            for s in stances
-            if s.footprint.side == e.side
+            s.heel_strike if struck else s.toe_off for s in stances if s.footprint.side == e.side
         ]
         if 0.1 < e.time < walk.time[-1] - 0.2:
-            assert np.abs(np.array(times) - e.time).min() <= 0.5 * GRID + 1e-9
+            wanted = e.time - EARLY if struck else e.time + LATE
+            assert np.abs(np.array(times) - wanted).min() <= 0.5 * GRID + 1e-9
     for s in stances:
         assert s.footprint.position[2] == 0.0
         assert np.all(np.diff(s.times) > 0)
@@ -76,6 +81,37 @@ def test_sum_of_forces_is_newtons(human, tracked):
     asked = centroid(human, m.qpos, m.qvel, m.qacc).force
     assert asked is not None
     np.testing.assert_allclose(m.force.sum(axis=1), asked, atol=1e-3 * s.body.weight)
+
+
+def test_forces_keep_near_the_estimated_ones(human, walk, tracked):
+    """In most of the stance the load on each foot is within its 90 % band, or nearly."""
+    s, begin = tracked
+    found = estimate_forces(human, walk)
+    weight = s.body.weight
+    for k, side in enumerate("rl"):
+        m = s.sample(s.problem.nodes)
+        own = [i for i, site in enumerate(s.body.sites) if site.side == side]
+        load = m.force[:, own].sum(axis=1) / weight
+        wanted = interpolate(m.time + begin, walk.time, found.forces.force[:, k] / weight)
+        band = interpolate(m.time + begin, walk.time, found.force_band[:, k] / weight)
+        stands = wanted[:, 2] > 0.3
+        apart = np.abs(load - wanted)[stands]
+        assert np.mean(apart <= band[stands] + 0.03, axis=0).min() > 0.7
+        assert np.corrcoef(load[stands, 0], wanted[stands, 0])[0, 1] > 0.97
+
+
+def test_no_joint_is_overloaded_and_half_the_strength_would_not_do(tracked):
+    s, _ = tracked
+    times, use = s.overloaded(2)
+    assert len(times) == len(use) and use.max() < 1.1
+    weaker = tuple(
+        replace(t, strength=0.5, speed=1.0) if isinstance(t, Limits) else t for t in s.task.terms
+    )
+    half = replace(s, task=replace(s.task, terms=weaker))
+    _, more = half.overloaded(2)
+    assert more.max() >= 1.5 * use.max()
+    speed = np.abs(s.sample(times).qvel[:, 6:]).max(axis=1)
+    assert np.all(more >= speed - 1e-9)  # of 1 rad/s
 
 
 def test_flat_feet_stand_still_on_the_ground(human, tracked):
@@ -182,6 +218,41 @@ def test_a_recording_gives_ground_reactions(data):
     theirs = recorded["knee_angle_r"][inside]
     apart = np.interp(recorded.time[inside], ours.time, ours["knee_angle_r"]) - theirs
     assert np.abs(apart).max() < 0.2  # one clock [rad]
+    assert not found.estimate.measured.any()  # plates are withheld
+    assert c.forward_r > 0.98 and c.backward_m < 0.02  # [m]
+    assert min(c.moment_r.values()) > 0.8
+    beside = found.estimate_against_plates()
+    assert made.figures["estimated_forward_force_correlation"] == beside.forward_r > 0.98
     measured = made.record.signals["measured.force"]
     assert measured.shape == (ours.n_frames, 2, 3) and np.nanmax(measured[..., 2]) > 700.0
     assert made.figures["vertical_force_rmse_bw"] == pytest.approx(c.vertical_rmse)
+
+
+@pytest.mark.slow
+def test_a_recorded_rise_from_a_chair_passes_the_check(data):
+    """The seat carries until the person rises, the feet carry after it, and nothing is broken."""
+    from plantigrade.analyze.check import check
+    from plantigrade.workflows.fit import fit_trial
+    from plantigrade.workflows.track import TrackSettings, track_trial
+
+    settings = TrackSettings(start=2.9, stop=4.2)
+    _, trial = fit_trial(data / "opensim/opencap_subject4/STS1.trc", settings)
+    found = track_trial(trial, settings)
+    record = found.record()
+    verdict = check(record)
+    assert verdict.ok, verdict.words()
+    time, weight = record.motion.time + record.clock, record.weight
+    assert record.contact_force is not None
+    load = record.contact_force[..., 2] / weight
+    seat = [not site.side for site in record.sites]
+    assert sum(seat) == 2
+    seated, stood = time < 3.2, time > 3.7
+    assert load[seated][:, seat].sum(axis=1).mean() > 0.7
+    assert load[stood][:, seat].max() < 1e-6
+    plates = found.walk.measured
+    assert plates is not None
+    for side in "rl":
+        theirs = plates.foot(side).force[:, 2] / weight
+        own = [site.side == side for site in record.sites]
+        wanted = np.interp(time[stood], plates.motion.time, theirs)
+        assert np.abs(load[stood][:, own].sum(axis=1) - wanted).mean() < 0.12

@@ -61,6 +61,20 @@ def test_jacobian_and_bias_of_a_landing_are_derivatives():
     assert not len(task.error(state, 0.2))
 
 
+def test_a_foot_comes_down_along_its_path():
+    """On its path with the path's speed it is asked for the path's own acceleration."""
+    state = random_state(4)
+    points = SitePoints(state.human, contact_sites(state.human))
+    mine = np.array([0, 1])
+    task = LandingTask(points, [(mine, 0.1)])
+    height, rate = task.error(state, 0.0), task.jacobian(state, 0.0) @ state.qvel
+    t = np.linspace(-0.1, 0.2, 31)
+    path = Trajectory(t, (height + rate * t[:, None] - 1.5 * t[:, None] ** 2))
+    led = LandingTask(points, [(mine, 0.1)], [path])
+    level = led.level(state, 0.0)
+    np.testing.assert_allclose(level.lower, -3.0 - led.bias_acceleration(state, 0.0), atol=1e-6)
+
+
 def test_a_posture_is_passed_at_its_speed():
     """The acceleration is that of the cubic from here and now to there and then."""
     state = random_state(5)

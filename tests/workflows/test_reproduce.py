@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.reproduction import compare
-from plantigrade.analyze.reproduction_status import force_figures, forces_status, gait_status
+from plantigrade.analyze.reproduction_status import (
+    FORCE_LIMITS,
+    LIMITS,
+    force_figures,
+    forces_status,
+    gait_status,
+    limit_of,
+)
 from plantigrade.constants import GRAVITY
 from plantigrade.errors import ReproduceError
 from plantigrade.io import write
@@ -125,6 +132,24 @@ def test_a_fall_is_told(forced):
     figures = force_figures(fallen, held)
     assert figures["dynamics_status"] == said and "vertical_force_rmse_bw" not in figures
     assert forced.ok, "the gait from accelerations stands"
+
+
+def test_ok_is_only_what_is_within_the_limits_that_the_figures_name(forced):
+    """A gait with a range of motion 39 degrees off was ok once."""
+    record, moved, figures = forced.record, forced.others["forces"], forced.figures
+    held = compare(record)
+    theirs = held.rom["knee_angle_r"][1]
+    off = replace(held, rom={**held.rom, "knee_angle_r": (theirs + 39.0, theirs)})
+    assert gait_status(record, held) == "ok"
+    assert "one rotation is 39° off (allowed are 20)" in gait_status(record, off)
+    assert "39° off" in forces_status(moved, off)
+    for key, limit in (LIMITS | FORCE_LIMITS).items():
+        assert figures[limit_of(key)] == limit and abs(figures[key]) <= abs(limit)
+    sunk = replace(held, lowest_m=-0.02)
+    assert "a sole is at -20 mm" in gait_status(record, sunk)
+    wanted = moved.signals["estimated.force"] + [0.0, 0.2 * moved.weight, 0.0]
+    other = replace(moved, signals={**moved.signals, "estimated.force": wanted})
+    assert "body weights from the estimated" in forces_status(other, compare(moved))
 
 
 def test_the_run_folder_is_the_motion_and_the_recorded_one(forced):

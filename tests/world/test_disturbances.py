@@ -25,7 +25,7 @@ HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 
 
 def world(*disturbances, **options) -> World:
-    return World(HUMAN, disturbances=disturbances, **{"rate": 600.0, **options})
+    return World(HUMAN, disturbances=disturbances, **{"rate": 300.0, **options})
 
 
 def test_a_rope_pulls_towards_its_anchor_while_it_pulls():

@@ -25,7 +25,7 @@ LARGE = Human.create(1.5, 48.5, joints="66")
 
 
 def standing(human: Human = HUMAN, **options) -> World:
-    return World(human, **{"rate": 600.0, **options})
+    return World(human, **{"rate": 300.0, **options})
 
 
 @pytest.fixture(scope="module")
@@ -230,10 +230,20 @@ def test_pushes_are_refused_before_any_work():
 
 
 def test_torques_rise_in_a_finite_time():
-    world = standing(torque_rise=0.1, control_rate=100.0)
+    world = standing(torque_rise=0.1, rate=600.0)
     record = world.simulate(lambda s: np.full(len(s.angles), 1e4), 0.05)
     most = HUMAN.model.jnt_actfrcrange[1:, 1]
     share = record.signals["world.motor"] / most
     np.testing.assert_allclose(
         share, (record.motion.time / 0.1)[:, None] * np.ones(len(most)), atol=0.03
     )
+
+
+def test_a_record_may_be_taken_on_the_way():
+    world = standing()
+    for _ in range(3):
+        world.step()
+    first, again = world.record(), world.record()
+    assert first.motion.n_frames == again.motion.n_frames == 4
+    world.step()
+    np.testing.assert_allclose(world.record().motion.time, np.arange(5) / 100.0, atol=1e-9)

@@ -108,24 +108,40 @@ def hold_contacts(
     """
     index = {site.name: k for k, site in enumerate(body.sites)}
     lowest = min((s.footprint.position[2] for s in plan.stances), default=0.0)
+    depth = _depths(body, plan)
     for k, site in enumerate(body.sites):
         if site.side:
-            place.lower[:, 3 * k + 2] = lowest
+            place.lower[:, 3 * k + 2] = lowest - depth[k]
     for stance in plan.stances:
         during = (nodes >= stance.heel_strike - SAME) & (nodes <= stance.toe_off + SAME)
         for k, site in enumerate(body.sites):  # a heel that has risen does not sink into its tread
             if site.side == stance.footprint.side:
-                place.lower[during, 3 * k + 2] = stance.footprint.position[2]
+                place.lower[during, 3 * k + 2] = stance.footprint.position[2] - depth[k]
     for stance in plan.stances:
         targets = site_targets(body, stance.footprint)
         spans = {index[n]: stance.interval(body.sites[index[n]].part) for n in targets}
         at = {index[n]: x for n, x in targets.items()}
         spans = _lasting(plan, spans)
         _hold(body, nodes, spans, at, place, speed, stance.footprint.heading)
-    if plan.supports:
-        spans = {index[s.site.name]: (s.start, s.stop) for s in plan.supports}
-        at = {index[s.site.name]: np.array(s.position) for s in plan.supports}
+    for span in sorted({(s.start, s.stop) for s in plan.supports}):
+        held = [s for s in plan.supports if (s.start, s.stop) == span]
+        spans = {index[s.site.name]: span for s in held}
+        at = {index[s.site.name]: np.array(s.position) for s in held}
         _hold(body, nodes, _lasting(plan, spans), at, place, speed)
+
+
+def _depths(body: ContactBody, plan: ContactPlan) -> Float[Array, " n_sites"]:
+    """Return how far below the ground each site is while its foot stands flat [m].
+
+    Soles of one's own are flat to a millimetre. A site that is a little lower than the others may
+    stay there when it no longer stands: to be on the ground one node later it would have to jump.
+    """
+    sides = {stance.footprint.side for stance in plan.stances}
+    flat: dict[str, Array] = {}
+    for side in sorted(sides):
+        flat |= site_targets(body, Footprint(side, (0.0, 0.0, 0.0)))
+    low = [-float(flat[s.name][2]) if s.name in flat else 0.0 for s in body.sites]
+    return np.maximum(low, 0.0)
 
 
 def _lasting(

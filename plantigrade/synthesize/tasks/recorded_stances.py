@@ -10,6 +10,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
+from plantigrade.dynamics.load_intervals import EARLY, LATE
 from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
@@ -23,7 +24,15 @@ NODES_PER_SECOND = 50.0
 GRID = 1.0 / NODES_PER_SECOND  # contact changes at multiples of this, so that nodes are even [s]
 APART = 2 * GRID  # at least this lies between two changes of one foot [s]
 BEYOND = 10.0  # a change outside the motion is put this far from it [s]
+LOADED = np.array([-EARLY, 0.0, 0.0, 0.0, LATE])
+"""What a stance is longer than its events say [s]: load grows from zero and fades to it."""
+
 DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
+
+
+PAD = 0.02
+"""A ball lower than this that comes down carries: the heel sinks a centimetre into its pad and the
+sole of a shoe, so the centre of pressure leaves it before the rigid ball would touch [m]."""
 
 
 def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
@@ -47,15 +56,22 @@ def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
 def _settled(
     contact: ContactInterval, points: SolePaths, time: Float[Array, " n_frames"]
 ) -> ContactInterval:
-    """Return a contact without what is too high at its ends; heel strikes and toe offs stay."""
+    """Return a contact without what is too high at its ends; heel strikes and toe offs stay.
+
+    A ball or toes that come down touch from :data:`PAD` on, before they are still.
+    """
     index = points.of(contact.side, contact.region)
+    height = points.position[:, index, 2].min(axis=1)
     inside = (time >= contact.start) & (time <= contact.stop)
-    low = time[inside & (points.position[:, index, 2].min(axis=1) < DOWN)]
+    low = time[inside & (height < DOWN)]
     if len(low) < 3:
         return contact
-    first = contact.start if contact.region == "heel" else float(low[0])
-    last = contact.stop if contact.region == "toes" else float(low[-1])
-    return replace(contact, start=first, stop=last)
+    first = int(np.searchsorted(time, low[0]))
+    while first > 0 and height[first - 1] < PAD:
+        first -= 1
+    start = contact.start if contact.region == "heel" else float(time[first])
+    stop = contact.stop if contact.region == "toes" else float(low[-1])
+    return replace(contact, start=start, stop=stop)
 
 
 def stances_of(
@@ -73,7 +89,7 @@ def stances_of(
             times = _times(group, first, last)
             if times is None:
                 continue
-            snapped = _snapped(np.array(times) - start)
+            snapped = _snapped(np.array(times) - start + LOADED)
             if snapped[-1] <= APART or snapped[0] >= duration - APART:
                 continue  # hardly begun, or nearly over
             strike, flat, heel_off, forefoot_off, off = (float(t) for t in snapped)

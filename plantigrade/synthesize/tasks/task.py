@@ -25,6 +25,9 @@ BASES = {"trigonometric": TrigonometricBasis, "polynomial": PolynomialBasis}
 Guess = Callable[[ContactBody, ContactPlan, Array], Array]
 """Coordinates (n_times, nv) at times, for a body and a plan."""
 
+ForceGuess = Callable[[ContactBody, Array, Array], Array]
+"""Forces (n_times, 3 n_sites) at times [body weights], for a body and where a site may carry."""
+
 
 @dataclass(frozen=True)
 class MotionTask:
@@ -38,6 +41,7 @@ class MotionTask:
         plan: Contacts.
         terms: Conditions and costs.
         guess: Coordinates to start from.
+        force_guess: Contact forces to start from; body weight shared by what stands if absent.
         nodes_per_second: Nodes a second.
         basis: ``"trigonometric"`` or ``"polynomial"``.
     """
@@ -48,6 +52,7 @@ class MotionTask:
     guess: Guess
     nodes_per_second: float = 20.0
     basis: str = "trigonometric"
+    force_guess: ForceGuess | None = None
 
     def __post_init__(self):
         """Take a whole stride where terms are one-sided."""
@@ -116,7 +121,11 @@ class MotionTask:
         """Return coefficients and forces of the first guess."""
         times = sample_times(problem)
         c = coefficients(problem, times, self.guess(body, self.plan, times))
-        return c, shared_weight(problem)
+        if self.force_guess is None:
+            return c, shared_weight(problem)
+        u = np.zeros((len(problem.nodes), problem.n_unknowns))
+        u[:] = self.force_guess(body, problem.nodes, problem.u_active)
+        return c, np.clip(u, problem.u_lower, problem.u_upper)
 
 
 def spline_basis(name: str, nodes: Float[Array, " n"], periodic: bool) -> Basis:

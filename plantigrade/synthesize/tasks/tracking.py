@@ -4,11 +4,17 @@ A recording gives the bones to about a centimetre or a degree; its feet slide an
 no ground reaction explains it exactly. The task finds the nearest motion that ground reactions do
 explain, with feet that stand where the recorded ones rested:
 
-.. math:: \min \int \sum_j w_j (q_j - \bar q_j(t))^2 dt + \text{little for torques, jerk, forces},
+.. math:: \min \int \sum_j w_j (q_j - \bar q_j(t))^2
+    + w \sum_i \left(\frac{r_i - \bar r_i(t)}{\sigma_i(t)}\right)^2 dt
+    + \text{little for torques, jerk, forces},
 
-subject to the equations of motion, contact, friction and the person's limits. Ground reactions
-follow without force plates. When the feet touch comes from gait events and from what rests
-(:mod:`plantigrade.kinematics.contacts`).
+subject to the equations of motion, contact, friction and the person's limits. The :math:`r_i` are
+wrenches on the feet and moments of hip, knee and ankle; the expected ones :math:`\bar r_i` with
+their standard errors :math:`\sigma_i` are those of the whole recording's quadratic program
+(:mod:`plantigrade.dynamics.ground_forces`), from the motion alone. It gives the forces to start
+from, too. When the feet touch comes from gait events and from what rests
+(:mod:`plantigrade.kinematics.contacts`), when a seat carries from
+:mod:`plantigrade.dynamics.loading`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,10 +22,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
-from plantigrade.dynamics.centroid import centroid
+from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.rests import find_rests
@@ -28,7 +34,15 @@ from plantigrade.kinematics.soles import on_own_soles
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import resample
+from plantigrade.motion.resample import interpolate
 from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.tasks.recorded_forces import (
+    expected_moments,
+    expected_wrenches,
+    forces_at_sites,
+    seat_share,
+)
+from plantigrade.synthesize.tasks.recorded_seat import supports_of
 from plantigrade.synthesize.tasks.recorded_stances import (
     GRID,
     NODES_PER_SECOND,
@@ -41,7 +55,14 @@ from plantigrade.synthesize.terms.contact import Dynamics, Forces
 from plantigrade.synthesize.terms.effort import Jerk, Torque
 from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.terms.term import Term
-from plantigrade.synthesize.terms.tracking import Track, TrackAcceleration, TrackWrench
+from plantigrade.synthesize.terms.tracking import (
+    FootWrenches,
+    JointMoments,
+    Track,
+    TrackAcceleration,
+    TrackFeet,
+    TrackMoments,
+)
 
 FACTORS = {
     **dict.fromkeys(("pelvis_tx", "pelvis_ty", "pelvis_tz"), 10.0),  # a metre is more than a radian
@@ -61,9 +82,9 @@ class Tracking:
         weight: Of the distance of a coordinate [1/(s rad²), 1/(s m²)].
         joints: Factors of single coordinates, by name without or with side.
         acceleration: Of the distance of accelerations [s³/rad²].
-        push: Of the distance of the ground reaction from the one that the recorded motion of the
-            centre of mass requires [1/s, forces in body weights].
-        turning: Of that of its moment about the centre of mass [1/(s m²)].
+        feet: Of the distance of the wrenches on the feet from the estimated ones, in their standard
+            errors [1/s].
+        moments: Of that of the moments of hip, knee and ankle, likewise [1/s].
         torque: Of torques.
         jerk: Of jerk.
         force_size: Of contact forces.
@@ -73,22 +94,25 @@ class Tracking:
     weight: float = 100.0
     joints: Mapping[str, float] = field(default_factory=lambda: dict(FACTORS))
     acceleration: float = 3e-5
-    push: float = 1000.0
-    turning: float = 1000.0
+    feet: float = 0.3
+    moments: float = 0.1
     torque: float = 0.2
     jerk: float = 1e-9
     force_size: float = 1e-3
     force_rate: float = 2e-2
 
-    def terms(self, times: Array, q: Array, force: Array, moment: Array) -> tuple[Term, ...]:
-        """Return conditions and costs of tracking a motion."""
+    def terms(
+        self, times: Array, q: Array, feet: FootWrenches, moments: JointMoments
+    ) -> tuple[Term, ...]:
+        """Return conditions and costs of tracking a motion with the forces expected of it."""
         return (
             Dynamics(),
             OnGround(),
             Limits(ranges={}),
             Track(times, q, self.weight, self.joints),
             TrackAcceleration(times, q, self.acceleration),
-            TrackWrench(times, force, moment, self.push, self.turning),
+            TrackFeet(feet, self.feet),
+            TrackMoments(moments, self.moments),
             Torque(self.torque, TOES),
             Jerk(self.jerk),
             Forces(self.force_size, self.force_rate),
@@ -100,6 +124,7 @@ def track(
     motion: Motion,
     *,
     contacts: Sequence[ContactInterval] | None = None,
+    forces: GroundForces | None = None,
     start: float | None = None,
     stop: float | None = None,
     tracking: Tracking | None = None,
@@ -110,6 +135,8 @@ def track(
     Args:
         human: The person, on soles the motion stands on (see :func:`grounded`).
         motion: The motion, over level ground at height zero.
+        forces: Ground reactions on its frames, with their bands, to start from and to stay near;
+            estimated from the motion if absent.
         contacts: Which part of which foot touches when [s]; from the motion itself if absent.
         start: From when [s], time zero of the task; the first frame if absent.
         stop: To when [s]; the last frame if absent.
@@ -130,8 +157,13 @@ def track(
         )
     if contacts is None:
         contacts = contacts_of(human, motion)
+    if forces is None:
+        forces = estimate_forces(human, motion)
     steps = max(int(np.floor((stop - start) / GRID + 1e-9)), 4)
-    plan = ContactPlan(steps * GRID, stances_of(human, motion, contacts, start, steps * GRID))
+    duration = steps * GRID
+    stances = stances_of(human, motion, contacts, start, duration)
+    seat = supports_of(human, motion, forces.contacts, start, duration)
+    plan = ContactPlan(duration, stances, supports=seat)
     if not plan.stances:
         raise ParameterError(
             "no foot touches the ground in the motion; a motion to track stands on level ground at "
@@ -144,21 +176,23 @@ def track(
     def guess(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
         return resample(moved, q, np.clip(times, moved[0], moved[-1]))
 
-    terms = (tracking or Tracking()).terms(moved, q, *wrenches(human, motion))
-    return MotionTask(name, plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
+    feet = expected_wrenches(human, forces, moved)
+    seat_force = seat_share(human, forces)
 
+    def force_guess(body: ContactBody, nodes: Array, active: Array) -> Array:
+        q, seated = guess(body, plan, nodes), interpolate(nodes, moved, seat_force)
+        return forces_at_sites(body, feet.at(nodes), seated, q, active[:, 2::3])
 
-def wrenches(
-    human: Human, motion: Motion
-) -> tuple[Float[Array, "n_frames 3"], Float[Array, "n_frames 3"]]:
-    """Return force [body weights] and moment about the centre of mass [body weights · m]."""
-    qacc = motion.qacc
-    if qacc is None:
-        qacc = np.gradient(motion.qvel, motion.time, axis=0)
-    found = centroid(human, motion.qpos, motion.qvel, qacc)
-    weight = human.mass * float(np.linalg.norm(human.model.opt.gravity))
-    assert found.force is not None and found.moment is not None
-    return found.force / weight, found.moment / weight
+    moments = expected_moments(human, motion, forces, moved)
+    terms = (tracking or Tracking()).terms(moved, q, feet, moments)
+    return MotionTask(
+        name,
+        plan,
+        terms,
+        guess,
+        nodes_per_second=NODES_PER_SECOND,
+        force_guess=force_guess,
+    )
 
 
 def grounded(human: Human, motion: Motion) -> tuple[Human, Motion, float]:

@@ -22,7 +22,7 @@ from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.tasks.task import Task
 
 TOUCHING = 0.002  # a point no higher than this above the ground touches it [m]
-SOLE = 60.0  # rate at which a landing sole comes to rest [1/s]: 0.2 m/s stop within 2 mm
+SOLE = 30.0  # rate at which a landing sole comes to rest [1/s]: 0.3 m/s stop within 4 mm
 NEAR = 0.10  # a point higher above the ground than this needs no guard [m]
 SUNK = 0.001  # a point that touches is guarded too where it is deeper than this [m]
 APPROACH = 40.0  # rate at which a point comes down that should touch already [1/s]

@@ -1,4 +1,4 @@
-r"""Feet that come down by forces: the heel arrives in time and at rest, where it is needed.
+r"""Feet that come down by forces: they arrive in time, where they are needed.
 
 Without forces a velocity may jump; with them a foot must come down so that its heel reaches the
 ground when the contact begins, and what speed is left is taken up by the sole
@@ -23,30 +23,40 @@ FURTHEST = 0.15  # a foot is put down at most this far from its recorded place [
 
 
 class LandingTask(Task):
-    r"""Brings parts of the feet to the ground at the time they are to touch it, at rest.
+    r"""Brings parts of the feet to the ground at the time they are to touch it.
 
-    With :math:`h` the mean height of the part's points and :math:`T` the time to go,
+    With :math:`e` the mean height of the part's points above its path and :math:`T` the time to go,
 
-    .. math:: \ddot h = -\frac{6}{T^2} h - \frac{4}{T} \dot h,
+    .. math:: \ddot e = -\frac{6}{T^2} e - \frac{4}{T} \dot e,
 
-    the path of least acceleration to :math:`h = \dot h = 0`.
+    the path of least acceleration to :math:`e = \dot e = 0`. Without a path the ground is it, and
+    the part arrives at rest: a foot that is led so brakes a leg that a walker lets fall.
 
     Args:
         points: The contact sites.
         landings: Which points come down together, and when [s].
+        paths: Height of each landing's points over time (one column) [m].
     """
 
     def __init__(
         self,
         points: SitePoints,
         landings: Sequence[tuple[np.ndarray, float]],
+        paths: Sequence[Trajectory] | None = None,
         name: str = "landing",
     ):
         super().__init__(name)
         self.points, self.landings = points, landings
+        self.paths = paths or [Trajectory.fixed(np.zeros(1)) for _ in landings]
 
     def _coming(self, time: float) -> list[tuple[np.ndarray, float]]:
         return [(i, at - time) for i, at in self.landings if 0 < at - time < LEAD]
+
+    def _path(self, time: float) -> np.ndarray:
+        """Return height, its rate and bend on the paths of what comes down, one row each."""
+        on = [p(time) for p, (_, at) in zip(self.paths, self.landings, strict=True)
+              if 0 < at - time < LEAD]  # fmt: skip
+        return np.array(on).reshape(-1, 3)
 
     def _means(self, values, time: float) -> np.ndarray:
         coming = self._coming(time)
@@ -55,8 +65,8 @@ class LandingTask(Task):
         return np.array([values[i].mean(axis=0) for i, _ in coming])
 
     def error(self, state, time):
-        """Return the mean height of each part that comes down [m]."""
-        return self._means(self.points.height(state), time)
+        """Return how high each part that comes down is above its path [m]."""
+        return self._means(self.points.height(state), time) - self._path(time)[:, 0]
 
     def jacobian(self, state, time):
         """Return the Jacobian of these heights."""
@@ -70,7 +80,9 @@ class LandingTask(Task):
         """Return the rows this task asks of the generalised acceleration."""
         left = np.array([max(t, SHORTEST) for _, t in self._coming(time)])
         matrix = self.jacobian(state, time)
-        wanted = -6 * self.error(state, time) / left**2 - 4 * (matrix @ state.qvel) / left
+        _, rate, bend = self._path(time).T
+        wanted = bend - 6 * self.error(state, time) / left**2
+        wanted -= 4 * (matrix @ state.qvel - rate) / left
         return Level.equation(matrix, wanted - self.bias_acceleration(state, time), self.name)
 
 

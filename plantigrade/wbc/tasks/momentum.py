@@ -25,7 +25,7 @@ class ComTask(Task):
     def __init__(self, target: Trajectory, axes: str = "xyz", name: str = "", **gains):
         super().__init__(name or f"centre of mass {axes}", **gains)
         self.target = target
-        self._axes = np.array([_AXES[a] for a in axes])
+        self._axes = slice(None) if axes == "xyz" else np.array([_AXES[a] for a in axes])
 
     def error(self, state, time):
         """Return the way from the target to the centre of mass [m]."""

@@ -43,9 +43,9 @@ class PointTask(Task):
         self._known: tuple[object, float] = (None, np.nan)
         self._now = np.zeros((0, 3))
 
-    def _directions(self, state: State, time: float) -> np.ndarray | None:
+    def _directions(self, state: State, time: float) -> np.ndarray:
         if not callable(self._wanted):
-            return self._wanted
+            return np.eye(3) if self._wanted is None else self._wanted
         if self._known[0] is not state or self._known[1] != time:
             self._known = (state, time)
             self._now = self._wanted(state, time)
@@ -53,13 +53,11 @@ class PointTask(Task):
 
     def _along(self, state: State, time: float, values: np.ndarray) -> np.ndarray:
         """Return the parts of vectors (3, ...) along the directions."""
-        directions = self._directions(state, time)
-        return values if directions is None else directions @ values
+        return values if self._wanted is None else self._directions(state, time) @ values
 
     def error(self, state, time):
         """Return the way from the target to the point, along the directions [m]."""
-        directions = self._directions(state, time)
-        if directions is not None and not len(directions):
+        if self._wanted is not None and not len(self._directions(state, time)):
             return np.zeros(0)
         away = self._along(state, time, state.position(self.point)[0] - self.target(time)[0])
         if self.farthest < np.inf:

@@ -64,7 +64,7 @@ class PostureTask(Task):
         if self.horizon is not None:
             left = np.minimum(left, self.horizon)
         stiff, damp = self.gains
-        return -stiff * state.difference(posture) / left**2 - damp * state.qvel / left
+        return (-stiff / left**2) * state.difference(posture) - (damp / left) * state.qvel
 
     def level(self, state, time):
         """Return the rows this task asks of the generalised acceleration."""
