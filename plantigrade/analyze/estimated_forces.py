@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.dynamics.centroid import root_wrench_at
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
+from plantigrade.dynamics.inverse import Moments, inverse_dynamics
 from plantigrade.dynamics.loading import FASTER
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError, SolverError
@@ -22,14 +24,15 @@ from plantigrade.motion.filters import runs
 
 NOISY = 2.0
 """A motion noisier than this many times what is assumed says little of the knee's moment. Markers
-of three laboratories are 1.0 to 1.4 times, with 1 mm and 0.3° of noise added 3.4 to 4.1."""
+of three laboratories are 1.0 to 1.4 times, with 1 mm and 0.3° of noise added 3.5 to 4.4."""
 WIDE = 0.5
 """So does a 90 % band of it that is wider each way: about its peak in walking [N m/kg]."""
 MOST_FORCE = 0.25
 """Net force that is left over, root mean square [BW]. Feet can give nearly any force, so this is
-noise: video and rough skeleton files have up to 0.17."""
-MOST_MOMENT = 0.06
-"""Net moment about the centre of mass that is left over [BW m]: something else carries, beside."""
+noise: markers leave 0.03 to 0.05, skeleton files 0.08 to 0.14."""
+MOST_MOMENT = 0.1
+"""Net moment about the centre of mass that is left over [BW m]: something else carries, beside.
+Markers leave 0.006 to 0.015, skeleton files 0.02 to 0.08."""
 MOST_SHIFT = 0.06
 """Centre of mass further from the body's own than any body is misjudged by [m]."""
 UNEVEN = 0.06
@@ -42,8 +45,8 @@ def estimate(
     motion: Motion,
     measured: FootForces | None,
     soles: Float[Array, "n_frames 2"],
-) -> tuple[GroundForces | None, tuple[str, ...]]:
-    """Return ground reactions beside the measured ones, and what the user should know of them.
+) -> tuple[GroundForces | None, Moments | None, tuple[str, ...]]:
+    """Return ground reactions beside the measured ones, moments by them, and what to know of them.
 
     None where nothing is left to estimate, and where it cannot be told.
 
@@ -54,29 +57,50 @@ def estimate(
         soles: Height of each sole in stance [m]; NaN in swing.
     """
     if measured is not None and bool(np.all(measured.valid_side)):
-        return None, ()
+        return None, None, ()
     step = _step_between(soles)
     if motion.events and step > UNEVEN:
-        return None, (
-            f"{CANNOT}the ground is not level, the feet stand {100 * step:.0f} cm higher at one "
-            "step than at another (stairs or uneven ground).",
+        why = (
+            f"the ground is not level, the feet stand {100 * step:.0f} cm higher at one step than "
+            "at another (stairs or uneven ground)."
         )
+        return None, None, (CANNOT + why,)
     try:
         found = estimate_forces(human, motion, measured=measured)
     except (ParameterError, SolverError) as error:
-        return None, (f"{CANNOT}{error}.".replace("..", "."),)
-    why = _refusal(found)
+        return None, None, (f"{CANNOT}{error}.".replace("..", "."),)
+    assert motion.qacc is not None  # it was estimated from them
+    moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, found.forces)
+    why = _refusal(found, *left_over(human, motion, found, moments))
     if why:
-        return None, (CANNOT + why,)
+        return None, None, (CANNOT + why,)
     band, more = knee_band(human, found), FASTER if found.flies else 1.0
     if found.noise > more * NOISY or band > more * WIDE:
         noisy = f"is {found.noise:.1f} times as noisy as assumed"
         why = noisy if found.noise > more * NOISY else "tells little of how the feet share the load"
-        return found, (
+        note = (
             f"the motion {why}: do not trust the estimated moments of the knee, which are known to "
-            f"±{band:.2f} N m/kg only (90 %).",
+            f"±{band:.2f} N m/kg only (90 %)."
         )
-    return found, ()
+        return found, moments, (note,)
+    return found, moments, ()
+
+
+def left_over(
+    human: Human, motion: Motion, ground: GroundForces, moments: Moments
+) -> tuple[float, float]:
+    """Return the net force [BW] and pitch and roll moment [BW m] that the estimate does not give.
+
+    Root mean squares of the components over the frames in which something was estimated; the
+    moment is that about the centre of mass where the estimate puts it.
+    """
+    weight = human.mass * GRAVITY
+    root = moments.tau[:, :6] - support_push(human, motion, ground)[:, :6]
+    force, moment = root_wrench_at(root, motion.qpos, moments.com)
+    given = ground.forces.force.sum(axis=1) + ground.support_force.sum(axis=1)
+    moment = moment + np.cross(ground.com_shift, given + force)
+    here = ~ground.measured.all(axis=1)
+    return _rms(force[here] / weight), _rms(moment[here, :2] / weight)
 
 
 def knee_band(human: Human, ground: GroundForces) -> float:
@@ -95,8 +119,6 @@ def estimate_figures(human: Human, ground: GroundForces) -> dict[str, Any]:
     return {
         "forces_estimated_pct": 100.0 * (1.0 - float(np.mean(ground.measured))),
         "estimate_noise_factor": ground.noise,
-        "estimate_residual_force_rms_bw": ground.residual_force,
-        "estimate_residual_moment_rms_bw_m": ground.residual_moment,
         "estimate_knee_band_nm_kg": knee_band(human, ground),
         "estimate_com_shift_forward_mm": 1e3 * float(ground.com_shift[0]),
         **{
@@ -130,7 +152,7 @@ def support_push(human: Human, motion: Motion, ground: GroundForces) -> Float[Ar
     return push
 
 
-def _refusal(found: GroundForces) -> str:
+def _refusal(found: GroundForces, force: float, moment: float) -> str:
     """Return why an estimate is no good; empty where it is."""
     away = float(np.linalg.norm(found.com_shift[:2]))
     carries = (
@@ -138,15 +160,18 @@ def _refusal(found: GroundForces) -> str:
         "motion is too noisy."
     )
     more = FASTER if found.flies else 1.0  # a motion filtered less keeps more noise
-    if not found.residual_force <= more * MOST_FORCE:
-        return f"{found.residual_force:.2f} body weights of net force are left over; {carries}"
-    if not found.residual_moment <= more * MOST_MOMENT:
-        what = f"{found.residual_moment:.2f} body weights times metre of net moment"
-        return f"{what} are left over; {carries}"
+    if not force <= more * MOST_FORCE:
+        return f"{force:.2f} body weights of net force are left over; {carries}"
+    if not moment <= more * MOST_MOMENT:
+        return f"{moment:.2f} body weights times metre of net moment are left over; {carries}"
     if away > MOST_SHIFT:
         what = f"the centre of mass would have to lie {1e3 * away:.0f} mm beside the body's own"
         return f"{what}; {carries}"
     return ""
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _step_between(soles: Float[Array, "n_frames 2"]) -> float:

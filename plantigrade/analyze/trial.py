@@ -15,6 +15,7 @@ from plantigrade.analyze.estimated_forces import (
     estimate,
     estimate_figures,
     estimate_signals,
+    left_over,
     support_push,
 )
 from plantigrade.analyze.feet import FootPath, event_points, foot_path
@@ -142,8 +143,13 @@ class Trial:
             figures |= residual_metrics(self.moments, self.forces)
             figures |= com_metrics(self.moments, self.forces, motion.qpos)
             figures |= _peak_moments(human, self.forces, self.moments)
-        if self.ground is not None:
-            figures |= estimate_figures(human, self.ground)
+        if self.ground is not None and self.moments is not None:
+            force, moment = left_over(human, motion, self.ground, self.moments)
+            figures |= {
+                **estimate_figures(human, self.ground),
+                "estimate_residual_force_rms_bw": force,
+                "estimate_residual_moment_rms_bw_m": moment,
+            }
         return figures
 
 
@@ -229,11 +235,10 @@ def analyse(
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
-    ground, said = estimate(human, motion, forces, heights)
+    ground, moments, said = estimate(human, motion, forces, heights)
     notes += said
-    known, moments = forces if ground is None else ground.forces, None
-    if known is not None:
-        moments = inverse_dynamics(human, *moved[1:], known)
+    if ground is None and forces is not None:
+        moments = inverse_dynamics(human, *moved[1:], forces)
     return Trial(
         fit=replace(fit, human=human),
         motion=motion,

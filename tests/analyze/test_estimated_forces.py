@@ -8,10 +8,11 @@ import pytest
 from plantigrade.analyze import estimated_forces
 from plantigrade.analyze.check import check
 from plantigrade.analyze.curves import gait_curves
-from plantigrade.analyze.estimated_forces import estimate
+from plantigrade.analyze.estimated_forces import estimate, left_over
 from plantigrade.analyze.gait_forces import compare_forces
 from plantigrade.analyze.norms_of_runs import person_curves
 from plantigrade.analyze.tolerances import Tolerances
+from plantigrade.dynamics.inverse import inverse_dynamics
 from tests.analyze.plated_walk import analyse, plated_walk, without_plates
 
 
@@ -79,19 +80,43 @@ def test_a_foot_beside_its_plate(plated, partly):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("lost", "change", "said"),
     [
-        ({"residual_force": 0.6}, "0.60 body weights of net force are left over; something else"),
-        ({"residual_moment": 0.2}, "0.20 body weights times metre"),
-        ({"com_shift": np.array([0.2, 0.0, 0.0])}, "200 mm beside the body's own"),
-        ({"residual_force": np.nan}, "something else"),
+        (0.6, {}, "0.35 body weights of net force are left over; something else"),
+        (np.nan, {}, "something else"),
+        (0.0, {"com_shift": np.array([0.2, 0.0, 0.0])}, "net moment are left over"),
+        (0.0, {"com_shift": np.array([0.0, 0.07, 0.0])}, "70 mm beside the body's own"),
     ],
 )
-def test_what_feet_cannot_carry_is_refused(withheld, monkeypatch, change, said):
+def test_what_feet_cannot_carry_is_refused(withheld, monkeypatch, lost, change, said):
+    """A force that nothing gives, through the centre of mass; a shift that no body has."""
     found = replace(withheld.ground, **change)
     monkeypatch.setattr(estimated_forces, "estimate_forces", lambda *_, **__: found)
-    ground, notes = estimate(withheld.fit.human, withheld.motion, None, withheld.soles)
-    assert ground is None and said in notes[0]
+    if lost:
+        weight = withheld.record().weight
+
+        def pushed(*motion):
+            moments = inverse_dynamics(*motion)
+            tau = np.zeros_like(moments.tau)
+            tau[:, 0] = lost * weight
+            return replace(moments, tau=tau)
+
+        monkeypatch.setattr(estimated_forces, "inverse_dynamics", pushed)
+    ground, moments, notes = estimate(withheld.fit.human, withheld.motion, None, withheld.soles)
+    assert ground is None and moments is None and said in notes[0]
+
+
+def test_what_is_left_over_is_what_nothing_gives(withheld):
+    """An estimate without one foot leaves over what that foot gives."""
+    human, motion, ground = withheld.fit.human, withheld.motion, withheld.ground
+    force = ground.forces.force.copy()
+    force[:, 0] = 0.0
+    less = replace(ground, forces=replace(ground.forces, force=force))
+    moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, less.forces)
+    lost = np.sqrt(np.mean(ground.forces.force[:, 0] ** 2))
+    weight = withheld.record().weight
+    assert left_over(human, motion, less, moments)[0] == pytest.approx(lost / weight, abs=0.1)
+    assert withheld.figures["estimate_residual_force_rms_bw"] < 0.15 < lost / weight
 
 
 @pytest.mark.parametrize(
@@ -102,7 +127,7 @@ def test_where_the_knee_is_not_to_be_trusted(withheld, monkeypatch, noise, half,
     band = np.full_like(withheld.ground.moment_band, half * withheld.fit.human.mass)
     found = replace(withheld.ground, noise=noise, moment_band=band)
     monkeypatch.setattr(estimated_forces, "estimate_forces", lambda *_, **__: found)
-    ground, notes = estimate(withheld.fit.human, withheld.motion, None, withheld.soles)
+    ground, _, notes = estimate(withheld.fit.human, withheld.motion, None, withheld.soles)
     assert ground is found and said in " ".join(notes) and bool(said) == bool(notes)
     assert not notes or "do not trust" in notes[0]
 
@@ -111,7 +136,7 @@ def test_on_stairs_nothing_is_told(withheld):
     """The second stance of a foot is 17 cm above the first."""
     soles = withheld.soles.copy()
     soles[len(soles) // 2 :] += 0.17
-    ground, notes = estimate(withheld.fit.human, withheld.motion, None, soles)
+    ground, _, notes = estimate(withheld.fit.human, withheld.motion, None, soles)
     assert ground is None and "the ground is not level, the feet stand 1" in notes[0]
 
 
