@@ -99,4 +99,4 @@ def stacked(rows: Sequence[Level]) -> Level:
 
 def scaled(level: Level, by: Float[Array, " n"]) -> Level:
     """Return a level in unknowns that are divided by factors."""
-    return level._replace(matrix=level.matrix * by)
+    return Level(level.matrix * by, level.lower, level.upper, level.name)
