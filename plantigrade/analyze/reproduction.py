@@ -242,9 +242,13 @@ def _com_and_soles(human: Human, qpos: Float[Array, "n nq"]) -> tuple[Array, Sol
 
 def _contacts(record: Record, soles: SolePaths) -> dict[str, float]:
     """Return how well planned contacts and the ground were kept."""
-    planned = record.contact_planned
-    if planned is None:
-        planned = np.zeros(soles.position.shape[:2], dtype=bool)
+    planned = np.zeros(soles.position.shape[:2], dtype=bool)
+    if record.contact_planned is not None:
+        names = [site.name for site in record.sites]
+        for k, sole in enumerate(soles.sites):  # a plan may name the sphere alone, and seats too
+            own = [i for i, n in enumerate(names) if sole.name == n or sole.name.endswith(f"_{n}")]
+            if own:
+                planned[:, k] = record.contact_planned[:, own[0]]
     feet = [soles.of(side) for side in SIDES]
     spot = np.full((len(soles.sites), 2), np.nan)  # where each point that touches did so first
     drift, due, standing = 0.0, 0, 0

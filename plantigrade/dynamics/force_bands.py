@@ -104,7 +104,8 @@ def calm_errors(
     out = errors.copy()
     for kind in ("rate", "bend"):
         rows = np.concatenate([np.r_[s] for name, s in blocks.items() if name.startswith(kind)])
-        out[rows] *= min(1.0, float(np.sqrt(np.mean(missed[rows] ** 2))))
+        if len(rows):
+            out[rows] *= min(1.0, float(np.sqrt(np.mean(missed[rows] ** 2))))
     effort = np.concatenate([np.r_[s] for n, s in blocks.items() if n.startswith("effort")])
     if len(effort):
         out[effort] *= ACTIVATION * float(np.sqrt(np.mean(missed[effort] ** 2)))

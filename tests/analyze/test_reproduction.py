@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison, angles_deg, compare, over_swings
+from plantigrade.contact.site import ContactSite, foot_sites
 from plantigrade.errors import ReproduceError
 from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.sole_paths import sole_paths
@@ -149,7 +150,7 @@ def standing() -> Reference:
     motion = Motion(time, many, still, human.joint_names, still, (first, last))
     heels = tuple(ContactInterval(side, "heel", 0.2, 0.7) for side in "rl")
     path = Trajectory.fixed(np.zeros(3))
-    return Reference(human, motion, (), heels, path, dict.fromkeys("rl", path), {})
+    return Reference(human, motion, (), heels, heels, path, dict.fromkeys("rl", path), {})
 
 
 def sliding(path):
@@ -162,6 +163,28 @@ def test_drift_is_the_way_since_the_first_touch(standing):
     found = compare(moved(standing, sliding(lambda t: 0.010 * t)))
     assert found.contact_drift_m == pytest.approx(0.010 * 0.5, abs=2 * 0.010 * STEP)
     assert found.contact_share == 1
+
+
+def test_contacts_are_found_by_the_names_of_their_sites(standing):
+    """A plan may list sites in another order, name the sphere alone, and hold a seat."""
+    record = moved(standing, sliding(lambda t: 0.010 * t * (t > 0.1)))
+    assert record.contact_planned is not None
+    feet = foot_sites(record.human)
+    order = [next(i for i, s in enumerate(record.sites) if s.name.endswith(f.name)) for f in feet]
+    seat = ContactSite(body="pelvis", name="seat_r", part="chair")
+    planned = np.insert(record.contact_planned[:, order], 0, values=True, axis=1)
+    other = replace(
+        record,
+        sites=(seat, *feet),
+        contact_planned=planned,
+        contact_force=None,
+        contact_point=None,
+        contact_torque=None,
+        contact_known=None,
+        conditions=(),
+    )
+    assert compare(other).contact_drift_m == pytest.approx(compare(record).contact_drift_m)
+    assert compare(other).contact_share == compare(record).contact_share == 1
 
 
 def test_way_back_is_no_excuse(standing):

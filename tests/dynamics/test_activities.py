@@ -8,6 +8,8 @@ from plantigrade.analyze.estimated_forces import estimate_figures, support_push
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.dynamics.ground_forces import ForceScales, estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
+from plantigrade.dynamics.load_intervals import LoadInterval
+from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -70,6 +72,22 @@ def test_standing_feet_press_as_little_against_each_other_as_joints_can_do_with(
     np.testing.assert_allclose(left[1], -0.5 * out / height, atol=0.025)
     np.testing.assert_allclose(right, left * [1.0, -1.0, 1.0], atol=1e-3)
     assert left[1] < -0.02
+
+
+def aloft(human: Human) -> Motion:
+    """Return a fall from 3 m that ends before the ground."""
+    motion = at_rest(human, human.standing())
+    qpos, qvel, qacc = motion.qpos.copy(), motion.qvel.copy(), motion.qvel.copy()
+    qpos[:, 2] += 3.0 - 0.5 * GRAVITY * TIME**2
+    qvel[:, 2], qacc[:, 2] = -GRAVITY * TIME, -GRAVITY
+    return Motion(TIME, qpos, qvel, human.joint_names, qacc)
+
+
+def test_what_never_touches_the_ground_is_refused_and_known_contacts_are_not(human):
+    with pytest.raises(ParameterError, match="no foot comes to the ground"):
+        estimate_forces(human, aloft(human))
+    late = (LoadInterval("r", TIME[-1] + 1.0, TIME[-1] + 2.0),)  # in no frame
+    assert (estimate_forces(human, aloft(human), contacts=late).forces.force == 0.0).all()
 
 
 def test_scales_follow_what_is_done():
