@@ -41,6 +41,7 @@ from plantigrade.wbc.tasks import (
     AngularMomentumTask,
     ComTask,
     ContactTask,
+    FloorTask,
     LandingTask,
     PassingPosture,
     PlacingHeelTask,
@@ -72,6 +73,8 @@ def forced_order(support: Support, tasks: GaitTasks) -> TaskOrder:
                 kept.append(PlacingHeelTask(*args, carried, task.name))
             elif not task.name.startswith("rolling"):
                 kept.append(task)
+        for task in kept:  # a body with forces begins as recorded, lifted out of the ground
+            task.initialises = isinstance(task, FloorTask)
         if kept:
             levels.append(kept)
     last = max(i for i, level in enumerate(levels) if any(isinstance(t, ComTask) for t in level))

@@ -10,7 +10,8 @@ by :math:`\delta`,
 .. math:: \min_\delta \int \frac{|\ddot\delta - r|^2}{s_a^2} + \frac{|\delta|^2}{s_\delta^2} dt ,
 
 and the angular momentum likewise by the rate of a :math:`\delta`. What lasts longer than about a
-second stays with the forces, what is shorter is followed.
+second stays with the forces, what is shorter is followed; where the estimate finds the motion very
+noisy its forces are trusted less, and :math:`s_\delta` is smaller.
 
 The estimate also tells where the true centre of mass lies from the model's. Trunks differ most,
 and markers tell least of their mass: the trunk's centre of mass is moved by as much as puts
@@ -33,6 +34,7 @@ from plantigrade.reproduce.reference import Reference
 
 PUSH, AWAY = 0.02, 0.003  # scales of the displacement: s_a [g], s_delta [m]
 TURN, TURNED = 0.01, 0.01  # of the angular momentum: [body weights m], [kg m² per kg of mass]
+TRUSTED = 3.0  # noise of the estimate above which a path gives way less
 FARTHEST = 0.12  # the trunk's centre of mass is moved at most this far [m]
 BREAK = 0.02  # contacts of one foot that are no further apart are one [s]
 SEEN = 0.03  # a stance that comes nearer to an end of the recording was not seen whole [s]
@@ -82,10 +84,11 @@ def support_of(reference: Reference) -> Support:
     inside = (time >= reference.start - SEEN) & (time <= reference.stop + SEEN)
     told = (inside & (push[:, 2] > 0))[:, None]
     missed = np.where(told, push - whole.force, 0.0) / human.mass
-    com = whole.com + displaced(time, missed, PUSH * GRAVITY, AWAY)
+    trust = min(1.0, (TRUSTED / estimate.noise) ** 2)
+    com = whole.com + displaced(time, missed, PUSH * GRAVITY, trust * AWAY)
     about = moment.sum(axis=1) - np.cross(com, push)
     missed = np.where(told, about - whole.moment, 0.0) / human.mass
-    turn = human.mass * displaced(time, missed, TURN * GRAVITY, TURNED)
+    turn = human.mass * displaced(time, missed, TURN * GRAVITY, trust * TURNED)
     turning = rates(time, turn)
     momentum = whole.angular_momentum + turning[:, 1]
     # what is left, each foot takes by its load: then all of it belongs together
