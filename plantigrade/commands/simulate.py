@@ -37,7 +37,7 @@ class Command(SimulateSettings, RunOptions):
         run = simulate(self.source, settings, step=progress.step, command=command_line())
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
-        for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
+        for sentence in run.record.notes:  # how it ended is among them
             progress.warn(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 

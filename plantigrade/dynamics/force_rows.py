@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.dynamics.force_needs import ForceNeeds
 
+TURNING = 0.02  # sideways force of a turn that makes the usual one doubtful [BW]
 STRIDE = 0.4  # standard deviation of the mean over about a stride [s]
 LAST = 7  # unknowns of the whole recording
 HIP = 3  # flexion, adduction and rotation of the hip come first among the joints of a leg
@@ -229,7 +230,10 @@ def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
 
 
 def _side(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> None:
-    """Add forces to the side: those of straight walking, and what a turn needs over a stride."""
+    """Add forces to the side: those of straight walking, and what a turn needs over a stride.
+
+    How the feet share what a turn needs is not known: the row is weaker by as much.
+    """
     from scipy.ndimage import gaussian_filter1d
 
     here = (layout.start >= 0) & np.isfinite(path.side)
@@ -238,10 +242,13 @@ def _side(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
     dt = needs.time[1] - needs.time[0]
     turn = gaussian_filter1d(needs.force[:, :2], STRIDE / dt, axis=0, mode="nearest")
     left = np.stack([-path.forward[..., 1], path.forward[..., 0]], axis=-1)
-    mean = path.side + (left * turn[:, None]).sum(axis=-1) * _usual_load(needs, layout)
+    pull = (left * turn[:, None]).sum(axis=-1)
+    mean = path.side + pull * _usual_load(needs, layout)
+    width = np.hypot(1.0, pull / TURNING)[here]
     c = [layout.columns(i)[here][:, None] for i in (0, 1)]
     lx, ly = left[here].T[..., None]
-    rows.add("side", mean[here], (c[0], lx), (c[1], ly), place=np.stack(np.nonzero(here)))
+    x, y, place = lx / width[:, None], ly / width[:, None], np.stack(np.nonzero(here))
+    rows.add("side", mean[here] / width, (c[0], x), (c[1], y), place=place)
 
 
 def _usual_load(needs: ForceNeeds, layout: Layout) -> np.ndarray:

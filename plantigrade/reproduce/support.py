@@ -27,15 +27,12 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.dynamics.load_intervals import EARLY, LATE, LoadInterval
-from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.reproduce.reference import Reference
 
 PUSH, AWAY = 0.02, 0.003  # scales of the displacement: s_a [g], s_delta [m]
 TURN, TURNED = 0.01, 0.01  # of the angular momentum: [body weights m], [kg m² per kg of mass]
-LIFTED = 0.005  # a heel higher than this has left the ground [m]
-SHORTEST = 0.05  # contact of a heel [s]
 FARTHEST = 0.12  # the trunk's centre of mass is moved at most this far [m]
 BREAK = 0.02  # contacts of one foot that are no further apart are one [s]
 SEEN = 0.03  # a stance that comes nearer to an end of the recording was not seen whole [s]
@@ -109,23 +106,14 @@ def support_of(reference: Reference) -> Support:
 
 
 def heels_let_go(reference: Reference) -> Reference:
-    """Return the gait with heels that leave the ground where the recorded ones rise.
+    """Return the gait with heels that leave the ground where the recorded ones leave their place.
 
     A heel that begins to rise is too slow to be seen moving: when its contact ends it is two
     centimetres up and rises at 0.3 m/s. A foot held until then would have to catch up in no time.
+    Toes carry until the foot leaves.
     """
-    time = reference.motion.time
-    soles = sole_paths(reference.human, reference.motion.qpos)
-    contacts = []
-    for contact in reference.contacts:
-        if contact.region == "heel":
-            height = soles.position[:, soles.of(contact.side, "heel"), 2].mean(axis=1)
-            inside = (time >= contact.start) & (time <= contact.stop)
-            low = np.flatnonzero(inside & (height < LIFTED))
-            if len(low):
-                stop = max(float(time[low[-1]]), contact.start + SHORTEST)
-                contact = replace(contact, stop=min(stop, contact.stop))
-        contacts.append(contact)
+    pairs = zip(reference.contacts, reference.held, strict=True)
+    contacts = [held if held.region == "heel" else contact for contact, held in pairs]
     return replace(reference, contacts=tuple(contacts))
 
 

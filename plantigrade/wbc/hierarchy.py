@@ -143,9 +143,9 @@ def solve_hierarchy(
     bounds = [(None, lower, upper), *(p for p in inequalities if p is not None)]
     if _satisfied(x, bounds):
         return HierarchySolution(x, levels, ranks, True, 0)
-    _check_values(levels, lower, upper)  # nothing satisfies a bound that is no number
     found = _holding(x, held, bounds) if metric is None else None
     if found is None:
+        _check_values(levels, lower, upper)  # nothing satisfies a bound that is no number
         found = _active_set(reduced, inequalities, lower, upper, preferred, metric)
     return HierarchySolution(found[0], levels, ranks, False, found[1])
 
@@ -203,13 +203,15 @@ def _regular(equations, held, part, singular):
         return None
     rows, right = _left(rows, right, held, part)
     qr, tau, *_ = geqrf(rows.T)  # rows = R^T Q^T
+    if min(abs(r) for r in qr.diagonal()[: len(equations[0][1])].tolist()) < singular:
+        return None  # the least singular value is no larger than any of these
     inverse, failed = trtrs(qr[: len(right)], np.eye(len(right)))
     done = end = 0
     all_regular = singular**2 * np.vdot(inverse.T, inverse.T) < 1.0
     for _, value in equations if not failed else ():
         start, end = end, end + len(value)
         block = inverse[start:end, start:end]
-        # No singular value of a block of R is below 1 / |its inverse|.
+        # None of a block is below 1 / |its inverse|.
         if not (all_regular or singular**2 * np.vdot(block, block) < 1.0):
             end = start
             break
@@ -262,7 +264,6 @@ def _holding(x, held, bounds):
     rows = np.concatenate([np.eye(len(x)), *(matrix for matrix, _, _ in bounds[1:])])
     low = np.concatenate([least for _, least, _ in bounds])
     high = np.concatenate([most for _, _, most in bounds])
-    free = rows - (rows @ held) @ held.T
     slack = _slack(x)
     at = np.zeros((0, len(x)))  # free parts of the rows at their bounds, outwards
     push = np.zeros(0)  # their multipliers
@@ -274,7 +275,8 @@ def _holding(x, held, bounds):
         left = beyond[worst]
         if left <= slack:
             return x, step
-        outward = free[worst] if over[worst] > 0.0 else -free[worst]
+        outward = rows[worst] if over[worst] > 0.0 else -rows[worst]
+        outward = outward - held @ (outward @ held)
         least = (DEPENDENT * np.linalg.norm(rows[worst])) ** 2
         own = 0.0
         while left > 0.0:

@@ -40,8 +40,7 @@ class FallWatch:
 
     def __init__(self, human: Human, model: mujoco.MjModel):
         names = [model.geom(i).name for i in range(model.ngeom)]
-        ground = [n.startswith(GROUND) and not n.startswith("seat") for n in names]
-        self._ground = np.array(ground)
+        self._ground = np.array([name.startswith(GROUND) for name in names])
         self._body, self._human = np.array(model.geom_bodyid), human
         own = (self._body > 0) & (self._body <= len(human.body_names))
         self._limb = own & ((np.array(model.geom_contype) & LIMBS) > 0)

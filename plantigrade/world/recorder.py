@@ -68,10 +68,10 @@ class Recorder:
         """Return the forces from outside in all frames."""
         return self._contacts.read(self.taken)
 
-    def drop(self) -> None:
-        """Drop the last frame."""
+    def cut(self, n: int) -> None:
+        """Drop all frames from the ``n``-th on."""
         for kept in (*self.rows.values(), self.taken, self.pushed, self.signals):
-            del kept[-1]
+            del kept[n:]
 
     def motion(self, touch: Touch, until: float = np.inf) -> Motion:
         """Return the motion, with the events of feet that strike and leave the ground.

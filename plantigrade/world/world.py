@@ -72,7 +72,7 @@ class World:
     Attributes:
         model: MuJoCo's model; the person's coordinates come first.
         data: MuJoCo's data.
-        sites: The contact spheres of the feet.
+        sites: The contact spheres of the feet, and the further places.
         memory: What disturbances, and controllers, keep until the next start.
         random: Generator of random numbers for disturbances and controllers.
         fall: How and when the person fell; None as long as it has not.
@@ -116,7 +116,7 @@ class World:
             human, self.ground, step=1.0 / self.rate, sites=sites, additions=additions
         )
         self.data = mujoco.MjData(self.model)
-        self.sites = contact_sites(human)
+        self.sites = (*contact_sites(human), *sites)
         self.actuators = Actuators(human, self.model, passive=passive, rise=torque_rise)
         self.contacts = Contacts(human, self.model, self.sites)
         self._falls = FallWatch(human, self.model)
@@ -181,10 +181,14 @@ class World:
         data = self.data
         done = self.actuators.command(command, data)
         self._signals = {f"controller.{name}": value for name, value in done.signals.items()}
+        recorder = self._recorder
+        good = 0 if recorder is None else len(recorder)
         with _unlogged():
             self._advance(self._steps + self._per_control)
         if not np.abs(data.qvel).max() < FASTEST:  # NaN is not less than anything
             self.diverged = self.time
+            if recorder is not None:
+                recorder.cut(max(good, 1))
         elif self.fall is None:
             self.fall = self._falls.look(data, self.time)
         return State(self)
@@ -247,7 +251,7 @@ class World:
             mujoco.mj_forward(self.model, data)
             self._keep(recorder)
             record = record_of(self, recorder)
-            recorder.drop()
+            recorder.cut(-1)
             return record
         return record_of(self, recorder)
 

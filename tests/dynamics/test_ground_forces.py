@@ -1,8 +1,15 @@
 """Ground reactions without plates: statics, equilibrium, symmetry, what was put in comes out."""
 
+from dataclasses import replace
+
+import mujoco
 import numpy as np
 import pytest
 
+from plantigrade.dynamics.centroid import centroid
+from plantigrade.dynamics.derivatives import differentiate
+from plantigrade.dynamics.force_needs import force_needs
+from plantigrade.dynamics.force_rows import Layout, PathPrior, objective
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.load_intervals import LoadInterval, Support
 from plantigrade.dynamics.plates import FootForces
@@ -68,3 +75,96 @@ def test_a_seat_takes_what_the_feet_do_not(human):
     )
     found = estimate_forces(human, motion, measured=light, contacts=contacts, supports=(seat,))
     np.testing.assert_allclose(found.support_force[:, 0, 2] / weight, 0.7, atol=5e-3)
+
+
+def swaying(human, n=120, rate=100.0):
+    """Return a body that moves up and sideways as one piece, and the force that it needs [BW]."""
+    motion = standing(human, n, rate)
+    t, w = motion.time, 2 * np.pi * np.array([0.8, 1.1])
+    angle = w * t[:, None]
+    qpos, qvel, qacc = motion.qpos.copy(), motion.qvel.copy(), motion.qvel.copy()
+    size = np.array([0.03, 0.02])  # [m]
+    qpos[:, 1:3] += size * np.sin(angle)
+    qvel[:, 1:3], qacc[:, 1:3] = size * w * np.cos(angle), -size * w**2 * np.sin(angle)
+    force = np.zeros((n, 3))
+    force[:, 1:] = qacc[:, 1:3] / G
+    force[:, 2] += 1.0
+    return Motion(t, qpos, qvel, human.joint_names, qacc), force
+
+
+def test_both_feet_together_give_what_the_motion_needs(human):
+    motion, force = swaying(human)
+    found = estimate_forces(human, motion)
+    total = found.forces.force.sum(axis=1) / (human.mass * G)
+    np.testing.assert_allclose(total, force, atol=0.02)
+    assert found.noise < 2.0 and found.residual_force < 0.01
+
+
+def test_the_foot_beside_a_plate_carries_the_rest(human):
+    motion, force = swaying(human)
+    n, weight = motion.n_frames, human.mass * G
+    share = 0.5 + 0.2 * np.sin(2 * np.pi * 0.5 * motion.time)[:, None]  # that no motion tells
+    point = estimate_forces(human, motion).forces.point
+    told, valid = np.zeros((n, 2, 3)), np.zeros((n, 2), bool)
+    told[:, 1], valid[:, 1] = share * force * weight, True
+    plates = FootForces(told, point, np.zeros((n, 2, 3)), valid, np.zeros(n, bool))
+    found = estimate_forces(human, motion, measured=plates)
+    rest = (1.0 - share[:, 0]) * force[:, 2]
+    np.testing.assert_allclose(found.forces.force[:, 0, 2] / weight, rest, atol=0.03)
+    free = estimate_forces(human, motion)
+    assert found.force_band[:, 0, 2].mean() < 0.5 * free.force_band[:, 0, 2].mean()
+
+
+def noisy(human, motion, seed=0):
+    """Return a motion with noise of 2 mm and 0.6° below 5 Hz in every coordinate."""
+    rng, n, nv = np.random.default_rng(seed), motion.n_frames, human.model.nv
+    spectrum = np.fft.rfft(rng.normal(size=(n, nv)), axis=0)
+    spectrum[np.fft.rfftfreq(n, motion.time[1]) > 5.0] = 0.0
+    noise = np.fft.irfft(spectrum, n, axis=0)
+    noise *= np.r_[[0.002] * 3, [np.deg2rad(0.6)] * (nv - 3)] / noise.std(axis=0)
+    qpos = motion.qpos.copy()
+    for frame in range(n):
+        mujoco.mj_integratePos(human.model, qpos[frame], noise[frame], 1.0)
+    d = differentiate(human, motion.time, qpos, 6.0)
+    return replace(motion, qpos=d.qpos, qvel=d.qvel, qacc=d.qacc)
+
+
+def test_a_noisy_motion_is_found_out_and_its_bands_hold_the_truth(human):
+    motion, force = swaying(human, n=200)
+    shaken = noisy(human, motion)
+    clean, found = estimate_forces(human, motion), estimate_forces(human, shaken)
+    assert found.noise > max(2.0, 1.5 * clean.noise)
+    true, weight = clean.forces.force, human.mass * G
+    inside = np.abs(found.forces.force - true) <= found.force_band
+    assert inside.mean(axis=(0, 1)).min() > 0.8
+    assert found.force_band.mean() < 0.25 * weight  # and say something
+    raw = centroid(human, shaken.qpos, shaken.qvel, shaken.qacc).force / weight
+    total = found.forces.force.sum(axis=1) / weight
+    assert np.std(total - force, axis=0)[1] < 0.8 * np.std(raw - force, axis=0)[1]
+
+
+def test_few_frames_and_forces_on_another_clock_are_refused(human):
+    motion = standing(human)
+    with pytest.raises(ParameterError, match="3 frames are too few"):
+        estimate_forces(human, motion.frames(slice(0, 3)))
+    forces = estimate_forces(human, motion).forces
+    with pytest.raises(ParameterError, match="put both on one clock"):
+        estimate_forces(human, motion.frames(slice(0, 20)), measured=forces)
+
+
+def test_in_a_turn_the_usual_force_to_the_side_weighs_less(human):
+    motion = standing(human, 60)
+    feet = (LoadInterval("r", 0.0, 0.59), LoadInterval("l", 0.0, 0.59))
+    weights = []
+    for pull in (0.0, 0.1):  # to the left [BW]
+        qacc = motion.qvel.copy()
+        qacc[:, 1] = pull * G
+        needs = force_needs(human, motion, qacc, feet)
+        contact = np.ones((60, 2), bool)
+        ahead = np.tile([1.0, 0.0], (60, 2, 1))
+        nowhere = np.full((60, 2, 2), np.nan)
+        prior = PathPrior(nowhere, np.ones((60, 2, 2)), np.zeros((60, 2)), ahead)
+        rows = objective(needs, Layout.of(contact), prior, effort=False)
+        A, _ = rows.system()
+        weights.append(np.abs(A[rows.blocks["side"]]).max())
+    assert weights[0] == pytest.approx(1.0) and weights[1] < 0.25

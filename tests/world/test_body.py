@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.check import check
-from plantigrade.contact.ground import Ground
+from plantigrade.contact.ground import Ground, Seat
+from plantigrade.contact.site import ContactSite
+from plantigrade.control import passive
 from plantigrade.models import Human
 from plantigrade.models.feet import FEET
 from plantigrade.models.joint_sets import JOINT_SETS
@@ -72,3 +74,22 @@ def test_energy_is_the_work_of_the_joints_and_momentum_the_impulse():
     world = World(HUMAN, rate=1800.0, record_rate=200.0, qpos=qpos, passive=False)
     verdict = check(world.simulate(lambda state: Torque(torque), 0.05))
     assert verdict.measures["energy"].value < 2.0 and verdict.measures["momentum"].value < 0.5
+
+
+def test_a_seat_carries_the_places_that_rest_on_it_and_nothing_else():
+    """A board as high as the pelvis, through which the arms hang: it pushes the pelvis alone."""
+    qpos = standing_on(HUMAN, Ground())
+    radius = 0.05
+    sites = [
+        ContactSite(body="pelvis", position=(0.0, y, -0.1), radius=radius, name=f"seat_{side}")
+        for side, y in (("r", -0.1), ("l", 0.1))
+    ]
+    top = float(qpos[2]) - 0.1 - radius
+    places = [(float(qpos[0]), site.position[1], top) for site in sites]
+    seats = tuple(Seat(site.name, place) for site, place in zip(sites, places, strict=True))
+    world = World(HUMAN, Ground(seats=seats), rate=300.0, qpos=qpos, sites=sites)
+    record = world.simulate(passive, 0.2)
+    force = {s.name: record.contact_force[-1, i, 2] for i, s in enumerate(record.sites)}
+    assert force["seat_r"] > 50.0 and force["seat_l"] > 50.0 and world.fall is None
+    assert not [site.name for site in record.sites if site.part == "touch"]
+    assert check(record).measures["root_force"].value < 0.05
