@@ -219,7 +219,7 @@ class TrackSettings(FitSettings):
     """From when [s]; the first gait event if absent, or the first frame where nobody walks."""
     stop: Seconds = None
     """Until when [s]; the last gait event or frame if absent."""
-    refinements: int = 3
+    refinements: int = 5
     """How often nodes are added where the motion asks for what no contact can give."""
 
     def __post_init__(self):
