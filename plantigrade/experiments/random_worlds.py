@@ -14,9 +14,7 @@ import numpy as np
 from plantigrade.contact.ground import Ground
 from plantigrade.control import Posture, passive
 from plantigrade.experiments.table import ResultTable, Row, at_most
-from plantigrade.models import Human
-from plantigrade.models.feet import FEET
-from plantigrade.models.joint_sets import JOINT_SETS
+from plantigrade.models import FEET, JOINT_SETS, Human
 from plantigrade.record.jobs import run_jobs
 from plantigrade.world import (
     Box,

@@ -7,9 +7,7 @@ from plantigrade.analyze.check import check
 from plantigrade.contact.ground import Ground, Seat
 from plantigrade.contact.site import ContactSite
 from plantigrade.control import passive
-from plantigrade.models import Human
-from plantigrade.models.feet import FEET
-from plantigrade.models.joint_sets import JOINT_SETS
+from plantigrade.models import FEET, JOINT_SETS, Human
 from plantigrade.world import Torque, World, standing_on
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
