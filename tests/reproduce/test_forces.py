@@ -14,8 +14,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State, sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.reproduce import Reference, rebuild, reference_of
-from plantigrade.reproduce.result import ReproducedGait
+from plantigrade.reproduce import Reference, ReproducedGait, rebuild, reference_of
 from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.reproduce.support import Support, displaced, heels_let_go, with_shift
 from plantigrade.wbc.forces import GroundForces
