@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Command(FitSettings, RunOptions, JobOptions):
-    """Fit a recording to a scaled human: motion, forces and joint moments, measured or estimated.
+    """Fit a recording to a scaled human: motion, forces and moments, measured or estimated.
 
     Several are independent runs, and one table of them all.
 

@@ -29,7 +29,7 @@ DONE, BAD_INPUT, NO_RESULT, INTERRUPTED = 0, 2, 3, 130
 
 COMMANDS = {
     "demo": "Run the main job on the embedded default, end to end, and say where to look.",
-    "fit": "Fit a recording to a scaled human: motion, forces and joint moments.",
+    "fit": "Fit a recording to a scaled human: motion, forces and moments, measured or estimated.",
     "reproduce": "Rebuild a recorded gait from three ordered tasks; several make a study.",
     "synthesize": "Make a motion from a task alone, by trajectory optimisation.",
     "simulate": "Put a person, or a motion, into the physical world with a controller.",

@@ -13,7 +13,7 @@ from plantigrade.reproduce.gait import GaitTasks, gait_order, phase_ends
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.reproduce.support import Support, support_of
-from plantigrade.wbc.forces import GroundForces
+from plantigrade.wbc.forces import Footing
 from plantigrade.wbc.stepping import STEP, OrderedMotion, move
 
 
@@ -101,7 +101,7 @@ def rebuild(
     if forces:
         support = support_of(reference)
         reference, order = support.reference, forced_order(support, tasks)
-        ground = GroundForces(friction, support.wrench_at)
+        ground = Footing(friction, support.wrench_at)
     motion = move(
         reference.human,
         order,

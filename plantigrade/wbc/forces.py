@@ -53,7 +53,7 @@ SMALL, STEADY = 1.0, 1.0  # its size, its change from the instant before
 
 
 @dataclass(frozen=True)
-class GroundForces:
+class Footing:
     """What the ground can do.
 
     Attributes:
@@ -159,7 +159,7 @@ class ForceUnknowns:
 
     impacts = False  # forces let nothing jump
 
-    def __init__(self, state: State, order: TaskOrder, ground: GroundForces):
+    def __init__(self, state: State, order: TaskOrder, ground: Footing):
         contact = next((t for t in order.tasks if isinstance(t, ContactTask)), None)
         if contact is None:
             raise ParameterError(

@@ -4,7 +4,7 @@ At every tick the rows of a :class:`~plantigrade.wbc.order.TaskOrder` become a h
 quadratic program (Eqs. 2-9 of [Boukheddimi]_), whose answer is integrated over the step.
 
 The unknowns are the generalised acceleration, or, where
-:class:`~plantigrade.wbc.forces.GroundForces` are given, joint accelerations and contact forces that
+:class:`~plantigrade.wbc.forces.Footing` are given, joint accelerations and contact forces that
 satisfy the equations of motion. Without forces, velocities jump where a contact begins
 (:func:`velocity_after_impact`).
 
@@ -28,7 +28,7 @@ from plantigrade.kinematics.state import State, integrate
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.record import Record
-from plantigrade.wbc.forces import ForceUnknowns, GroundForces
+from plantigrade.wbc.forces import Footing, ForceUnknowns
 from plantigrade.wbc.hierarchy import Level, solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, scaled, stacked
@@ -144,7 +144,7 @@ def move(
     stop: float,
     step: float = STEP,
     limits: JointLimits | None = None,
-    ground: GroundForces | None = None,
+    ground: Footing | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> OrderedMotion:
     """Move a person by an order of tasks.

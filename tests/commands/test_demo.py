@@ -72,7 +72,7 @@ def test_it_is_near_the_truth(first):
 def test_it_ends_with_the_reproduced_gait(first, runs):
     metrics = first
     made = runs / "demo-reproduced"
-    assert {p.name for p in made.iterdir()} == FILES | {"forces.npz"}
+    assert {p.name for p in made.iterdir()} == FILES | {"forces.npz", "forces.xml"}
     of_gait = figures(made)
     assert of_gait["status"] == "ok" and of_gait["cycles_count"] >= 2
     assert of_gait["rom_error_mean_deg"] == metrics["reproduced_rom_error_mean_deg"]

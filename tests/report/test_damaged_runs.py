@@ -45,6 +45,7 @@ def signals(record: Record) -> dict[str, np.ndarray]:
         "forces.point_band": np.full((n, 2, 2), 0.01),
         "forces.torque_band": np.ones((n, 2)),
         "forces.moment_band": np.ones((n, nv)),
+        "estimated.force": np.ones((n, 2, 3)),
         "measured.force": np.zeros((n, 2, 3)),
         "measured.moment": np.zeros((n, 1)),
         "measured.moment_names": np.array(["knee_angle_r"]),

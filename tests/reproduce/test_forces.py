@@ -17,7 +17,7 @@ from plantigrade.models import Human
 from plantigrade.reproduce import Reference, ReproducedGait, rebuild, reference_of
 from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.reproduce.support import Support, displaced, heels_let_go, with_shift
-from plantigrade.wbc.forces import GroundForces
+from plantigrade.wbc.forces import Footing
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import OrderedMotion, move
 from plantigrade.wbc.tasks import ComTask, ContactTask, PassingPosture
@@ -200,7 +200,7 @@ def standing(com) -> OrderedMotion:
     pose = human.standing()
     still = PassingPosture(lambda t: (pose, t + 0.3), lambda t: np.zeros(human.model.nv))
     order = TaskOrder([[contact], [ComTask(com(State(human, pose).com))]], still)
-    return move(human, order, pose, stop=0.5, ground=GroundForces())
+    return move(human, order, pose, stop=0.5, ground=Footing())
 
 
 def test_who_stands_still_is_carried_by_both_feet_alike():
@@ -224,7 +224,7 @@ def test_an_order_without_contact_is_refused():
     human = person("42", "two-segment")
     order = TaskOrder([[ComTask(Trajectory.fixed(np.zeros(3)))]])
     with pytest.raises(ParameterError, match="ContactTask"):
-        move(human, order, human.standing(), stop=0.1, ground=GroundForces())
+        move(human, order, human.standing(), stop=0.1, ground=Footing())
 
 
 def test_a_heel_lets_go_where_the_recorded_one_rises():
