@@ -32,6 +32,8 @@ def self_check(folder: Path, share: float, motion: str = "motion.npz") -> tuple[
     code = recipe()
     assert f"{NAMED}/motion.npz" in code and f"{NAMED}/model.xml" in code and "frame = 50" in code
     code = code.replace(f"{NAMED}/motion.npz", str(folder / motion))
+    own = folder / motion.replace("npz", "xml")  # of a body other than that of model.xml
+    code = code.replace(f"{NAMED}/model.xml", str(own if own.exists() else folder / "model.xml"))
     code = code.replace(NAMED, str(folder)).replace("frame = 50", f"frame = {frame}")
     printed: list = []
     exec(compile(code, str(USAGE), "exec"), {"print": printed.append})
