@@ -11,8 +11,18 @@ instant, and between instants nothing jumps. The hierarchy, from the top:
 3. *task 2*: the centre of mass on its path, with it the angular momentum about it and the ground
    reaction on each foot: where they disagree, all give way;
 4. landing: a heel comes down as recorded and is at the ground when it is to touch it;
-5. *task 3*: the posture at the end of the phase, passed at its speed, as near as possible; and at
+5. *task 3*: the posture at the end of each phase, passed at its speed, as near as possible; and at
    last the least contact forces, near those of the instant before.
+
+Between the postures the body follows the smooth curve through them
+(:mod:`plantigrade.reproduce.posture_curve`): nothing else is known of the recorded angles there. A
+law that aims at the next posture alone grows stiff as time runs out and starts anew with each
+phase; its bursts of acceleration are seen first in the moment of the hip, which moves the whole
+leg. What is off the curve comes back by :data:`FOLLOW` and :data:`CALM`, above critical damping:
+the levels above put it there, and to swing back would be to fight them.
+
+A foot that rolls off turns about its toes; the floor does not ask its forefoot for more. The ball
+of a recorded foot dips by a millimetre, and the floor above the contact would tear at both.
 
 The ground reactions are those that the recorded motion tells (:mod:`plantigrade.reproduce.support`)
 and the path is the one that they carry. They and the angular momentum are ours; the paper's three
@@ -32,7 +42,8 @@ the kinematic hierarchy would take forty.
 import numpy as np
 
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.reproduce.gait import GaitTasks, Steps, gait_order, phase_ends
+from plantigrade.reproduce.gait import GaitTasks, gait_order, phase_ends
+from plantigrade.reproduce.posture_curve import curve_through
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.reproduce.support import Support
@@ -43,14 +54,15 @@ from plantigrade.wbc.tasks import (
     ContactTask,
     FloorTask,
     LandingTask,
-    PassingPosture,
     PlacingHeelTask,
+    PostureOnCurve,
     SoleContactTask,
     Task,
 )
 from plantigrade.wbc.tasks.contact import SOLE
 
 BALANCE = 49.0  # stiffness of the centre of mass [1/s²]
+FOLLOW, CALM = 300.0, 50.0  # stiffness [1/s²] and damping [1/s] of the posture on its curve
 
 
 def forced_order(support: Support, tasks: GaitTasks) -> TaskOrder:
@@ -63,6 +75,8 @@ def forced_order(support: Support, tasks: GaitTasks) -> TaskOrder:
         for task in level:
             if isinstance(task, ContactTask):
                 kept.append(SoleContactTask(schedule.points, schedule, stiffness=SOLE**2))
+            elif isinstance(task, FloorTask):
+                kept.append(FloorTask(schedule.points, schedule.guarded))
             elif isinstance(task, ComTask):
                 task.target = carried
                 task.stiffness, task.damping = BALANCE, 2 * BALANCE**0.5
@@ -100,7 +114,9 @@ def _landing(reference: Reference, schedule: ContactSchedule) -> LandingTask:
     return LandingTask(schedule.points, landings, paths)
 
 
-def _posture(reference: Reference, tasks: GaitTasks) -> PassingPosture:
-    ends = phase_ends(reference, tasks.phases)
-    passed = Steps(ends, np.array([reference.velocity_at(float(t)) for t in ends]))
-    return PassingPosture(Steps(ends, reference.at(ends)), lambda t: passed(t)[0])
+def _posture(reference: Reference, tasks: GaitTasks) -> PostureOnCurve:
+    time = np.concatenate([[reference.start], phase_ends(reference, tasks.phases)])
+    passed = np.array([reference.velocity_at(float(t)) for t in time])
+    time, curve = curve_through(reference.human, time, reference.at(time), passed)
+    paths = [Trajectory(time, values) for values in (curve.qpos, curve.qvel, curve.qacc)]
+    return PostureOnCurve(*paths, stiffness=FOLLOW, damping=CALM)

@@ -76,6 +76,18 @@ class ContactSchedule:
         self._time, self._on = time, on
         return on
 
+    def guarded(self, time: float) -> np.ndarray:
+        """Return which points a floor has to keep above the ground (n_points,).
+
+        Those that do not touch; the forefoot of a foot that rolls turns about its toes.
+        """
+        on = self(time)
+        guarded = ~on
+        for heel, ball, toes in self._feet:
+            if on[ball | toes].any() and not on[heel].any():
+                guarded[ball | toes] = False
+        return guarded
+
     def swing(self, side: str, contact: ContactTask | None = None):
         """Return the directions in which a heel is led in swing: a function of state and time.
 

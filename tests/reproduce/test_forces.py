@@ -179,6 +179,37 @@ def test_forces_are_those_that_the_recorded_motion_tells():
             assert -ahead[ahead < 0].sum() < 0.04
 
 
+def test_the_hips_do_not_feel_where_one_phase_ends_and_the_next_begins():
+    """Aimed at each posture in turn they were 12 rad/s² off, as much as they accelerate at all."""
+    known, motion = reference().motion, walk()
+    apart = []
+    for side in SIDES:
+        hip = 6 + reference().human.hinge(f"hip_flexion_{side}")
+        recorded = np.interp(motion.time, known.time, known.qacc[:, hip])
+        apart.append(motion.qacc[:, hip] - recorded)
+    assert np.sqrt(np.mean(np.square(apart))) < 11
+
+
+def test_the_floor_lets_the_forefoot_of_a_rolling_foot_be():
+    schedule = ContactSchedule(reference())
+    rolled = 0
+    for t in motion_times():
+        on, guarded = schedule(t), schedule.guarded(t)
+        assert not (on & guarded).any()
+        for side in SIDES:
+            foot = schedule.side == side
+            heel, fore = foot & (schedule.region == "heel"), foot & (schedule.region != "heel")
+            rolls = on[fore].any() and not on[heel].any()
+            assert guarded[heel].all() == (not on[heel].any())
+            assert (guarded[fore] == (~on[fore] & (not rolls))).all()
+            rolled += bool(rolls)
+    assert rolled > 10
+
+
+def motion_times() -> list[float]:
+    return walk().time.tolist()
+
+
 def test_path_momentum_and_forces_belong_together():
     """Force by mass bends the path, its moment about the path turns the body: nothing fights."""
     known = support()

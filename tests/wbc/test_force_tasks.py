@@ -14,6 +14,7 @@ from plantigrade.wbc.tasks import (
     PassingPosture,
     PlacingHeelTask,
     PointTask,
+    PostureOnCurve,
 )
 from tests.models.presets import person
 
@@ -87,6 +88,20 @@ def test_a_posture_is_passed_at_its_speed():
     np.testing.assert_allclose(
         steady.acceleration(state.moved_to(target, velocity), 0.2), 0.0, atol=1e-8
     )
+
+
+def test_a_posture_on_its_curve_is_asked_for_the_bend_of_the_curve():
+    """Off it, it comes back by the gains; the curve's quaternion need not be of unit length."""
+    state = random_state(7)
+    nv = state.model.nv
+    away, slow, bend = (np.random.default_rng(8).normal(0, 0.1, (3, nv))).tolist()
+    curve = state.qpos.copy()
+    mujoco.mj_integratePos(state.model, curve, -np.array(away), 1.0)
+    curve[3:7] *= 1.01
+    paths = [Trajectory.fixed(v) for v in (curve, state.qvel - slow, np.array(bend))]
+    task = PostureOnCurve(*paths, stiffness=200.0, damping=30.0)
+    wanted = np.array(bend) - 200.0 * np.array(away) - 30.0 * np.array(slow)
+    np.testing.assert_allclose(task.acceleration(state, 0.0), wanted, atol=1e-8)
 
 
 def test_a_heel_is_placed_further_where_the_body_is_off_its_path():

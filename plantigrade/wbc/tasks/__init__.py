@@ -8,7 +8,7 @@ from plantigrade.wbc.tasks.contact import ContactTask, FloorTask, SoleContactTas
 from plantigrade.wbc.tasks.landing import LandingTask, PlacingHeelTask
 from plantigrade.wbc.tasks.momentum import AngularMomentumTask, ComTask
 from plantigrade.wbc.tasks.point import OrientationTask, PointTask
-from plantigrade.wbc.tasks.posture import PassingPosture, PostureTask
+from plantigrade.wbc.tasks.posture import PassingPosture, PostureOnCurve, PostureTask
 from plantigrade.wbc.tasks.task import Task
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "PassingPosture",
     "PlacingHeelTask",
     "PointTask",
+    "PostureOnCurve",
     "PostureTask",
     "SoleContactTask",
     "Task",

@@ -18,7 +18,7 @@ from plantigrade.wbc.tasks.point import PointTask
 from plantigrade.wbc.tasks.task import Task
 
 LEAD = 0.15  # a foot is led to the ground this long before it touches [s]
-SHORTEST = 0.03  # time to go below which its gains grow no further [s]
+SHORTEST = 0.10  # time to go below which its gains grow no further: the floor brakes it too [s]
 FURTHEST = 0.15  # a foot is put down at most this far from its recorded place [m]
 
 

@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.tasks.task import Task
 
@@ -110,3 +111,44 @@ class PassingPosture(PostureTask):
         error = error + passed * max(left, 0.0)
         short = self.shortest
         return -6 * error / short**2 - 4 * (state.qvel - passed) / short
+
+
+class PostureOnCurve(PostureTask):
+    r"""Draws every coordinate to a posture that moves, with constant gains.
+
+    With :math:`e` the way from the curve to the configuration,
+
+    .. math:: \dot v = \dot v^* - \lambda_p e - \lambda_d (v - v^*) .
+
+    Args:
+        curve: Configuration over time; its quaternion is normalised here.
+        velocity: Its velocity.
+        bend: Its acceleration.
+        stiffness: :math:`\lambda_p` [1/s²].
+        damping: :math:`\lambda_d` [1/s].
+    """
+
+    def __init__(
+        self,
+        curve: Trajectory,
+        velocity: Trajectory,
+        bend: Trajectory,
+        *,
+        stiffness: float,
+        damping: float,
+        name: str = "posture",
+    ):
+        super().__init__(self._on_curve, name=name)
+        self.curve, self.velocity, self.bend = curve, velocity, bend
+        self.stiffness, self.damping = stiffness, damping
+
+    def _on_curve(self, time: float) -> tuple[Float[Array, " nq"], float]:
+        posture = self.curve(time)[0].copy()
+        posture[3:7] /= np.linalg.norm(posture[3:7])
+        return posture, time
+
+    def acceleration(self, state, time) -> Float[Array, " nv"]:
+        """Return the generalised acceleration the posture asks for."""
+        behind = state.qvel - self.velocity(time)[0]
+        away = self.error(state, time)
+        return self.bend(time)[0] - self.stiffness * away - self.damping * behind
