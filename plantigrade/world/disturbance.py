@@ -12,7 +12,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 
 if TYPE_CHECKING:
-    from plantigrade.world.world import World
+    import plantigrade.world.world
 
 TRUNK = ("thorax", "torso")
 LIFTED, LOADED = 0.01, 0.05
@@ -42,14 +42,14 @@ class Disturbance:
     def add(self, spec: mujoco.MjSpec, human: Human) -> None:
         """Add bodies or tendons to the model of the world, after the person."""
 
-    def reset(self, world: "World") -> None:
+    def reset(self, world: "plantigrade.world.world.World") -> None:
         """Make ready at the start."""
 
     def edges(self) -> tuple[float, ...]:
         """Return when it begins and ends; no step of the physics reaches over an edge [s]."""
         return ()
 
-    def act(self, world: "World") -> None:
+    def act(self, world: "plantigrade.world.world.World") -> None:
         """Act until it is asked again, after :attr:`interval`: call :meth:`World.push`."""
 
 
@@ -124,7 +124,7 @@ class Push(Disturbance):
         """The force, world [N]."""
         return self.force * np.array([np.cos(self.direction), np.sin(self.direction), 0.0])
 
-    def reset(self, world: "World") -> None:
+    def reset(self, world: "plantigrade.world.world.World") -> None:
         """Refuse a body that is not there, before any work."""
         self.on(world.human)
 
@@ -132,7 +132,7 @@ class Push(Disturbance):
         """Return when it begins and ends [s]."""
         return (self.time, self.time + self.duration)
 
-    def act(self, world: "World") -> None:
+    def act(self, world: "plantigrade.world.world.World") -> None:
         """Push while it lasts."""
         if self.time - 1e-9 <= world.time < self.time + self.duration - 1e-9:
             world.push(self.on(world.human), self.vector)
@@ -162,7 +162,7 @@ class PhasePush(Push):
         if self.side not in SIDES or not 0.0 <= self.phase <= 1.0:
             raise ParameterError(f"{self}: side must be 'r' or 'l', the phase within 0 and 1")
 
-    def reset(self, world: "World") -> None:
+    def reset(self, world: "plantigrade.world.world.World") -> None:
         """Wait for a step."""
         super().reset(world)
         world.memory[self] = Steps()
@@ -171,7 +171,7 @@ class PhasePush(Push):
         """Return nothing: when it begins is not known yet."""
         return ()
 
-    def act(self, world: "World") -> None:
+    def act(self, world: "plantigrade.world.world.World") -> None:
         """Push when it is time."""
         steps: Steps = world.memory[self]
         mine = np.array([site.side == self.side for site in world.sites])

@@ -18,7 +18,7 @@ from plantigrade.models import Human
 from plantigrade.world.disturbance import Disturbance
 
 if TYPE_CHECKING:
-    from plantigrade.world.world import World
+    import plantigrade.world.world
 
 HEAVY = 2e4
 """Mass and inertia of the plate [kg, kg m²]: no foot moves it."""
@@ -75,7 +75,7 @@ class Platform(Disturbance):
         )
         spec.delete(floor)
 
-    def reset(self, world: "World") -> None:
+    def reset(self, world: "plantigrade.world.world.World") -> None:
         """Be where the path begins."""
         if world.ground != Ground(friction=world.ground.friction):
             raise ParameterError("ground that moves must be level, at height zero, without a seat")
@@ -84,7 +84,7 @@ class Platform(Disturbance):
         q, v = world.memory[self]
         world.data.qpos[q : q + 4], world.data.qvel[v : v + 4], _ = self._path(0.0)
 
-    def act(self, world: "World") -> None:
+    def act(self, world: "plantigrade.world.world.World") -> None:
         """Follow the path: with its acceleration, and back to it where it is off."""
         q, v = world.memory[self]
         data = world.data

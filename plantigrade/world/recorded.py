@@ -9,10 +9,10 @@ from plantigrade.record import Record
 from plantigrade.world.recorder import Recorder
 
 if TYPE_CHECKING:
-    from plantigrade.world.world import World
+    import plantigrade.world.world
 
 
-def record_of(world: "World", recorder: Recorder) -> Record:
+def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Record:
     """Return what a recorder kept of a world.
 
     Signals: ``world.motor`` the torques of the motors alone [N m], ``world.push`` the sum of pushes

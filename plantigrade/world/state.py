@@ -10,7 +10,7 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 
 if TYPE_CHECKING:
-    from plantigrade.world.world import World
+    import plantigrade.world.world
 
 
 class State:
@@ -23,7 +23,7 @@ class State:
         world: The world, for what is not here: its MuJoCo ``model`` and ``data``, its ``ground``.
     """
 
-    def __init__(self, world: "World"):
+    def __init__(self, world: "plantigrade.world.world.World"):
         """Copy what a world is at now."""
         human = world.human
         self.world, self.time = world, world.time

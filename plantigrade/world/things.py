@@ -12,7 +12,7 @@ from plantigrade.world.disturbance import Disturbance, trunk
 from plantigrade.world.scene import LIMBS
 
 if TYPE_CHECKING:
-    from plantigrade.world.world import World
+    import plantigrade.world.world
 
 AWAY = 50.0
 """Height at which a box waits until it is thrown [m]."""
@@ -47,7 +47,7 @@ class Rope(Disturbance):
         if self.force < 0:
             raise ParameterError(f"force={self.force:g} N: a rope only pulls")
 
-    def reset(self, world: "World") -> None:
+    def reset(self, world: "plantigrade.world.world.World") -> None:
         """Refuse a body that is not there."""
         trunk(world.human, self.body)
 
@@ -55,7 +55,7 @@ class Rope(Disturbance):
         """Return when it begins and ends to pull [s]."""
         return tuple(t for t in (self.time, self.time + self.duration) if np.isfinite(t))
 
-    def act(self, world: "World") -> None:
+    def act(self, world: "plantigrade.world.world.World") -> None:
         """Pull while it lasts."""
         if self.time - 1e-9 <= world.time < self.time + self.duration - 1e-9:
             body = trunk(world.human, self.body)
@@ -110,7 +110,7 @@ class Box(Disturbance):
             friction=[0.6, 0.005, 0.0001],
         )
 
-    def reset(self, world: "World") -> None:
+    def reset(self, world: "plantigrade.world.world.World") -> None:
         """Find its joint: boxes come in the order of the disturbances."""
         boxes = [d for d in world.disturbances if isinstance(d, Box)]
         number = next(i for i, box in enumerate(boxes) if box is self)
@@ -121,7 +121,7 @@ class Box(Disturbance):
         """Return when it is thrown [s]."""
         return (self.time,)
 
-    def act(self, world: "World") -> None:
+    def act(self, world: "plantigrade.world.world.World") -> None:
         """Wait, then fly."""
         q, v, thrown = world.memory[self]
         if thrown:
