@@ -20,5 +20,5 @@ def bow(state):
 run = pg.simulate(controller=bow, duration=3.0, push=("30,0.1,90,2.2",))
 print(f"status: {run.status}")
 print(f"centre of mass at {run.record.signals['controller.com_height'][-1]:.2f} m")
-print(f"motors up to {run.figures['motor_torque_max_percent']:.0f} % of the joints' strength")
+print(f"motors up to {run.figures['motor_torque_max_pct']:.0f} % of the joints' strength")
 print("report:", run.report())

@@ -23,8 +23,8 @@ from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
 
 NOISY = 2.0
-"""A motion noisier than this many times what is assumed says little of the knee's moment. Markers
-of three laboratories are 1.0 to 1.4 times, with 1 mm and 0.3° of noise added 3.5 to 4.4."""
+"""A motion noisier than this many times what is assumed says little of the knee's moment. With 1
+mm and 0.3° of noise on every coordinate it is 3 to 5."""
 WIDE = 0.5
 """So does a 90 % band of it that is wider each way: about its peak in walking [N m/kg]."""
 MOST_FORCE = 0.25

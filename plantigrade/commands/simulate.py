@@ -49,7 +49,7 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
     lines = [
         f"{folder}: {metrics['duration_s']:.2f} s of physics in {seconds:.1f} s, {ended}",
         f"  controller       {metrics['controller']}; motors up to "
-        f"{metrics['motor_torque_max_percent']:.0f} % of the joints' strength",
+        f"{metrics['motor_torque_max_pct']:.0f} % of the joints' strength",
         f"  vertical force   {metrics['vertical_force_mean_bw']:.2f} body weights on average, "
         f"{metrics['vertical_force_max_bw']:.2f} at most",
     ]

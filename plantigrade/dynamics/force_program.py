@@ -105,7 +105,7 @@ class ForceProgram:
         wrench: The estimate (n, k, 6) [BW, BW m].
         shift: Shift of the centre of mass [m].
         noise: How many times noisier force x, y, z and moment x, y, z are than assumed.
-        missed_force: Root mean square of the net force that is missed [BW].
+        missed_force: Root mean square of the net force that is missed beside the noise [BW].
         missed_moment: The same of the pitch and roll moment [BW m].
     """
 

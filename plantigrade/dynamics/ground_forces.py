@@ -59,7 +59,8 @@ class GroundForces:
     moment_band: Float[Array, "n_frames nv"]
     com_shift: Float[Array, " 3"]  #: Where the true centre of mass lies from the model's [m]
     noise: float  #: How many times noisier the motion is than assumed; 1 as assumed
-    residual_force: float  #: Root mean square of the net force that is missed [BW]
+    #: Root mean square of the net force that is missed beside the noise of the motion [BW]
+    residual_force: float
     residual_moment: float  #: The same of the pitch and roll moment [BW m]
     contacts: tuple[LoadInterval, ...] = field(repr=False)  #: When feet and supports were loaded
     supports: tuple[Support, ...]  #: Supports besides the feet

@@ -10,6 +10,7 @@ import numpy as np
 
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Tracking, passive
@@ -257,13 +258,13 @@ def _run(
 def figures_of(record: Record) -> dict[str, float]:
     """Return what a simulation shows: forces, torques, how far the controller was off."""
     figures: dict[str, float] = {}
-    feet = sum(record.foot(side).force[:, 2] for side in ("r", "l"))
+    feet = sum(record.foot(side).force[:, 2] for side in SIDES)
     figures["vertical_force_mean_bw"] = float(np.mean(feet) / record.weight)
     figures["vertical_force_max_bw"] = float(np.max(feet) / record.weight)
     low, high = np.array(record.human.model.jnt_actfrcrange[1:]).T
     motor = record.signals["world.motor"]
     use = np.abs(motor) / np.where(motor > 0, high, -low)
-    figures["motor_torque_max_percent"] = float(100.0 * use.max())
+    figures["motor_torque_max_pct"] = float(100.0 * use.max())
     if "controller.tracking_error" in record.signals:
         error = record.signals["controller.tracking_error"]
         figures["tracking_error_rms_deg"] = float(np.rad2deg(np.sqrt(np.nanmean(error**2))))

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 from plantigrade.contact.ground import Bump, Ground, HeightField, Step
 from plantigrade.errors import ParameterError
@@ -14,6 +15,8 @@ TREAD = 0.6
 """Depth of a step [m]."""
 GRID = 0.05
 """Distance of the points of a height field [m]."""
+SMOOTH = 3.0
+"""Standard deviation of the Gaussian that smooths bumps, in such distances."""
 
 
 def ground_named(word: str, *, seed: int = 0) -> Ground:
@@ -110,7 +113,8 @@ def _steps(centimetres: float, _: int) -> Ground:
 
 def _bumps(centimetres: float, seed: int) -> Ground:
     """Return relief of random heights, smoothed over 15 cm; level for half a metre at the start."""
-    z = _smooth(np.random.default_rng(seed).uniform(-1.0, 1.0, _size()), 3)
+    white = np.random.default_rng(seed).uniform(-1.0, 1.0, _size())
+    z = gaussian_filter(white, SMOOTH, mode="constant", truncate=3.0)
     z *= 0.01 * centimetres / np.abs(z).max()
     return _field(z - z.min(), -float(-z.min()))
 
@@ -137,14 +141,6 @@ def _size() -> tuple[int, int]:
 def _field(z: np.ndarray, height: float) -> Ground:
     heights = tuple(map(tuple, z.tolist()))
     return Ground(height=height, field=HeightField((-ASIDE, -ASIDE), (GRID, GRID), heights))
-
-
-def _smooth(z: np.ndarray, cells: int) -> np.ndarray:
-    """Return heights averaged by a Gaussian of so many cells."""
-    k = np.exp(-0.5 * (np.arange(-3 * cells, 3 * cells + 1) / cells) ** 2)
-    for axis in (0, 1):
-        z = np.apply_along_axis(lambda row: np.convolve(row, k / k.sum(), mode="same"), axis, z)
-    return z
 
 
 GROUNDS: dict[str, tuple[Callable[[float, int], Ground], str, float, float, str]] = {

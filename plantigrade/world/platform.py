@@ -111,7 +111,8 @@ class Tilting(Platform):
         direction: Which way it rises first: 0 in front, a quarter turn on the left [rad].
 
     Raises:
-        ParameterError: If the slope is not below 45°, or the period not positive.
+        ParameterError: If the slope is not below 45°, the period shorter than 0.1 s, or a number
+            not finite.
     """
 
     amplitude: float
@@ -120,8 +121,13 @@ class Tilting(Platform):
 
     def __post_init__(self):
         """Refuse what is no sway."""
-        if not (abs(self.amplitude) < np.pi / 4 and 0.1 <= self.period < np.inf):
-            raise ParameterError(f"{self}: a plate tilts by less than 45° in at least 0.1 s")
+        sways = abs(self.amplitude) < np.pi / 4 and 0.1 <= self.period < np.inf
+        if not (sways and np.isfinite(self.direction)):
+            raise ParameterError(
+                f"a plate tilts by less than 45° in at least 0.1 s towards a finite direction, not "
+                f"{np.rad2deg(self.amplitude):g}° in {self.period:g} s towards "
+                f"{np.rad2deg(self.direction):g}°"
+            )
 
     def place(self, time: float) -> Float[Array, " 4"]:
         """Return a sine that grows to its full size in the first period."""

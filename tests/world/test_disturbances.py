@@ -128,7 +128,7 @@ def test_grounds_that_tilt_by_name():
     assert platform_named("tilting:5") == Tilting(amplitude=np.deg2rad(5.0))
     side = platform_named("tilting:5,2,90")
     assert side == Tilting(amplitude=np.deg2rad(5.0), period=2.0, direction=np.deg2rad(90.0))
-    for word in ("tilting", "tilting:x", "tilting:60", "tilting:5,0"):
+    for word in ("tilting", "tilting:x", "tilting:60", "tilting:5,0", "tilting:5,4,nan"):
         with pytest.raises(ParameterError, match="tilt"):
             platform_named(word)
 
