@@ -25,7 +25,8 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
     """Rebuild a recorded gait from three ordered tasks; several make a study.
 
     Of the recording the tasks see the contacts of the feet, the paths of the heels over the ground
-    and of the centre of mass, and the posture at the end of each phase; all else follows.
+    and of the centre of mass, and the posture at the end of each phase, by default with its rate;
+    all else follows.
     """
 
     files: Annotated[

@@ -41,7 +41,10 @@ def curve_section(subject: Subject) -> list[Section]:
         return [Section(title, missing="the motion holds no whole gait cycle to draw them over.")]
     text = "Full line: reproduced; violet dashes: recorded."
     if "tasks.names" in subject.record.signals:
-        text += " Of these angles the tasks know only the posture at the end of each phase."
+        text += (
+            " Of these angles the tasks know only the posture at the end of each phase and, by "
+            "default, how fast it is passed."
+        )
     text += (
         " Curves are cut at the heel strikes of their own side (pelvis and trunk: right); where "
         "there are several cycles, bands are one standard deviation."
