@@ -90,7 +90,11 @@ def annotations(tree: ast.AST) -> set[int]:
     return {
         line
         for node in ast.walk(tree)
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        if isinstance(node, ast.If)
+        and any(
+            "TYPE_CHECKING" in (getattr(n, "id", ""), getattr(n, "attr", ""))
+            for n in ast.walk(node.test)
+        )
         for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
     }
 
