@@ -13,7 +13,8 @@ from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
-from plantigrade.control import Posture, Tracking, passive
+from plantigrade.control import Posture, Situation, controller_named
+from plantigrade.control.choices import STANDING, usual
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -80,7 +81,7 @@ def simulate(
         source: A recording, which is fitted first, or a run or its folder, which is taken as it
             is; without either a person stands.
         settings: What decides the result.
-        controller: ``"passive"``, ``"posture"``, ``"stable-pd"``, or your own
+        controller: One of :data:`plantigrade.control.CONTROLLERS` by name, or your own
             ``controller(state) -> command``.
         disturbances: What acts beside the pushes of the settings.
         step: Shows progress.
@@ -111,9 +112,9 @@ def simulate(
     begin = _start(source, how, step, command)
     ground = begin.ground if named is None else named
     moved_by = controller if callable(controller) else None
-    word = how.controller or ("posture" if begin.motion is None else "stable-pd")
+    word = how.controller or usual(begin.motion)
     if moved_by is None:
-        moved_by = _controller(word, begin, ground, how)
+        moved_by = controller_named(word, situation(begin, ground, how))
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
     with step("simulating"):
@@ -179,18 +180,16 @@ def _carriers(record: Record) -> tuple[ContactSite, ...]:
     return tuple(site for site in record.sites if site.name in seats and not site.measured)
 
 
-def _controller(word: str, begin: Start, ground: Ground, how: SimulateSettings) -> Controller:
-    if word == "passive":
-        return passive
-    motion = begin.motion
-    if word == "posture":
-        stands = None if motion is not None else standing_on(begin.human, ground)
-        return Posture(how.stiffness, stands)
-    if motion is None:
-        raise ParameterError(
-            "stable-pd follows a motion: name a recording or a run, or let posture hold a person"
-        )
-    return Tracking(motion, how.stiffness)
+def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
+    """Return what a controller is made for."""
+    stands = None if begin.motion is not None else standing_on(begin.human, ground)
+    return Situation(
+        human=begin.human,
+        ground=ground,
+        motion=begin.motion,
+        standing=stands,
+        stiffness=how.stiffness,
+    )
 
 
 def _duration(begin: Start, how: SimulateSettings) -> float:
@@ -228,7 +227,7 @@ def _run(
     if world.diverged is not None:
         status = f"the simulation diverged at {world.diverged:.2f} s"
     references: dict[str, Motion] = {}
-    if begin.motion is not None and word == "stable-pd":
+    if begin.motion is not None and word not in ("passive", STANDING):
         motion = begin.motion
         references[FOLLOWED] = replace(motion, time=motion.time - motion.time[0])
     figures = {
