@@ -130,8 +130,8 @@ class SimulateSettings(FitSettings):
         "seed": SEEDS,
     }
 
-    controller: Literal["passive", "posture", "stable-pd"] | None = None
-    """What moves the person; posture where one stands, stable-pd where there is a motion."""
+    controller: OptionalWord = None
+    """passive, posture or stable-pd; absent: posture, or stable-pd where there is a motion."""
     ground: OptionalWord = None
     """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,PERIOD,WAY]."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()
@@ -153,7 +153,9 @@ class SimulateSettings(FitSettings):
         """Refuse what the world would refuse, before any work."""
         super().__post_init__()
         if self.controller is not None:
-            word("controller", self.controller, ("passive", "posture", "stable-pd"))
+            from plantigrade.control.choices import checked
+
+            checked(self.controller)
         if self.rate < self.control_rate:
             raise ParameterError(
                 f"rate={self.rate:g} must be a whole multiple of control_rate={self.control_rate:g}"

@@ -9,6 +9,7 @@ What is named here is public: a :class:`World` with a ``controller(state) -> com
 from plantigrade.world.command import PD, Acceleration, Command, StablePD, Torque
 from plantigrade.world.disturbance import Disturbance, PhasePush, Push
 from plantigrade.world.falls import Fall
+from plantigrade.world.offers import Drawing, Target
 from plantigrade.world.platform import FloorShift, Platform, Tilting
 from plantigrade.world.start import on_ground, standing_on
 from plantigrade.world.state import State
@@ -22,6 +23,7 @@ __all__ = [
     "Command",
     "Controller",
     "Disturbance",
+    "Drawing",
     "Fall",
     "FloorShift",
     "PhasePush",
@@ -30,6 +32,7 @@ __all__ = [
     "Rope",
     "StablePD",
     "State",
+    "Target",
     "Tilting",
     "Torque",
     "World",

@@ -1,0 +1,87 @@
+"""The controllers that are chosen by name: one table for every command and page.
+
+A controller of another kind is one more line of :data:`CONTROLLERS`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.ground import Ground
+from plantigrade.control.posture import Posture, passive
+from plantigrade.control.tracking import Tracking
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.world import Controller
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Situation:
+    """What a controller is made for.
+
+    Attributes:
+        human: The person.
+        ground: What they are on.
+        motion: What they are to do, its first frame being the start; None where they just stand.
+        standing: The configuration in which they stand; None where there is a motion.
+        stiffness: Of springs, by what is usual.
+    """
+
+    human: Human
+    ground: Ground
+    motion: Motion | None = None
+    standing: Float[Array, " nq"] | None = None
+    stiffness: float = 1.0
+
+    def followed(self, name: str) -> Motion:
+        """Return the motion.
+
+        Raises:
+            ParameterError: If there is none; ``name`` is the controller that follows one.
+        """
+        if self.motion is None:
+            raise ParameterError(
+                f"{name} follows a motion: name a recording or a run, or let posture hold a person"
+            )
+        return self.motion
+
+
+CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
+    "passive": lambda at: passive,
+    "posture": lambda at: Posture(at.stiffness, at.standing),
+    "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
+}
+"""Name of a controller → how it is made."""
+
+STANDING, MOVING = "posture", "stable-pd"
+"""What is taken where none is named: for who stands, and for a motion."""
+
+
+def controller_named(name: str | None, situation: Situation) -> Controller:
+    """Return a controller.
+
+    Args:
+        name: One of :data:`CONTROLLERS`; None for what is usual.
+        situation: What it is made for.
+
+    Raises:
+        ParameterError: If there is no such controller, or it does not fit the situation.
+    """
+    return CONTROLLERS[checked(name or usual(situation.motion))](situation)
+
+
+def usual(motion: Motion | None) -> str:
+    """Return the name of the controller that is taken where none is named."""
+    return STANDING if motion is None else MOVING
+
+
+def checked(name: str) -> str:
+    """Return the name of a controller.
+
+    Raises:
+        ParameterError: If there is none of that name.
+    """
+    if name not in CONTROLLERS:
+        raise ParameterError(f"no controller {name!r}; there are {', '.join(CONTROLLERS)}")
+    return name

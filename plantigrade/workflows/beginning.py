@@ -1,0 +1,168 @@
+"""How a simulation starts: who, on what, where, how fast."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plantigrade.analyze.trial import Trial
+from plantigrade.arrays import Array
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.site import ContactSite
+from plantigrade.control import Posture, Situation
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.options import as_path
+from plantigrade.record import Provenance, Record, Run
+from plantigrade.record.folder import METRICS
+from plantigrade.record.provenance import source_files
+from plantigrade.workflows.fit import Step, fit_trial
+from plantigrade.workflows.fit import provenance as fit_provenance
+from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.world import Disturbance, Push, World, on_ground, standing_on
+from plantigrade.world.grounds import ground_named, platform_named
+
+SETTLING = 1.0
+"""So long a person stands before the first frame, until soles and springs are at rest [s]."""
+FARTHEST = 0.05
+"""A start whose feet are farther from the ground than this is a flight, and left as it is [m]."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Who starts, and from what.
+
+    Attributes:
+        human: The person.
+        ground: What the motion happened on.
+        motion: What they did there; None where they just stand.
+        sites: Further places of the body that seats carry.
+        name: What it is called.
+        provenance: Where it comes from.
+        figures: What is known of the person.
+        notes: What the user should know of it.
+    """
+
+    human: Human
+    ground: Ground
+    name: str
+    provenance: Provenance
+    motion: Motion | None = None
+    sites: tuple[ContactSite, ...] = ()
+    figures: Mapping[str, Any] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def around(how: SimulateSettings) -> tuple[Ground | None, tuple[Disturbance, ...]]:
+    """Return the ground that is named, None for that of the motion, and what acts besides.
+
+    Raises:
+        ParameterError: If there is no such ground, or a word is no push.
+    """
+    pushes = tuple(Push.written(word) for word in how.push)
+    plate = None if how.ground is None else platform_named(how.ground)
+    level = "flat" if plate else how.ground
+    named = None if level is None else ground_named(level, seed=how.seed)
+    return named, (pushes if plate is None else (plate, *pushes))
+
+
+def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
+    """Return who starts: of a recording, a run or its folder; somebody who stands without one.
+
+    Raises:
+        ParameterError: If a run is given, and a person too.
+        FileError: If a file or run cannot be read.
+        FitError: If a recording cannot be fitted.
+    """
+    if source is None:
+        human = how.human()
+        return Start(human, Ground(), "standing", Provenance(command, how.plain(), seed=how.seed))
+    if not isinstance(source, Run):
+        path = as_path(source, "what is simulated")
+        if not (path / METRICS).is_file():
+            recording, trial = fit_trial(path, how, step)
+            origin = fit_provenance(recording, how, command, how.seed)
+            return _of_trial(recording.source.name, trial, origin)
+        source = Run.load(path)
+    if how.known:
+        raise ParameterError(
+            f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
+        )
+    record, folder = source.record, source.folder
+    files = {} if folder is None else source_files([folder / METRICS])
+    return Start(
+        record.human,
+        record.ground,
+        source.name or source.kind,
+        Provenance(command, how.plain(), files, how.seed),
+        record.motion,
+        _carriers(record),
+    )
+
+
+def _of_trial(name: str, trial: Trial, origin: Provenance) -> Start:
+    record = trial.record()
+    sites = _carriers(record)
+    stem = Path(name).stem
+    return Start(
+        record.human, record.ground, stem, origin, record.motion, sites, None, record.notes
+    )
+
+
+def _carriers(record: Record) -> tuple[ContactSite, ...]:
+    """Return the places on no foot that a seat carries."""
+    seats = {seat.site for seat in record.ground.seats}
+    return tuple(site for site in record.sites if site.name in seats and not site.measured)
+
+
+def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
+    """Return what a controller is made for."""
+    stands = None if begin.motion is not None else standing_on(begin.human, ground)
+    return Situation(
+        human=begin.human,
+        ground=ground,
+        motion=begin.motion,
+        standing=stands,
+        stiffness=how.stiffness,
+    )
+
+
+def state_of(begin: Start, ground: Ground, how: SimulateSettings) -> tuple[Array, Array]:
+    """Return where the person starts, and how fast."""
+    if begin.motion is not None:
+        qpos = begin.motion.qpos[0]
+        placed = on_ground(begin.human, ground, qpos)
+        near = abs(placed[2] - qpos[2]) <= FARTHEST or how.ground is not None
+        return placed if near else qpos, begin.motion.qvel[0]
+    # Settled: the soles pressed into the ground as far as they will be.
+    world = World(
+        begin.human, ground, rate=how.rate, control_rate=how.control_rate, recording=False
+    )
+    hold, state = Posture(how.stiffness, standing_on(begin.human, ground)), world.reset()
+    while world.time < SETTLING and world.fall is None and world.diverged is None:
+        state = world.step(hold(state))
+    if world.fall is not None or world.diverged is not None:  # nobody can stand there: so be it
+        return standing_on(begin.human, ground), np.zeros(begin.human.model.nv)
+    return np.array(state.qpos), np.array(state.qvel)
+
+
+def world_of(
+    begin: Start, ground: Ground, how: SimulateSettings, acting: Sequence[Disturbance]
+) -> World:
+    """Return the world in which somebody starts on a ground."""
+    qpos, qvel = state_of(begin, ground, how)
+    return World(
+        begin.human,
+        ground,
+        acting,
+        rate=how.rate,
+        control_rate=how.control_rate,
+        torque_rise=how.torque_rise,
+        seed=how.seed,
+        sites=begin.sites,
+        qpos=qpos,
+        qvel=qvel,
+    )

@@ -1,0 +1,62 @@
+"""The table of controllers, and what a controller may offer."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plantigrade.contact.ground import Ground
+from plantigrade.control import CONTROLLERS, Posture, Situation, controller_named
+from plantigrade.control.choices import usual
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.world import Target, World, standing_on
+from plantigrade.world.offers import drawings_of, targets_of
+
+USAGE = Path(__file__).parents[2] / "docs" / "usage.md"
+
+
+@pytest.fixture(scope="module")
+def situation():
+    """A person who has a motion of two frames."""
+    human = Human.create(1.7, 65.0, "female", "42", "rigid")
+    standing = standing_on(human, Ground())
+    qpos, qvel = np.tile(standing, (2, 1)), np.zeros((2, human.model.nv))
+    motion = Motion(np.array([0.0, 1.0]), qpos, qvel, human.joint_names)
+    return Situation(human=human, ground=Ground(), motion=motion, standing=standing)
+
+
+def test_every_controller_of_the_table_moves_a_person_and_is_in_the_manual(situation):
+    world = World(situation.human, rate=300.0, recording=False)
+    told = USAGE.read_text("utf-8")
+    names = told.split("`--controller {")[1].split("}`")[0].split(",")
+    assert names == list(CONTROLLERS)
+    for name in CONTROLLERS:
+        assert world.step(controller_named(name, situation)(world.reset())).time > 0.0
+
+
+def test_who_stands_holds_a_posture_and_another_name_is_refused(situation):
+    still = Situation(human=situation.human, ground=Ground())
+    assert isinstance(controller_named(None, still), Posture)
+    assert usual(situation.motion) == "stable-pd"
+    with pytest.raises(ParameterError, match="no controller 'pd'; there are passive, posture"):
+        controller_named("pd", still)
+    with pytest.raises(ParameterError, match="stable-pd follows a motion"):
+        controller_named("stable-pd", still)
+
+
+def test_a_target_keeps_to_its_range():
+    lean = Target("lean", -5.0, 5.0, 0.0, "deg")
+    lean.set(4.0)
+    for value in (6.0, float("nan")):
+        with pytest.raises(ParameterError, match="lean must be -5–5 deg"):
+            lean.set(value)
+    assert lean.value == 4.0
+    with pytest.raises(ParameterError, match="no range"):
+        Target("lean", 1.0, 1.0, 1.0)
+
+
+def test_what_offers_nothing_has_no_targets_and_no_drawings(situation):
+    state = World(situation.human, rate=300.0, recording=False).reset()
+    assert targets_of(len) == () and tuple(drawings_of(len, state)) == ()
