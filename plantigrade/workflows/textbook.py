@@ -1,24 +1,19 @@
-"""The textbook walk as a motion on a person, and as the marker recording a laboratory would make.
+"""The textbook walk as the marker recording a laboratory would make of it.
 
-The angles are published means (:mod:`plantigrade.models.textbook_gait`); this module stands the
-person on the ground with feet that do not slide, and puts on markers with the faults of real ones:
-placed beside their landmarks, riding on skin, noisy, now and then hidden.
+Markers are put on the walk of :mod:`plantigrade.kinematics.textbook_walk` with the faults of real
+ones: placed beside their landmarks, riding on skin, noisy, now and then hidden.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.state import PointSet, sweep
-from plantigrade.models import Human
+from plantigrade.kinematics.textbook_walk import TextbookWalk, textbook_walk
 from plantigrade.models.landmarks import attachments
-from plantigrade.models.textbook_gait import textbook_gait
-from plantigrade.motion import GaitEvent, Markers, Recording, Subject
-from plantigrade.motion.filters import lowpass
+from plantigrade.motion import Markers, Recording, Subject
+
+__all__ = ["TextbookWalk", "recorded", "textbook_walk"]
 
 # Plug-in Gait with medial knees and ankles and a few foot markers: marker → landmark.
 MARKERS = {
@@ -41,43 +36,6 @@ NOISE = 0.0004  # of a camera system, standard deviation [m]
 # How far skin carries markers over the cycle, amplitude [m]; after [Leardini2005]_.
 SKIN = {"femur": 0.010, "tibia": 0.004, "humerus": 0.005}
 HIDDEN = 0.25  # share of the markers with a gap; gaps last up to a tenth of a second
-
-
-@dataclass(frozen=True)
-class TextbookWalk:
-    """The walk on a person."""
-
-    human: Human  #: The person
-    time: Float[Array, " n_frames"]  #: Time of each frame [s]
-    qpos: Float[Array, "n_frames nq"]  #: Configurations
-    events: tuple[GaitEvent, ...]  #: Heel strikes and toe offs as the book has them
-    speed: float  #: Walking speed [m/s]
-
-
-def textbook_walk(
-    human: Human, *, speed: float = 1.25, rate: float = 100.0, cycles: int = 3
-) -> TextbookWalk:
-    """Return so many strides of the published mean walk, on a person who stands on the ground.
-
-    The speed is in m/s, the frames per second in Hz.
-    """
-    d = human.dimensions
-    walk = textbook_gait(speed, d.thigh + d.shank + d.ankle_height, rate=rate, cycles=cycles)
-    names = tuple(walk.coordinates)
-    qpos = human.from_coordinates(names, np.stack([walk.coordinates[n] for n in names], axis=1))
-    for _ in range(2):
-        depth = lowest(human, qpos)
-        qpos[:, 2] -= lowpass(walk.time, depth, cutoff=6.0)
-    stance = np.stack([walk.stance(side) for side in ("r", "l")], axis=1)
-    qpos = plant_feet(human, qpos, stance, rate=rate)
-    events = [
-        GaitEvent(float(t), side, kind)
-        for table, kind in ((walk.heel_strikes, "heel_strike"), (walk.toe_offs, "toe_off"))
-        for side, times in table.items()
-        for t in times
-    ]
-    events.sort(key=lambda e: (e.time, e.side))
-    return TextbookWalk(human, walk.time, qpos, tuple(events), speed)
 
 
 def recorded(walk: TextbookWalk, path: Path, *, seed: int = 0) -> Recording:

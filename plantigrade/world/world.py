@@ -176,8 +176,13 @@ class World:
         Raises:
             ParameterError: If the command does not fit the person.
         """
+        self.advance(command)
+        return State(self)
+
+    def advance(self, command: Commanded = None) -> None:
+        """Do the same without a state, for those who read :attr:`data` themselves."""
         if self.diverged is not None:
-            return State(self)
+            return
         data = self.data
         done = self.actuators.command(command, data)
         self._signals = {f"controller.{name}": value for name, value in done.signals.items()}
@@ -191,7 +196,6 @@ class World:
                 recorder.cut(max(good, 1))
         elif self.fall is None:
             self.fall = self._falls.look(data, self.time)
-        return State(self)
 
     def _advance(self, end: int) -> None:
         """Step the physics up to a step of its own."""

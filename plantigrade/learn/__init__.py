@@ -1,0 +1,19 @@
+"""Learning to walk: a Gymnasium environment over the world.
+
+Importing this room registers ``plantigrade/Walk-v0``. It needs the extra ``learn``.
+"""
+
+from plantigrade.extras import require
+from plantigrade.learn.action import PAPER_GAINS, Gains
+from plantigrade.learn.environment import Walk
+from plantigrade.learn.reference import Reference
+from plantigrade.learn.reward import Weights
+
+__all__ = ["PAPER_GAINS", "Gains", "Reference", "Walk", "Weights"]
+
+WALK = "plantigrade/Walk-v0"
+"""Name of the environment for ``gymnasium.make``."""
+
+_gymnasium = require("gymnasium", "learn")
+if WALK not in _gymnasium.registry:
+    _gymnasium.register(WALK, entry_point="plantigrade.learn.environment:Walk")

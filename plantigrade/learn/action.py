@@ -1,0 +1,116 @@
+r"""What a policy commands: displacements of the reference, and gains of the joints of the foot.
+
+An action :math:`a = [\theta_{disp}, \alpha_{pd}]` within ±1 asks for the posture
+:math:`\theta_{des} = \theta_{ref} + s\,\theta_{disp}` by stable PD, with gains of each joint of the
+foot [Park2020]_, Eqs. 8 and 9:
+
+.. math:: k_p = \beta\, e^{\ln B \cdot \alpha} \qquad k_d = \gamma\, e^{\ln \Gamma \cdot \alpha / 2}
+
+The paper prints :math:`B = \beta = k_p = 400` and :math:`\Gamma = \gamma = k_d = 40`, by which the
+stiffness spans 1 to 160000 N m/rad: more than any tissue, but stable PD holds it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.learn.reference import Frame
+from plantigrade.models import Human
+from plantigrade.world import StablePD
+from plantigrade.world.scene import FOOT
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gains:
+    """Gains of stable PD, and how far an action may change those of the feet.
+
+    Attributes:
+        stiffness: Of all joints [N m/rad].
+        damping: Likewise [N m s/rad].
+        foot_stiffness: Of the joints within a foot, :math:`β` [N m/rad].
+        foot_damping: Likewise, :math:`γ` [N m s/rad].
+        ankle_too: Whether ankles have the gains of the foot, not those of the body.
+        span: :math:`B`, by which an action of 1 multiplies the stiffness.
+        damping_span: :math:`Γ`, by whose root an action of 1 multiplies the damping.
+    """
+
+    stiffness: float = 400.0
+    damping: float = 40.0
+    foot_stiffness: float = 60.0
+    foot_damping: float = 2.0
+    ankle_too: bool = False
+    span: float = 60.0**0.5
+    damping_span: float = 60.0**0.5
+
+
+PAPER_GAINS = Gains(
+    foot_stiffness=400.0, foot_damping=40.0, ankle_too=True, span=400.0, damping_span=40.0
+)
+"""As printed."""
+
+
+class Action:
+    """The numbers of an action, and the command they make.
+
+    Args:
+        human: The person.
+        gains: The gains.
+        all_joints: Whether joints within the feet are displaced, too.
+        variable: Whether gains of the feet, ankles among them, are part of the action.
+        reach: Displacement that an action of 1 asks for, :math:`s` [rad].
+        lead: Whether the damping is towards the rates of the reference, not towards rest.
+
+    Attributes:
+        displaced: Hinges that are displaced, one number each.
+        joints: Names of the joints with variable gains, one number each: the bodies they move.
+    """
+
+    def __init__(
+        self,
+        human: Human,
+        gains: Gains,
+        *,
+        all_joints: bool,
+        variable: bool,
+        reach: float,
+        lead: bool,
+    ):
+        self.gains, self.reach, self.lead = gains, reach, lead
+        body = np.array(human.model.jnt_bodyid[1:])
+        names = human.body_names
+        foot = np.array([names[b - 1].startswith(FOOT) for b in body])
+        ankle = np.array([names[b - 1].startswith("foot") for b in body])
+        self.displaced = np.flatnonzero(~foot | ankle | all_joints)
+        own = foot & (~ankle | gains.ankle_too)
+        self._stiffness = np.where(own, gains.foot_stiffness, gains.stiffness)
+        self._damping = np.where(own, gains.foot_damping, gains.damping)
+        moving = sorted(set(body[foot].tolist())) if variable else []
+        self.joints = tuple(names[b - 1] for b in moving)
+        self._variable = np.flatnonzero(np.isin(body, moving))
+        self._joint = np.searchsorted(moving, body[self._variable]) if moving else np.array([], int)
+        self._n = len(self.displaced)
+
+    def __len__(self) -> int:
+        """Return the number of numbers."""
+        return self._n + len(self.joints)
+
+    def gains_of(
+        self, action: Float[Array, " n"]
+    ) -> tuple[Float[Array, " n_hinges"], Float[Array, " n_hinges"]]:
+        """Return stiffness [N m/rad] and damping [N m s/rad] of all hinges."""
+        if not self.joints:
+            return self._stiffness, self._damping
+        stiffness, damping = self._stiffness.copy(), self._damping.copy()
+        alpha = action[self._n :]
+        stiffness[self._variable] *= (self.gains.span**alpha)[self._joint]
+        damping[self._variable] *= (self.gains.damping_span ** (0.5 * alpha))[self._joint]
+        return stiffness, damping
+
+    def command(self, action: Float[Array, " n"], reference: Frame) -> StablePD:
+        """Return the command of an action within ±1, at the end of the control step."""
+        target = reference.qpos[7:].copy()
+        target[self.displaced] += self.reach * action[: self._n]
+        velocity = reference.qvel[6:] if self.lead else None
+        stiffness, damping = self.gains_of(action)
+        return StablePD(target, velocity, stiffness=stiffness, damping=damping)
