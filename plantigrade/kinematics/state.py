@@ -21,7 +21,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, Int
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
@@ -57,12 +57,7 @@ class PointSet:
         self.local = np.array(local, dtype=float).reshape(-1, 3)
         if len(self.body) != len(self.local):
             raise ParameterError(f"{len(self.body)} bodies for {len(self.local)} points")
-        above = np.zeros((self.model.nbody, self.model.nv))  # which velocities move a body
-        for body in range(1, self.model.nbody):
-            above[body] = above[self.model.body_parentid[body]]
-            start = self.model.body_dofadr[body]
-            above[body, start : start + self.model.body_dofnum[body]] = 1.0
-        self.moved = above[self.body][:, None, :]
+        self.moved = _moved(self.model)[self.body][:, None, :]
         self.few = len(self) <= FEW
         self._places = list(zip(self.body.tolist(), self.local, strict=True))  # for the engine
 
@@ -92,6 +87,16 @@ class PointSet:
         return np.array([state.position(self) for state in states]).reshape(len(qpos), len(self), 3)
 
 
+def _moved(model: mujoco.MjModel) -> Float[Array, "n_bodies nv"]:
+    """Return which velocities move a body: 1, others 0."""
+    above = np.zeros((model.nbody, model.nv))
+    for body in range(1, model.nbody):
+        above[body] = above[model.body_parentid[body]]
+        start = model.body_dofadr[body]
+        above[body, start : start + model.body_dofnum[body]] = 1.0
+    return above
+
+
 class _Engine:
     """MuJoCo's memory, shared by all states that come from one another."""
 
@@ -100,6 +105,7 @@ class _Engine:
         self.holds: object = None  # which state the data belongs to
         self.velocities = False  # whether they have been evaluated too
         self.mass, self.gravity = float(model.body_mass.sum()), model.opt.gravity.copy()
+        self.moved = _moved(model)
 
     def at(self, state: "State", *, velocities: bool) -> mujoco.MjData:
         """Return the data evaluated at a state."""
@@ -254,6 +260,34 @@ class State:
         for own, at, (body, _) in zip(rate, self.position(points), points._places, strict=True):
             mujoco.mj_jacDot(self.model, data, own, None, at, body)
         return (rate.reshape(-1, self.model.nv) @ self.qvel).reshape(-1, 3)
+
+    def touched(
+        self, body: Int[Array, " k"], place: Float[Array, "k 3"]
+    ) -> tuple[Float[Array, "k 3 nv"], Float[Array, "k 3"], Float[Array, "k 3"]]:
+        """Return Jacobian, velocity and bias acceleration of the material at places of bodies.
+
+        Args:
+            body: Index of the body of each place.
+            place: Where it is now, world [m].
+        """
+        data, rate = self._data, np.empty((2, 3, self.model.nv))
+        turned = ((data.subtree_com[1] - place) @ CROSS).reshape(-1, 3) @ data.cdof[:, :3].T
+        J = turned.reshape(len(place), 3, self.model.nv)
+        J += data.cdof[:, 3:].T
+        J *= self._engine.moved[body][:, None, :]
+        own, at = np.unique(body, return_inverse=True)
+        bias = np.empty((len(own), 2, 3))
+        for moved, b in zip(bias, own.tolist(), strict=True):
+            mujoco.mj_jacDot(self.model, data, rate[0], rate[1], data.xpos[b], b)
+            moved[:] = rate @ self.qvel
+        arm, spin = place - data.xpos[body], data.cvel[body, :3]
+        linear, angular = bias[at, 0], bias[at, 1]
+        inward = np.einsum("ki,ki->k", spin, arm)[:, None] * spin
+        inward -= np.einsum("ki,ki->k", spin, spin)[:, None] * arm
+        turning = (
+            angular[:, [1, 2, 0]] * arm[:, [2, 0, 1]] - angular[:, [2, 0, 1]] * arm[:, [1, 2, 0]]
+        )
+        return J, J @ self.qvel, linear + turning + inward
 
     def _few(self, points: PointSet) -> dict[str, Any]:
         """Return all there is to know of a few points, by name."""

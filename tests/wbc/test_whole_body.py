@@ -1,0 +1,153 @@
+"""The whole-body program: physics, limits, optimality, and which tasks it serves."""
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from plantigrade.constants import GRAVITY
+from plantigrade.contact.site import contact_sites
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.models import Human
+from plantigrade.wbc.whole_body import EDGES, Rows, Touching, WholeBody
+
+
+@pytest.fixture(scope="module", params=["42", "66"])
+def human(request):
+    return Human.create(joints=request.param)
+
+
+@pytest.fixture
+def state(human):
+    rng = np.random.default_rng(1)
+    qpos = human.standing()
+    qpos[7:] += rng.uniform(-0.1, 0.1, len(human.coordinates))
+    return State(human, qpos, rng.uniform(-0.3, 0.3, human.model.nv))
+
+
+def touching(state, sites=None, normal=(0.0, 0.0, 1.0)):
+    points = PointSet.of(state.human, contact_sites(state.human) if sites is None else sites)
+    normals = np.tile(np.array(normal) / np.linalg.norm(normal), (len(points), 1))
+    return Touching(points.body, state.position(points), normals)
+
+
+def centre_of_mass(state, wanted, weight=1000.0):
+    return Rows(state.com_jacobian, np.asarray(wanted) - state.com_bias_acceleration, weight)
+
+
+def test_touched_places_move_as_the_engine_says(state):
+    where = touching(state)
+    J, velocity, bias = state.touched(where.body, where.place)
+    points = PointSet.of(state.human, contact_sites(state.human))
+    assert np.allclose(J, state.jacobian(points), atol=1e-12)
+    assert np.allclose(velocity, state.velocity(points), atol=1e-12)
+    assert np.allclose(bias, state.bias_acceleration(points), atol=1e-10)
+
+
+def test_torques_and_forces_give_the_accelerations(state):
+    human, where = state.human, touching(state)
+    program = WholeBody(human, armature=0.01)
+    passive = np.full(len(human.coordinates), 0.5)
+    wanted = np.random.default_rng(2).uniform(-2, 2, human.model.nv)
+    answer = program.solve(
+        state, where, [centre_of_mass(state, [0.3, 0.2, 0.1])], wanted=wanted, passive=passive
+    )
+    assert answer.ok
+    needed = state.inverse_dynamics(answer.qacc)
+    for body, place, force in zip(where.body, where.place, answer.force, strict=True):
+        needed -= state.generalised_force(int(body), place, force, np.zeros(3))
+    assert np.allclose(needed[:6], 0.0, atol=1e-6)
+    assert np.allclose(answer.torque, needed[6:] + 0.01 * answer.qacc[6:] - passive, atol=1e-6)
+    acceleration = state.com_jacobian @ answer.qacc + state.com_bias_acceleration
+    assert np.allclose(acceleration, [0.3, 0.2, 0.1], atol=0.05)
+    weight = answer.force.sum(axis=0) - human.mass * (acceleration + [0, 0, GRAVITY])
+    assert np.allclose(weight, 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("sideways", [0.0, 20.0])
+def test_forces_stay_in_their_cones(state, sideways):
+    where = touching(state, normal=(0.2, -0.1, 1.0))
+    tasks = [centre_of_mass(state, [sideways, 0.0, 0.0])]
+    answer = WholeBody(state.human).solve(
+        state, where, tasks, wanted=np.zeros(state.human.model.nv)
+    )
+    along = np.einsum("kc,kc->k", answer.force, where.normal)
+    across = np.linalg.norm(answer.force - along[:, None] * where.normal, axis=1)
+    assert answer.ok
+    assert (answer.share >= 0).all()
+    assert (across <= where.friction * along + 1e-9).all()
+    if sideways:  # 20 m/s² is more than friction can give
+        assert (answer.share == 0).any()
+
+
+def test_shares_are_the_best_of_all_that_are_not_negative(state):
+    """Against the same program written out and given to another solver."""
+    human, where = state.human, touching(state)
+    nv = human.model.nv
+    tasks = [centre_of_mass(state, [8.0, 0.0, -3.0], 10.0)]
+    wanted = np.random.default_rng(3).uniform(-2, 2, nv)
+    program = WholeBody(human, limits=np.array([[-1e6], [1e6]]) * np.ones(nv - 6))
+    answer = program.solve(state, where, tasks, wanted=wanted, force_weight=1e-2)
+    J, _, _ = state.touched(where.body, where.place)
+    push = np.einsum("kcv,kce->vke", J, program.unit * where.edges()).reshape(nv, -1)
+    M, h = state.mass_matrix, state.bias
+    m = push.shape[1]
+    change = np.zeros((nv, nv - 6 + m))  # of the acceleration by unknowns
+    change[:6] = np.linalg.solve(M[:6, :6], np.hstack([-M[:6, 6:], push[:6]]))
+    change[6:, : nv - 6] = np.eye(nv - 6)
+    fixed = np.concatenate([np.linalg.solve(M[:6, :6], -h[:6]), np.zeros(nv - 6)])
+    A, b = tasks[0].matrix, tasks[0].right
+    rows = np.vstack([np.sqrt(10) * A @ change, change, np.eye(nv - 6 + m)[nv - 6 :] * 0.1])
+    right = np.concatenate([np.sqrt(10) * (b - A @ fixed), wanted - fixed, np.zeros(m)])
+    joints, shares = rows[:, : nv - 6], rows[:, nv - 6 :]
+    q, _ = np.linalg.qr(joints)
+    best, _ = nnls(shares - q @ (q.T @ shares), right - q @ (q.T @ right))
+    assert (best == 0).sum() > EDGES
+    assert np.allclose(answer.share.ravel(), best, atol=1e-5)
+
+
+def test_torques_stop_at_their_limits(state):
+    human, where = state.human, touching(state)
+    n = len(human.coordinates)
+    wanted = np.zeros(human.model.nv)
+    free = WholeBody(human).solve(state, where, wanted=wanted)
+    most = 0.6 * np.abs(free.torque).max()
+    program = WholeBody(human, limits=np.array([[-most], [most]]) * np.ones(n))
+    answer = program.solve(state, where, wanted=wanted)
+    assert answer.ok
+    assert answer.limited > 0
+    assert np.abs(answer.torque).max() == pytest.approx(most, rel=1e-5)
+    needed = state.inverse_dynamics(answer.qacc)
+    for body, place, force in zip(where.body, where.place, answer.force, strict=True):
+        needed -= state.generalised_force(int(body), place, force, np.zeros(3))
+    assert np.allclose(needed[:6], 0.0, atol=1e-5)
+    assert np.allclose(answer.torque, needed[6:], atol=1e-3)
+
+
+def test_wanted_forces_and_torques_come_back(state):
+    """What mechanics leaves open goes where it is wanted: the motion of one answer, its forces."""
+    human, where = state.human, touching(state)
+    program, wanted = WholeBody(human), np.zeros(human.model.nv)
+    first = program.solve(state, where, wanted=wanted)
+    again = program.solve(
+        state, where, wanted=first.qacc, force=first.force, torque=first.torque, torque_weight=1e-4
+    )
+    assert np.allclose(again.qacc, first.qacc, atol=1e-4)
+    assert np.allclose(again.torque, first.torque, atol=1e-2)
+
+
+def test_open_accelerations_are_refused(state):
+    answer = WholeBody(state.human).solve(
+        state, Touching(), wanted=np.zeros(state.human.model.nv), weight=0.0
+    )
+    assert not answer.ok
+    assert "weights" in answer.status
+
+
+def test_a_body_in_flight_falls(human):
+    data = mujoco.MjData(human.model)
+    data.qpos[:] = human.standing()
+    state = State(human, data.qpos)
+    answer = WholeBody(human).solve(state, Touching(), wanted=np.zeros(human.model.nv))
+    fall = state.com_jacobian @ answer.qacc + state.com_bias_acceleration
+    assert np.allclose(fall, [0.0, 0.0, -GRAVITY], atol=1e-8)
