@@ -174,9 +174,7 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         self._refresh()
         return self._seen(frame), {"phase": self.phase}
 
-    def step(
-        self, action: np.ndarray
-    ) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Let one decision act, held for one control step.
 
         ``info`` has the terms of the reward by name, ``phase``, and ``end``: why the episode ended.
