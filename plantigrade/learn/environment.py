@@ -174,9 +174,7 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         self._refresh()
         return self._seen(frame), {"phase": self.phase}
 
-    def step(
-        self, action: np.ndarray
-    ) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Let one decision act, held for one control step.
 
         ``info`` has the terms of the reward by name, ``phase``, and ``end``: why the episode ended.
@@ -227,7 +225,8 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         w, x, y, z = data.qpos[3:7].tolist()
         if self.world.fall is not None or 1.0 - 2.0 * (x * x + y * y) < UPRIGHT:
             return "fell"
-        height = data.qpos[2] - min(data.xpos[self._feet, 2].tolist()) + self._ankle
+        place = data.xpos
+        height = data.qpos[2] - min(place[foot, 2] for foot in self._feet) + self._ankle
         if height < self._low:
             return "fell"
         off = data.subtree_com[1] - frame.com

@@ -14,6 +14,7 @@ is the same where the angles are small.
 """
 
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 
@@ -22,8 +23,6 @@ from plantigrade.learn.reference import Frame, heading_of, limb_ends
 from plantigrade.models import Human
 from plantigrade.world import World
 from plantigrade.world.scene import FOOT
-
-TERMS = ("pose", "velocity", "com", "ends")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,25 +58,31 @@ class Reward:
     """
 
     def __init__(self, human: Human, weights: Weights):
-        w = weights
-        self._weights = np.array([w.pose, w.velocity, w.com, w.ends])
+        self._weights = weights
         names = [human.body_names[b - 1] for b in human.model.jnt_bodyid[1:]]
         inner = [n.startswith(FOOT) and not n.startswith("foot") for n in names]
-        self._hinges = np.flatnonzero(~np.array(inner) | weights.feet)
+        self._counts = np.where(np.array(inner) & (not weights.feet), 0.0, 1.0)
         self._ends = np.array(limb_ends(human))
 
     def of(self, world: World, reference: Frame) -> tuple[float, dict[str, float]]:
         """Return the reward and its terms, of a world whose kinematics are up to date."""
-        data, hinges = world.data, self._hinges
-        pose = data.qpos[7:][hinges] - reference.qpos[7:][hinges]
-        rates = data.qvel[6:][hinges] - reference.qvel[6:][hinges]
+        data, counts = world.data, self._counts
+        n = len(counts)
+        pose = (data.qpos[7 : 7 + n] - reference.qpos[7:]) * counts
+        rates = (data.qvel[6 : 6 + n] - reference.qvel[6:]) * counts
         com = data.subtree_com[1] - reference.com
         c, s = heading_of(data.qpos[3:7])
-        ends = (data.xipos[self._ends] - data.xpos[1]) @ _turn(c, s)
+        ends = (data.xipos.take(self._ends, 0) - data.xpos[1]) @ _turn(c, s)
         off = ends.ravel() - reference.ends
-        size = (-2.0 * (pose @ pose), -0.1 * (rates @ rates), -10.0 * (com @ com))
-        terms = np.exp([*size, -40.0 * (off @ off)])
-        return float(self._weights @ terms), dict(zip(TERMS, terms.tolist(), strict=True))
+        terms = {
+            "pose": exp(-2.0 * (pose @ pose)),
+            "velocity": exp(-0.1 * (rates @ rates)),
+            "com": exp(-10.0 * (com @ com)),
+            "ends": exp(-40.0 * (off @ off)),
+        }
+        w = self._weights
+        whole = w.pose * terms["pose"] + w.velocity * terms["velocity"]
+        return whole + w.com * terms["com"] + w.ends * terms["ends"], terms
 
 
 def _turn(cosine: float, sine: float) -> Float[Array, "3 3"]:

@@ -43,7 +43,9 @@ class FallWatch:
         self._ground = np.array([name.startswith(GROUND) for name in names])
         self._body, self._human = np.array(model.geom_bodyid), human
         own = (self._body > 0) & (self._body <= len(human.body_names))
-        self._limb = own & ((np.array(model.geom_contype) & LIMBS) > 0)
+        limb = own & ((np.array(model.geom_contype) & LIMBS) > 0)
+        self._limb = limb
+        self._down = np.outer(self._ground, limb) | np.outer(limb, self._ground)
         standing = mujoco.MjData(human.model)
         standing.qpos[:] = human.standing()
         mujoco.mj_kinematics(human.model, standing)
@@ -54,16 +56,17 @@ class FallWatch:
     def look(self, data: mujoco.MjData, time: float) -> Fall | None:
         """Return the fall that the last step shows, if it does."""
         if data.ncon:
-            first, second = np.array(data.contact.geom).T
-            down = (self._ground[first] & self._limb[second]) | (
-                self._ground[second] & self._limb[first]
-            )
-            hit = np.flatnonzero(down & (np.array(data.contact.efc_address) >= 0))
-            if len(hit):
-                geom = second[hit[0]] if self._limb[second[hit[0]]] else first[hit[0]]
-                return Fall(time, self._human.body_names[int(self._body[geom]) - 1])
+            contact = data.contact
+            first, second = contact.geom.T
+            down = self._down[first, second]
+            if down.any():
+                hit = np.flatnonzero(down & (contact.efc_address >= 0))
+                if len(hit):
+                    geom = int(second[hit[0]] if self._limb[second[hit[0]]] else first[hit[0]])
+                    return Fall(time, self._human.body_names[int(self._body[geom]) - 1])
         return Fall(time) if self._height(data) < self._low else None
 
     def _height(self, data: mujoco.MjData) -> float:
         """Return the height of the centre of mass over the lower ankle [m]."""
-        return float(data.subtree_com[1, 2] - data.xpos[self._feet, 2].min())
+        place = data.xpos
+        return float(data.subtree_com[1, 2] - min(place[foot, 2] for foot in self._feet))

@@ -190,7 +190,8 @@ class World:
         good = 0 if recorder is None else len(recorder)
         with _unlogged():
             self._advance(self._steps + self._per_control)
-        if not np.abs(data.qvel).max() < FASTEST:  # NaN is not less than anything
+        speed = data.qvel
+        if not (speed.max() < FASTEST and speed.min() > -FASTEST):  # NaN is not less than anything
             self.diverged = self.time
             if recorder is not None:
                 recorder.cut(max(good, 1))
