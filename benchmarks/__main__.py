@@ -15,6 +15,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 from benchmarks import (  # noqa: E402
     compiled,
+    environment,
     fits,
     kinematics,
     processes,
@@ -30,7 +31,7 @@ DATA_VARIABLE = "PLANTIGRADE_DATA"
 OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
-    *("start", "demo", "compiled", "synthesis", "ticks", "world"),
+    *("start", "demo", "compiled", "synthesis", "ticks", "world", "environment"),
     *("kinematics", "opensim", "reading", "fits"),
 )
 
@@ -47,6 +48,7 @@ def main() -> int:
         "synthesis": synthesis.rows,
         "ticks": lambda: ticks.rows(data, arguments.peers_python),
         "world": world.rows,
+        "environment": environment.rows,
         "kinematics": lambda: kinematics.rows(data),
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
         "reading": lambda: reading.rows(data),

@@ -24,7 +24,7 @@ from plantigrade.extras import require
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.learn.action import PAPER_GAINS, Action, Gains
 from plantigrade.learn.observation import Observation
-from plantigrade.learn.reference import Frame, Reference
+from plantigrade.learn.reference import Frame, Heading, Reference
 from plantigrade.learn.reward import LEAN_WEIGHTS, Reward, Weights
 from plantigrade.record import Record, Run
 from plantigrade.world import Disturbance, World, on_ground
@@ -37,6 +37,8 @@ else:
 
 RATE, CONTROL_RATE = 150.0, 30.0
 """Steps of the physics, and of the policy, by default [1/s]."""
+TOLERANCE = 1e-5
+"""Of the solver of contacts: rates of joints are then within 1e-4 rad/s in a control step."""
 FORMS = ("lean", "paper")
 LOST = 0.6
 """A centre of mass farther than this from its path is lost [m]."""
@@ -139,8 +141,9 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
             passive=passive,
             recording=recording,
         )
-        self._see = Observation(human, lean=lean)
-        self._reward = Reward(human, weights or (LEAN_WEIGHTS if lean else Weights()))
+        self.world.model.opt.tolerance = TOLERANCE
+        self._see = Observation(self.world, lean=lean)
+        self._reward = Reward(self.world, weights or (LEAN_WEIGHTS if lean else Weights()))
         rest = BodyState(human, human.standing())
         self._feet = [human.body(f"foot_{side}") for side in SIDES]
         self._ankle = min(float(rest.origin(f"foot_{side}")[2]) for side in SIDES)
@@ -171,8 +174,8 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         else:
             qpos = on_ground(self.reference.human, self.world.ground, qpos)
         self.world.reset(int(self.np_random.integers(2**31)), qpos=qpos, qvel=frame.qvel)
-        self._refresh()
-        return self._seen(frame), {"phase": self.phase}
+        phase = self.phase
+        return self._see.of(self._refresh(), frame, phase), {"phase": phase}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Let one decision act, held for one control step.
@@ -187,14 +190,14 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         if world.diverged is not None:
             nothing = np.zeros(len(self._see), dtype=np.float32)
             return nothing, 0.0, True, False, {"phase": self.phase, "end": "diverged"}
-        self._refresh()
-        end = self._end(frame)
-        seen = self._seen(frame)
-        reward, info = self._reward.of(world, frame)
-        info |= {"phase": self.phase, "end": end}
+        turn = self._refresh()
+        end, phase = self._end(frame), self.phase
+        seen = self._see.of(turn, frame, phase)
+        reward, info = self._reward.of(turn, frame)
         over = not self.reference.cyclic and time >= self.reference.period
         long = world.time >= self.duration - 1e-9
-        return seen, reward, bool(end), not end and (over or long), info
+        more = {**info, "phase": phase, "end": end}
+        return seen, reward, bool(end), not end and (over or long), more
 
     @property
     def phase(self) -> float:
@@ -209,15 +212,13 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         """
         return self.world.record()
 
-    def _refresh(self) -> None:
+    def _refresh(self) -> Heading:
         """Bring MuJoCo's kinematics up to date: a step leaves them one step behind."""
         model, data = self.world.model, self.world.data
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)
-
-    def _seen(self, frame: Frame) -> np.ndarray:
-        return self._see.of(self.world, frame, self.phase)
+        return Heading(data.qpos[3:7])
 
     def _end(self, frame: Frame) -> str:
         """Return why the episode ends here; empty if it does not."""
@@ -225,7 +226,8 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         w, x, y, z = data.qpos[3:7].tolist()
         if self.world.fall is not None or 1.0 - 2.0 * (x * x + y * y) < UPRIGHT:
             return "fell"
-        height = data.qpos[2] - min(data.xpos[self._feet, 2].tolist()) + self._ankle
+        place = data.xpos
+        height = data.qpos[2] - min(place[foot, 2] for foot in self._feet) + self._ankle
         if height < self._low:
             return "fell"
         off = data.subtree_com[1] - frame.com

@@ -1,10 +1,11 @@
 """What a policy sees of the person, in axes that turn with the pelvis over the ground."""
 
+from math import cos, pi, sin
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.learn.reference import Frame, heading_of
-from plantigrade.models import Human
+from plantigrade.learn.reference import Frame, Heading
 from plantigrade.world import World
 
 
@@ -23,46 +24,56 @@ class Observation:
     world. Without these a policy cannot know that it leaves the line.
 
     Args:
-        human: The person.
+        world: Whose person is seen.
         lean: Which form.
     """
 
-    def __init__(self, human: Human, *, lean: bool):
-        self.lean, self.n = lean, len(human.body_names)
-        each = 15 if lean else 13
-        self.size = each * self.n + (9 if lean else 1)
-        self._turned = np.zeros((5 if lean else 3, self.n, 3))
+    def __init__(self, world: World, *, lean: bool):
+        data, n = world.data, len(world.human.body_names)
+        self.lean, self.n = lean, n
+        self.size = (15 * n + 9) if lean else (13 * n + 1)
+        # Arrays of MuJoCo stay where they are; making views of them takes longer than reading them.
+        own = slice(1, n + 1)
+        self._place, self._spin, self._speed = (
+            data.xpos[own],
+            data.cvel[own, :3],
+            data.cvel[own, 3:],
+        )
+        self._quat, axes = data.xquat[own], data.xmat[own].reshape(n, 3, 3)
+        self._axes = axes.transpose(2, 0, 1)[:2]
+        self._com = data.subtree_com[1]
+        self._seen = np.zeros((5 if lean else 3, n, 3))
 
     def __len__(self) -> int:
         """Return the number of numbers."""
         return self.size
 
-    def of(self, world: World, reference: Frame, phase: float) -> Float[np.ndarray, " n"]:
-        """Return what is seen of a world whose kinematics are up to date."""
-        data, n, turned = world.data, self.n, self._turned
-        own = slice(1, n + 1)
-        place, velocity = data.xpos[own], data.cvel[own]
-        spin = velocity[:, :3]
-        c, s = heading_of(data.qpos[3:7])
-        turned[0] = place - place[0]
-        turned[1] = velocity[:, 3:] + cross(spin, place - data.subtree_com[1])
-        turned[2] = spin
-        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    def of(self, turn: Heading, reference: Frame, phase: float) -> Float[np.ndarray, " n"]:
+        """Return what is seen; the kinematics of the world must be up to date.
+
+        Args:
+            turn: Where the pelvis faces.
+            reference: Where the person should be.
+            phase: Part of the stride that has passed.
+        """
+        n, all_seen, place, spin = self.n, self._seen, self._place, self._spin
+        np.subtract(place, place[0], out=all_seen[0])
+        np.add(self._speed, cross(spin, place - self._com), out=all_seen[1])
+        all_seen[2] = spin
+        if self.lean:
+            all_seen[3:] = self._axes
+        seen = all_seen.reshape(-1, 3) @ turn.matrix
+        seen[0, 2] = place[0, 2]
         out = np.empty(self.size, dtype=np.float32)
         if self.lean:
-            axes = data.xmat[own].reshape(n, 3, 3)
-            turned[3], turned[4] = axes[:, :, 0], axes[:, :, 1]
-        seen = turned.reshape(-1, 3) @ turn
-        seen[0, 2] = place[0, 2]
-        if self.lean:
             out[: 15 * n] = seen.ravel()
-            angle = 2.0 * np.pi * phase
-            off = (data.subtree_com[1] - reference.com) @ turn
-            more = (np.cos(angle), np.sin(angle), np.cos(2 * angle), np.sin(2 * angle))
-            out[15 * n :] = (*more, *off.tolist(), c, s)
+            angle = 2.0 * pi * phase
+            off = (self._com - reference.com) @ turn.matrix
+            more = (cos(angle), sin(angle), cos(2 * angle), sin(2 * angle))
+            out[15 * n :] = (*more, *off.tolist(), turn.cosine, turn.sine)
             return out
         out[: 6 * n] = seen[: 2 * n].ravel()
-        out[6 * n : 10 * n] = unturned(data.xquat[own], c, s).ravel()
+        out[6 * n : 10 * n] = unturned(self._quat, turn.cosine, turn.sine).ravel()
         out[10 * n : 13 * n] = seen[2 * n :].ravel()
         out[-1] = phase
         return out
@@ -70,11 +81,10 @@ class Observation:
 
 def cross(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
     """Return cross products, faster than NumPy's for a few rows."""
-    x, y, z = a.T
-    u, v, w = b.T
-    out = np.empty_like(a)
-    out[:, 0], out[:, 1], out[:, 2] = y * w - z * v, z * u - x * w, x * v - y * u
-    return out
+    return a.take(_AHEAD, 1) * b.take(_BEHIND, 1) - a.take(_BEHIND, 1) * b.take(_AHEAD, 1)
+
+
+_AHEAD, _BEHIND = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def unturned(quat: Float[Array, "n 4"], cosine: float, sine: float) -> Float[Array, "n 4"]:

@@ -167,12 +167,24 @@ def limb_ends(human: Human) -> tuple[int, ...]:
     return tuple(human.body(name) for name in (*hands, "foot_r", "foot_l"))
 
 
-def heading_of(quat: Float[Array, " 4"]) -> tuple[float, float]:
-    """Return cosine and sine of the direction a pelvis faces, over the ground."""
-    w, x, y, z = quat.tolist()
-    cosine, sine = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z)
-    size = (cosine * cosine + sine * sine) ** 0.5 or 1.0
-    return cosine / size, sine / size
+class Heading:
+    """Where a pelvis faces, over the ground.
+
+    Attributes:
+        cosine: Of the angle from the world's x.
+        sine: Likewise.
+        matrix: Maps rows of world axes to axes with x along the heading.
+    """
+
+    __slots__ = ("cosine", "matrix", "sine")
+
+    def __init__(self, quat: Float[Array, " 4"]):
+        """Take it from the orientation of the pelvis, ``wxyz``."""
+        w, x, y, z = quat.tolist()
+        cosine, sine = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z)
+        size = (cosine * cosine + sine * sine) ** 0.5 or 1.0
+        self.cosine, self.sine = c, s = cosine / size, sine / size
+        self.matrix = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
 
 
 def _off_the_belt(human: Human, motion: Motion) -> Motion:
@@ -253,7 +265,6 @@ def _table(
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         com[k] = data.subtree_com[1]
-        c, s = heading_of(qpos[k, 3:7])
-        turned = (data.xipos[limbs] - data.xpos[1]) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        places[k] = turned.ravel()
+        turn = Heading(qpos[k, 3:7]).matrix
+        places[k] = ((data.xipos[limbs] - data.xpos[1]) @ turn).ravel()
     return np.hstack([qpos, qvel, com, places, np.maximum(-lowest(human, qpos), 0.0)[:, None]])

@@ -14,16 +14,13 @@ is the same where the angles are small.
 """
 
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
-from plantigrade.learn.reference import Frame, heading_of, limb_ends
-from plantigrade.models import Human
+from plantigrade.learn.reference import Frame, Heading, limb_ends
 from plantigrade.world import World
 from plantigrade.world.scene import FOOT
-
-TERMS = ("pose", "velocity", "com", "ends")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,32 +51,35 @@ class Reward:
     """Rewards a person for following a reference.
 
     Args:
-        human: The person.
+        world: The person's.
         weights: The weights.
     """
 
-    def __init__(self, human: Human, weights: Weights):
-        w = weights
-        self._weights = np.array([w.pose, w.velocity, w.com, w.ends])
+    def __init__(self, world: World, weights: Weights):
+        human, data = world.human, world.data
+        self._weights = weights
         names = [human.body_names[b - 1] for b in human.model.jnt_bodyid[1:]]
         inner = [n.startswith(FOOT) and not n.startswith("foot") for n in names]
-        self._hinges = np.flatnonzero(~np.array(inner) | weights.feet)
+        self._counts = np.where(np.array(inner) & (not weights.feet), 0.0, 1.0)
+        n = len(names)
+        self._angles, self._rates = data.qpos[7 : 7 + n], data.qvel[6 : 6 + n]
+        self._com, self._pelvis, self._bodies = data.subtree_com[1], data.xpos[1], data.xipos
         self._ends = np.array(limb_ends(human))
 
-    def of(self, world: World, reference: Frame) -> tuple[float, dict[str, float]]:
-        """Return the reward and its terms, of a world whose kinematics are up to date."""
-        data, hinges = world.data, self._hinges
-        pose = data.qpos[7:][hinges] - reference.qpos[7:][hinges]
-        rates = data.qvel[6:][hinges] - reference.qvel[6:][hinges]
-        com = data.subtree_com[1] - reference.com
-        c, s = heading_of(data.qpos[3:7])
-        ends = (data.xipos[self._ends] - data.xpos[1]) @ _turn(c, s)
+    def of(self, turn: Heading, reference: Frame) -> tuple[float, dict[str, float]]:
+        """Return the reward and its terms; the kinematics of the world must be up to date.
+
+        Args:
+            turn: Where the pelvis faces.
+            reference: Where the person should be.
+        """
+        pose = (self._angles - reference.qpos[7:]) * self._counts
+        rates = (self._rates - reference.qvel[6:]) * self._counts
+        com = self._com - reference.com
+        ends = (self._bodies.take(self._ends, 0) - self._pelvis) @ turn.matrix
         off = ends.ravel() - reference.ends
-        size = (-2.0 * (pose @ pose), -0.1 * (rates @ rates), -10.0 * (com @ com))
-        terms = np.exp([*size, -40.0 * (off @ off)])
-        return float(self._weights @ terms), dict(zip(TERMS, terms.tolist(), strict=True))
-
-
-def _turn(cosine: float, sine: float) -> Float[Array, "3 3"]:
-    """Return the matrix that maps rows of world axes to those of a heading."""
-    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        p, v = exp(-2.0 * (pose @ pose)), exp(-0.1 * (rates @ rates))
+        c, e = exp(-10.0 * (com @ com)), exp(-40.0 * (off @ off))
+        w = self._weights
+        whole = w.pose * p + w.velocity * v + w.com * c + w.ends * e
+        return whole, {"pose": p, "velocity": v, "com": c, "ends": e}

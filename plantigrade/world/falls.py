@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from plantigrade.arrays import Array, Bool
 from plantigrade.models import Human
 from plantigrade.world.scene import GROUND, LIMBS
 
@@ -43,7 +44,11 @@ class FallWatch:
         self._ground = np.array([name.startswith(GROUND) for name in names])
         self._body, self._human = np.array(model.geom_bodyid), human
         own = (self._body > 0) & (self._body <= len(human.body_names))
-        self._limb = own & ((np.array(model.geom_contype) & LIMBS) > 0)
+        limb = own & ((np.array(model.geom_contype) & LIMBS) > 0)
+        self._limb = limb
+        self._down = np.outer(self._ground, limb) | np.outer(limb, self._ground)
+        self._limbs, self._top = np.flatnonzero(limb), _top(model, self._ground)
+        self._size = np.array(model.geom_rbound)[self._limbs]
         standing = mujoco.MjData(human.model)
         standing.qpos[:] = human.standing()
         mujoco.mj_kinematics(human.model, standing)
@@ -53,17 +58,41 @@ class FallWatch:
 
     def look(self, data: mujoco.MjData, time: float) -> Fall | None:
         """Return the fall that the last step shows, if it does."""
-        if data.ncon:
-            first, second = np.array(data.contact.geom).T
-            down = (self._ground[first] & self._limb[second]) | (
-                self._ground[second] & self._limb[first]
-            )
-            hit = np.flatnonzero(down & (np.array(data.contact.efc_address) >= 0))
-            if len(hit):
-                geom = second[hit[0]] if self._limb[second[hit[0]]] else first[hit[0]]
-                return Fall(time, self._human.body_names[int(self._body[geom]) - 1])
+        if data.ncon and self._near(data):
+            contact = data.contact
+            first, second = contact.geom.T
+            down = self._down[first, second]
+            if down.any():
+                hit = np.flatnonzero(down & (contact.efc_address >= 0))
+                if len(hit):
+                    geom = int(second[hit[0]] if self._limb[second[hit[0]]] else first[hit[0]])
+                    return Fall(time, self._human.body_names[int(self._body[geom]) - 1])
         return Fall(time) if self._height(data) < self._low else None
+
+    def _near(self, data: mujoco.MjData) -> bool:
+        """Return whether anything but feet may touch the ground: seeing contacts takes longer."""
+        return bool((data.geom_xpos[:, 2].take(self._limbs) - self._size).min() < self._top)
 
     def _height(self, data: mujoco.MjData) -> float:
         """Return the height of the centre of mass over the lower ankle [m]."""
-        return float(data.subtree_com[1, 2] - data.xpos[self._feet, 2].min())
+        place = data.xpos
+        return float(data.subtree_com[1, 2] - min(place[foot, 2] for foot in self._feet))
+
+
+def _top(model: mujoco.MjModel, ground: Bool[Array, " n_geoms"]) -> float:
+    """Return a height that no ground exceeds; infinite where it slopes or moves [m]."""
+    kinds, heights = mujoco.mjtGeom, []
+    for i in np.flatnonzero(ground):
+        kind, z, size = model.geom_type[i], float(model.geom_pos[i, 2]), model.geom_size[i]
+        if model.geom_bodyid[i] or abs(model.geom_quat[i, 0]) < 1.0:
+            return np.inf
+        if kind == kinds.mjGEOM_HFIELD:
+            z += float(model.hfield_size[model.geom_dataid[i], 2])
+        elif kind == kinds.mjGEOM_SPHERE:
+            z += float(size[0])
+        elif kind == kinds.mjGEOM_BOX:
+            z += float(size[2])
+        elif kind != kinds.mjGEOM_PLANE:
+            return np.inf
+        heights.append(z)
+    return max(heights, default=np.inf)
