@@ -1,0 +1,343 @@
+r"""Where the bones of a foot are, given its ankle and which segments press the ground.
+
+Eqs. 1-5 of [Park2020]_ for the multi-segment foot of :mod:`plantigrade.models.feet`. A segment that
+is *marked* lies flat on the ground: its joint is as high above it as when the foot stands, and its
+sole is parallel to it. The ankle is where it is told to be; the foot turns as little as possible
+from the way it *faces*, its orientation in a motion that knows no bones.
+
+With :math:`n` the normal of the ground and :math:`R` the orientation of the foot, all the ankle has
+to say is :math:`u = R^T n`, the normal as the foot sees it. A marked segment whose joint lies at
+:math:`v_k` in the foot and has to be :math:`w_k` below the ankle asks for
+
+.. math:: u^T v_k = -w_k, \qquad \lVert u \rVert = 1 .
+
+* *One* joint leaves a circle; the point of it nearest to the :math:`u` of the foot as it faces is
+  the rotation about :math:`n \times v` by the angle of the paper's Eqs. 1 and 2.
+* *Two* leave two points; the one is taken that keeps unmarked segments out of the ground, or the
+  nearer one where both do. (The paper says nothing about several.)
+* *Three* leave none unless the ankle has just the height of a standing foot.
+
+Where no :math:`u` exists, the ankle is moved along :math:`n` by the least that makes one, and the
+pose is that of the moved ankle: so an ankle out of reach costs a figure (:attr:`~FootPose.shift`),
+not a joint that hangs in the air.
+
+A marked segment's orientation (Eq. 4) takes its normal to that of the ground and its direction to
+that of the foot, projected on the ground (Eq. 3). As printed, Eq. 4 turns the direction the segment
+had *before* it was levelled; here it is levelled first. Both rotations together are the one that
+takes one pair of axes to another, so the half-turn at which Eq. 5 is undefined does not arise; in
+the turn of the foot itself it does, and is made about its left axis. The fourth toe's joint hangs
+on the lateral metatarsals: where these are not marked and the lateral toes are, Eqs. 1 and 2 are
+applied again with the cuboid joint in the place of the ankle.
+
+On curved ground every segment has a plane of its own, through the ground beneath its contact
+spheres; pose and planes are found in turns.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.contact.ground import Ground
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.normal_seen import NormalSeen, axes_upon, hinge_angles, smallest_turn
+from plantigrade.models import Human
+from plantigrade.models.skeleton import Body
+
+SEGMENTS = ("heel", "lateral_metatarsal", "medial_phalanges", "lateral_phalanges")
+"""Segments that can be marked. The fifth, the medial metatarsals with the tarsus, touches nothing
+and is what the ankle turns."""
+HEEL, LATERAL, MEDIAL_TOES, LATERAL_TOES, EDGE = range(5)
+HEEL_EDGE = "heel_edge"
+"""The back edge of the heel, over which a foot rolls that lands: the heel stays in line with the
+foot. Not in the paper, whose heel is flat whenever it is marked."""
+MARKS = (*SEGMENTS, HEEL_EDGE)
+
+FOURTH = "contact_lateral_phalanges_metatarsal_4"  # where the joint of the lateral toes is
+ROUNDS = 4  # of pose and planes, on curved ground
+
+
+def marks(*names: str) -> Bool[Array, " 5"]:
+    """Return which of :data:`MARKS` are named.
+
+    Raises:
+        ParameterError: If a name is none of them.
+    """
+    wrong = set(names) - set(MARKS)
+    if wrong:
+        raise ParameterError(f"no segment {', '.join(sorted(wrong))}; there are {', '.join(MARKS)}")
+    return np.array([name in names for name in MARKS])
+
+
+@dataclass(frozen=True)
+class FootPose:
+    """The pose of one foot, frame by frame.
+
+    Attributes:
+        rotation: From the foot (``foot_r``: the ankle frame, free of the shank) to the world.
+        angles: The hinges within the foot, in the order of :attr:`FootPoser.coordinates` [rad].
+            Those of segments that are not marked are zero. They may lie beyond the joints' limits.
+        shift: How far the ankle was moved along the normal so that the marked segments touch [m];
+            zero where it is within reach.
+        clearance: Height of every contact sphere of :attr:`FootPoser.spheres` above the ground [m].
+        undetermined: Where the input left a direction open: a joint straight above or below the
+            ankle that has to move, a half-turn, a foot that faces along the normal.
+    """
+
+    rotation: Float[Array, "n 3 3"]
+    angles: Float[Array, "n 12"]
+    shift: Float[Array, " n"]
+    clearance: Float[Array, "n n_spheres"]
+    undetermined: Bool[Array, " n"]
+
+
+class FootPoser:
+    """Poses one foot of a person.
+
+    Args:
+        human: The person; its feet are ``multi-segment``.
+        side: ``"r"`` or ``"l"``.
+
+    Attributes:
+        coordinates: Names of the hinges of :attr:`FootPose.angles`.
+        spheres: Names of the contact spheres of :attr:`FootPose.clearance`.
+        segment: Which of :data:`SEGMENTS` each of them belongs to, as an index.
+        standing: Height of the ankle above level ground when the foot stands on it [m].
+
+    Raises:
+        ParameterError: If the feet are of another kind.
+    """
+
+    def __init__(self, human: Human, side: str):
+        if human.feet != "multi-segment" or side not in ("r", "l"):
+            raise ParameterError(
+                f"{human.feet} feet, side {side!r}: only the multi-segment feet 'r' and 'l' have "
+                "segments to pose"
+            )
+        bodies = {b.name: b for b in human.skeleton.bodies}
+        parts = [bodies[f"{name}_{side}"] for name in SEGMENTS]
+        self.side = side
+        self.coordinates = tuple(h.name for b in parts for h in b.hinges)
+        self._joint = np.array([b.position for b in parts])  # of each segment, in its parent [m]
+        centres = [np.array([c.position for c in b.contacts]) for b in parts]
+        self._centres = np.concatenate(centres)[:, :, None]
+        self._radius = np.concatenate([[c.radius for c in b.contacts] for b in parts])
+        self.spheres = tuple(
+            f"contact_{c.segment}_{c.name}_{side}" for b in parts for c in b.contacts
+        )
+        self.segment = np.repeat(np.arange(4), [len(b.contacts) for b in parts])
+        soles = [_sole(spheres) for spheres in _lying(parts)]
+        normals = np.array([normal for normal, _ in soles])
+        self._sole_axes = axes_upon(normals, np.eye(3)[0])[0].swapaxes(1, 2)
+        back = [c for c in parts[HEEL].contacts if c.name.startswith("heel_back")]
+        edge = np.mean([c.position for c in back], axis=0) + self._joint[HEEL]
+        # What has to be how high: heel, cuboid, third toe, fourth toe, edge of the heel.
+        fourth = self._joint[LATERAL] + self._joint[LATERAL_TOES]
+        self._pivots = np.array([*self._joint[:3], fourth, edge])
+        self._heights = np.array([*(h for _, h in soles), float(back[0].radius)])
+        self._at_rest = np.concatenate(
+            [self._origin(k) + centre for k, centre in enumerate(centres)]
+        )
+        self._sign = 1.0 if side == "r" else -1.0
+        self._solver = lru_cache(maxsize=None)(self._prepared)
+        standing = self._at_rest[self.segment == HEEL, 2] - self._radius[self.segment == HEEL]
+        self.standing = float(-standing.min())
+
+    def _origin(self, k: int) -> np.ndarray:
+        """Return where a segment's joint is in the foot while all joints are at zero [m]."""
+        return self._joint[k] + (self._joint[LATERAL] if k == LATERAL_TOES else 0.0)
+
+    def pose(
+        self,
+        ankle: Float[Array, "n 3"],
+        facing: Float[Array, "n 3 3"],
+        marked: Bool[Array, "n n_marks"],
+        ground: Ground | None = None,
+    ) -> FootPose:
+        """Return the pose of the foot in every frame.
+
+        Args:
+            ankle: Ankle joint centre, world [m].
+            facing: Rotation from the foot to the world in a motion that knows no bones: the foot
+                is turned from it as little as possible, and its toes point where it points.
+            marked: Which of :data:`SEGMENTS` (or :data:`MARKS`) press the ground.
+            ground: The ground; level at height zero if not given.
+
+        Raises:
+            ParameterError: If a number is not finite, or ``marked`` has other columns.
+        """
+        ground = ground or Ground()
+        if marked.shape[1] not in (len(SEGMENTS), len(MARKS)):
+            raise ParameterError(f"marked has {marked.shape[1]} columns; they are {MARKS}")
+        if not (np.isfinite(ankle).all() and np.isfinite(facing).all()):
+            raise ParameterError("ankle and facing must be finite numbers")
+        if len(ankle) == 1 or (marked == marked[0]).all():
+            return self._one_pattern(ankle, facing, tuple(marked[0].tolist()), ground)
+        patterns, which = np.unique(marked, axis=0, return_inverse=True)
+        out: list[np.ndarray] = []
+        for i, pattern in enumerate(patterns):
+            rows = np.flatnonzero(which.ravel() == i)
+            pose = self._one_pattern(ankle[rows], facing[rows], tuple(pattern.tolist()), ground)
+            found = (pose.rotation, pose.angles, pose.shift, pose.clearance, pose.undetermined)
+            if not out:
+                out = [np.zeros((len(ankle), *x.shape[1:]), x.dtype) for x in found]
+            for whole, x in zip(out, found, strict=True):
+                whole[rows] = x
+        return FootPose(*out)
+
+    def _one_pattern(self, ankle, facing, pattern, ground: Ground) -> FootPose:
+        """Return the pose of frames that have the same segments marked."""
+        solve, n = self._solver(pattern), ground.normal
+        if not (ground.uneven or ground.steps):
+            wanted = (ground.height + self._heights)[None]
+            *found, spheres = solve(ankle, facing, n, n[None, None], wanted)
+            return FootPose(*found[:3], spheres @ n - ground.height - self._radius, found[3])
+        found, spheres = None, ankle[:, None] + (facing @ self._at_rest.T).swapaxes(1, 2)
+        for _ in range(ROUNDS):
+            normals, wanted = self._planes(spheres, ankle, facing, found, ground)
+            *found, spheres = solve(ankle, facing, n, normals, wanted)
+        assert found is not None
+        gap = spheres @ n - ground.under(spheres)
+        gap *= ground.normal_at(spheres) @ n
+        return FootPose(*found[:3], gap - self._radius, found[3])
+
+    def _planes(self, spheres, ankle, facing, found, ground: Ground):
+        """Return the normal of the ground under each segment and how high each joint has to be.
+
+        The plane of a segment is the one through the ground under its spheres that comes closest
+        to all of them, raised until it lies above all.
+        """
+        axes = ground.to_world
+        rotation = facing if found is None else found[0]
+        moved = ankle if found is None else ankle + found[2][:, None] * ground.normal
+        joints = moved[:, None] + (rotation @ self._pivots.T).swapaxes(1, 2)
+        if found is not None:  # the fourth toe, as far as the lateral metatarsals are bent
+            joints[:, LATERAL_TOES] = spheres[:, self.spheres.index(f"{FOURTH}_{self.side}")]
+        below = ground.under(spheres)
+        aslant = self._radius / (ground.normal_at(spheres) @ ground.normal)
+        seen, at = spheres @ axes, joints @ axes
+        normals = np.empty((len(ankle), 4, 3))
+        wanted = np.empty((len(ankle), 5))
+        for k in range(4):
+            mine = self._under[k]
+            x, z = seen[:, mine, :2], below[:, mine]
+            middle, level = x.mean(axis=1), z.mean(axis=1)
+            slope = _slope(x - middle[:, None], z - level[:, None])
+            up = np.concatenate([-slope, np.ones((len(x), 1))], axis=1)
+            length = np.linalg.norm(up, axis=1)
+            # A sphere on a slope touches it beside its lowest point, which is the higher for it.
+            z = z + aslant[:, mine] - self._radius[mine] * length[:, None]
+            rise = z - level[:, None] - ((x - middle[:, None]) @ slope[:, :, None])[..., 0]
+            normals[:, k] = (up / length[:, None]) @ axes.T
+            base = level + rise.max(axis=1)
+            for pivot in (k, 4) if k == HEEL else (k,):
+                here = base + ((at[:, pivot, :2] - middle) * slope).sum(axis=1)
+                wanted[:, pivot] = here + self._heights[pivot] * length
+        return normals, wanted
+
+    @cached_property
+    def _under(self) -> list[np.ndarray]:
+        """The spheres that tell each segment's plane; the lateral rays lie on their heads too."""
+        own = [np.flatnonzero(self.segment == k) for k in range(4)]
+        heads = [i for i in own[LATERAL_TOES] if "_metatarsal_" in self.spheres[i]]
+        own[LATERAL] = np.array([*own[LATERAL], *heads])
+        return own
+
+    def _prepared(self, pattern: tuple[bool, ...]):
+        """Return the function that poses frames of one pattern of marks.
+
+        It takes ankle, facing, normal of the ground, normals of the segments' planes and how high
+        each pivot has to be, and returns rotation, angles, shift, what was open, and the spheres.
+        """
+        marked = dict(zip(MARKS, (*pattern, False)[:5], strict=True))
+        heel, lateral, medial, toes = (marked[name] for name in SEGMENTS)
+        hold = [HEEL] if heel else [EDGE] * marked[HEEL_EDGE]
+        hold += [LATERAL] * lateral + [MEDIAL_TOES] * medial
+        hold += [LATERAL_TOES] * (toes and not (lateral or medial))
+        find, again = NormalSeen(self._pivots[hold]), NormalSeen(self._joint[LATERAL_TOES][None])
+        pressing = [heel or marked[HEEL_EDGE], lateral, medial, toes]
+        aloft = ~np.array(pressing)[self.segment]
+        others = self._at_rest[aloft], self._radius[aloft]
+        down_again = toes and medial and not lateral  # the fourth toe, about the cuboid joint
+        flat = [k for k in range(4) if pattern[k]]
+        moved = [*flat, LATERAL] if down_again else flat
+        free = any(pattern[k] for k in (LATERAL, LATERAL_TOES))
+
+        def solve(ankle, facing, n, normals, wanted):
+            high, seen = ankle @ n, n @ facing  # the second: R^T n, one row per frame
+            w = high[:, None] - wanted[:, hold]
+            above = high - (wanted[:, hold] - self._heights[hold]).mean(axis=1) if hold else high
+            u, down, open_ = find(w, seen, others, above)
+            turn, half = smallest_turn(u, seen)
+            R, open_ = facing @ turn, open_ | half
+            origin = ankle - down[:, None] * n
+            Q = np.empty((len(ankle), 4, 3, 3))
+            Q[:] = R[:, None]
+            joints = origin[:, None] + self._joint @ R.swapaxes(1, 2)
+            if flat:
+                axes, along = axes_upon(normals, facing[:, None, :, 0], R[:, None, :, 0])
+                Q[:, flat] = (axes @ self._sole_axes)[:, flat]
+                open_ = open_ | along.any(axis=1)
+            if down_again:
+                w = joints[:, LATERAL] @ n - wanted[:, LATERAL_TOES]
+                v, _, lost = again(w[:, None], u)
+                turn, half = smallest_turn(v, u)
+                Q[:, LATERAL], open_ = R @ turn, open_ | lost | half
+            if free:
+                joint = Q[:, LATERAL] @ self._joint[LATERAL_TOES]
+                joints[:, LATERAL_TOES] = joints[:, LATERAL] + joint
+                if not toes:
+                    Q[:, LATERAL_TOES] = Q[:, LATERAL]
+            else:
+                joints[:, LATERAL_TOES] += joints[:, LATERAL] - origin
+            angles = np.zeros((len(ankle), 4, 3))
+            if moved:
+                parents = np.empty_like(Q)
+                parents[:] = R[:, None]
+                parents[:, LATERAL_TOES] = Q[:, LATERAL]
+                angles[:, moved] = hinge_angles(
+                    (parents.swapaxes(2, 3) @ Q)[:, moved], self._sign
+                )
+            spheres = joints[:, self.segment]
+            spheres += (Q[:, self.segment] @ self._centres)[..., 0]
+            return R, angles.reshape(-1, 12), -down, open_, spheres
+
+        return solve
+
+
+def _slope(x, z):
+    """Return the slope of the plane through the origin that is closest to heights z at places x."""
+    a, c = (x * x).sum(axis=1).T
+    b = (x[..., 0] * x[..., 1]).sum(axis=1)
+    f, g = (x * z[..., None]).sum(axis=1).T
+    det = a * c - b * b
+    return np.stack([c * f - b * g, a * g - b * f], axis=-1) / det[:, None]
+
+
+def _sole(spheres: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, float]:
+    """Return the normal of a sole, and the height of its joint above the ground it lies on [m]."""
+    centre, radius = spheres
+    bottom = centre - radius[:, None] * np.array([0.0, 0.0, 1.0])
+    flat = bottom - bottom.mean(axis=0)
+    slope = np.linalg.lstsq(flat[:, :2], flat[:, 2], rcond=None)[0]
+    normal = np.array([-slope[0], -slope[1], 1.0])
+    normal /= np.linalg.norm(normal)
+    return normal, float((radius - centre @ normal).max())
+
+
+def _lying(parts: list[Body]):
+    """Return centres and radii of the spheres each segment lies on, in its axes [m].
+
+    The lateral metatarsals lie on their heads too, which belong to the toes.
+    """
+    spheres = [
+        (np.array([c.position for c in b.contacts]), np.array([c.radius for c in b.contacts]))
+        for b in parts
+    ]
+    toes = parts[LATERAL_TOES]
+    heads = np.array(["metatarsal" in c.name for c in toes.contacts])
+    (own, size), (centre, radius) = spheres[LATERAL], spheres[LATERAL_TOES]
+    centre = np.concatenate([own, centre[heads] + toes.position])
+    spheres[LATERAL] = centre, np.concatenate([size, radius[heads]])
+    return spheres
