@@ -296,9 +296,7 @@ class FootPoser:
                 parents = np.empty_like(Q)
                 parents[:] = R[:, None]
                 parents[:, LATERAL_TOES] = Q[:, LATERAL]
-                angles[:, moved] = hinge_angles(
-                    (parents.swapaxes(2, 3) @ Q)[:, moved], self._sign
-                )
+                angles[:, moved] = hinge_angles((parents.swapaxes(2, 3) @ Q)[:, moved], self._sign)
             spheres = joints[:, self.segment]
             spheres += (Q[:, self.segment] @ self._centres)[..., 0]
             return R, angles.reshape(-1, 12), -down, open_, spheres
