@@ -30,7 +30,7 @@ LAYERS = (
     ("wbc",),
     ("reproduce", "synthesize", "world"),
     ("control",),
-    ("learn", "vault"),
+    ("learn", "live", "vault"),
     ("analyze",),
     ("report",),
     ("workflows",),

@@ -8,6 +8,8 @@ import tyro
 
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
+from plantigrade.errors import ParameterError
+from plantigrade.options import Flag
 from plantigrade.workflows.settings import SimulateSettings
 
 
@@ -24,6 +26,20 @@ class Command(SimulateSettings, RunOptions):
         tyro.conf.arg(metavar="[FILE|RUN]", help_behavior_hint=""),
     ] = None
     """Recording or run folder whose motion is put into the world."""
+    live: Flag = False
+    """Run it in the browser: look on, push and drag, change the ground and the controller."""
+    port: int = 8080
+    """Port of the live page; the next free one if it is taken."""
+    no_open: Flag = False
+    """Only print the address of the live page; do not open a browser."""
+
+    ranges = {"port": (1, 65535, "")}
+
+    def __post_init__(self):
+        """Refuse what only a live page has a use for."""
+        super().__post_init__()
+        if not self.live and (self.port != 8080 or self.no_open):
+            raise ParameterError("--port and --no-open are for --live")
 
     def run(self) -> Outcome:
         """Simulate and write the run folder."""
@@ -31,6 +47,8 @@ class Command(SimulateSettings, RunOptions):
         from plantigrade.workflows.save import save
         from plantigrade.workflows.simulate import simulate
 
+        if self.live:
+            return self.show()
         progress = Progress(quiet=self.quiet)
         self.refuse_existing(f"simulate-{self.source.stem if self.source else 'standing'}")
         settings = SimulateSettings.of(self)
@@ -39,6 +57,39 @@ class Command(SimulateSettings, RunOptions):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:  # how it ended is among them
             progress.warn(sentence)
+        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+
+    def show(self) -> Outcome:
+        """Simulate in the browser, and write the run folder if one is named."""
+        import sys
+
+        from plantigrade.commands.progress import Progress
+        from plantigrade.record import Run
+        from plantigrade.workflows.live import live
+        from plantigrade.workflows.save import save
+
+        if self.out is not None:
+            self.refuse_existing()
+        progress, written = Progress(quiet=self.quiet), []
+
+        def keep(run: Run) -> Run:
+            written.append(run)
+            return save(run, self.out, overwrite=self.overwrite or len(written) > 1)
+
+        run = live(
+            self.source,
+            SimulateSettings.of(self),
+            port=self.port,
+            open=not self.no_open,
+            tell=lambda line: print(line, file=sys.stderr, flush=True),
+            save=None if self.out is None else keep,
+            step=progress.step,
+            command=command_line(),
+        )
+        if self.out is None:
+            return Outcome()
+        with progress.step("writing the report and the viewer"):
+            run = keep(run)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
 

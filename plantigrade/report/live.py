@@ -6,24 +6,25 @@ Works over ssh and in a notebook: the server has no window and no OpenGL, the br
 import sys
 import time as clock
 import webbrowser
-from collections.abc import Callable
-from contextlib import redirect_stdout
-from io import StringIO
 from threading import Event
-from typing import Any
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
-from plantigrade.errors import ParameterError
 from plantigrade.record import Record
-from plantigrade.report.local_only import local_only
+from plantigrade.report.live_parts import (
+    ARROW,
+    Arrow,
+    add_arrow,
+    add_bodies,
+    add_ground,
+    address_of,
+    close,
+    in_bytes,
+    open_server,
+)
 from plantigrade.report.scene import build_scene, heading_of, standing_height
-from plantigrade.report.shapes import Shape, mesh_of, rgb
 
-ARROW = 0.6  # one body weight is drawn this long [m]
-HEAD, SHORTEST = 0.08, 0.015  # of which the head is; shorter ones are not drawn [m]
 PAUSE = 0.6  # the last frame stays this long before the first comes again [s]
 
 
@@ -79,28 +80,22 @@ class LiveViewer:
         title: str = "plantigrade",
     ):
         """Start the server and draw the first frame; the arguments are those of :func:`serve`."""
-        if not 0 < port < 65536:
-            raise ParameterError(f"{port=} is no port; choose one from 1024 to 65535")
-        import viser
-
         self.scene = build_scene(record, forces=forces)
-        with redirect_stdout(StringIO()), local_only():  # its banner: --json owns standard output
-            self.server = viser.ViserServer(host="localhost", port=port, verbose=False)
+        self.server = open_server(port, title)
         self._frame = -1
         self._now = float(self.scene.time[0])
         self._draw_static()
-        self._add_controls(title)
+        self._add_controls()
         self.show(0)
 
     @property
     def address(self) -> str:
         """Where a browser finds it."""
-        return f"http://localhost:{self.server.get_port()}"
+        return address_of(self.server)
 
     def close(self) -> None:
         """Stop the server."""
-        with redirect_stdout(StringIO()):
-            self.server.stop()
+        close(self.server)
 
     def play(self, stop: Event) -> None:
         """Run the clock until ``stop`` is set."""
@@ -151,17 +146,18 @@ class LiveViewer:
         target = np.array([0.0, 0.0, 0.5 * height])
         angle = heading_of(scene) - 0.95
         away = np.array([np.cos(angle), np.sin(angle), 0.25]) * 1.25 * height
-        server.scene.set_up_direction("+z")
         server.initial_camera.position = tuple(target + away)
         server.initial_camera.look_at = tuple(target)
         self._world = server.scene.add_frame("/world", show_axes=False)
-        self._add_ground()
-        self._bodies = self._add_bodies("/world/body", lambda s: s.body > 0)
-        self._add_bodies("/world/seats", lambda s: s.body == 0 and not s.is_ground)
+        add_ground(server, scene.ground, scene.shapes)
+        bodies = [s for s in scene.shapes if s.body > 0]
+        self._bodies = add_bodies(server, "/world/body", bodies)
+        seats = [s for s in scene.shapes if s.body == 0 and not s.is_ground]
+        add_bodies(server, "/world/seats", seats)
         self._reference = []
         if scene.reference_positions is not None:
-            self._reference = self._add_bodies(
-                "/world/reference", lambda s: s.body > 0, colour=theme.REFERENCE, opacity=0.4
+            self._reference = add_bodies(
+                server, "/world/reference", bodies, colour=theme.REFERENCE, opacity=0.4
             )
         self._clouds = {
             name: server.scene.add_point_cloud(
@@ -184,110 +180,17 @@ class LiveViewer:
         if scene.total_force is not None:
             places = ("/world/ground_reaction", "/world/centre_of_pressure")
             self._forces = [server.scene.add_frame(name, show_axes=False) for name in places]
-            self._arrows = [self._add_arrow(*places, colour) for colour in theme.BY_SIDE]
+            self._arrows = [add_arrow(server, *places, colour) for colour in theme.BY_SIDE]
 
-    def _add_arrow(self, forces: str, pressure: str, colour: str) -> tuple:
-        """Add shaft, head and disc of a side's ground reaction, of length 1 m along z.
-
-        They are meshes, for viser shows the colours of its own arrows too pale.
-        """
-        scene, paint, name = self.server.scene, in_bytes(colour), colour.removeprefix("#")
-        shaft, disc = (mesh_of(drum(*size)) for size in ((0.012, 0.5), (0.032, 0.004)))
-        turn = np.linspace(0, 2 * np.pi, 20, endpoint=False)
-        rim = 0.03 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-        tip, base = np.array([[0.0, 0.0, HEAD]]), np.zeros((1, 3))
-        i, j = np.arange(20), (np.arange(20) + 1) % 20
-        head = (
-            np.concatenate([rim, tip, base]),
-            np.concatenate(
-                [np.column_stack([i, j, 0 * i + 20]), np.column_stack([j, i, 0 * i + 21])]
-            ),
-        )
-        parts = ((forces, "shaft", shaft), (forces, "head", head), (pressure, "disc", disc))
-        return tuple(
-            scene.add_mesh_simple(
-                f"{where}/{name}_{part}",
-                vertices.astype(np.float32),
-                faces.astype(np.uint32),
-                color=paint,
-                visible=False,
-            )
-            for where, part, (vertices, faces) in parts
-        )
-
-    def _place(self, arrow: tuple, frame: int, side: int) -> None:
+    def _place(self, arrow: Arrow, frame: int, side: int) -> None:
         """Put the ground reaction of a side where it acts, or hide it."""
         scene = self.scene
         assert scene.cop is not None and scene.total_force is not None  # both or neither
-        start = scene.cop[frame, side]
         vector = ARROW * scene.total_force[frame, side] / scene.weight
-        length = float(np.linalg.norm(vector))
-        seen = bool(np.isfinite(start).all())
-        tip = min(HEAD, 0.4 * length)
-        shaft, head, disc = arrow
-        disc.visible = seen
-        shaft.visible = head.visible = seen and length > SHORTEST
-        if seen:
-            disc.position = start
-        if head.visible:
-            along, body = vector / length, length - tip
-            shaft.position, shaft.scale = start + along * body / 2, (1.0, 1.0, body)
-            head.position, head.scale = start + along * body, tip / HEAD
-            shaft.wxyz = head.wxyz = turned_to(along)
+        arrow.place(scene.cop[frame, side], vector)
 
-    def _add_ground(self) -> None:
-        """Add a grid on the plane, or on each tread; relief as it is."""
-        ground, scene = self.scene.ground, self.server.scene
-        half = -ground.slope / 2
-        grid: dict[str, Any] = {
-            "cell_size": 0.25,
-            "section_size": 1.0,
-            "cell_color": in_bytes(theme.FLOOR),
-            "section_color": in_bytes(theme.GRID),
-            "fade_distance": 25.0,
-            "shadow_opacity": 0.3,
-            "wxyz": (np.cos(half), 0.0, np.sin(half), 0.0),
-        }
-        if not ground.steps:
-            place = ground.normal * ground.height
-            scene.add_grid("/world/ground", width=100.0, height=100.0, position=place, **grid)
-        for tread in (s for s in self.scene.shapes if s.is_ground and s.kind == "box"):
-            top = tread.position + ground.normal * (tread.size[2] + 0.001)
-            width, height = 2 * tread.size[:2]
-            scene.add_grid(f"/world/{tread.name}", width=width, height=height, position=top, **grid)
-        self._add_bodies("/world/relief", lambda s: s.is_ground)
-
-    def _add_bodies(
-        self, root: str, which: Callable[[Shape], bool], *, colour: str = "", opacity: float = 1.0
-    ) -> list:
-        """Add one frame per body and its shapes below; return handles with body indices."""
-        handles = {}
-        for i, shape in enumerate(self.scene.shapes):
-            if not which(shape):
-                continue
-            frame = f"{root}/{shape.body}_{shape.body_name or 'world'}"
-            if shape.body not in handles:
-                handles[shape.body] = self.server.scene.add_frame(frame, show_axes=False)
-            vertices, faces = mesh_of(shape)
-            self.server.scene.add_mesh_simple(
-                f"{frame}/{i}",
-                vertices.astype(np.float32),
-                faces.astype(np.uint32),
-                color=in_bytes(colour or shape.paint),
-                opacity=None if opacity == 1 else opacity,
-                flat_shading=shape.kind in ("box", "mesh"),
-                side="double",
-                cast_shadow=not shape.is_ground,
-                receive_shadow=not shape.is_ground,  # their grids do
-                position=shape.position,
-                wxyz=shape.quat,
-            )
-        return [(handle, body) for body, handle in handles.items()]
-
-    def _add_controls(self, title: str) -> None:
+    def _add_controls(self) -> None:
         gui, scene = self.server.gui, self.scene
-        self.server.gui.configure_theme(show_logo=False, show_share_button=False)
-        gui.set_panel_label(title)
         self._playing = gui.add_checkbox("Play", True)
         first, last = np.floor(1e3 * scene.time[0]) / 1e3, np.ceil(1e3 * scene.time[-1]) / 1e3
         self._slider = gui.add_slider(
@@ -350,34 +253,3 @@ class LiveViewer:
         angle = heading_of(self.scene)
         reach = 0.75 if self._beside.value else 0.0
         return reach * np.array([-np.sin(angle), np.cos(angle), 0.0])
-
-
-def in_bytes(colour: str | tuple[float, float, float]) -> tuple[int, int, int]:
-    """Return red, green and blue in 0–255, as viser takes them.
-
-    Example:
-        >>> in_bytes("#ff0033"), in_bytes((1.0, 0.0, 0.2))
-        ((255, 0, 51), (255, 0, 51))
-    """
-    parts = rgb(colour) if isinstance(colour, str) else colour
-    red, green, blue = (round(255 * part) for part in parts)
-    return red, green, blue
-
-
-def drum(radius: float, half: float) -> Shape:
-    """Return a cylinder along z [m]."""
-    still = np.array([1.0, 0.0, 0.0, 0.0])
-    size = np.array([radius, half, 0.0])
-    return Shape("cylinder", size, np.zeros(3), still, None, 0, "world")
-
-
-def turned_to(direction: Float[Array, " 3"]) -> Float[Array, " 4"]:
-    """Return the shortest turn, ``wxyz``, of the vertical to a unit vector.
-
-    Example:
-        >>> turned_to(np.array([0.0, 0.0, 1.0]))
-        array([1., 0., 0., 0.])
-    """
-    x, y, z = direction
-    quat = np.array([1 + z, -y, x, 0.0]) if z > -1 + 1e-9 else np.array([0.0, 1.0, 0.0, 0.0])
-    return quat / np.linalg.norm(quat) + 0.0

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from plantigrade.analyze.trial import Trial
@@ -44,6 +45,7 @@ class Start:
         provenance: Where it comes from.
         figures: What is known of the person.
         notes: What the user should know of it.
+        place: Where somebody stands who has no motion [m], and which way they look [rad].
     """
 
     human: Human
@@ -54,6 +56,11 @@ class Start:
     sites: tuple[ContactSite, ...] = ()
     figures: Mapping[str, Any] | None = None
     notes: tuple[str, ...] = ()
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def standing(self, ground: Ground) -> Array:
+        """Return how they stand on a ground, where they stand."""
+        return moved(self.human, ground, standing_on(self.human, ground), self.place)
 
 
 def around(how: SimulateSettings) -> tuple[Ground | None, tuple[Disturbance, ...]]:
@@ -120,7 +127,7 @@ def _carriers(record: Record) -> tuple[ContactSite, ...]:
 
 def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
     """Return what a controller is made for."""
-    stands = None if begin.motion is not None else standing_on(begin.human, ground)
+    stands = None if begin.motion is not None else begin.standing(ground)
     return Situation(
         human=begin.human,
         ground=ground,
@@ -138,15 +145,35 @@ def state_of(begin: Start, ground: Ground, how: SimulateSettings) -> tuple[Array
         near = abs(placed[2] - qpos[2]) <= FARTHEST or how.ground is not None
         return placed if near else qpos, begin.motion.qvel[0]
     # Settled: the soles pressed into the ground as far as they will be.
+    stands = begin.standing(ground)
     world = World(
-        begin.human, ground, rate=how.rate, control_rate=how.control_rate, recording=False
+        begin.human,
+        ground,
+        rate=how.rate,
+        control_rate=how.control_rate,
+        recording=False,
+        qpos=stands,
     )
-    hold, state = Posture(how.stiffness, standing_on(begin.human, ground)), world.reset()
+    hold, state = Posture(how.stiffness, stands), world.reset()
     while world.time < SETTLING and world.fall is None and world.diverged is None:
         state = world.step(hold(state))
     if world.fall is not None or world.diverged is not None:  # nobody can stand there: so be it
-        return standing_on(begin.human, ground), np.zeros(begin.human.model.nv)
+        return stands, np.zeros(begin.human.model.nv)
     return np.array(state.qpos), np.array(state.qvel)
+
+
+def moved(human: Human, ground: Ground, qpos: Array, place: tuple[float, float, float]) -> Array:
+    """Return a configuration at another place [m], turned about the vertical [rad]."""
+    x, y, turn = place
+    if place == (0.0, 0.0, 0.0):
+        return qpos
+    c, s = np.cos(turn), np.sin(turn)
+    there = np.array(qpos)
+    there[:2] = [x + c * qpos[0] - s * qpos[1], y + s * qpos[0] + c * qpos[1]]
+    mujoco.mju_mulQuat(
+        there[3:7], np.array([np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)]), qpos[3:7]
+    )
+    return on_ground(human, ground, there)
 
 
 def world_of(

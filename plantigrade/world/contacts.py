@@ -115,7 +115,7 @@ class Contacts:
         flat = when[at] * k + site[at]
 
         def summed(values: Float[Array, " m"]) -> Float[Array, "n_steps n_sites"]:
-            return np.bincount(flat, values, n * k).reshape(n, k)
+            return np.bincount(flat, values, n * k).astype(float).reshape(n, k)  # no values: whole
 
         total = summed(load[at])[..., None]
         point = np.stack([summed(load[at] * place[at, i]) for i in range(3)], axis=2)

@@ -82,19 +82,19 @@ class Platform(Disturbance):
         first = world.model.joint(JOINTS[0])
         world.memory[self] = int(first.qposadr[0]), int(first.dofadr[0])
         q, v = world.memory[self]
-        world.data.qpos[q : q + 4], world.data.qvel[v : v + 4], _ = self._path(0.0)
+        world.data.qpos[q : q + 4], world.data.qvel[v : v + 4], _ = self.path(0.0)
 
     def act(self, world: "plantigrade.world.world.World") -> None:
         """Follow the path: with its acceleration, and back to it where it is off."""
         q, v = world.memory[self]
         data = world.data
-        place, speed, acceleration = self._path(world.time)
+        place, speed, acceleration = self.path(world.time)
         off, slow = place - data.qpos[q : q + 4], speed - data.qvel[v : v + 4]
         wanted = acceleration + PULL**2 * off + 2 * PULL * slow
         data.qfrc_applied[v : v + 4] = HEAVY * wanted
         world.say("ground.place", data.qpos[q : q + 4].copy())
 
-    def _path(self, time: float) -> tuple[Array, Array, Array]:
+    def path(self, time: float) -> tuple[Array, Array, Array]:
         """Return place, speed and acceleration, by differences."""
         h = 1e-3
         before, now, after = (self.place(time + k * h) for k in (-1, 0, 1))

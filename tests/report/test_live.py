@@ -14,7 +14,8 @@ import pytest
 
 from plantigrade.charts import theme
 from plantigrade.contact.ground import Ground, Seat, Step
-from plantigrade.report.live import ARROW, HEAD, LiveViewer, in_bytes, turned_to
+from plantigrade.report.live import LiveViewer
+from plantigrade.report.live_parts import ARROW, HEAD, in_bytes, turned_to
 from plantigrade.report.scene import build_scene, side_forces
 from plantigrade.report.viewer import COLOURS, page_data
 from plantigrade.spatial.conventions import rotation_matrix

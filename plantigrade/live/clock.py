@@ -1,0 +1,60 @@
+"""How a simulation keeps to real time."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+
+MOST = 0.05
+"""What a slow machine owes beyond this is given up, so that it stays responsive [s]."""
+WINDOW = 1.0
+"""Over this time the speed is measured [s]."""
+
+
+class Clock:
+    """Says how much time a simulation owes, and how well it keeps up.
+
+    Args:
+        now: Returns real time [s].
+
+    Attributes:
+        behind: Simulated time that was given up since the start [s].
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic):
+        self._now, self._last, self._owed, self.behind = now, now(), 0.0, 0.0
+        self._kept: deque[tuple[float, float, float]] = deque()
+
+    def owed(self, speed: float) -> float:
+        """Return how much is to be simulated by now [s].
+
+        Args:
+            speed: Simulated per real time; zero while it is paused.
+        """
+        now = self._now()
+        passed, self._last = now - self._last, now
+        if speed == 0.0:
+            self._owed = 0.0
+            self._kept.clear()
+            return 0.0
+        self._owed += speed * passed
+        given_up = max(self._owed - MOST, 0.0)
+        self.behind += given_up
+        self._owed -= given_up
+        self._kept.append((now, speed * passed, given_up))
+        while now - self._kept[0][0] > WINDOW:
+            self._kept.popleft()
+        return self._owed
+
+    def did(self, simulated: float) -> None:
+        """Take note of what was simulated [s]."""
+        self._owed -= simulated
+
+    def since(self) -> float:
+        """Return how long ago it was asked what is owed [s]."""
+        return self._now() - self._last
+
+    @property
+    def share(self) -> float:
+        """What was simulated in the last second, by what was to be; 1 while it is paused."""
+        wanted = sum(wanted for _, wanted, _ in self._kept)
+        return 1.0 - sum(lost for *_, lost in self._kept) / wanted if wanted > 0.0 else 1.0

@@ -1,0 +1,94 @@
+"""What somebody does to a person by hand: a body dragged on a rope, and a push."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.world import Disturbance
+from plantigrade.world.disturbance import trunk
+
+if TYPE_CHECKING:
+    import plantigrade.world.world
+
+REACH = 0.25
+"""A rope that is so long pulls with all the force that is allowed [m]."""
+EASE = 0.05
+"""Damping of a rope, by its stiffness [s]."""
+LIGHT = 0.2
+"""Greatest share of a body's speed that the damping takes within one interval."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rope:
+    """From a place of a body to a hand.
+
+    Attributes:
+        body: Index of the body.
+        grip: Where it is held, from its centre of mass, in world axes [m].
+        end: Where the hand is, world [m].
+    """
+
+    body: int
+    grip: Float[Array, " 3"]
+    end: Float[Array, " 3"]
+
+
+class Hand(Disturbance):
+    """A spring from a body to a hand, no stronger than is allowed, and pushes at the upper trunk.
+
+    The force acts at the centre of mass of the body, so it does not turn it.
+
+    Attributes:
+        most: Greatest force of the rope, and force of a push [N].
+        rope: What is held; None where nothing is.
+        said: What is kept with the frames, as signals.
+    """
+
+    interval = 0.005
+
+    def __init__(self, most: float = 100.0):
+        self.most, self.rope = most, None
+        self.said: dict[str, float] = {}
+        self._push: tuple[float, Float[Array, " 3"]] | None = None
+
+    def hold(self, rope: Rope | None) -> None:
+        """Take hold of a body, pull it elsewhere, or let go of it."""
+        self.rope = rope
+
+    def push(self, until: float, direction: float) -> None:
+        """Push until a time of the world [s] in a direction: 0 forward, a quarter turn left."""
+        along = np.array([np.cos(direction), np.sin(direction), 0.0])
+        self._push = until, self.most * along
+
+    def reset(self, world: "plantigrade.world.world.World") -> None:
+        """Let go."""
+        self.rope = self._push = None
+
+    def act(self, world: "plantigrade.world.world.World") -> None:
+        """Pull, and push."""
+        for name, value in self.said.items():
+            world.say(name, value)
+        if self._push is not None:
+            until, force = self._push
+            if world.time >= until - 1e-9:
+                self._push = None
+            else:
+                world.push(trunk(world.human), force)
+        rope = self.rope
+        if rope is not None:
+            world.push(rope.body, self.pull(world, rope))
+
+    def pull(self, world: "plantigrade.world.world.World", rope: Rope) -> Float[Array, " 3"]:
+        """Return the force of a rope [N]."""
+        model, data = world.model, world.data
+        velocity = np.zeros(6)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, rope.body, velocity, 0)
+        stiffness = self.most / REACH
+        damping = min(EASE * stiffness, LIGHT * float(model.body_mass[rope.body]) / self.interval)
+        stretched = rope.end - (data.xipos[rope.body] + rope.grip)
+        force = stiffness * stretched - damping * velocity[3:]
+        size = float(np.linalg.norm(force))
+        return force * min(1.0, self.most / max(size, 1e-9))

@@ -1,0 +1,200 @@
+"""The controls of a live session."""
+
+from collections.abc import Callable
+from html import escape
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from plantigrade.control import CONTROLLERS
+from plantigrade.live.clock import Clock
+from plantigrade.live.frame import Frame
+from plantigrade.live.session import SPEEDS, Choice, Session
+from plantigrade.models.feet import FEET
+from plantigrade.models.joint_sets import JOINT_SETS
+from plantigrade.world import Target
+
+LAYERS = {
+    "Ground reaction": "/world/ground_reaction",
+    "Centre of pressure": "/world/centre_of_pressure",
+    "Centre of mass": "/world/com",
+}
+LINES = {"Contact forces": "contact_forces", "Support polygon": "support"}
+
+
+class Panel:
+    """What somebody sets, and how the simulation does.
+
+    Args:
+        server: The viser server.
+        session: What is set.
+        keeps: Its clock.
+        can_save: Whether there is a button to save.
+    """
+
+    def __init__(self, server: Any, session: Session, keeps: Clock, *, can_save: bool):
+        self.server, self.session, self._clock = server, session, keeps
+        self.wants_saving = Event()
+        self._targets: list[Any] = []
+        self._of: tuple[Target, ...] | None = None
+        self._choice: Choice | None = None
+        self._said = ""
+        gui = server.gui
+        self._status = gui.add_html("")
+        self._run_controls(can_save)
+        with gui.add_folder("Push"):
+            self._force = gui.add_slider("Force [N]", 0.0, 1000.0, 10.0, session.hand.most)
+            self._way = gui.add_slider("Direction [°]", -180.0, 180.0, 15.0, 0.0)
+            self._long = gui.add_slider("Duration [s]", 0.05, 1.0, 0.05, 0.2)
+            gui.add_button("Push the trunk").on_click(lambda _: self._push())
+            gui.add_markdown("0° pushes forward, 90° to the left. Or drag a body with the mouse.")
+        self._force.on_update(lambda _: self._ask(self._strengthen))
+        with gui.add_folder("Ground"):
+            level = not session.tilts
+            self._slope = gui.add_slider("Slope [°]", -15.0, 15.0, 0.5, 0.0, disabled=level)
+            self._cross = gui.add_slider(
+                "Slope sideways [°]", -15.0, 15.0, 0.5, 0.0, disabled=level
+            )
+            self._friction = gui.add_slider("Friction", 0.05, 1.5, 0.05, session.friction)
+        for slider in (self._slope, self._cross):
+            slider.on_update(lambda event: event.client is None or self._ask(self._tilt))
+        self._friction.on_update(lambda event: event.client is None or self._ask(self._rub))
+        self._folder = gui.add_folder("Controller")
+        with self._folder:
+            names = [*CONTROLLERS]
+            if session.choice.controller not in names:
+                names.append(session.choice.controller)
+            self._controller = gui.add_dropdown(
+                "Moved by", names, initial_value=session.choice.controller
+            )
+        with gui.add_folder("Person"):
+            self._feet = gui.add_dropdown("Feet", [*FEET], initial_value=session.choice.feet)
+            self._joints = gui.add_dropdown(
+                "Joint set", [*JOINT_SETS], initial_value=session.choice.joints
+            )
+            gui.add_markdown("Another body stands, at rest, where this one is.")
+        for box in (self._controller, self._feet, self._joints):
+            box.on_update(lambda event: event.client is None or self._choose())
+        with gui.add_folder("Show"):
+            self._follow = gui.add_checkbox("Follow camera", True)
+            self._shown = {label: gui.add_checkbox(label, True) for label in (*LAYERS, *LINES)}
+        for label, node in LAYERS.items():
+            self._shown[label].on_update(lambda _, n=node, la=label: self._show(n, la))
+
+    @property
+    def follows(self) -> bool:
+        """Whether the camera goes with the person."""
+        return bool(self._follow.value)
+
+    def shows(self, name: str) -> bool:
+        """Return whether lines of a name are drawn."""
+        return next((self._shown[label].value for label, own in LINES.items() if own == name), True)
+
+    def begin(self) -> None:
+        """Another world begins: show of it what is shown."""
+        for label, node in LAYERS.items():
+            self._show(node, label)
+
+    def layer(self, name: str, handle: Any) -> None:
+        """Take note of new lines."""
+        handle.visible = self.shows(name)
+
+    def update(self, frame: Frame) -> None:
+        """Show how the simulation does, and what has changed by itself."""
+        session, clock = self.session, self._clock
+        speed = "paused" if session.paused else f"{session.speed:g}×"
+        lines = [
+            f"<b>{frame.time:.2f} s</b>, {speed}",
+            f"{100 * clock.share:.0f} % of real time, {clock.behind:.2f} s behind"
+            if session.speed == 1.0
+            else f"{100 * clock.share:.0f} % of that speed, {clock.behind:.2f} s behind",
+        ]
+        lines += [f"<b>{escape(word)}</b>" for word in (frame.ended, session.message) if word]
+        said = "<br>".join(lines)
+        if said != self._said:
+            self._said = said
+            self._status.content = f'<div style="padding:0 1em;font-size:13px">{said}</div>'
+        self._pause.value = session.paused
+        if session.choice != self._choice:
+            self._choice = session.choice
+            self._controller.value = session.choice.controller
+            self._feet.value, self._joints.value = session.choice.feet, session.choice.joints
+        if session.targets != self._of:
+            self._offer(session.targets)
+        if session.slope_wanted is not None:
+            for slider, value in zip((self._slope, self._cross), session.slope_wanted, strict=True):
+                if abs(slider.value - np.rad2deg(value)) > 0.26:
+                    slider.value = float(np.rad2deg(value))
+
+    def _run_controls(self, can_save: bool) -> None:
+        gui, session = self.server.gui, self.session
+        self._pause = gui.add_checkbox("Paused", session.paused)
+        self._pause.on_update(lambda event: event.client is None or self._ask(self._hold_on))
+        speeds = {f"{speed:g}×": speed for speed in SPEEDS}
+        slow = gui.add_dropdown("Speed", [*speeds])
+
+        @slow.on_update
+        def _(_: Any) -> None:
+            session.speed = speeds[slow.value]
+
+        words = ("One step", "Restart")
+        buttons = gui.add_button_group("Time", words)
+        acts = dict(zip(words, (session.step, session.restart), strict=True))
+        buttons.on_click(lambda _: self._ask(acts[buttons.value]))
+        if can_save:
+            gui.add_button("Save the run so far").on_click(lambda _: self.wants_saving.set())
+        for label, key, act in (
+            ("Pause or go on", "SPACE", lambda: setattr(session, "paused", not session.paused)),
+            ("One step", "N", session.step),
+            ("Restart", "R", session.restart),
+        ):
+            command = gui.add_command(label, hotkey=key)
+            command.on_trigger(lambda _, act=act: self._ask(act))
+        gui.add_command("Push the trunk", hotkey="P").on_trigger(lambda _: self._push())
+
+    def _ask(self, action: Callable[[], None]) -> None:
+        self.session.ask(action)
+
+    def _hold_on(self) -> None:
+        self.session.paused = bool(self._pause.value)
+
+    def _strengthen(self) -> None:
+        self.session.hand.most = float(self._force.value)
+
+    def _push(self) -> None:
+        way, long = float(np.deg2rad(self._way.value)), float(self._long.value)
+        self._ask(lambda: self.session.push(way, long))
+
+    def _tilt(self) -> None:
+        self.session.tilt(*(float(np.deg2rad(s.value)) for s in (self._slope, self._cross)))
+
+    def _rub(self) -> None:
+        self.session.rub(float(self._friction.value))
+
+    def _choose(self) -> None:
+        wanted = Choice(self._controller.value, self._feet.value, self._joints.value)
+        self._choice = None  # what cannot be is shown no longer
+        self._ask(lambda: self.session.choose(wanted))
+
+    def _show(self, node: str, label: str) -> None:
+        handle = self.server.scene.get_handle_by_name(node)
+        if handle is not None:
+            handle.visible = self._shown[label].value
+
+    def _offer(self, targets: tuple[Target, ...]) -> None:
+        """Make sliders of what may be set of a controller."""
+        for slider in self._targets:
+            slider.remove()
+        self._of, self._targets = targets, []
+        with self._folder:
+            for target in targets:
+                label = f"{target.name} [{target.unit}]" if target.unit else target.name
+                step = (target.high - target.low) / 200
+                slider = self.server.gui.add_slider(
+                    label, target.low, target.high, step, target.value
+                )
+                slider.on_update(
+                    lambda _, s=slider, t=target: self._ask(lambda: t.set(float(s.value)))
+                )
+                self._targets.append(slider)

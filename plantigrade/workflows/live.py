@@ -1,0 +1,232 @@
+"""A simulation that somebody looks on at and interferes with, in the browser."""
+
+import time as clock
+import webbrowser
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from threading import Event, Thread
+from typing import Any
+
+from plantigrade.contact.ground import Ground
+from plantigrade.control import controller_named
+from plantigrade.control.choices import usual
+from plantigrade.live.clock import Clock
+from plantigrade.live.session import Cast, Choice, Session, run
+from plantigrade.live.slope import Slope
+from plantigrade.models import Human
+from plantigrade.record import Run
+from plantigrade.report.live_world import LiveWorld
+from plantigrade.workflows.beginning import Start, around, situation, start_of, world_of
+from plantigrade.workflows.fit import Step, silent
+from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate import run_of
+from plantigrade.world import Controller, Disturbance, Platform
+
+BY_HAND = (
+    "A live session: what was pushed by hand is a contact site of its own (push_…); friction and "
+    "targets as they were set are the signals live.…"
+)
+
+
+class Stage:
+    """Makes the worlds of a session from the settings of a simulation.
+
+    Args:
+        begin: Who starts.
+        ground: On what.
+        how: The settings.
+        acting: What acts besides.
+        own: Controller of one's own; one of the table if absent.
+    """
+
+    def __init__(
+        self,
+        begin: Start,
+        ground: Ground,
+        how: SimulateSettings,
+        acting: Sequence[Disturbance] = (),
+        own: Controller | None = None,
+    ):
+        self.first, self.ground, self.how = begin, ground, how
+        self.acting, self.own = tuple(acting), own
+        self.begin = begin
+        moving = any(isinstance(d, Platform) for d in acting)
+        self._level = ground == Ground(friction=ground.friction) and not moving
+
+    @property
+    def choice(self) -> Choice:
+        """What is chosen by the settings."""
+        word = self.how.controller or usual(self.first.motion)
+        if self.own is not None:
+            word = getattr(self.own, "__name__", type(self.own).__name__)
+        return Choice(word, self.first.human.feet, self.first.human.joints)
+
+    def __call__(
+        self, choice: Choice, hand: Disturbance, place: tuple[float, float, float] | None
+    ) -> Cast:
+        """Return the world of a choice; see :class:`plantigrade.live.session.Director`."""
+        begin, first = self.first, self.first.human
+        if (choice.feet, choice.joints) != (first.feet, first.joints):
+            human = another(first, choice.feet, choice.joints)
+            begin = replace(begin, human=human, motion=None, sites=())
+        if place is not None:
+            begin = replace(begin, motion=None, place=place)
+        slope = Slope() if self._level else None
+        acting = (*(() if slope is None else (slope,)), *self.acting, hand)
+        world = world_of(begin, self.ground, self.how, acting)
+        self.begin = begin
+
+        def controller(name: str) -> Controller:
+            if self.own is not None and name == self.choice.controller:
+                return self.own
+            return controller_named(name, situation(begin, self.ground, self.how))
+
+        return Cast(world=world, controller=controller, slope=slope)
+
+
+def another(human: Human, feet: str, joints: str) -> Human:
+    """Return a person of the same lengths and mass with other feet or joints.
+
+    Raises:
+        ParameterError: If the joint set has no such feet.
+    """
+    names = [name for name in human.dimensions.names() if name != "head"]  # follows from the rest
+    lengths = {name: float(getattr(human.dimensions, name)) for name in names}
+    return Human.create(human.height, human.mass, human.sex, joints, feet, lengths)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Live:
+    """A session and what it was made of.
+
+    Attributes:
+        session: The session.
+        stage: What makes its worlds.
+        began: When it began, by the clock of this process [s].
+    """
+
+    session: Session
+    stage: Stage
+    began: float
+
+    def run(self) -> Run:
+        """Return the run so far.
+
+        Raises:
+            ParameterError: If it has no frame.
+        """
+        session, stage = self.session, self.stage
+        record = session.record()
+        record = replace(record, notes=(*record.notes, BY_HAND))
+        seconds = clock.perf_counter() - self.began
+        word = session.choice.controller
+        return run_of(stage.begin, stage.how, session.world, record, word, seconds)
+
+
+def prepare(
+    source: Any = None,
+    settings: SimulateSettings | None = None,
+    *,
+    controller: str | Controller | None = None,
+    disturbances: Sequence[Disturbance] = (),
+    step: Step = silent,
+    command: str = "",
+    **options: Any,
+) -> Live:
+    """Return a live session, without a page; the arguments are those of ``simulate``.
+
+    Raises:
+        PlantigradeError: As ``simulate`` does.
+    """
+    if isinstance(controller, str):
+        options["controller"] = controller
+    how = SimulateSettings.given("simulate", settings, options)
+    named, acting = around(how)
+    begin = start_of(source, how, step, command)
+    ground = begin.ground if named is None else named
+    own = controller if callable(controller) else None
+    stage = Stage(begin, ground, how, (*acting, *disturbances), own)
+    session = Session(stage, stage.choice, until=how.duration)
+    return Live(session=session, stage=stage, began=clock.perf_counter())
+
+
+def live(
+    source: str | Path | Run | None = None,
+    settings: SimulateSettings | None = None,
+    *,
+    port: int = 8080,
+    open: bool = True,  # noqa: A002 - the word of the command line's option
+    tell: Callable[[str], None] = print,
+    save: Callable[[Run], None] | None = None,
+    stop: Event | None = None,
+    **options: Any,
+) -> Run:
+    """Simulate in the browser until interrupted, and return the run.
+
+    The physics has a thread of its own, so that drawing does not hold it up.
+
+    Args:
+        source: As of ``simulate``.
+        settings: As of ``simulate``; a ``duration`` is when it pauses.
+        port: Port to listen on; the next free one is taken where it is in use.
+        open: Whether to open the page in the default browser.
+        tell: Is told the address, and how well real time was kept.
+        save: Saves a run; called when somebody presses the button, which is there if this is.
+        stop: Ends the session when set (for tests and notebooks).
+        options: Further arguments of ``simulate``.
+
+    Raises:
+        PlantigradeError: As ``simulate`` does.
+    """
+    made = prepare(source, settings, **options)
+    session, keeps, stop = made.session, Clock(), stop or Event()
+    page = LiveWorld(session, keeps, port=port, title="plantigrade", can_save=save is not None)
+    failed: list[BaseException] = []
+
+    def simulate() -> None:
+        try:
+            run(session, stop, keeps)
+        except BaseException as error:
+            failed.append(error)
+            stop.set()
+
+    thread = Thread(target=simulate, name="physics")
+    thread.start()
+    try:
+        tell(f"Live at {page.address} (end with Ctrl-C)")
+        if open:
+            webbrowser.open(page.address)
+        while not stop.is_set():
+            page.show(stop)
+            if page.wants_saving.is_set():
+                _save(made, save)
+                page.wants_saving.clear()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        stop.set()
+        thread.join()
+        page.close()
+    if failed:
+        raise failed[0]
+    tell(f"{session.world.time:.2f} s simulated, {keeps.behind:.2f} s behind real time")
+    return made.run()
+
+
+def _save(made: Live, save: Callable[[Run], None] | None) -> None:
+    """Save the run so far; the session pauses meanwhile."""
+    session, taken, got = made.session, Event(), []
+
+    def take() -> None:
+        session.paused = True
+        got.append(made.run())
+        taken.set()
+
+    session.ask(take)
+    while not taken.wait(1.0):
+        if session.message:
+            return
+    if save is not None and got:
+        save(got[0])
+        session.message = "Saved."
