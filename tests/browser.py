@@ -64,7 +64,7 @@ class _Chromium:
         )
         try:
             port_file = Path(self._folder) / "DevToolsActivePort"
-            _wait(lambda: port_file.exists() and port_file.read_text().count("\n"))
+            wait_for(lambda: port_file.exists() and port_file.read_text().count("\n"))
             port, path = port_file.read_text().splitlines()[:2]
             self._host = f"ws://127.0.0.1:{port}"
             self.session = _Session(f"{self._host}{path}")
@@ -221,7 +221,7 @@ class Browser:
             "(() => { if (location.href === 'about:blank' || !document.body) return false;"
             f"return Boolean({ready}); }})()"
         )
-        _wait(lambda: self.evaluate(probe))
+        wait_for(lambda: self.evaluate(probe))
 
     def evaluate(self, expression: str):
         """Return the value of a JavaScript ``expression`` (a promise is awaited)."""
@@ -238,20 +238,20 @@ class Browser:
 
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Drag with the left button from ``start`` to ``end`` [px]."""
-        for kind, (x, y), buttons in (
-            ("mousePressed", start, 1),
-            ("mouseMoved", end, 1),
-            ("mouseReleased", end, 0),
-        ):
-            self.call(
-                "Input.dispatchMouseEvent",
-                type=kind,
-                x=x,
-                y=y,
-                button="left",
-                buttons=buttons,
-                clickCount=1,
-            )
+        for kind, place in (("mousePressed", start), ("mouseMoved", end), ("mouseReleased", end)):
+            self.mouse(kind, *place)
+
+    def mouse(self, kind: str, x: float, y: float) -> None:
+        """Send ``"mousePressed"``, ``"mouseMoved"`` or ``"mouseReleased"`` of the left button."""
+        self.call(
+            "Input.dispatchMouseEvent",
+            type=kind,
+            x=x,
+            y=y,
+            button="left",
+            buttons=0 if kind == "mouseReleased" else 1,
+            clickCount=1,
+        )
 
     def screenshot(self, path: Path | None = None, *, whole: bool = False) -> np.ndarray:
         """Return what is seen, ``(height, width, 3)`` in 0–255, and write it to ``path`` as PNG.
@@ -282,7 +282,7 @@ def moved(before: np.ndarray, after: np.ndarray) -> float:
     return float((np.abs(before.astype(np.int16) - after).max(axis=2) > 24).mean())
 
 
-def _wait(condition):
+def wait_for(condition):
     """Ask again and again; each question is work for the browser, so a busy one has longer."""
     for _ in range(2000):
         try:

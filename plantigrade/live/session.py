@@ -101,6 +101,7 @@ class Session:
         paused: Whether it stands still.
         frame: What is to be drawn.
         message: What the person should know; empty where there is nothing.
+        asked: What is still to be done.
 
     Raises:
         PlantigradeError: If there is nothing of the kind that is chosen.
@@ -115,7 +116,7 @@ class Session:
         until: float | None = None,
     ):
         self._director, self._hand = director, Hand(most)
-        self._asked: deque[Callable[[], None]] = deque()
+        self.asked: deque[Callable[[], None]] = deque()
         self.until = min(until or LONGEST, LONGEST)
         self.speed, self.paused, self.message = 1.0, False, ""
         self._take(choice, director(choice, self._hand, None))
@@ -147,14 +148,14 @@ class Session:
 
     def ask(self, action: Callable[[], None]) -> None:
         """Let something be done before the next control step; from any thread."""
-        self._asked.append(action)
+        self.asked.append(action)
 
     def advance(self, seconds: float) -> float:
         """Do what was asked, simulate whole control steps, and return how long they were [s]."""
-        asked = len(self._asked)
+        asked = len(self.asked)
         for _ in range(asked):
             try:
-                self._asked.popleft()()
+                self.asked.popleft()()
             except PlantigradeError as error:
                 self.message = str(error)
         period, start = 1.0 / self.world.control_rate, self.world.time

@@ -31,17 +31,22 @@ class Panel:
         session: What is set.
         keeps: Its clock.
         can_save: Whether there is a button to save.
+
+    Attributes:
+        status: What is said over the controls, as HTML.
+        targets: Sliders of the controller's.
+        wants_saving: Set by the button.
     """
 
     def __init__(self, server: Any, session: Session, keeps: Clock, *, can_save: bool):
         self.server, self.session, self._clock = server, session, keeps
         self.wants_saving = Event()
-        self._targets: list[Any] = []
+        self.targets: list[Any] = []
         self._of: tuple[Target, ...] | None = None
         self._choice: Choice | None = None
-        self._said = ""
+        self.status = ""
         gui = server.gui
-        self._status = gui.add_html("")
+        self._line = gui.add_html("")
         self._run_controls(can_save)
         with gui.add_folder("Push"):
             self._force = gui.add_slider("Force [N]", 0.0, 1000.0, 10.0, session.hand.most)
@@ -112,9 +117,9 @@ class Panel:
         ]
         lines += [f"<b>{escape(word)}</b>" for word in (frame.ended, session.message) if word]
         said = "<br>".join(lines)
-        if said != self._said:
-            self._said = said
-            self._status.content = f'<div style="padding:0 1em;font-size:13px">{said}</div>'
+        if said != self.status:
+            self.status = said
+            self._line.content = f'<div style="padding:0 1em;font-size:13px">{said}</div>'
         self._pause.value = session.paused
         if session.choice != self._choice:
             self._choice = session.choice
@@ -184,9 +189,9 @@ class Panel:
 
     def _offer(self, targets: tuple[Target, ...]) -> None:
         """Make sliders of what may be set of a controller."""
-        for slider in self._targets:
+        for slider in self.targets:
             slider.remove()
-        self._of, self._targets = targets, []
+        self._of, self.targets = targets, []
         with self._folder:
             for target in targets:
                 label = f"{target.name} [{target.unit}]" if target.unit else target.name
@@ -197,4 +202,4 @@ class Panel:
                 slider.on_update(
                     lambda _, s=slider, t=target: self._ask(lambda: t.set(float(s.value)))
                 )
-                self._targets.append(slider)
+                self.targets.append(slider)

@@ -48,6 +48,7 @@ class LiveWorld:
     Attributes:
         session: What is shown.
         server: The viser server.
+        panel: The controls.
     """
 
     def __init__(
@@ -77,9 +78,9 @@ class LiveWorld:
         self._frame: Frame | None = None
         self._offset = np.zeros(3)
         height = session.world.human.height
-        self.server.initial_camera.position = (1.9 * height, -1.5 * height, 0.95 * height)
+        self.server.initial_camera.position = (1.25 * height, -1.0 * height, 0.75 * height)
         self.server.initial_camera.look_at = (0.0, 0.0, 0.5 * height)
-        self._panel = Panel(self.server, session, keeps, can_save=can_save)
+        self.panel = Panel(self.server, session, keeps, can_save=can_save)
         self._beside = Beside(self.server, session)
         self.draw(session.frame)
 
@@ -91,7 +92,7 @@ class LiveWorld:
     @property
     def wants_saving(self) -> Event:
         """Set by the button; whoever saves clears it."""
-        return self._panel.wants_saving
+        return self.panel.wants_saving
 
     def close(self) -> None:
         """Stop the server."""
@@ -106,7 +107,7 @@ class LiveWorld:
             if frame is not self._frame:
                 self.draw(frame)
             if drawn % PANEL == 0:
-                self._panel.update(frame)
+                self.panel.update(frame)
             elif drawn % PANEL == PANEL // 2:
                 self._beside.update(frame)
             drawn += 1
@@ -118,7 +119,7 @@ class LiveWorld:
             self._begin(frame)
         self._frame = frame
         with self.server.atomic():
-            if self._panel.follows:
+            if self.panel.follows:
                 self._offset = np.array([*frame.com[:2], 0.0])
                 self._root.position = -self._offset
             self._bodies_to(frame)
@@ -163,7 +164,7 @@ class LiveWorld:
         self._sides = [np.array([s.side == side for s in world.sites]) for side in SIDES]
         self._lines: dict[str, Any] = {}
         self._drawn: set[str] = set()
-        self._panel.begin()
+        self.panel.begin()
         self._beside.begin()
 
     def _can_be_dragged(self, mesh: Any, shape: Shape) -> None:
@@ -252,13 +253,17 @@ class LiveWorld:
             if not len(lines):
                 return
             self._lines[node] = self.server.scene.add_line_segments(
-                node, lines.astype(np.float32), in_bytes(colour), line_width=width
+                node,
+                lines.astype(np.float32),
+                in_bytes(colour),
+                thickness=width,
+                thickness_units="screen",
             )
-            self._panel.layer(name, self._lines[node])
+            self.panel.layer(name, self._lines[node])
             return
         if len(lines):
             handle.points = lines.astype(np.float32)
-        shown = len(lines) > 0 and self._panel.shows(name)
+        shown = len(lines) > 0 and self.panel.shows(name)
         if handle.visible != shown:
             handle.visible = shown
 

@@ -71,7 +71,7 @@ def local_only() -> Iterator[None]:
             server.serve = serve  # type: ignore[misc]
     if not guarded:
         raise PlantigradeError(
-            "this version of viser does not let its requests be checked: install viser 1.0 or 1.1, "
+            "this version of viser does not let its requests be checked: install viser 1.1, "
             "or open viewer.html of the run instead"
         )
 

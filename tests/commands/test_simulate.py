@@ -71,3 +71,11 @@ def test_a_run_has_its_own_person(folder):
     run = pg.simulate(duration=0.05, rate=300.0, joints="42", feet="rigid")
     with pytest.raises(ParameterError, match="own person: leave out height"):
         pg.simulate(run, height=1.8)
+
+
+def test_what_is_for_a_live_page_needs_one(folder, capsys):
+    for words in (["--port", "8123"], ["--no-open"]):
+        assert cli.main(["simulate", *words]) == 2
+        assert "--port and --no-open are for --live" in capsys.readouterr().err
+    assert cli.main(["simulate", "--live", "--controller", "hill"]) == 2
+    assert "there are passive, posture" in capsys.readouterr().err and not list(folder.iterdir())

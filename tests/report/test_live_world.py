@@ -1,0 +1,171 @@
+"""The page of a live session, in a real browser: what is sent from it moves the body."""
+
+import numpy as np
+import pytest
+
+from plantigrade.contact.ground import Ground
+from plantigrade.live.clock import Clock
+from plantigrade.live.session import Choice, Session
+from plantigrade.models import Human
+from plantigrade.record import Provenance
+from plantigrade.report.live_parts import ARROW
+from plantigrade.report.live_world import LiveWorld
+from plantigrade.workflows.beginning import Start
+from plantigrade.workflows.live import Stage
+from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.world import Drawing, StablePD, Target
+from tests.browser import wait_for
+
+HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
+CLICK = "[...document.querySelectorAll('button')].find(b => b.innerText === {!r}).click()"
+
+
+@pytest.fixture
+def page():
+    """A page of a person who stands, not yet opened."""
+    begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
+    stage = Stage(begin, Ground(), SimulateSettings(rate=300.0, control_rate=50.0))
+    live = LiveWorld(Session(stage, stage.choice), Clock(), port=8460, can_save=True)
+    yield live
+    live.close()
+
+
+@pytest.fixture
+def opened(page, browser):
+    """The same page in a browser."""
+    browser.resize(1300, 800)
+    browser.open_address(page.address, ready="document.body.innerText.includes('Push the trunk')")
+    return page
+
+
+def go(page: LiveWorld, seconds: float) -> None:
+    """Simulate and draw."""
+    page.session.advance(seconds)
+    page.draw(page.session.frame)
+
+
+class Pointing:
+    """A controller that points at the left forefoot, and may be bent."""
+
+    def __init__(self):
+        self.targets = (Target("bend", 0.0, 30.0, 5.0, "deg"),)
+
+    def __call__(self, state):
+        return StablePD(state.human.standing()[7:])
+
+    def drawings(self, state):
+        ends = [state.body.com, [0.1, 0.1, 0.0]]
+        lines = () if state.time > 0.05 else (Drawing(name="aim", lines=np.array([ends])),)
+        return (*lines, Drawing(name="here", points=state.body.com[None]))
+
+
+def nodes(page: LiveWorld) -> dict:
+    """Return what stands in the scene, by name."""
+    return dict(page.server.scene._handle_from_node_name)
+
+
+def shown(page: LiveWorld) -> str:
+    """Return what is said over the controls."""
+    return page.panel.status
+
+
+def test_what_is_drawn_is_where_it_is(page):
+    go(page, 0.1)
+    frame, drawn = page.session.frame, nodes(page)
+    offset = np.array(drawn["/world"].position)
+    np.testing.assert_allclose(offset, [*-frame.com[:2], 0.0], atol=1e-9)
+    hand = HUMAN.body("forearm_r")
+    place = drawn[f"/world/body/{hand}_forearm_r"].position
+    np.testing.assert_allclose(place, frame.positions[hand], atol=1e-3)
+    ends = np.array(drawn["/world/contact_forces"].points)
+    up = frame.force[frame.force[:, 2] > 0]
+    weight = HUMAN.mass * 9.81
+    np.testing.assert_allclose(ends[:, 1] - ends[:, 0], ARROW * up / weight, atol=1e-5)
+    ring = np.array(drawn["/world/support"].points)
+    np.testing.assert_allclose(ring[:, 1], np.roll(ring[:, 0], -1, axis=0))
+    x, y = ring[:, 0, :2].T  # the outline holds all of what presses
+    assert (x.min(), x.max()) == pytest.approx(
+        (frame.point[frame.force[:, 2] > 0, 0].min(), frame.point[:, 0].max()), abs=1e-6
+    )
+    assert y.min() < 0 < y.max()
+
+
+def test_controls_follow_the_session(page):
+    page.panel.update(page.session.frame)
+    assert "0.00 s" in shown(page) and "100 % of real time" in shown(page)
+    page.session.ask(lambda: page.session.choose(Choice("passive", "two-segment", "42")))
+    go(page, 0.0)
+    page.panel.update(page.session.frame)
+    assert "what was recorded before is lost" in shown(page)
+    assert any(name.startswith("/world/body/") and "toes_r" in name for name in nodes(page))
+    go(page, 1.5)
+    page.panel.update(page.session.frame)
+    assert "fell at" in shown(page)
+
+
+def test_targets_and_drawings_of_a_controller_are_on_the_page():
+    begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
+    how = SimulateSettings(rate=300.0, control_rate=50.0)
+    stage = Stage(begin, Ground(), how, own=Pointing())
+    page = LiveWorld(Session(stage, stage.choice), Clock(), port=8461)
+    try:
+        page.panel.update(page.session.frame)
+        (slider,) = page.panel.targets
+        assert (slider.label, slider.min, slider.max, slider.value) == ("bend [deg]", 0, 30, 5)
+        go(page, 0.02)
+        drawn = nodes(page)
+        assert drawn["/world/offered/aim/lines"].visible
+        np.testing.assert_allclose(
+            drawn["/world/offered/here/points"].points[0], page.session.frame.com, atol=5e-3
+        )
+        go(page, 0.1)  # it is not offered any more
+        assert not drawn["/world/offered/aim/lines"].visible
+    finally:
+        page.close()
+
+
+@pytest.mark.slow
+def test_a_push_sent_from_the_page_moves_the_body(opened, browser):
+    session = opened.session
+    before = session.frame.com
+    browser.evaluate(CLICK.format("Push the trunk"))
+    wait_for(lambda: len(session.asked))
+    go(opened, 0.3)
+    assert (session.frame.com - before)[0] > 0.005
+    record = session.record()
+    assert [s.name for s in record.sites if s.part == "push"] == ["push_torso"]
+    assert browser.errors == []
+    assert browser.requests == [f"{opened.address}/"]
+
+
+@pytest.mark.slow
+def test_a_body_is_dragged_with_the_mouse(opened, browser):
+    session = opened.session
+    wait_for(lambda: browser.evaluate("document.querySelector('canvas') !== null"))
+    browser.settle()
+    box = browser.evaluate(
+        "(r => [r.x, r.y, r.width, r.height])"
+        "(document.querySelector('canvas').getBoundingClientRect())"
+    )
+    x, y = box[0] + box[2] / 2, box[1] + box[3] / 2  # where the camera looks: at the person
+
+    def held() -> bool:
+        browser.mouse("mousePressed", x, y)
+        for k in range(1, 6):
+            browser.mouse("mouseMoved", x + 12 * k, y)
+        session.advance(0.0)
+        if session.hand.rope is None:  # not yet drawn
+            browser.mouse("mouseReleased", x, y)
+        return session.hand.rope is not None
+
+    wait_for(held)
+    rope, before = session.hand.rope, session.frame.com
+    pulled = rope.end - (session.world.data.xipos[rope.body] + rope.grip)
+    assert np.linalg.norm(pulled) > 0.01
+    go(opened, 0.3)
+    assert (session.frame.com - before) @ pulled > 1e-4
+    assert session.frame.rope is not None
+    browser.mouse("mouseReleased", x + 60, y)
+    wait_for(lambda: len(session.asked))
+    go(opened, 0.1)
+    assert session.frame.rope is None
