@@ -21,6 +21,9 @@ MADE = {  # in this order, in one folder: words → what is printed, and the fol
     "your_own_controller.py": (
         r"status: ok\ncentre of mass at 0\.9\d m\nmotors up to \d+ %", "simulate-standing",
     ),
+    "environment.py": (
+        r"324 numbers are seen, 36 decided about\nfell after 0\.\d s, reward 0\.[78]\d\n", "blind",
+    ),
     "check_in_mujoco.py runs/synthesize-squat": (
         r"\de-\d\d N unexplained at the root, joint torques \S+e-1\d N m apart", "",
     ),

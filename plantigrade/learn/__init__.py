@@ -9,7 +9,7 @@ from plantigrade.learn.environment import Walk
 from plantigrade.learn.reference import Reference
 from plantigrade.learn.reward import Weights
 
-__all__ = ["PAPER_GAINS", "Gains", "Reference", "Walk", "Weights"]
+__all__ = ["PAPER_GAINS", "WALK", "Gains", "Reference", "Walk", "Weights"]
 
 WALK = "plantigrade/Walk-v0"
 """Name of the environment for ``gymnasium.make``."""

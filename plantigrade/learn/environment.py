@@ -51,7 +51,7 @@ UPRIGHT = 0.5
 class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
     """A person who is to follow a walk, at 30 decisions per second.
 
-    Every episode begins on the reference, at a random instant of it [Peng2018]_, and ends early
+    Every episode begins on the reference, at a random instant of it [DeepMimic]_, and ends early
     (``terminated``) where the person has fallen or lost the way, or the simulation has diverged;
     ``truncated`` after ``duration``, or where a reference that is no walk ends.
 

@@ -101,7 +101,7 @@ class Reference:
         """
         d = human.dimensions
         speed = speed or 0.4 * float(np.sqrt(9.81 * (d.thigh + d.shank + d.ankle_height)))
-        walk = textbook_walk(human, speed=speed, rate=60.0, cycles=3)
+        walk = textbook_walk(human, speed=speed, rate=60.0, cycles=2)
         rest = np.zeros((len(walk.time), human.model.nv))
         motion = Motion(walk.time, walk.qpos, rest, human.joint_names, events=walk.events)
         return cls.of_motion(human, motion)

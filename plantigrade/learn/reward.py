@@ -1,7 +1,7 @@
 r"""How well a person follows a reference: four terms from 0 to 1, and their weighted sum.
 
 [Park2020]_, Eq. 10, prints :math:`r = w_p r_p + w_v r_v + w_c r_c + w_e r_e` and takes the terms
-from [Peng2018]_:
+from [DeepMimic]_:
 
 .. math::
 
@@ -25,7 +25,7 @@ from plantigrade.world.scene import FOOT
 
 @dataclass(frozen=True, kw_only=True)
 class Weights:
-    """Weights of the four terms; the paper prints none, these are those of [Peng2018]_.
+    """Weights of the four terms; the paper prints none, these are those of [DeepMimic]_.
 
     Attributes:
         pose: :math:`w_p`.

@@ -115,6 +115,8 @@ class World:
             human, self.ground, step=1.0 / self.rate, sites=sites, additions=additions
         )
         self.data = mujoco.MjData(self.model)
+        # Nothing acts within a control step, and nobody looks.
+        self._alone = not (recording or self.disturbances or torque_rise)
         self.sites = (*contact_sites(human), *sites)
         self.actuators = Actuators(human, self.model, passive=passive, rise=torque_rise)
         self.contacts = Contacts(human, self.model, self.sites)
@@ -205,6 +207,10 @@ class World:
     def _advance(self, end: int) -> None:
         """Step the physics up to a step of its own."""
         model, data, held = self.model, self.data, self._pushed
+        if self._alone and not held:
+            mujoco.mj_step(model, data, end - self._steps)
+            self._steps = end
+            return
         while self._steps < end:
             self._disturb(held)
             recorder = self._recorder
@@ -223,6 +229,8 @@ class World:
             mujoco.mj_step(model, data, stop - self._steps)
             self._steps = stop
         self._pushed = []
+        if self._alone:
+            data.xfrc_applied[:] = 0.0
 
     def simulate(
         self, controller: Controller, duration: float, *, seed: int | None = None

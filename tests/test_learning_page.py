@@ -1,0 +1,25 @@
+"""The page on learning to walk runs as printed, and its numbers are those of the environment."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "learning.md"
+TEXT = PAGE.read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_the_page_runs_and_says_how_many_numbers_there_are():
+    from plantigrade.learn import Walk
+
+    (code,) = re.findall(r"^```python\n(.*?)^```", TEXT, re.M | re.S)
+    names: dict = {}
+    exec(compile(code, str(PAGE), "exec"), names)
+    reference = names["env"].unwrapped.reference
+    row = next(line for line in TEXT.splitlines() if line.startswith("| numbers seen"))
+    paper, lean = (Walk(reference, form=form) for form in ("paper", "lean"))
+    sizes = [*paper.observation_space.shape, *paper.action_space.shape]
+    sizes += [*lean.observation_space.shape, *lean.action_space.shape]
+    sizes += Walk(reference, gains=True).action_space.shape
+    assert re.findall(r"\d+", row) == [str(n) for n in sizes]
