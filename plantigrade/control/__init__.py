@@ -3,8 +3,9 @@
 The world knows none of them; anything that is called with a state and returns a command is one.
 """
 
+from plantigrade.control.balance import Balance
 from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.posture import Posture, passive
 from plantigrade.control.tracking import Tracking
 
-__all__ = ["CONTROLLERS", "Posture", "Situation", "Tracking", "controller_named", "passive"]
+__all__ = ["Balance", "CONTROLLERS", "Posture", "Situation", "Tracking", "controller_named", "passive"]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
+from plantigrade.control.balance import Balance
 from plantigrade.control.posture import Posture, passive
 from plantigrade.control.tracking import Tracking
 from plantigrade.errors import ParameterError
@@ -50,6 +51,7 @@ class Situation:
 CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
     "passive": lambda at: passive,
     "posture": lambda at: Posture(at.stiffness, at.standing),
+    "balance": lambda at: Balance(),
     "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
 }
 """Name of a controller → how it is made."""

@@ -131,7 +131,7 @@ class SimulateSettings(FitSettings):
     }
 
     controller: OptionalWord = None
-    """passive, posture or stable-pd; absent: posture, or stable-pd where there is a motion."""
+    """passive, posture, balance, stable-pd; absent: posture, or stable-pd for a motion."""
     ground: OptionalWord = None
     """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,PERIOD,WAY]."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()

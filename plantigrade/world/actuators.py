@@ -41,6 +41,7 @@ class Actuators:
     Attributes:
         stiffness: Of :class:`StablePD` where a command names none [N m/rad].
         damping: Likewise [N m s/rad].
+        armature: What the world adds to the inertia of each hinge, for stability [kg m²].
     """
 
     def __init__(self, human: Human, model: mujoco.MjModel, *, passive: bool, rise: float = 0.0):
@@ -51,7 +52,7 @@ class Actuators:
         self.damping = TIME * self.stiffness
         self._hinges = slice(6, 6 + self.n)
         self._nothing, self._ones = np.zeros(self.n), np.ones(self.n)
-        self._own = model.dof_armature[self._hinges].copy()
+        self.armature = model.dof_armature[self._hinges].copy()
         self._human, self._sagittal = human, list[int]()
         self._factor = scale(human.mass, human.height) if passive else 0.0
         if passive:
@@ -129,9 +130,9 @@ class Actuators:
             model.actuator_forcerange[:n] = self._limits.T
         # What is damped or springs back by itself is implicit, too.
         if self._factor:
-            own = self._own + h * (self._loose + h * model.jnt_stiffness[1 : 1 + n])
+            own = self.armature + h * (self._loose + h * model.jnt_stiffness[1 : 1 + n])
         else:
-            own = self._own + h * self._loose
+            own = self.armature + h * self._loose
         model.dof_armature[self._hinges] = own + armature
         return command
 
@@ -156,6 +157,23 @@ class Actuators:
         names = self._human.coordinates
         rest = np.zeros(self.n)
         return np.array(passive_moments(names, angles, rest, self._factor))
+
+    def passive(self, angles: Hinges, rates: Hinges) -> Hinges:
+        """Return the passive moments of the hinges as the world has them [N m].
+
+        Like :meth:`resistance`, with damping, in the time of a tick.
+
+        Args:
+            angles: Their angles [rad].
+            rates: Their rates [rad/s].
+        """
+        moments = -self._spring * angles - self._loose * rates
+        if self._sagittal:
+            q = np.clip(angles[self._sagittal], *self._range)
+            tangent, stiffness = sagittal_springs(q.reshape(-1, 3).T, self._factor)
+            off = angles[self._sagittal] - q
+            moments[self._sagittal] += tangent.T.ravel() - stiffness.T.ravel() * off
+        return moments
 
     def _passive(self, data: mujoco.MjData) -> None:
         """Put tangents of the passive moments of hips, knees and ankles into springs."""

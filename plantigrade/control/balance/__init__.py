@@ -1,0 +1,7 @@
+"""Balance: momentum, contact forces and torques in one program at every tick."""
+
+from plantigrade.control.balance.controller import Balance
+from plantigrade.control.balance.reference import Held, Reference, Wanted
+from plantigrade.control.balance.weights import Weights
+
+__all__ = ["Balance", "Held", "Reference", "Wanted", "Weights"]

@@ -1,0 +1,151 @@
+r"""Balance by momentum: every tick, accelerations, torques and contact forces in one program.
+
+The objectives are those of Eq. 6 of [Park2020]_, after [Macchietto2009]_: follow a reference, move
+the centre of mass, bring the angular momentum to rest, hold the points of support (Eq. 7). The
+paper then prescribes the accelerations. Here they are found together with forces that the ground
+can give, inside friction cones and therefore with the centre of pressure inside the base of
+support, and with torques that the person has (:mod:`plantigrade.wbc.whole_body`).
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
+from plantigrade.control.balance.reference import Held, Reference, Wanted
+from plantigrade.control.balance.support import Support
+from plantigrade.control.balance.weights import FOOT, Weights
+from plantigrade.kinematics.state import State as BodyState
+from plantigrade.wbc.whole_body import Rows, WholeBody
+from plantigrade.world import Command, StablePD, State
+
+LIGHT_DAMPING = 0.012
+"""Damping about the planned rates, of a joint by its greatest torque [s]."""
+FOOT_DAMPING, FOOT_STIFFNESS = 0.5, 30.0
+"""Within a foot, damping and stiffness about the plan [N m s/rad, N m/rad]."""
+
+
+class Balance:
+    """Keeps a person on the feet, in a posture or along a reference.
+
+    Args:
+        reference: What is to be done; the posture of the first state if absent.
+        weights: What counts how much.
+    """
+
+    def __init__(self, reference: Reference | None = None, weights: Weights | None = None):
+        self.reference, self.weights = reference, weights or Weights()
+        self._world = None
+
+    def _begin(self, state: State) -> None:
+        """Make ready for a world."""
+        world, human = state.world, state.human
+        self._world, w = world, self.weights
+        self.contact = GroundContact(world, w.friction)
+        self.program = WholeBody(human, armature=world.actuators.armature)
+        self._weight, self._gain = w.joints(human), w.gains(human)
+        self._following = self.reference or Held(state.qpos, human.model.nv)
+        self.support = Support(human, self.contact)
+        most = np.abs(np.array(human.model.jnt_actfrcrange[1:])).max(axis=1)
+        within = np.array([n.startswith(FOOT) for n in human.coordinates])
+        self._damping = np.where(within, FOOT_DAMPING, LIGHT_DAMPING * most)
+        self._stiffness = np.where(within, FOOT_STIFFNESS, 0.0)
+        self._planned = np.zeros(len(most))
+
+    def __call__(self, state: State) -> Command:
+        """Return torques that keep balance, and springs about the motion they lead to."""
+        if self._world is not state.world or state.time == 0.0:
+            self._begin(state)
+        body, world, w = state.body, state.world, self.weights
+        wanted = self._following.at(state.time)
+        standing = self.contact.read()
+        J, velocity, bias = body.touched(standing.touching.body, standing.touching.place)
+        tasks = [
+            self._centre(body, wanted, standing),
+            momentum_rows(body, w),
+            self._held(standing, wanted, J, velocity, bias),
+            *self._lowered(state, wanted, standing),
+        ]
+        passive = world.actuators.passive(state.angles, state.rates)
+        answer = self.program.solve(
+            body,
+            standing.touching,
+            [t for t in tasks if t is not None],
+            wanted=self._tracked(body, wanted),
+            weight=self._weight,
+            force_weight=w.force,
+            passive=passive,
+            jacobian=J,
+        )
+        step = 1.0 / world.control_rate
+        rate = state.rates + 0.5 * step * answer.qacc[6:]
+        target = state.angles + 0.5 * step * rate
+        # The springs act about the plan: what they give now is taken off.
+        torque = answer.torque - self._stiffness * (target - state.angles)
+        torque -= self._damping * (rate - state.rates)
+        error = body.com - self.goal
+        signals = {
+            "com_error": float(np.linalg.norm(error[:2])),
+            "contacts": float(len(standing.site)),
+            "limited": float(answer.limited),
+            "solved": float(answer.ok),
+        }
+        return StablePD(target, rate, torque, self._stiffness, self._damping, signals=signals)
+
+    def _tracked(self, body: BodyState, wanted: Wanted) -> Float[Array, " nv"]:
+        """Return the accelerations that lead to the reference."""
+        off, slow = -body.difference(wanted.qpos), wanted.qvel - body.qvel
+        return wanted.qacc + self._gain * off + 2 * np.sqrt(self._gain) * slow
+
+    def _centre(self, body: BodyState, wanted: Wanted, standing: Standing) -> Rows:
+        """Return the rows of the centre of mass."""
+        w = self.weights
+        self.goal, speed = self.support.goal(body, wanted, standing.site)
+        asked = w.com_gain * (self.goal - body.com) + w.com_damping * (speed - body.com_velocity)
+        return Rows(body.com_jacobian, asked - body.com_bias_acceleration, w.com)
+
+    def _held(self, standing, wanted, J, velocity, bias) -> Rows | None:
+        """Return the rows of the points that are to stay where they are."""
+        k, w = len(standing.site), self.weights
+        stays = np.ones(k, bool) if wanted.presses is None else wanted.presses[standing.site]
+        if not stays.any():
+            return None
+        damping = 2 * np.sqrt(w.contact_gain)
+        asked = damping * (standing.drift - velocity)
+        asked -= (w.contact_gain * np.maximum(standing.gap, 0.0))[:, None] * standing.touching.normal
+        nv = J.shape[2]
+        return Rows(J[stays].reshape(-1, nv), (asked - bias)[stays].ravel(), w.contact)
+
+    def _lowered(self, state: State, wanted: Wanted, standing: Standing) -> list[Rows]:
+        """Return the rows of points that are to come to the ground."""
+        w = self.weights
+        off = np.ones(len(self.contact.geoms), bool) if wanted.presses is None else wanted.presses
+        off = off.copy()
+        off[standing.site] = False
+        if not off.any() or not w.level:
+            return []
+        gap, normal = heights(state, self.contact)
+        which = np.flatnonzero(off)
+        place = np.array(state.world.data.geom_xpos)[self.contact.geoms[which]]
+        J, velocity, bias = state.body.touched(self.contact.body[which], place)
+        n = normal[which]
+        asked = -w.level_gain * gap[which]
+        asked -= 2 * np.sqrt(w.level_gain) * np.einsum("kc,kc->k", n, velocity)
+        asked -= np.einsum("kc,kc->k", n, bias)
+        return [Rows(np.einsum("kc,kcv->kv", n, J), asked, w.level)]
+
+
+def momentum_rows(body: BodyState, weights: Weights) -> Rows:
+    r"""Return the rows that bring the angular momentum to rest, over body mass.
+
+    With the rows of the equations of motion of the root, linear :math:`l` and angular :math:`a`,
+    :math:`\dot L = R (M_a \dot v + h_a) - (c - p) \times (M_l \dot v + h_l)`.
+    """
+    M, h = body.mass_matrix[:6], body.bias[:6]
+    arm = body.com - body.qpos[:3]
+    x, y, z = arm
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn = body.rotation(1)
+    A = turn @ M[3:] - cross @ M[:3]
+    known = turn @ h[3:] - cross @ h[:3]
+    asked = -weights.momentum_damping * body.angular_momentum - known
+    return Rows(A / body.mass, asked / body.mass, weights.momentum)

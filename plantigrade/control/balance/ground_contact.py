@@ -1,0 +1,100 @@
+"""Which points of the feet touch, and how near the others are: as the simulator sees them."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float, Int
+from plantigrade.contact.site import GEOM
+from plantigrade.wbc.whole_body import Touching
+from plantigrade.world import State, World
+
+NEAR = 0.004
+"""A point this near the ground is taken to touch [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """What the feet touch at one instant.
+
+    Attributes:
+        site: Index of the contact sphere of each point that touches.
+        touching: The points.
+        gap: Distance to the ground; negative where it gives way [m].
+        drift: Velocity of the ground there [m/s].
+    """
+
+    site: Int[Array, " k"]
+    touching: Touching
+    gap: Float[Array, " k"]
+    drift: Float[Array, "k 3"]
+
+    def at(self, which: Int[Array, " m"] | Bool[Array, " k"]) -> "Standing":
+        """Return some of the points."""
+        t = self.touching
+        chosen = Touching(t.body[which], t.place[which], t.normal[which], t.friction)
+        return Standing(self.site[which], chosen, self.gap[which], self.drift[which])
+
+
+class GroundContact:
+    """Reads the contacts of the feet of one world.
+
+    Contacts are asked for from :data:`NEAR` on, where there is no force yet.
+
+    Args:
+        world: The world.
+        friction: Part of its friction that is counted on.
+    """
+
+    def __init__(self, world: World, friction: float = 1.0):
+        self.world, self.model = world, world.model
+        self.friction = friction * world.ground.friction
+        names = [GEOM + site.name for site in world.sites if site.side]
+        self.geoms = np.array([self.model.geom(name).id for name in names], dtype=int)
+        self.body = np.array(self.model.geom_bodyid)[self.geoms]
+        self._site = np.full(self.model.ngeom, -1)
+        self._site[self.geoms] = np.arange(len(names))
+        self._most = len(world.human.body_names)
+        self.model.geom_gap[self.geoms] = NEAR
+
+    def read(self) -> Standing:
+        """Return what touches now: of every sphere its deepest contact with the ground."""
+        data, body = self.world.data, self.model.geom_bodyid
+        geom = np.array(data.contact.geom).reshape(-1, 2)
+        site, other = self._site[geom], body[geom]
+        outside = (other == 0) | (other > self._most)
+        second = (site[:, 1] >= 0) & outside[:, 0]
+        which = np.flatnonzero(second | ((site[:, 0] >= 0) & outside[:, 1]))
+        which = which[np.argsort(np.array(data.contact.dist)[which])]
+        own = np.where(second[which], site[which, 1], site[which, 0])
+        own, first = np.unique(own, return_index=True)
+        which = which[first]
+        sign = np.where(second[which], 1.0, -1.0)[:, None]
+        normal = sign * np.array(data.contact.frame)[which, :3]
+        place = np.array(data.contact.pos)[which]
+        under = np.where(second[which], other[which, 0], other[which, 1])
+        touching = Touching(self.body[own], place, normal, self.friction)
+        gap = np.array(data.contact.dist)[which]
+        return Standing(own, touching, gap, self._drift(under, place))
+
+    def _drift(self, body: Array, place: Array) -> Array:
+        """Return the velocity of bodies at places."""
+        drift, velocity = np.zeros((len(body), 3)), np.zeros(6)
+        kind = mujoco.mjtObj.mjOBJ_XBODY
+        for b in set(body[body > 0].tolist()):
+            mine = body == b
+            mujoco.mj_objectVelocity(self.model, self.world.data, kind, b, velocity, 0)
+            arm = place[mine] - self.world.data.xpos[b]
+            drift[mine] = velocity[3:] + np.cross(velocity[:3], arm)
+        return drift
+
+
+def heights(state: State, contact: GroundContact) -> tuple[Array, Array]:
+    """Return how far the spheres of the feet are above the ground, and its normals there."""
+    ground = state.world.ground
+    centre = np.array(state.world.data.geom_xpos)[contact.geoms]
+    normal = ground.normal_at(centre)
+    low = centre - np.array(contact.model.geom_size)[contact.geoms, :1] * normal
+    rise = low @ ground.normal - ground.under(low)
+    return rise * (normal @ ground.normal), normal

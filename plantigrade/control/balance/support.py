@@ -1,0 +1,87 @@
+"""Where the centre of mass is to be: over the points that press."""
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.control.balance.ground_contact import GroundContact
+from plantigrade.control.balance.reference import Wanted
+from plantigrade.kinematics.state import State as BodyState
+from plantigrade.models import Human
+
+INSIDE = 0.015
+"""The centre of mass is to be no nearer to the edge of the support [m], where that is wide."""
+
+
+class Support:
+    """The base of support of a reference, and where it has gone.
+
+    Args:
+        human: The person.
+        contact: The spheres of the feet.
+    """
+
+    def __init__(self, human: Human, contact: GroundContact):
+        self.human, self.contact = human, contact
+        local = np.array(contact.model.geom_pos)[contact.geoms]
+        self._local, self._body = local, contact.body
+        self._reference: tuple[Wanted, Array, Array, Array] | None = None
+        self._state: BodyState | None = None
+
+    def goal(
+        self, body: BodyState, wanted: Wanted, touches: Int[Array, " k"]
+    ) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
+        """Return where the centre of mass is to be, and how fast [m, m/s].
+
+        That of the reference, moved with the points that press, and inside what they span; as far
+        above those that touch as in the reference.
+
+        Args:
+            body: The person.
+            wanted: The reference.
+            touches: Which spheres touch.
+        """
+        com, speed, ref = self._wanted(wanted)
+        now = self._places(body)
+        mine = np.arange(len(now)) if wanted.presses is None else np.flatnonzero(wanted.presses)
+        if not len(mine):
+            return com, speed
+        goal = com + (now - ref)[mine].mean(axis=0)
+        goal[:2] = inside(now[mine, :2], goal[:2])
+        on = np.intersect1d(mine, touches)
+        goal[2] = com[2] + ((now - ref)[on, 2].mean() if len(on) else 0.0)
+        return goal, speed
+
+    def _wanted(self, wanted: Wanted) -> tuple[Array, Array, Array]:
+        if self._reference is None or self._reference[0] is not wanted:
+            state = BodyState(self.human, wanted.qpos, wanted.qvel) if self._state is None else (
+                self._state.moved_to(wanted.qpos, wanted.qvel)
+            )
+            self._state = state
+            self._reference = wanted, state.com, state.com_velocity, self._places(state)
+        return self._reference[1:]
+
+    def _places(self, body: BodyState) -> Array:
+        """Return where the spheres are."""
+        turn, origin = body.rotations[self._body], body.origins[self._body]
+        return origin + np.einsum("kij,kj->ki", turn, self._local)
+
+
+def inside(points: Float[Array, "k 2"], place: Float[Array, " 2"]) -> Float[Array, " 2"]:
+    """Return the nearest place in the hull of points drawn in by :data:`INSIDE`, or its middle."""
+    middle = points.mean(axis=0)
+    if len(points) < 3 or np.linalg.matrix_rank(points - middle, tol=1e-3) < 2:
+        return middle
+    hull = ConvexHull(points)
+    normal, offset = hull.equations[:, :2], hull.equations[:, 2]
+    centre = points[hull.vertices].mean(axis=0)
+    drawn = offset + np.minimum(INSIDE, 0.5 * -(normal @ centre + offset))
+    if (normal @ place + drawn <= 0).all():
+        return place
+    for _ in range(20):  # onto the side that is passed most, until none is
+        over = normal @ place + drawn
+        worst = int(np.argmax(over))
+        if over[worst] <= 1e-6:
+            return place
+        place = place - over[worst] * normal[worst]
+    return place
