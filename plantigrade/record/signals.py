@@ -57,6 +57,8 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "measured.force": (NUMBERS, ("frames", 2, 3)),
     "measured.moment": (NUMBERS, ("frames", "moments")),
     "measured.moment_names": (WORDS, ("moments",)),
+    "vault.joints": (WORDS, ("joints",)),
+    "vault.activation": (NUMBERS, ("frames", "joints")),
 }
 """Name of a signal → numbers or words, and its axes."""
 
@@ -68,6 +70,7 @@ FINITE = (
     "foot.percent",
     "norms.mean",
     "norms.sd",
+    "vault.activation",
 )
 """Signals of numbers none of which is missing."""
 
@@ -76,6 +79,7 @@ TOGETHER = (
     ("contact.span", "contact.place"),
     ("norms.people", "norms.names", "norms.mean", "norms.sd"),
     ("measured.moment", "measured.moment_names"),
+    ("vault.joints", "vault.activation"),
     (
         "forces.measured",
         "forces.band",

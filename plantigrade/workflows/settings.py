@@ -21,6 +21,8 @@ from plantigrade.options import (
     refuse_unknown,
 )
 from plantigrade.synthesize.tasks.settings import Basis
+from plantigrade.vault.approach import Approach
+from plantigrade.vault.table import Table
 
 TRACK, PAPER = "track", "zhakatayev2023"
 """Motions that are made from something else than a task."""
@@ -229,3 +231,43 @@ class TrackSettings(FitSettings):
         super().__post_init__()
         if self.start is not None and self.stop is not None and not self.start < self.stop:
             raise ParameterError(f"start={self.start:g} s must be before stop={self.stop:g} s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class VaultSettings(Table, Approach, Settings):
+    """Who vaults, how they arrive, on what, and how the best vault is searched.
+
+    Raises:
+        ParameterError: If a number is out of range, or the person has other joints or feet than
+            the model.
+    """
+
+    activity = "a vault"
+    ranges = {
+        "activation": (0.01, 1, ""),
+        "starts": (1, 1000, ""),
+        "evaluations": (100, 10**6, ""),
+        "seed": SEEDS,
+    }
+
+    optimiser: Literal["simplex", "evolution", "both"] = "both"
+    """The report's downhill simplex, differential evolution, or the best of both."""
+    five_segments: Flag = False
+    """Fix the elbow, as in the report's second model."""
+    activation: float = 1.0
+    """Greatest activation of any joint; 1 is all its strength."""
+    starts: int = 10
+    """Searches of each optimiser, each from its own first guess."""
+    evaluations: int = 4000
+    """Vaults that one search may try."""
+    seed: int = 0
+    """Seed of the first guesses."""
+
+    def __post_init__(self):
+        """Refuse another body than the model's."""
+        super().__post_init__()
+        word("optimiser", self.optimiser, ("simplex", "evolution", "both"))
+        for name, only in (("joints", "42"), ("feet", "rigid"), ("age", None)):
+            if getattr(self, name) not in (None, only):
+                instead = f"is always {only}" if only else "means nothing"
+                raise ParameterError(f"{name} {instead} in a vault: leave it out")

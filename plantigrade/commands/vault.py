@@ -1,0 +1,60 @@
+"""Vault: a gymnast on the table, thrown as high as can be."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plantigrade.commands.options import JobOptions, RunOptions, command_line
+from plantigrade.commands.outcome import Outcome
+from plantigrade.workflows.settings import VaultSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command(VaultSettings, JobOptions, RunOptions):
+    """Search the activations that throw a gymnast off the vaulting table fastest.
+
+    A planar model of six segments, driven by torques, from touchdown of the hands to take-off. The
+    exit code is 3 if the hands never leave the table or the vault does not pass the check.
+    """
+
+    def run(self) -> Outcome:
+        """Search, and write the run folder."""
+        from plantigrade.commands.progress import Progress
+        from plantigrade.workflows.save import save
+        from plantigrade.workflows.vault import vault
+
+        progress = Progress(quiet=self.quiet)
+        self.refuse_existing(f"vault-{'five' if self.five_segments else 'six'}-segments")
+        settings = VaultSettings.of(self)
+        run = vault(settings, jobs=self.jobs, step=progress.step, command=command_line())
+        with progress.step("writing the report and the viewer"):
+            run = save(run, self.out, overwrite=self.overwrite)
+        for sentence in run.record.notes:
+            progress.warn(sentence)
+        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+
+
+def summary(folder: Path, metrics: dict[str, Any]) -> str:
+    """Return what a reader wants to know first."""
+    m = metrics
+    how = "passed the check" if m["status"] == "ok" else m["status"]
+    lines = [
+        f"{folder}: {m['evaluations']} vaults in {m['seconds']['search']:.1f} s, {how}",
+        f"  take-off         {m['take_off_speed_m_s']:.2f} m/s upward, "
+        f"{m['take_off_forward_m_s']:.2f} m/s forward, after {m['contact_time_s']:.3f} s",
+        f"  trunk            {m['trunk_touchdown_deg']:.0f}° above the horizontal at touchdown, "
+        f"{m['trunk_take_off_deg']:.0f}° at take-off",
+        f"  hands            {m['hand_force_up_max_bw']:.2f} body weights upward at most",
+        f"  energy           balanced to {m['energy_error']:.1e}",
+    ]
+    for name in ("simplex", "evolution"):
+        if f"{name}_best_m_s" in m:
+            lines.append(
+                f"  {name:16} {m[f'{name}_best_m_s']:.3f} m/s at best, "
+                f"{m[f'{name}_mean_m_s']:.3f} ± {m[f'{name}_sd_m_s']:.3f} over its starts"
+            )
+    lines += [
+        f"  report           {folder / 'report.html'}",
+        f"  viewer           {folder / 'viewer.html'}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,75 @@
+"""How a gymnast arrives: velocity, rotation and posture as the hands touch the table."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from plantigrade.bounds import Bounded
+from plantigrade.options import Degrees
+
+if TYPE_CHECKING:
+    from plantigrade.arrays import Array, Float
+
+NAMES = ("speed", "rise", "somersault", "trunk", "shoulder", "elbow", "hip", "knee", "ankle")
+"""What an approach consists of."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Approach(Bounded):
+    """State of the body at touchdown; no joint moves yet.
+
+    The defaults are round numbers of the size reported for handspring vaults of elite men, not
+    those of one gymnast ([Takei1988]_, [Irwin2009]_), but the elbow, which is the report's.
+
+    Raises:
+        ParameterError: If a value is out of range.
+    """
+
+    activity = "an approach"
+    ranges = {
+        "speed": (0.5, 9.0, "m/s"),
+        "rise": (-3.0, 5.0, "m/s"),
+        "somersault": (0.0, 1200.0, "degrees"),
+        "trunk": (-30.0, 100.0, "degrees"),
+        "shoulder": (60.0, 185.0, "degrees"),
+        "elbow": (60.0, 180.0, "degrees"),
+        "hip": (60.0, 210.0, "degrees"),
+        "knee": (60.0, 180.0, "degrees"),
+        "ankle": (80.0, 145.0, "degrees"),
+    }
+
+    speed: float = 5.0
+    """Velocity of the centre of mass forward at touchdown [m/s]."""
+    rise: float = 2.4
+    """Its velocity upward [m/s]."""
+    somersault: Degrees = math.radians(400.0)
+    """Angular velocity of the whole body, forward [deg/s]."""
+    trunk: Degrees = math.radians(22.0)
+    """Trunk above the horizontal, head first; a handstand has 90 [deg]."""
+    shoulder: Degrees = math.radians(155.0)
+    """Angle between arm and trunk; 180 is overhead [deg]."""
+    elbow: Degrees = 2.98
+    """Angle of the elbow; 180 is straight, the report's gymnast had 171 [deg]."""
+    hip: Degrees = math.radians(190.0)
+    """Angle of the hip; more than 180 is arched [deg]."""
+    knee: Degrees = math.radians(171.0)
+    """Angle of the knee; 180 is straight [deg]."""
+    ankle: Degrees = math.radians(135.0)
+    """Angle between shank and sole; 90 in standing [deg]."""
+
+    @property
+    def posture(self) -> "Float[Array, ' 6']":
+        """Tilt of the pelvis and the five joints, in the Human's coordinates [rad]."""
+        import numpy as np
+
+        pi = np.pi
+        return np.array(
+            [
+                -(self.trunk + pi / 2),
+                self.shoulder,
+                pi - self.elbow,
+                pi - self.hip,
+                pi - self.knee,
+                pi / 2 - self.ankle,
+            ]
+        )

@@ -1,0 +1,186 @@
+r"""Six segments of a gymnast whose left side does what the right side does.
+
+The report's planar model has a lower arm, an upper arm, head and trunk, thighs, shanks and feet.
+Here they are the bodies of an ordinary :class:`~plantigrade.models.Human`, so that lengths, masses
+and inertia are those of everything else in the package and a vault is an ordinary motion. Ten
+hinges move, five on each side; the others are held, and what holds them does no work. With
+:math:`q = q_0 + S \theta` the equations of the whole body reduce without loss to
+
+.. math:: S^T M S\,\ddot\theta + S^T h = S^T (\tau + J^T f).
+
+Both sides being mirror images, it suffices to move the right one and give it the mass of both. The
+axes of elbow, knee and ankle are slightly oblique, so limbs swing a few millimetres to the side,
+both of them alike; trunk and centre of mass keep to the plane.
+
+References:
+    [Cheng2009]_, [DeLeva1996]_.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import ContactSite
+from plantigrade.dynamics.links import Link, links_of
+from plantigrade.dynamics.recursions import LinkTree
+from plantigrade.dynamics.symbolic import SymbolicHuman
+from plantigrade.models import Human
+from plantigrade.spatial.conventions import PELVIS
+
+JOINTS = ("arm_flex", "elbow_flex", "hip_flexion", "knee_angle", "ankle_angle")
+"""Coordinates that move, without side, from the hands to the feet."""
+NAMES = ("shoulder", "elbow", "hip", "knee", "ankle")
+"""The same joints in words."""
+ROOT = ("pelvis_tx", "pelvis_ty", "pelvis_tilt")
+"""Coordinates of the pelvis that move: forward [m], up [m], tilt [rad]."""
+HELD = {"pro_sup": 3.0, "wrist_flex": -1.25, "fingers_flex": -0.6}
+"""Angles of other joints: palms on the table, wrists bent back [rad]; all others are zero."""
+HEEL = 0.02
+"""From the wrist along the forearm to where the hand presses on the table [m]: an estimate."""
+
+
+@dataclass(frozen=True)
+class Segments:
+    """A gymnast as six segments.
+
+    Args:
+        human: The person, of joint set ``"42"`` with rigid feet.
+        elbow: Where the elbow is fixed, as in the report's five-segment model, flexion [rad];
+            None where it moves.
+    """
+
+    human: Human
+    elbow: float | None = None
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Which of :data:`NAMES` move."""
+        return tuple(i for i, n in enumerate(NAMES) if self.elbow is None or n != "elbow")
+
+    @cached_property
+    def moving(self) -> tuple[int, ...]:
+        """Which of the coordinates ``theta`` = root and joints can move."""
+        return (0, 1, 2, *(3 + i for i in self.joints))
+
+    @cached_property
+    def _folded(self) -> tuple[tuple[Link, ...], dict[str, tuple[int, Array, Array]]]:
+        """Links of trunk and right side, and where each body is: link, rotation and place in it.
+
+        A held hinge is a fixed rotation; a body without a moving hinge is part of the one it
+        hangs on; limbs count twice.
+        """
+        names, hinges = self.human.body_names, self.human.coordinates
+        found: list[Link] = []
+        home: dict[int, tuple[int, Array, Array]] = {}
+        for b, link in enumerate(links_of(self.human.model)):
+            if names[b].endswith("_l"):
+                continue
+            factor = 2.0 if names[b].endswith("_r") else 1.0
+            mass, first = factor * link.mass, factor * link.first.reshape(3, 1)
+            second = factor * link.second
+            if b == 0:
+                found.append(replace(link, first=first))
+                home[0] = 0, np.eye(3), np.zeros((3, 1))
+                continue
+            at, turn, place = home[link.parent]
+            place = place + turn @ link.offset.reshape(3, 1)
+            before = turn if link.turn is None else turn @ link.turn
+            after, moved = np.eye(3), ()
+            for i, axis in link.hinges:
+                stem = hinges[i - 6].removesuffix("_r")
+                if stem in JOINTS:
+                    moved = (*moved, (6 + JOINTS.index(stem), axis))
+                else:
+                    held = Rotation.from_rotvec(HELD.get(stem, 0.0) * axis).as_matrix()
+                    before, after = (before, after @ held) if moved else (before @ held, after)
+            if moved:
+                first, second = after @ first, after @ second @ after.T
+                plain = None if np.allclose(before, np.eye(3), atol=1e-15) else before
+                found.append(Link(at, place, plain, moved, mass, first, second))
+                home[b] = len(found) - 1, after, np.zeros((3, 1))
+                continue
+            whole, far = found[at], before @ first
+            mixed = far @ place.T
+            found[at] = replace(
+                whole,
+                mass=whole.mass + mass,
+                first=whole.first + far + mass * place,
+                second=whole.second + before @ second @ before.T + mixed + mixed.T
+                + mass * place @ place.T,
+            )  # fmt: skip
+            home[b] = at, before, place
+        return tuple(found), {names[b]: where for b, where in home.items()}
+
+    @property
+    def masses(self) -> Float[Array, " 6"]:
+        """Masses of trunk, upper arms, lower arms, thighs, shanks and feet, both sides [kg]."""
+        return np.array([link.mass for link in self._folded[0]])
+
+    def tree(self) -> LinkTree:
+        """Return the segments for recursions in the eleven coordinates of :meth:`spread`."""
+        tree = LinkTree(self.human, np.array(self.human.model.opt.gravity))
+        tree.links, tree.nv = self._folded[0], 6 + len(JOINTS)
+        return tree
+
+    def spread(self, ca: Any, theta: Any, *, rates: bool = False) -> Any:
+        """Return the tree's coordinates, pelvis as OpenSim has it, or rates for those that move."""
+        place = [3, 4, 0, *range(6, 6 + len(JOINTS))]
+        S = np.zeros((6 + len(JOINTS), len(self.moving)))
+        S[[place[i] for i in self.moving], range(len(self.moving))] = 1.0
+        found = ca.mtimes(ca.sparsify(ca.DM(S)), theta)
+        if self.elbow is not None and not rates:
+            found[6 + NAMES.index("elbow")] = self.elbow
+        return found
+
+    def hand(self, ca: Any, tree: LinkTree, q: Any) -> Any:
+        """Return where the right hand presses, world (3,) [m]."""
+        at, _, place = self._folded[1]["hand_r"]
+        rotation, origin = tree.frames(ca, q, tree.turns(ca, q), [at])
+        return origin[at] + ca.mtimes(rotation[at], ca.DM(place + [[0.0], [0.0], [-HEEL]]))
+
+    def sites(self) -> tuple[ContactSite, ...]:
+        """Return the places of both hands that press on the table."""
+        axis = self.human.model.joint("wrist_flex_r").axis
+        back = Rotation.from_rotvec(-HELD["wrist_flex"] * axis)
+        place = back.apply([0.0, 0.0, -HEEL])
+        return tuple(
+            ContactSite(
+                body=f"hand_{side}",
+                position=place * [1.0, 1.0 if side == "r" else -1.0, 1.0],
+                name=f"palm_{side}",
+                part="hand",
+                measured=True,
+            )
+            for side in SIDES
+        )
+
+    def whole(
+        self,
+        theta: Float[Array, "n 8"],
+        rate: Float[Array, "n 8"],
+        acceleration: Float[Array, "n 8"],
+    ) -> tuple[Float[Array, "n nq"], Float[Array, "n nv"], Float[Array, "n nv"]]:
+        """Return configuration, velocity and acceleration of the Human, left as right.
+
+        Args:
+            theta: Pelvis forward and up [m], its tilt, then the joints in the order of
+                :data:`JOINTS` [rad].
+            rate: Its rates.
+            acceleration: Their rates.
+        """
+        body = SymbolicHuman(self.human)
+        S, zero = np.zeros((body.nv, 8)), np.zeros(body.nv)
+        for i, name in enumerate(body.names):
+            stem = name[:-2] if name[-2:] in ("_r", "_l") else name
+            if name in PELVIS and name in ROOT:
+                S[i, ROOT.index(name)] = 1.0
+            elif stem in JOINTS:
+                S[i, 3 + JOINTS.index(stem)] = 1.0
+            else:
+                zero[i] = HELD.get(stem, 0.0)
+        return body.to_mujoco(zero + theta @ S.T, rate @ S.T, acceleration @ S.T)

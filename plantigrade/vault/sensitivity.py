@@ -1,0 +1,91 @@
+"""How much a vault depends on how the gymnast arrives."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.errors import ParameterError
+from plantigrade.record.jobs import run_jobs
+from plantigrade.vault.approach import NAMES
+from plantigrade.vault.search import Found, Search
+from plantigrade.vault.simulation import Vault
+
+SHARE = 0.05
+"""Of its value, by which each part of the approach is changed, up and down."""
+AGAIN = 1500
+"""Vaults tried to find the best activations anew."""
+
+
+@dataclass(frozen=True)
+class Changed:
+    """An approach changed in one thing.
+
+    Attributes:
+        name: In what.
+        share: By how much of its value.
+        same: Velocity upward at take-off with the same activations [m/s]; NaN where the hands do
+            not leave, or the approach cannot be.
+        anew: The same with activations searched anew from there.
+    """
+
+    name: str
+    share: float
+    same: float
+    anew: float
+
+
+@dataclass(frozen=True)
+class _Change:
+    """The work of one change."""
+
+    vault: Vault
+    found: Found
+    most: float
+
+    def __call__(self, task: tuple[str, float]) -> Changed:
+        name, share = task
+        value = getattr(self.vault.approach, name)
+        try:
+            approach = replace(self.vault.approach, **{name: (1.0 + share) * value})
+            vault = self.vault.with_approach(approach)
+            same = vault.worth(self.found.nodes)
+        except ParameterError:
+            return Changed(name, share, np.nan, np.nan)
+        search = Search(vault, AGAIN, self.most, first=self.found.nodes)
+        anew = search(("simplex", 0)).rise
+        kept = (each if np.isfinite(each) else np.nan for each in (same, anew))
+        return Changed(name, share, *kept)
+
+
+def sensitivity(
+    vault: Vault, found: Found, *, most: float = 1.0, jobs: int = 1
+) -> tuple[Changed, ...]:
+    """Return what changes if each part of the approach is :data:`SHARE` more or less.
+
+    The report varied the initial kinematics and optimised again; here the take-off with unchanged
+    activations, which is what a gymnast would have who does not notice, stands beside that.
+
+    Args:
+        vault: The gymnast.
+        found: The best activations.
+        most: Greatest activation.
+        jobs: How many searches are done side by side.
+
+    Returns:
+        Two changes for each of :data:`~plantigrade.vault.approach.NAMES`, down and up.
+    """
+    tasks = [(name, sign * SHARE) for name in NAMES for sign in (-1, 1)]
+    found_all = []
+    for done in run_jobs(_Change(vault, found, most), tasks, jobs=jobs):
+        nothing = Changed(done.item[0], done.item[1], np.nan, np.nan)
+        found_all.append(nothing if done.result is None else done.result)
+    return tuple(found_all)
+
+
+def ranking(changes: tuple[Changed, ...], rise: float) -> tuple[tuple[str, float], ...]:
+    """Return the names by how far searching anew moves the take-off, farthest first [m/s]."""
+    far: dict[str, float] = {}
+    for each in changes:
+        off = abs(each.anew - rise)
+        far[each.name] = max(far.get(each.name, 0.0), 0.0 if np.isnan(off) else off)
+    return tuple(sorted(far.items(), key=lambda item: -item[1]))
