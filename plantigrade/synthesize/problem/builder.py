@@ -27,7 +27,7 @@ _MAKERS: Mapping[str, Callable[["ProblemBuilder"], ConstraintFamily]] = {
     "contact speed": lambda b: site_places(b.body, b.headings, rates=True),
     **{name: lambda b, name=name: b.motion_family(name) for name in MOTION},
 }
-_PARTS = ("root force", "root moment", "muscle torque", "work rate", "joint torque")
+_PARTS = ("root force", "root moment", "muscle torque", "work rate", "joint torque", "endurance")
 """Families that are parts of the dynamics."""
 
 
@@ -82,7 +82,7 @@ class ProblemBuilder:
         """Return a family by name, made at the first call.
 
         It is ``"dynamics"`` or one of its parts (``"root force"``, ``"root moment"``,
-        ``"muscle torque"``, ``"work rate"``, ``"joint torque"``), ``"contact"``,
+        ``"muscle torque"``, ``"work rate"``, ``"joint torque"``, ``"endurance"``), ``"contact"``,
         ``"contact speed"``, ``"coordinates"``, ``"speeds"``, ``"accelerations"``, or a family that
         a term has added.
 

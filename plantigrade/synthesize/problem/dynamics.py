@@ -5,7 +5,7 @@ joint torque is the one the joint really does. All families come from one invers
 evaluated together; each is limited and weighed on its own.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.synthesize.problem.constraint_family import ConstraintFamily, node_symbols
@@ -16,6 +16,12 @@ if TYPE_CHECKING:
 
 EDGE = 0.5
 """Where work rates are rounded off, in units of rows."""
+
+SMALL = 0.05
+"""Where endurance is rounded off, in units of rows."""
+
+TURNS = 0.02
+"""Where plantarflexors give way to dorsiflexors, in units of rows."""
 
 
 def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
@@ -28,7 +34,10 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     - ``"muscle torque"``, :math:`\tau` less what passive tissue bears [:attr:`ContactBody.torque`];
     - ``"work rate"`` of the muscles, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2} - \epsilon`;
     - ``"joint torque"``, muscles and tissue together, where tissue bears much
-      (:attr:`ContactBody.stiff`).
+      (:attr:`ContactBody.stiff`);
+    - ``"endurance"``, :math:`(e^2 + \epsilon^2)^{3/4}` of the ankles' muscles: its square is about
+      :math:`|e|^3`. With the torque :math:`\tau` and the ratio :math:`\kappa` of both strengths,
+      :math:`e` goes smoothly from :math:`\tau` to :math:`\kappa \tau` where the weaker muscles pull.
 
     All but the root are free until a term limits or weighs them.
     """
@@ -40,6 +49,7 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         ("muscle torque", sym.names[6:], "N m", body.torque),
         ("work rate", sym.names[6:], "W", body.torque),
         ("joint torque", body.stiff, "N m", body.torque),
+        ("endurance", _ankles(body), "", 1.0),
     )
     families = []
     for (name, of, unit, size), function in zip(described, functions, strict=True):
@@ -68,12 +78,30 @@ def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Functio
     power = muscle * v[6:]
     work = ca.sqrt(power * power + EDGE**2) - EDGE
     joint = [tau[sym.names.index(n)] / body.torque for n in body.stiff]
+    tired = [_endurance(ca, body, muscle, name) for name in _ankles(body)]
     parts = (
         tau[:3] / body.weight,
         tau[3:6] / body.weight,
         muscle,
         work,
         ca.vertcat(ca.SX(0, 1), *joint),
+        ca.vertcat(ca.SX(0, 1), *tired),
     )
     whole = ca.Function("rows", given, [ca.vertcat(*parts)])
     return whole, [ca.Function("rows", given, [part]) for part in parts]
+
+
+def _ankles(body: ContactBody) -> tuple[str, ...]:
+    """Return the ankles' hinges."""
+    return tuple(n for n in body.symbolic.names[6:] if n.startswith("ankle_angle"))
+
+
+def _endurance(ca: Any, body: ContactBody, muscle: Any, name: str) -> Any:
+    """Return the row of one ankle."""
+    i = body.human.hinge(name)
+    weaker, stronger = body.human.model.jnt_actfrcrange[1 + i]
+    ratio = abs(float(weaker / stronger))  # plantarflexors, negative, over dorsiflexors
+    tau = muscle[i]
+    e = tau * ((ratio + 1) / 2 + (ratio - 1) / 2 * tau / ca.sqrt(tau * tau + TURNS**2))
+    square = e * e + SMALL**2
+    return ca.sqrt(square * ca.sqrt(square))

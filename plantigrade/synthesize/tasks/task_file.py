@@ -15,7 +15,8 @@ A file names a task to start from, sets its parameters, and adds or takes away t
     weight = 0.01
 
     [[term]]
-    type = "head-stability"
+    type = "upright"
+    body = "head"
     turning = 0.2
 
 The base ``"standing"``, a person on both feet, is the one to build on with stances and postures of
@@ -38,7 +39,7 @@ from plantigrade.synthesize.tasks.registry import make_task
 from plantigrade.synthesize.tasks.settings import TASKS
 from plantigrade.synthesize.tasks.task import BASES, MotionTask
 from plantigrade.synthesize.tasks.toml_values import as_field, in_radians, is_number, table
-from plantigrade.synthesize.terms import contact, effort, limits, posture, targets
+from plantigrade.synthesize.terms import contact, effort, limits, momentum, posture, solid, targets
 from plantigrade.synthesize.terms.term import Term
 from plantigrade.toml import parse_toml, read_toml
 
@@ -47,7 +48,8 @@ _KINDS: tuple[type[Term], ...] = (
     *(limits.Limits, limits.Within, limits.PowerLimit),
     *(effort.Torque, effort.Work, effort.Acceleration, effort.Jerk),
     *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture),
-    *(posture.HeadStability, posture.Symmetry, targets.Reach, targets.CentreOfMass),
+    *(posture.Upright, posture.Facing, posture.Symmetry, targets.Reach, targets.CentreOfMass),
+    *(momentum.AngularMomentum, solid.SolidLimbs, effort.Endurance),
 )
 TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _KINDS}
 """Name of a term in a file → its class, whose fields are the keys."""

@@ -25,16 +25,30 @@ from plantigrade.synthesize.tasks.settings import Walk
 from plantigrade.synthesize.tasks.task import Guess, MotionTask
 from plantigrade.synthesize.tasks.walking_plan import periodic_walk_plan, walk_plan
 from plantigrade.synthesize.terms.contact import Clearance, Contact, Dynamics, Forces
-from plantigrade.synthesize.terms.effort import Jerk, Torque, Work
+from plantigrade.synthesize.terms.effort import Endurance, Jerk, Torque, Work
 from plantigrade.synthesize.terms.limits import Limits
-from plantigrade.synthesize.terms.posture import Posture, PostureAt, Quiet, Rest
+from plantigrade.synthesize.terms.momentum import AngularMomentum
+from plantigrade.synthesize.terms.posture import (
+    Facing,
+    Posture,
+    PostureAt,
+    Quiet,
+    Rest,
+    Upright,
+)
+from plantigrade.synthesize.terms.solid import SolidLimbs
 from plantigrade.synthesize.terms.term import Term
 
-ANKLE = 0.2  # what torque of the ankle costs beside that of other joints
+HIP_ABDUCTORS = 0.5
+"""What torque of hip adduction costs beside that of other joints (*estimate*): passive tissue at the
+side of the thigh bears a part of it."""
+USED_FRICTION = 0.35
+"""Friction that a walk plans with; more on slopes, by their own."""
+PELVIS_TURNED = 7.0
+"""What it costs to turn the pelvis off the way [1/(s rad²)]."""
 UPRIGHT = {
     "pelvis_tilt": 3.0,
-    "pelvis_list": 3.0,
-    "pelvis_rotation": 3.0,
+    "pelvis_list": 6.0,
     "lumbar_extension": 0.5,
     "lumbar_bending": 1.0,
     "lumbar_rotation": 0.5,
@@ -44,10 +58,10 @@ UPRIGHT = {
     "neck_extension": 0.3,
     "neck_bending": 0.3,
     "neck_rotation": 0.3,
-    "arm_flex": 0.05,
+    "arm_flex": 0.2,
     "arm_add": 0.5,
     "arm_rot": 0.2,
-    "elbow_flex": 0.05,
+    "elbow_flex": 0.1,
     "pro_sup": 0.1,
     "wrist_flex": 0.1,
     "wrist_dev": 0.1,
@@ -55,7 +69,7 @@ UPRIGHT = {
 }
 """What it costs to be bent [1/(s rad²)]: trunk and head upright, arms hanging."""
 
-HANGING = {"elbow_flex": 0.35}
+HANGING = {"elbow_flex": 0.35, "arm_add": -0.2}
 """Postures that are not zero [rad]."""
 
 CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
@@ -70,13 +84,19 @@ def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
     """Return conditions and costs of every walk, on a slope [rad]."""
     return (
         Dynamics(),
-        Contact(),
+        Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),
         Clearance(CLEARANCE),
         Limits(),
-        Torque(1.0, {"ankle_angle": ANKLE}),
-        Work(0.4),
+        SolidLimbs(),
+        Torque(1.0, {"ankle_angle": 0.0, "hip_adduction": HIP_ABDUCTORS}),
+        Endurance(0.3),
+        Work(0.6),
         Jerk(3e-9),
         Forces(rate=5e-3),
+        AngularMomentum(forward=0.1, upward=0.5),
+        Upright("head", forward=1.0, sideways=3.0, turning=0.05),
+        Upright("trunk", sideways=3.0, away=0.7),
+        Facing(PELVIS_TURNED),
         Posture(UPRIGHT, {**HANGING, "pelvis_tilt": -slope}),
     )
 

@@ -9,7 +9,9 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.models.mirror import mirrored_name
 from plantigrade.record.conditions import Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.terms.heading import path_heading
 from plantigrade.synthesize.terms.term import AtInstant, Term, mirrored_values, per_coordinate
 
 
@@ -138,31 +140,72 @@ class PostureAt(AtInstant):
 
 
 @dataclass(frozen=True)
-class HeadStability(Term):
-    r"""Cost :math:`\int w_\omega |\omega|^2 + w_l \vartheta^2 dt` of a head that turns, or leans.
+class Upright(Term):
+    r"""Cost of a part of the body that leans, turns away from the way, or turns fast.
+
+    It is :math:`\int w_f f^2 + w_s s^2 + w_a a^2 + w_\omega |\omega|^2 dt`: :math:`f` and :math:`s`
+    are the components forward and to the left of the upward axis of the part, :math:`a` that of its
+    forward axis to the left, :math:`\omega` its angular velocity. Upright is against gravity, and
+    forward the way of the walk. Postures of joints do not say it: a trunk that leans with its pelvis
+    has straight joints. People keep head and trunk steady in space, for eyes and vestibular organs
+    [Pozzo1990]_, [Winter1995]_; how much that is worth beside muscle torques is an *estimate*.
 
     Attributes:
-        turning: Weight of its angular velocity :math:`\omega` [s/rad²].
-        leaning: Weight of its lean :math:`\vartheta` from the vertical [1/(s rad²)].
+        body: Name of the part: ``"head"``, ``"thorax"``; ``"trunk"`` is the trunk of any joint set.
+        forward: Weight of leaning forward [1/s].
+        sideways: Weight of leaning sideways [1/s].
+        away: Weight of being turned away from the way [1/s].
+        turning: Weight of the angular velocity [s/rad²].
     """
 
-    turning: float = 0.05
-    leaning: float = 0.05
+    body: str = "head"
+    forward: float = 0.0
+    sideways: float = 0.0
+    away: float = 0.0
+    turning: float = 0.0
 
     def add_to(self, b: ProblemBuilder) -> None:
-        """Weigh the head's rates and lean."""
-        import casadi as ca
+        """Weigh lean, heading and rates."""
+        sym, human = b.body.symbolic, b.body.human
+        name = human.trunk if self.body == "trunk" else self.body
+        i = human.body(name) - 1
+        up = -sym.gravity / np.linalg.norm(sym.gravity)
+        ahead = np.cross([0.0, 1.0, 0.0], up)  # level, along x
 
-        sym = b.body.symbolic
-        i = b.body.human.body("head") - 1
-
-        def expression(q, v, a, u):
+        def expression(ca, q, v, a, u, p):
             R = sym.frames()(q)[1][:, 3 * i : 3 * i + 3]
-            return ca.vertcat(sym.angular_velocities()(q, v)[:, i], R[0, 2], R[1, 2])
+            x, y = ca.dot(R[:, 2], ca.DM(ahead)), R[1, 2]
+            fx, fy = ca.dot(R[:, 0], ca.DM(ahead)), R[1, 0]
+            c, s = p[0], p[1]
+            rows = [c * x + s * y, c * y - s * x, c * fy - s * fx]
+            return ca.vertcat(*rows, sym.angular_velocities()(q, v)[:, i])
 
-        names = (*(f"turning of the head about {x}" for x in "xyz"), "head forward", "head left")
-        family = b.custom_family("head", names, expression)
-        b.penalise(family, 2.0 * np.repeat([self.turning, self.leaning], [3, 2]))
+        function = b.body.function(("upright", name), expression, 2)
+        names = (f"{name} forward", f"{name} left", f"{name} turned left")
+        names += tuple(f"turning of the {name} about {x}" for x in "xyz")
+        way = path_heading(b.plan, b.nodes)
+        way = np.stack([np.cos(way), np.sin(way)], axis=1)
+        family = ConstraintFamily.free(f"upright {name}", function, names, len(b.nodes), way)
+        weights = [self.forward, self.sideways, self.away, *[self.turning] * 3]
+        b.penalise(b.add(family), 2.0 * np.array(weights))
+
+
+@dataclass(frozen=True)
+class Facing(Term):
+    r"""Cost :math:`\int w (r - \psi)^2 dt` of a pelvis turned by :math:`r` off the way's heading.
+
+    Attributes:
+        weight: :math:`w` [1/(s rad²)].
+    """
+
+    weight: float = 1.0
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weigh the pelvis' rotation."""
+        family = b.family("coordinates")
+        w = np.zeros(family.weight.shape)
+        w[:, b.column("pelvis_rotation")] = 2.0 * self.weight
+        b.penalise(family, w, path_heading(b.plan, b.nodes)[:, None])
 
 
 @dataclass(frozen=True)

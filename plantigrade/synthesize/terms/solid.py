@@ -1,0 +1,256 @@
+r"""Solid limbs: legs do not pass through each other, arms not through trunk and thighs.
+
+One smooth row a limb and node. Of all distances :math:`d_i` between a point of one limb and what it
+must not enter, the row is
+
+.. math:: d = -\frac{1}{\beta} \ln \sum_i e^{-\beta d_i} \le \min_i d_i,
+
+so that a limit on it is on the safe side of every one. Points lie along the bones and edges of a
+limb and have its thickness; what they must not enter are capsules, the closest point of whose axis
+is found with a clamped parameter, and ellipsoids of the trunk, to which
+
+.. math:: d(x) \approx \frac{k_0 (k_0 - 1)}{k_1}, \qquad
+    k_0 = \lVert x / s \rVert, \quad k_1 = \lVert x / s^2 \rVert,
+
+is exact on the surface and to first order beside it, :math:`s` being the half sizes. Only angles of
+the joints between the limbs enter: the pelvis is the frame.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.dynamics.recursions import sparse
+from plantigrade.models import Human
+from plantigrade.models.parts import Solid
+from plantigrade.synthesize.problem.builder import ProblemBuilder
+from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
+from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.terms.term import Term
+
+SHARPNESS = 250.0
+""":math:`\\beta` [1/m]: of two equal distances the row is 2.8 mm short."""
+ROUND = 1e-3  # where the distance to an axis is rounded off [m]
+UNIT = 10.0  # rows are in tenths of a metre
+EDGE = float(np.sqrt(2.0))  # of half its height: what a rod needs to cover the edge of a box
+NEAREST = 0.012  # how far from its most medial bone one is looked at beside the other foot [m]
+LEGS, ARMS = "solid legs", "solid arms"
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A capsule on a body: two ends in the body's frame and a radius [m]."""
+
+    body: str
+    a: Float[Array, "3"]
+    b: Float[Array, "3"]
+    radius: float
+
+    def points(self, count: int) -> list["Rod"]:
+        """Return spheres along it, both ends among them."""
+        along = np.linspace(0.0, 1.0, count)
+        places = [self.a + x * (self.b - self.a) for x in along]
+        return [Rod(self.body, p, p, self.radius) for p in places]
+
+
+@dataclass(frozen=True)
+class SolidLimbs(Term):
+    """Legs and feet do not enter each other, forearms and hands not trunk and thighs.
+
+    Attributes:
+        margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
+        arms: Distance that arms keep [m]; not looked at where infinite and negative.
+    """
+
+    margin: float = 0.003
+    arms: float = 0.003
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Limit the rows."""
+        for family, margin in ((legs(b.body, len(b.nodes)), self.margin),
+                               (arms(b.body, len(b.nodes)), self.arms)):  # fmt: skip
+            if np.isfinite(margin):
+                b.limit(b.add(family), lower=UNIT * margin)
+
+
+def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
+    """Return how far both legs are from each other [0.1 m]."""
+    human = body.human
+
+    def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
+        at = _Placed(ca, body, q)
+        d = []
+        (thigh_r, shank_r, foot_r), (thigh_l, shank_l, foot_l) = (_leg(human, s) for s in SIDES)
+        d += [at.apart(x, thigh_l) for x in thigh_r.points(5)[2:]]
+        d += [at.apart(x, shank_l) for x in shank_r.points(6)]
+        for shank, foot, others in ((shank_l, foot_l, foot_r), (shank_r, foot_r, foot_l)):
+            for rod in others:
+                for x in rod.points(3):
+                    d += [at.apart(x, other) for other in (shank, *foot)]
+        return UNIT * _least(ca, d)
+
+    function = body.function(LEGS, expression)
+    names = ("distance of the legs",)
+    return ConstraintFamily.free(LEGS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
+
+
+def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
+    """Return how far each forearm and hand is from trunk and thighs [0.1 m]."""
+    human = body.human
+
+    def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
+        at = _Placed(ca, body, q)
+        rows = []
+        trunk = [(b.name, s) for b in human.skeleton.bodies for s in b.solids
+                 if s.kind == "ellipsoid" and not b.name.startswith("head")]  # fmt: skip
+        for side in SIDES:
+            thigh, d = _leg(human, side)[0], []
+            for x in _forearm(human, side):
+                d.append(at.apart(x, thigh))
+                d += [at.beside(x, name, solid) for name, solid in trunk]
+            rows.append(UNIT * _least(ca, d))
+        return ca.vertcat(*rows)
+
+    function = body.function(ARMS, expression)
+    names = tuple(f"distance of arm_{s}" for s in SIDES)
+    return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
+
+
+class _Placed:
+    """Bodies placed in the frame of the pelvis, as expressions of the hinges."""
+
+    def __init__(self, ca: Any, body: ContactBody, q: Any):
+        self.ca, self.human = ca, body.human
+        self._position, self._rotation = body.symbolic.frames()(ca.vertcat(ca.SX(6, 1), q[6:]))
+        self._made: dict[Any, Any] = {}
+
+    def apart(self, x: Rod, rod: Rod) -> Any:
+        """Return how far a sphere is from a capsule [m]."""
+        ca, p = self.ca, self._at(x.body, x.a)
+        a, b = self._at(rod.body, rod.a), self._at(rod.body, rod.b)
+        key = "way", rod.body, tuple(rod.a), tuple(rod.b)
+        way = self._kept(key, lambda: (b - a) / float(np.sum((rod.b - rod.a) ** 2)))
+        length = float(np.sum((rod.b - rod.a) ** 2))
+        off = p - a
+        part = ca.fmin(ca.fmax(ca.dot(off, way), 0), 1) * length
+        off = off - part * way
+        return ca.sqrt(ca.dot(off, off) + ROUND**2) - (x.radius + rod.radius)
+
+    def beside(self, x: Rod, body: str, solid: Solid) -> Any:
+        """Return about how far a sphere is from an ellipsoid [m]."""
+        ca = self.ca
+        p = self._kept(("seen", x.body, tuple(x.a), body), lambda: self._seen(x, body))
+        one = (p - solid.a) / solid.b
+        two = one / solid.b
+        k0, k1 = (ca.sqrt(ca.dot(k, k) + 1e-6) for k in (one, two))
+        return k0 * (k0 - 1) / k1 - x.radius
+
+    def _seen(self, x: Rod, body: str) -> Any:
+        """Return a point in the frame of another body."""
+        p = self._at(x.body, x.a)
+        if body == self.human.body_names[0]:
+            return p
+        i = self.human.body(body) - 1
+        R = self._rotation[:, 3 * i : 3 * i + 3]
+        return self.ca.mtimes(R.T, p - self._position[:, i])
+
+    def _at(self, body: str, point: Array) -> Any:
+        """Return a point of a body."""
+
+        def make() -> Any:
+            i = self.human.body(body) - 1
+            R = self._rotation[:, 3 * i : 3 * i + 3]
+            return self._position[:, i] + self.ca.mtimes(R, sparse(self.ca, point.reshape(3, 1)))
+
+        return self._kept((body, tuple(point)), make)
+
+    def _kept(self, key: Any, make: Callable[[], Any]) -> Any:
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
+
+
+def _least(ca: Any, distances: Sequence[Any]) -> Any:
+    """Return a smooth number below all distances [m]."""
+    every = ca.vertcat(*distances)
+    return -ca.log(ca.sum1(ca.exp(-SHARPNESS * every))) / SHARPNESS
+
+
+def _leg(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
+    """Return thigh, shank, and what of a foot is next to the other leg."""
+    solids = {b.name: b.solids for b in human.skeleton.bodies}
+    thigh, shank = (_rods(f"{n}_{side}", solids[f"{n}_{side}"], side)[0] for n in ("femur", "tibia"))
+    feet = []
+    for name in _below(human, f"foot_{side}"):
+        rods = _rods(name, solids[name], side)
+        feet += [(rod, _offset(human, name)) for rod in rods]
+    inward = 1.0 if side == "r" else -1.0
+
+    def medial(rod: Rod, offset: Array) -> float:
+        return float(max(inward * (offset[1] + x[1]) for x in (rod.a, rod.b)) + rod.radius)
+
+    places = [(medial(rod, offset), rod) for rod, offset in feet]
+    by_body: dict[str, float] = {}
+    for reach, rod in places:
+        by_body[rod.body] = max(reach, by_body.get(rod.body, -np.inf))
+    most = max(by_body.values())
+    kept = [
+        rod
+        for reach, rod in places
+        if reach > by_body[rod.body] - NEAREST and by_body[rod.body] > most - 3 * NEAREST
+    ]
+    return thigh, shank, kept
+
+
+def _forearm(human: Human, side: str) -> list[Rod]:
+    """Return spheres along forearm, hand and fingers."""
+    out: list[Rod] = []
+    for name in _below(human, f"humerus_{side}")[1:]:
+        solids = next(b.solids for b in human.skeleton.bodies if b.name == name)
+        for solid in solids:
+            if solid.kind == "capsule":
+                out += Rod(name, solid.a, solid.b, solid.radius).points(2)
+                continue
+            half, thick = solid.b, float(min(solid.b))  # a hand is flat: its end, middle and edges
+            for y in (-1.0, 0.0, 1.0):
+                place = solid.a + np.array([0.0, y * (half[1] - thick), thick - half[2]])
+                out.append(Rod(name, place, place, thick))
+    return out
+
+
+def _rods(name: str, solids: Sequence[Solid], side: str) -> list[Rod]:
+    """Return capsules as they are, and of boxes the edge that faces the other leg."""
+    out, inward = [], 1.0 if side == "r" else -1.0
+    for solid in solids:
+        if solid.kind == "capsule":
+            out.append(Rod(name, solid.a, solid.b, solid.radius))
+        else:
+            x, y, z = solid.b
+            aside = np.array([0.0, inward * (y - z), 0.0])
+            ahead = np.array([x - z, 0.0, 0.0])
+            radius = EDGE * float(z)
+            out.append(Rod(name, solid.a + aside - ahead, solid.a + aside + ahead, radius))
+    return out
+
+
+def _below(human: Human, body: str) -> list[str]:
+    """Return a body and all that hang on it."""
+    found = [body]
+    for b in human.skeleton.bodies:
+        if b.parent in found:
+            found.append(b.name)
+    return found
+
+
+def _offset(human: Human, body: str) -> Float[Array, "3"]:
+    """Return where a body's origin is in the pelvis frame, zero pose [m]."""
+    bodies = {b.name: b for b in human.skeleton.bodies}
+    out = np.zeros(3)
+    while bodies[body].parent:
+        out = out + bodies[body].position
+        body = bodies[body].parent
+    return out
