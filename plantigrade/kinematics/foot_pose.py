@@ -107,6 +107,8 @@ class FootPoser:
         side: ``"r"`` or ``"l"``.
 
     Attributes:
+        side: Which foot.
+        sign: 1 for the right foot, -1 for the left one.
         coordinates: Names of the hinges of :attr:`FootPose.angles`.
         spheres: Names of the contact spheres of :attr:`FootPose.clearance`.
         segment: Which of :data:`SEGMENTS` each of them belongs to, as an index.
@@ -149,7 +151,7 @@ class FootPoser:
         self._at_rest = np.concatenate(
             [self._origin(k) + centre for k, centre in enumerate(centres)]
         )
-        self._sign = 1.0 if side == "r" else -1.0
+        self.sign = 1.0 if side == "r" else -1.0
         self._solver = lru_cache(maxsize=None)(self._prepared)
         standing = self._at_rest[self.segment == HEEL, 2] - self._radius[self.segment == HEEL]
         self.standing = float(-standing.min())
@@ -310,7 +312,7 @@ class FootPoser:
                 parents = np.empty_like(Q)
                 parents[:] = R[:, None]
                 parents[:, LATERAL_TOES] = Q[:, LATERAL]
-                angles[:, moved] = hinge_angles((parents.swapaxes(2, 3) @ Q)[:, moved], self._sign)
+                angles[:, moved] = hinge_angles((parents.swapaxes(2, 3) @ Q)[:, moved], self.sign)
             spheres = joints[:, self.segment]
             spheres += (Q[:, self.segment] @ self._centres)[..., 0]
             return R, angles.reshape(-1, 12), -down, open_, spheres
