@@ -14,6 +14,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.io.opensim_coordinates import NO_ANGLE
+from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level, moving_ground
 from plantigrade.kinematics.rests import contact_metrics, find_rests
 from plantigrade.kinematics.result import Fit, filled, human_of, listed
@@ -89,6 +90,9 @@ def fit_coordinates(
     notes += note(assumed, "no column of the file")
     contact = sole_paths(human, qpos)
     rests = find_rests(contact, rate, way=way)
+    if human.feet == "multi-segment":
+        qpos = with_bones(human, table.time, qpos, rests, known=table.names, turns=False)
+        contact = sole_paths(human, qpos)
     return Fit(
         human=human,
         time=table.time,

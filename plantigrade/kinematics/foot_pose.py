@@ -48,17 +48,24 @@ from plantigrade.models.skeleton import Body
 SEGMENTS = ("heel", "lateral_metatarsal", "medial_phalanges", "lateral_phalanges")
 """Segments that can be marked. The fifth, the medial metatarsals with the tarsus, touches nothing
 and is what the ankle turns."""
-HEEL, LATERAL, MEDIAL_TOES, LATERAL_TOES, EDGE = range(5)
+HEEL, LATERAL, MEDIAL_TOES, LATERAL_TOES, EDGE, TIPS = range(6)
 HEEL_EDGE = "heel_edge"
 """The back edge of the heel, over which a foot rolls that lands: the heel stays in line with the
 foot. Not in the paper, whose heel is flat whenever it is marked."""
-MARKS = (*SEGMENTS, HEEL_EDGE)
+TOE_TIPS = "toe_tips"
+"""The tips of the toes, over which a foot rolls that leaves: the toes are bent by :data:`BEND`. Not
+in the paper, whose toes stay flat whatever they have to bend."""
+MARKS = (*SEGMENTS, HEEL_EDGE, TOE_TIPS)
+BEND = np.deg2rad(34.0)
+"""How far toes bend before they roll onto their tips [rad]: mean of the hallux in level walking,
+from midstance to its peak (Oxford Foot Model, method of [Stebbins2006]_; the curves are those that
+:mod:`plantigrade.models.textbook_gait` is made from)."""
 
 FOURTH = "contact_lateral_phalanges_metatarsal_4"  # where the joint of the lateral toes is
 ROUNDS = 4  # of pose and planes, on curved ground
 
 
-def marks(*names: str) -> Bool[Array, " 5"]:
+def marks(*names: str) -> Bool[Array, " 6"]:
     """Return which of :data:`MARKS` are named.
 
     Raises:
@@ -100,6 +107,8 @@ class FootPoser:
         side: ``"r"`` or ``"l"``.
 
     Attributes:
+        side: Which foot.
+        sign: 1 for the right foot, -1 for the left one.
         coordinates: Names of the hinges of :attr:`FootPose.angles`.
         spheres: Names of the contact spheres of :attr:`FootPose.clearance`.
         segment: Which of :data:`SEGMENTS` each of them belongs to, as an index.
@@ -132,14 +141,17 @@ class FootPoser:
         self._sole_axes = axes_upon(normals, np.eye(3)[0])[0].swapaxes(1, 2)
         back = [c for c in parts[HEEL].contacts if c.name.startswith("heel_back")]
         edge = np.mean([c.position for c in back], axis=0) + self._joint[HEEL]
-        # What has to be how high: heel, cuboid, third toe, fourth toe, edge of the heel.
+        self._bend = _bent(BEND)
+        tips = [c for c in parts[MEDIAL_TOES].contacts if c.name in ("toe_1", "toe_2")]
+        tip = self._bend @ np.mean([c.position for c in tips], axis=0) + self._joint[MEDIAL_TOES]
+        # What has to be how high: heel, cuboid, third toe, fourth toe, edge of the heel, toe tips.
         fourth = self._joint[LATERAL] + self._joint[LATERAL_TOES]
-        self._pivots = np.array([*self._joint[:3], fourth, edge])
-        self._heights = np.array([*(h for _, h in soles), float(back[0].radius)])
+        self._pivots = np.array([*self._joint[:3], fourth, edge, tip])
+        self._heights = np.array([*(h for _, h in soles), back[0].radius, tips[0].radius])
         self._at_rest = np.concatenate(
             [self._origin(k) + centre for k, centre in enumerate(centres)]
         )
-        self._sign = 1.0 if side == "r" else -1.0
+        self.sign = 1.0 if side == "r" else -1.0
         self._solver = lru_cache(maxsize=None)(self._prepared)
         standing = self._at_rest[self.segment == HEEL, 2] - self._radius[self.segment == HEEL]
         self.standing = float(-standing.min())
@@ -168,7 +180,7 @@ class FootPoser:
             ParameterError: If a number is not finite, or ``marked`` has other columns.
         """
         ground = ground or Ground()
-        if marked.shape[1] not in (len(SEGMENTS), len(MARKS)):
+        if not len(SEGMENTS) <= marked.shape[1] <= len(MARKS):
             raise ParameterError(f"marked has {marked.shape[1]} columns; they are {MARKS}")
         if not (np.isfinite(ankle).all() and np.isfinite(facing).all()):
             raise ParameterError("ankle and facing must be finite numbers")
@@ -218,7 +230,7 @@ class FootPoser:
         aslant = self._radius / (ground.normal_at(spheres) @ ground.normal)
         seen, at = spheres @ axes, joints @ axes
         normals = np.empty((len(ankle), 4, 3))
-        wanted = np.empty((len(ankle), 5))
+        wanted = np.empty((len(ankle), 6))
         for k in range(4):
             mine = self._under[k]
             x, z = seen[:, mine, :2], below[:, mine]
@@ -231,7 +243,7 @@ class FootPoser:
             rise = z - level[:, None] - ((x - middle[:, None]) @ slope[:, :, None])[..., 0]
             normals[:, k] = (up / length[:, None]) @ axes.T
             base = level + rise.max(axis=1)
-            for pivot in (k, 4) if k == HEEL else (k,):
+            for pivot in {HEEL: (k, EDGE), MEDIAL_TOES: (k, TIPS)}.get(k, (k,)):
                 here = base + ((at[:, pivot, :2] - middle) * slope).sum(axis=1)
                 wanted[:, pivot] = here + self._heights[pivot] * length
         return normals, wanted
@@ -250,18 +262,20 @@ class FootPoser:
         It takes ankle, facing, normal of the ground, normals of the segments' planes and how high
         each pivot has to be, and returns rotation, angles, shift, what was open, and the spheres.
         """
-        marked = dict(zip(MARKS, (*pattern, False)[:5], strict=True))
+        marked = dict(zip(MARKS, (*pattern, False, False), strict=False))
         heel, lateral, medial, toes = (marked[name] for name in SEGMENTS)
         hold = [HEEL] if heel else [EDGE] * marked[HEEL_EDGE]
         hold += [LATERAL] * lateral + [MEDIAL_TOES] * medial
         hold += [LATERAL_TOES] * (toes and not (lateral or medial))
+        rolling = marked[TOE_TIPS] and not (medial or toes)
+        hold += [TIPS] * rolling
         find, again = NormalSeen(self._pivots[hold]), NormalSeen(self._joint[LATERAL_TOES][None])
-        pressing = [heel or marked[HEEL_EDGE], lateral, medial, toes]
+        pressing = [heel or marked[HEEL_EDGE], lateral, medial or rolling, toes or rolling]
         aloft = ~np.array(pressing)[self.segment]
         others = self._at_rest[aloft], self._radius[aloft]
         down_again = toes and medial and not lateral  # the fourth toe, about the cuboid joint
         flat = [k for k in range(4) if pattern[k]]
-        moved = [*flat, LATERAL] if down_again else flat
+        moved = flat + [LATERAL] * down_again + [MEDIAL_TOES, LATERAL_TOES] * rolling
         free = any(pattern[k] for k in (LATERAL, LATERAL_TOES))
 
         def solve(ankle, facing, n, normals, wanted):
@@ -284,10 +298,12 @@ class FootPoser:
                 v, _, lost = again(w[:, None], u)
                 turn, half = smallest_turn(v, u)
                 Q[:, LATERAL], open_ = R @ turn, open_ | lost | half
+            if rolling:
+                Q[:, MEDIAL_TOES:] = (R @ self._bend)[:, None]
             if free:
                 joint = Q[:, LATERAL] @ self._joint[LATERAL_TOES]
                 joints[:, LATERAL_TOES] = joints[:, LATERAL] + joint
-                if not toes:
+                if not (toes or rolling):
                     Q[:, LATERAL_TOES] = Q[:, LATERAL]
             else:
                 joints[:, LATERAL_TOES] += joints[:, LATERAL] - origin
@@ -296,12 +312,18 @@ class FootPoser:
                 parents = np.empty_like(Q)
                 parents[:] = R[:, None]
                 parents[:, LATERAL_TOES] = Q[:, LATERAL]
-                angles[:, moved] = hinge_angles((parents.swapaxes(2, 3) @ Q)[:, moved], self._sign)
+                angles[:, moved] = hinge_angles((parents.swapaxes(2, 3) @ Q)[:, moved], self.sign)
             spheres = joints[:, self.segment]
             spheres += (Q[:, self.segment] @ self._centres)[..., 0]
             return R, angles.reshape(-1, 12), -down, open_, spheres
 
         return solve
+
+
+def _bent(angle: float) -> np.ndarray:
+    """Return the rotation of toes bent upwards by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
 def _slope(x, z):

@@ -151,3 +151,16 @@ def hinge_angles(turn: Float[Array, "*n 3 3"], sign: float) -> Float[Array, "*n 
     out[..., 1] = sign * np.arcsin(np.clip(-turn[..., 1, 2], -1.0, 1.0))
     out[..., 2] = sign * np.arctan2(turn[..., 1, 0], turn[..., 1, 1])
     return out
+
+
+def hinge_turn(angles: Float[Array, "*n 3"], sign: float) -> Float[Array, "*n 3 3"]:
+    """Return the rotation of a joint within the foot from its hinges, as :func:`hinge_angles`."""
+    (ca, cb, cc), (sa, sb, sc) = (
+        np.moveaxis(f(angles * [-1.0, sign, sign]), -1, 0) for f in (np.cos, np.sin)
+    )
+    rows = (
+        (ca * cc + sa * sb * sc, sa * sb * cc - ca * sc, sa * cb),
+        (cb * sc, cb * cc, -sb),
+        (ca * sb * sc - sa * cc, ca * sb * cc + sa * sc, ca * cb),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

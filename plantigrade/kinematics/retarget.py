@@ -26,6 +26,7 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.errors import FitError
+from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import contact_metrics, find_rests
@@ -122,6 +123,8 @@ def fit_skeleton(
     qpos, rise = level(human, qpos, rate, way=way)
     before = sole_paths(human, qpos)
     rests = find_rests(before, rate, way=way)
+    if rests and human.feet == "multi-segment":
+        qpos = with_bones(human, source.time, qpos, rests)
     if rests:
         report = counter(progress, "planting the feet", n)
         qpos = plant_feet(human, qpos, rate=rate, rests=rests, way=way, progress=report)
