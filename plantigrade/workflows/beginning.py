@@ -23,7 +23,16 @@ from plantigrade.record.provenance import source_files
 from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.settings import SimulateSettings
-from plantigrade.world import Disturbance, Push, World, on_ground, standing_on
+from plantigrade.world import (
+    Disturbance,
+    FloorShift,
+    Push,
+    Rope,
+    ThrownBox,
+    World,
+    on_ground,
+    standing_on,
+)
 from plantigrade.world.grounds import ground_named, platform_named
 
 SETTLING = 1.0
@@ -67,10 +76,19 @@ def around(how: SimulateSettings) -> tuple[Ground | None, tuple[Disturbance, ...
     """Return the ground that is named, None for that of the motion, and what acts besides.
 
     Raises:
-        ParameterError: If there is no such ground, or a word is no push.
+        ParameterError: If there is no such ground, or a word is no push, rope, box or shift.
     """
-    pushes = tuple(Push.written(word) for word in how.push)
+    pushes: tuple[Disturbance, ...] = (
+        *(Push.written(word) for word in how.push),
+        *(Rope.written(word) for word in how.rope),
+        *(ThrownBox.written(word) for word in how.box),
+    )
     plate = None if how.ground is None else platform_named(how.ground)
+    if how.shift is not None:
+        shift = FloorShift.written(how.shift)
+        if how.ground not in (None, "flat"):
+            raise ParameterError(f"only a flat floor shifts, not ground={how.ground!r}")
+        return ground_named("flat"), (shift, *pushes)
     level = "flat" if plate else how.ground
     named = None if level is None else ground_named(level, seed=how.seed)
     return named, (pushes if plate is None else (plate, *pushes))

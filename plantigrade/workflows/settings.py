@@ -138,6 +138,12 @@ class SimulateSettings(FitSettings):
     """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,PERIOD,WAY]."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()
     """Push at the trunk: newtons, seconds, direction (0 forward, 90 left), when; repeatable."""
+    rope: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,X,Y,Z,AT[,S]")] = ()
+    """Rope from the trunk to a place: newtons, metres, from when, how long; repeatable."""
+    box: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("KG,M/S,DEG,AT")] = ()
+    """Box thrown at the trunk: kilograms, speed (0: dropped), direction, when; repeatable."""
+    shift: Annotated[str | None, optional("M,S,DEG,AT")] = None
+    """Sudden shift of a level floor: metres, seconds, direction, when."""
     duration: Seconds = None
     """How long; as long as the motion if absent, 5 s where there is none."""
     rate: float = 1800.0

@@ -144,7 +144,14 @@ def figures_of(record: Record) -> dict[str, float]:
 def _sentence(begin: Start, how: SimulateSettings, record: Record, word: str) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
-    pushes = {0: "", 1: ", pushed once"}.get(len(how.push), f", pushed {len(how.push)} times")
+    kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
+    times = {1: "once", 2: "twice"}
+    pushes = "".join(
+        f", {what} {times.get(len(words), f'{len(words)} times')}"
+        for what, words in kinds.items()
+        if words
+    )
+    pushes += ", on a floor that shifts" if how.shift else ""
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
         f"freedom and {human.feet} feet, moved by {word}{pushes}: {record.motion.duration:.2f} s "

@@ -13,7 +13,7 @@ from plantigrade.world.offers import Drawing, Target
 from plantigrade.world.platform import FloorShift, Platform, Tilting
 from plantigrade.world.start import on_ground, standing_on
 from plantigrade.world.state import State
-from plantigrade.world.things import Box, Rope
+from plantigrade.world.things import Box, Rope, ThrownBox
 from plantigrade.world.world import Controller, World
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "Rope",
     "StablePD",
     "State",
+    "ThrownBox",
     "Target",
     "Tilting",
     "Torque",

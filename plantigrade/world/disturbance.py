@@ -30,6 +30,27 @@ def trunk(human: Human, body: str = "") -> int:
     return human.body(body or next(b for b in TRUNK if b in human.body_names))
 
 
+def written_numbers(word: str, what: str, form: str, *counts: int) -> list[float]:
+    """Return the numbers of a word of the command line, parted by commas.
+
+    Args:
+        word: The word.
+        what: What it should be.
+        form: How that is written, with an example.
+        counts: How many numbers it may have.
+
+    Raises:
+        ParameterError: If it has another number of them, or one is none.
+    """
+    try:
+        numbers = [float(part) for part in word.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in counts:
+        raise ParameterError(f"{word!r} is no {what}: write {form}")
+    return numbers
+
+
 class Disturbance:
     """Something that acts on a world; a subclass overrides what it needs.
 

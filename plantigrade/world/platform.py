@@ -15,7 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.world.disturbance import Disturbance
+from plantigrade.world.disturbance import Disturbance, written_numbers
 
 if TYPE_CHECKING:
     import plantigrade.world.world
@@ -161,6 +161,22 @@ class FloorShift(Platform):
         numbers = [self.distance, self.duration, self.direction, self.time]
         if not (np.isfinite(numbers).all() and self.duration >= 0.02 and self.time >= 0):
             raise ParameterError(f"{self}: a floor shifts in at least 0.02 s, at 0 s or later")
+
+    @staticmethod
+    def written(word: str) -> "FloorShift":
+        """Return the shift of a word: metres, seconds, direction in degrees, when [s].
+
+        Raises:
+            ParameterError: If it is none.
+
+        Example:
+            >>> FloorShift.written("0.1,0.2,180,1").distance
+            0.1
+        """
+        form = "METRES,SECONDS,DIRECTION_DEG,AT_S such as 0.1,0.2,180,1, back after 1 s"
+        distance, lasts, direction, at = written_numbers(word, "shift", form, 4)
+        turned = float(np.deg2rad(direction))
+        return FloorShift(distance=distance, duration=lasts, direction=turned, time=at)
 
     def edges(self) -> tuple[float, ...]:
         """Return when it begins and ends [s]."""

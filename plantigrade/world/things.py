@@ -6,14 +6,22 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.world.disturbance import Disturbance, trunk
+from plantigrade.world.disturbance import Disturbance, trunk, written_numbers
 from plantigrade.world.scene import LIMBS
 
 if TYPE_CHECKING:
     import plantigrade.world.world
 
+FLIGHT, DROP = 1.5, 0.5
+"""How far a box flies, and falls [m]."""
+HEAD = 0.15
+"""Height of the crown above the head's centre of mass [m]."""
+PARCEL = 250.0
+"""Density of a box [kg/m³]."""
 AWAY = 50.0
 """Height at which a box waits until it is thrown [m]."""
 
@@ -46,6 +54,21 @@ class Rope(Disturbance):
             raise ParameterError(f"{self} has a number that is not finite, or no duration")
         if self.force < 0:
             raise ParameterError(f"force={self.force:g} N: a rope only pulls")
+
+    @staticmethod
+    def written(word: str) -> "Rope":
+        """Return the rope of a word: newtons, where it leads to [m], when, and how long [s].
+
+        Raises:
+            ParameterError: If it is none.
+
+        Example:
+            >>> Rope.written("80,2,0,1,0.5").anchor
+            (2.0, 0.0, 1.0)
+        """
+        form = "NEWTON,X,Y,Z,AT_S[,SECONDS] such as 80,2,0,1,0.5,1: towards 2 m ahead, 1 m high"
+        force, x, y, z, at, *lasts = written_numbers(word, "rope", form, 5, 6)
+        return Rope(force=force, anchor=(x, y, z), time=at, duration=lasts[0] if lasts else np.inf)
 
     def reset(self, world: "plantigrade.world.world.World") -> None:
         """Refuse a body that is not there."""
@@ -130,6 +153,79 @@ class Box(Disturbance):
         data.qvel[v : v + 6] = 0.0
         data.qpos[q + 2] = AWAY
         if world.time >= self.time - 1e-9:
-            data.qpos[q : q + 7] = [*self.position, 1.0, 0.0, 0.0, 0.0]
-            data.qvel[v : v + 3] = self.velocity
+            place, speed = self.flight(world)
+            data.qpos[q : q + 7] = [*place, 1.0, 0.0, 0.0, 0.0]
+            data.qvel[v : v + 3] = speed
             world.memory[self][2] = True
+
+    def flight(
+        self, world: "plantigrade.world.world.World"
+    ) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
+        """Return where it starts [m], and how fast [m/s]."""
+        return np.array(self.position), np.array(self.velocity)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrownBox(Box):
+    """A box that is thrown at the upper trunk, or dropped on the head.
+
+    It flies :data:`FLIGHT` to where the trunk will be if it goes on as it does, or falls
+    :data:`DROP` from above the head. ``position`` and ``velocity`` mean nothing.
+
+    Attributes:
+        speed: How fast it flies over the ground; zero: it is dropped [m/s].
+        direction: Where to: 0 forward, a quarter turn to the left [rad].
+
+    Raises:
+        ParameterError: As :class:`Box`, or if the speed is neither zero nor from 2 to 50 m/s.
+    """
+
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    speed: float = 0.0
+    direction: float = 0.0
+
+    def __post_init__(self):
+        """Refuse what does not fly."""
+        super().__post_init__()
+        if not np.isfinite(self.direction) or not (self.speed == 0 or 2 <= self.speed <= 50):
+            raise ParameterError(
+                f"speed={self.speed:g} m/s of a box must be 0 (dropped) or from 2 to 50"
+            )
+
+    @staticmethod
+    def written(word: str) -> "ThrownBox":
+        """Return the box of a word: kilograms, metres per second, direction in degrees, when [s].
+
+        It is a cube of the density of a full parcel.
+
+        Raises:
+            ParameterError: If it is none.
+
+        Example:
+            >>> ThrownBox.written("2,5,180,1").size
+            (0.2, 0.2, 0.2)
+        """
+        form = "KG,M_PER_S,DIRECTION_DEG,AT_S such as 2,5,180,1, from the front after 1 s; 0 drops"
+        mass, speed, direction, at = written_numbers(word, "box", form, 4)
+        edge = float(np.cbrt(max(mass, 0.0) / PARCEL).round(6))
+        turned = float(np.deg2rad(direction))
+        return ThrownBox(mass=mass, size=(edge,) * 3, speed=speed, direction=turned, time=at)
+
+    def flight(
+        self, world: "plantigrade.world.world.World"
+    ) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
+        """Return where it starts [m], and how fast [m/s]."""
+        data, body = world.data, trunk(world.human)
+        place, speed = data.xipos[body].copy(), np.zeros(6)
+        mujoco.mj_objectVelocity(world.model, data, mujoco.mjtObj.mjOBJ_BODY, body, speed, 0)
+        if not self.speed:
+            own = slice(1, len(world.human.body_names) + 1)
+            head = world.human.body_names.index("head") + 1
+            place[:2] = data.xipos[head, :2]
+            place[2] = float(data.xipos[own, 2].max()) + HEAD + 0.5 * self.size[2] + DROP
+            return place, np.array([*speed[3:5], 0.0])
+        way = np.array([np.cos(self.direction), np.sin(self.direction), 0.0])
+        time = FLIGHT / self.speed
+        rise = 0.5 * GRAVITY * time
+        place += speed[3:] * [time, time, 0.0] - FLIGHT * way
+        return place, self.speed * way + [0.0, 0.0, rise]

@@ -55,6 +55,10 @@ def test_a_controller_of_ones_own(folder):
     ("words", "said"),
     [
         (["--push", "1,2"], "NEWTON,SECONDS,DIRECTION_DEG,AT_S"),
+        (["--rope", "1,2"], "NEWTON,X,Y,Z,AT_S"),
+        (["--box", "1,1,0,0"], "must be 0 (dropped) or from 2 to 50"),
+        (["--shift", "1"], "METRES,SECONDS,DIRECTION_DEG,AT_S"),
+        (["--shift", "0.1,0.2,0,1", "--ground", "stones"], "only a flat floor shifts"),
         (["--ground", "hill"], "there are flat, slope:DEG"),
         (["--controller", "stable-pd"], "follows a motion"),
         (["--rate", "1000", "--control-rate", "300"], "whole multiple"),
@@ -65,6 +69,14 @@ def test_a_controller_of_ones_own(folder):
 def test_bad_input_is_said_before_anything_is_written(folder, capsys, words, said):
     assert cli.main(["simulate", *words]) == 2
     assert said in capsys.readouterr().err and not list(folder.iterdir())
+
+
+def test_what_else_acts_is_said_and_felt(folder):
+    small = {"duration": 0.1, "rate": 300.0, "joints": "42", "feet": "rigid"}
+    pulled = pg.simulate(rope=("50,0,2,1,0",), shift="0.05,0.05,0,0", **small)
+    assert pulled.record.signals["world.push"][:-1, 1].min() > 40.0
+    assert pulled.record.signals["ground.place"][-1, 0] == pytest.approx(0.05, abs=1e-3)
+    assert ", pulled once, on a floor that shifts:" in pulled.sentence
 
 
 def test_a_run_has_its_own_person(folder):

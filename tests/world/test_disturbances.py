@@ -14,6 +14,7 @@ from plantigrade.world import (
     PhasePush,
     Push,
     Rope,
+    ThrownBox,
     Tilting,
     World,
     standing_on,
@@ -37,6 +38,55 @@ def test_a_rope_pulls_towards_its_anchor_while_it_pulls():
     way = np.array(anchor) - record.contact_point[pulling, -1]
     assert np.abs(np.cross(force[pulling], way)).max() < 0.01 and (force[pulling, 1] > 29).all()
     assert check(record).measures["root_moment"].value < 0.05
+
+
+@pytest.mark.parametrize(
+    ("kind", "word", "said"),
+    [
+        (Rope, "80,2,0", "NEWTON,X,Y,Z"),
+        (Rope, "-80,2,0,1,0", "only pulls"),
+        (ThrownBox, "2,5,left,1", "KG,M_PER_S"),
+        (ThrownBox, "2,0.5,0,1", "0 .dropped. or from 2 to 50"),
+        (ThrownBox, "-2,5,0,1", "not positive"),
+        (FloorShift, "0.1,0.2,0", "METRES,SECONDS"),
+        (FloorShift, "0.1,0,0,1", "at least 0.02 s"),
+    ],
+)
+def test_a_word_that_is_none_is_refused_with_how_to_write_it(kind, word, said):
+    with pytest.raises(ParameterError, match=said):
+        kind.written(word)
+
+
+def test_words_are_what_they_say():
+    rope = Rope.written("80,2,0,1,0.5,0.25")
+    assert (rope.force, rope.anchor, rope.time, rope.duration) == (80.0, (2.0, 0.0, 1.0), 0.5, 0.25)
+    assert Rope.written("80,2,0,1,0.5").duration == np.inf
+    shift = FloorShift.written("0.1,0.2,90,1")
+    np.testing.assert_allclose(shift.place(2.0), [0.0, 0.1, 0.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize(("word", "way"), [("2,6,180,0.05", [-1, 0]), ("2,5,90,0.05", [0, 1])])
+def test_a_thrown_box_meets_the_trunk_and_pushes_it_on(word, way):
+    """In the direction of its flight, where and when it should: 1.5 m at its speed."""
+    box = ThrownBox.written(word)
+    record = world(box).simulate(Posture(), 0.5)
+    push = record.signals["world.push"]
+    first = int(np.flatnonzero(np.linalg.norm(push, axis=1))[0])
+    meets = box.time + (1.5 - 0.25) / box.speed  # box and chest are not points
+    assert record.motion.time[first] == pytest.approx(meets, abs=0.06)
+    assert push[:, :2].sum(axis=0) @ way > 0.9 * np.linalg.norm(push[:, :2].sum(axis=0))
+    hit = next(site for site in record.sites if site.part == "push")
+    assert hit.body in ("torso", "humerus_r")  # from the right it meets the arm
+
+
+def test_a_dropped_box_falls_on_the_head():
+    record = world(ThrownBox.written("1,0,0,0.1")).simulate(Posture(), 0.6)
+    hit = [site.body for site in record.sites if site.part == "push"]
+    push = record.signals["world.push"]
+    first = int(np.flatnonzero(np.linalg.norm(push, axis=1))[0])
+    assert hit[0] == "head" and push[first, 2] < 0
+    falls = np.sqrt(2 * 0.5 / 9.81)
+    assert record.motion.time[first] == pytest.approx(0.1 + falls, abs=0.04)
 
 
 def test_a_box_brings_its_momentum():
