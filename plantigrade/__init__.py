@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from plantigrade.motion.recording import Recording
     from plantigrade.record.record import Record
     from plantigrade.record.run import Run, load_run
+    from plantigrade.workflows.batch import simulate_many
     from plantigrade.workflows.compare import compare
     from plantigrade.workflows.fit import fit
     from plantigrade.workflows.motions import synthesize
@@ -58,6 +59,7 @@ __all__ = [
     "report",
     "reproduce",
     "simulate",
+    "simulate_many",
     "synthesize",
 ]
 
@@ -79,6 +81,7 @@ _HOMES = {
     "report": "workflows.save",
     "reproduce": "workflows.reproduce",
     "simulate": "workflows.simulate",
+    "simulate_many": "workflows.batch",
     "synthesize": "workflows.motions",
 }
 """Public name → the module of this package it lives in."""

@@ -1,0 +1,129 @@
+"""What varies from simulation to simulation of a batch: all combinations, their names."""
+
+import itertools
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from typing import Any, get_args, get_origin, get_type_hints
+
+from plantigrade.bounds import SEEDS
+from plantigrade.errors import ParameterError
+from plantigrade.models.person import Person
+from plantigrade.options import number_of, refuse_unknown
+from plantigrade.workflows.settings import FitSettings, SimulateSettings
+from plantigrade.world import Controller
+
+MOST = 100_000
+"""Most simulations of a batch."""
+NOTHING = "none"
+"""Word for no push, no rope, nothing said."""
+_FITTED = {f.name for f in fields(FitSettings)}
+OWN = tuple(f.name for f in fields(SimulateSettings) if f.name not in _FITTED)
+"""Options of a simulation alone."""
+_PERSON = tuple(f.name for f in fields(Person))
+
+Variant = dict[str, Any]
+"""Option → its value in one simulation."""
+
+
+def variants(
+    how: SimulateSettings, vary: Mapping[str, Sequence[Any]], seeds: int, *, standing: bool
+) -> list[Variant]:
+    """Return what every simulation has of its own, all combinations; words as their types.
+
+    Args:
+        how: What all have in common.
+        vary: Option → its values.
+        seeds: Each combination with so many seeds.
+        standing: Whether the person is made from the settings, and may vary.
+
+    Raises:
+        ParameterError: If an option does not exist or is no word of its type, or there are too
+            many combinations.
+    """
+    allowed = (*OWN, *_PERSON) if standing else OWN
+    refuse_unknown("a batch", vary, allowed)
+    if not 1 <= seeds <= MOST or ("seed" in vary and seeds > 1):
+        raise ParameterError(f"seeds={seeds} must be from 1 to {MOST}, and 1 where seed varies")
+    if how.seed + seeds - 1 > SEEDS[1]:
+        raise ParameterError(f"seeds must not be greater than {SEEDS[1]}")
+    axes: dict[str, list[Any]] = {}
+    for name, values in vary.items():
+        if isinstance(values, str) or not len(values):
+            raise ParameterError(f"{name} varies: give a list of its values, not {values!r:.40}")
+        axes[name] = [typed(name, value) for value in values]
+    if seeds > 1:
+        axes["seed"] = [how.seed + i for i in range(seeds)]
+    count = 1
+    for values in axes.values():
+        count *= len(values)
+    if count > MOST:
+        raise ParameterError(f"{count} simulations are too many; at most {MOST} in one batch")
+    return [dict(zip(axes, each, strict=True)) for each in itertools.product(*axes.values())]
+
+
+def typed(name: str, value: Any) -> Any:
+    """Return a value of an option; a word of the command line becomes what the option takes.
+
+    Raises:
+        ParameterError: If it is none.
+
+    Example:
+        >>> typed("stiffness", "0.5"), typed("push", "none"), typed("ground", "flat")
+        (0.5, (), 'flat')
+    """
+    hint = get_type_hints(SimulateSettings)[name]
+    several = get_origin(hint) is tuple
+    if not isinstance(value, str):
+        return () if several and value is None else value
+    if value == NOTHING:
+        return () if several else None
+    kinds = [kind for kind in (get_args(hint) or (hint,)) if kind in (int, float)]
+    if several:
+        return (value,)
+    try:
+        return number_of(kinds[0], value) if kinds else value
+    except ValueError as error:
+        raise ParameterError(f"{name}: {error}") from None
+
+
+def settings_of(
+    how: SimulateSettings, variant: Variant
+) -> tuple[SimulateSettings, Controller | None]:
+    """Return the settings of one simulation, and its controller where that is no word.
+
+    Raises:
+        ParameterError: If a value is not allowed.
+    """
+    changed, controller = dict(variant), None
+    if callable(changed.get("controller")):
+        controller = changed.pop("controller")
+    for name, value in changed.items():
+        if isinstance(getattr(how, name), tuple):
+            changed[name] = (*getattr(how, name), *((value,) if isinstance(value, str) else value))
+    return replace(how, **changed), controller
+
+
+def plain(variant: Variant) -> dict[str, Any]:
+    """Return a variant as a table shows it and JSON holds it."""
+    return {name: _plain(value) for name, value in variant.items()}
+
+
+def _plain(value: Any) -> Any:
+    if callable(value):
+        return getattr(value, "__name__", type(value).__name__)
+    if isinstance(value, tuple | list):
+        return " ".join(map(str, value)) or NOTHING
+    return NOTHING if value is None else value
+
+
+def name_of(index: int, count: int, shown: Mapping[str, Any]) -> str:
+    """Return the name of a simulation: its number, and what it has of its own.
+
+    Example:
+        >>> name_of(7, 20, {"ground": "slope:5", "seed": 3})
+        '07-slope-5-seed-3'
+    """
+    words = [f"{value}" if isinstance(value, str) else f"{k}-{value}" for k, value in shown.items()]
+    slug = re.sub(r"[^A-Za-z0-9.,-]+", "-", "-".join(words))[:60].strip("-.")
+    return f"{index:0{len(str(count - 1))}d}" + (f"-{slug}" if slug else "")
