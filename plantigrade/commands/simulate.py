@@ -6,19 +6,23 @@ from typing import Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import RunOptions, command_line
+from plantigrade.commands.options import JobOptions, RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
+from plantigrade.commands.simulate_batch import several
 from plantigrade.errors import ParameterError
-from plantigrade.options import Flag
+from plantigrade.options import Flag, optional
 from plantigrade.workflows.settings import SimulateSettings
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(SimulateSettings, RunOptions):
+class Command(SimulateSettings, RunOptions, JobOptions):
     """Put a person, or a motion, into the physical world with a controller.
 
     A recording is fitted first, a run is taken as it is; without either a person stands. The exit
     code is 0 if the person is on the feet at the end, 3 if it fell or the simulation diverged.
+
+    With --seeds or --vary it is simulated many times, and one table is made of it; then a fall is a
+    result, and the exit code 3 if one failed or diverged. A batch that was stopped goes on.
     """
 
     source: Annotated[
@@ -26,6 +30,12 @@ class Command(SimulateSettings, RunOptions):
         tyro.conf.arg(metavar="[FILE|RUN]", help_behavior_hint=""),
     ] = None
     """Recording or run folder whose motion is put into the world."""
+    seeds: int = 1
+    """So many times, with seeds from that of --seed on."""
+    vary: Annotated[
+        tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, optional("OPTION VALUE [VALUE ...]")
+    ] = ()
+    """An option and its values, such as ground flat slope:5; repeatable: all combinations."""
     live: Flag = False
     """Run it in the browser: look on, push and drag, change the ground and the controller."""
     port: int = 8080
@@ -33,13 +43,17 @@ class Command(SimulateSettings, RunOptions):
     no_open: Flag = False
     """Only print the address of the live page; do not open a browser."""
 
-    ranges = {"port": (1, 65535, "")}
+    ranges = {"port": (1, 65535, ""), "seeds": (1, 100000, "")}
 
     def __post_init__(self):
         """Refuse what only a live page has a use for."""
         super().__post_init__()
         if not self.live and (self.port != 8080 or self.no_open):
             raise ParameterError("--port and --no-open are for --live")
+        if self.live and (self.seeds > 1 or self.vary):
+            raise ParameterError("--seeds and --vary simulate many: leave out --live")
+        if not (self.seeds > 1 or self.vary) and (self.jobs != 1 or self.backend != "loky"):
+            raise ParameterError("--jobs and --backend are for many: add --seeds or --vary")
 
     def run(self) -> Outcome:
         """Simulate and write the run folder."""
@@ -49,6 +63,8 @@ class Command(SimulateSettings, RunOptions):
 
         if self.live:
             return self.show()
+        if self.seeds > 1 or self.vary:
+            return several(self)
         progress = Progress(quiet=self.quiet)
         self.refuse_existing(f"simulate-{self.source.stem if self.source else 'standing'}")
         settings = SimulateSettings.of(self)
