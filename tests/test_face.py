@@ -53,7 +53,7 @@ def here(tmp_path, monkeypatch):
 def test_the_face_is_what_the_design_says():
     assert set(pg.__all__) == {
         "Human", "Person", "Recording", "Motion", "Record", "Run", "ContactPlan", "Ground", "read",
-        "fit", "reproduce", "simulate", "synthesize", "check", "compare", "report", "load_run",
+        "fit", "reproduce", "simulate", "simulate_many", "synthesize", "check", "compare", "report", "load_run",
         "PlantigradeError", "__version__",
     }  # fmt: skip
     assert set(pg.__all__) <= set(dir(pg))
