@@ -202,11 +202,11 @@ def with_bones(
     *,
     known: Sequence[str] = (),
     turns: bool = True,
-) -> Float[Array, "n_frames nq"]:
-    """Return a motion whose feet have the bones that the level ground tells of; the legs stay.
+) -> tuple[Float[Array, "n_frames nq"], dict[str, float]]:
+    """Return a motion whose feet have the bones that the level ground tells of, and figures.
 
-    The ankles keep their place: a foot that was a little above the ground or in it still is
-    (:func:`plantigrade.kinematics.planting.plant_feet` comes next).
+    The legs stay, and the ankles keep their place: a foot that was a little above the ground or in
+    it still is (:func:`plantigrade.kinematics.planting.plant_feet` comes next).
 
     Args:
         human: The person, on multi-segment feet.
@@ -218,6 +218,7 @@ def with_bones(
     """
     qpos = np.array(qpos)
     low, high = human.limits
+    out_of_reach = 0.0
     for side in SIDES:
         poser = FootPoser(human, side)
         own, shank = human.body(f"foot_{side}"), human.body(f"tibia_{side}")
@@ -238,8 +239,9 @@ def with_bones(
         for column, name in zip(path.angles.T, poser.coordinates, strict=True):
             if name not in known:
                 qpos[:, 7 + human.hinge(name)] = column
+        out_of_reach = max(out_of_reach, float(np.abs(path.shift).max()))
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
-    return qpos
+    return qpos, {"ankle_out_of_reach_max_mm": 1e3 * out_of_reach}
 
 
 def hinges_towards(
