@@ -43,6 +43,7 @@ EXPERIMENTS = {
     e.name: e
     for e in (
         Experiment("fit-accuracy", needs=("data",)),
+        Experiment("foot-pose", needs=("data",)),
         Experiment("foot-segments", needs=("data",)),
         Experiment("gait-table", needs=("data",)),
         Experiment("gait-ablations", needs=("data",)),

@@ -90,8 +90,9 @@ def fit_coordinates(
     notes += note(assumed, "no column of the file")
     contact = sole_paths(human, qpos)
     rests = find_rests(contact, rate, way=way)
+    bones: dict[str, float] = {}
     if human.feet == "multi-segment":
-        qpos = with_bones(human, table.time, qpos, rests, known=table.names, turns=False)
+        qpos, bones = with_bones(human, table.time, qpos, rests, known=table.names, turns=False)
         contact = sole_paths(human, qpos)
     return Fit(
         human=human,
@@ -105,6 +106,7 @@ def fit_coordinates(
             "ground_shift_mm": 1e3 * shift,
             "stances": len(rests),
             **contact_metrics(contact, rests, way),
+            **bones,
         },
         warnings=tuple(recording.warnings) + tuple(notes),
     )

@@ -8,7 +8,8 @@ they are follows from the ankle and from what presses the ground
 * *heel and ball*: all segments lie on the ground, until the ankle begins to rise;
 * *ball and toes*: the toes lie on the ground and the ankle's height turns the foot about their
   joints; where they would bend further than toes do in walking they roll onto their tips;
-* *nothing*: the foot as it was recorded, its joints straight.
+* *nothing*: the foot as it was recorded, its joints straight; the toes are bent as long as they
+  would be in the ground otherwise.
 
 What no longer presses the paper leaves in line with the rest of the foot. People's heels are not:
 once the heel is up the forefoot bends against it as the foot does against the shank, both ways,
@@ -39,11 +40,11 @@ MIDFOOT = 0.38
 """Dorsiflexion of the forefoot against the heel that comes with each degree of it against the
 shank: least squares on mean curves of walking from foot flat to toe off (12 to 62 % of the cycle;
 those that :mod:`plantigrade.models.textbook_gait` is made from, method of [Stebbins2006]_)."""
-NONE, EDGE, FLAT, TOES, TIPS = range(5)
-"""What presses: nothing, the edge of the heel, the whole foot, the toes, their tips."""
-_SETS = np.array(
-    [marks(), marks("heel_edge"), marks(*SEGMENTS), marks(*SEGMENTS[2:]), marks("toe_tips")]
-)
+NONE, EDGE, FLAT, TOES, TIPS, LEAVING = range(6)
+"""What presses: nothing, the edge of the heel, the whole foot, the toes, their tips; or nothing
+any more, but straight toes would."""
+_TOES = marks(*SEGMENTS[2:])
+_SETS = np.array([marks(), marks("heel_edge"), marks(*SEGMENTS), _TOES, marks("toe_tips"), _TOES])
 _HEEL, _CUBOID, _MTP, _MTP4 = (slice(k, k + 3) for k in (0, 3, 6, 9))  # hinges of a foot
 _STEPS = 6  # of Gauss-Newton
 _STANDS = 0.25  # quantile of the ankle's height over a resting foot that is its standing height
@@ -57,7 +58,7 @@ class FootPath:
         rotation: From the foot to the world.
         angles: Of the hinges within it, in the order of :attr:`FootPoser.coordinates` [rad].
         pressing: What presses: :data:`NONE`, :data:`EDGE`, :data:`FLAT`, :data:`TOES`,
-            :data:`TIPS`.
+            :data:`TIPS`, :data:`LEAVING`.
         shift: How far the ankle was out of reach of what presses, along the ground's normal [m].
     """
 
@@ -118,7 +119,13 @@ def foot_path(
             they would but not quite where.
     """
     n = len(time)
-    flat = poser.pose(ankle, facing, _SETS[np.full(n, TOES)], ground)
+    air, flat = (
+        poser.pose(ankle, facing, _SETS[np.full(n, kind)], ground) for kind in (NONE, TOES)
+    )
+    heel = poser.segment == SEGMENTS.index("heel")
+    low = air.clearance[:, ~heel].min(axis=1)
+    sunk = (low < 0) & (low < air.clearance[:, heel].min(axis=1))
+    presses = np.where((presses == NONE) & sunk, LEAVING, presses)
     rolls = (presses == TOES) & (flat.angles[:, _MTP.start] > BEND)
     presses = np.where(rolls, TIPS, presses)
     turn, angles, shift = np.zeros((n, 3)), np.zeros((n, 12)), np.zeros(n)
@@ -126,16 +133,18 @@ def foot_path(
         rows = np.flatnonzero(weight > 0)
         pose = poser.pose(ankle[rows], facing[rows], _SETS[np.full(len(rows), kind)], ground)
         inner = pose.angles
-        if kind in (TOES, TIPS):
-            forward = (shank[rows].swapaxes(1, 2) @ pose.rotation[:, :, :1])[:, 2, 0]
+        if kind in (TOES, TIPS, LEAVING):
+            foot = pose.rotation if turns and kind != LEAVING else facing[rows]
+            forward = (shank[rows].swapaxes(1, 2) @ foot[:, :, :1])[:, 2, 0]
             inner[:, 0] -= MIDFOOT * np.arcsin(np.clip(forward, -1.0, 1.0))
         w = weight[rows, None]
-        if not turns:
+        may = turns and kind != LEAVING
+        if not may:
             inner = _upon(facing[rows], pose.rotation, inner, kind, poser.sign)
         turned = Rotation.from_matrix(pose.rotation @ facing[rows].swapaxes(1, 2)).as_rotvec()
-        turn[rows] += w * turned * turns
+        turn[rows] += w * turned * may
         angles[rows] += w * inner
-        shift[rows] += weight[rows] * pose.shift
+        shift[rows] += weight[rows] * pose.shift * may
     rotation = Rotation.from_rotvec(turn).as_matrix() @ facing
     return FootPath(rotation, angles, presses, shift)
 
@@ -150,11 +159,14 @@ def _upon(facing, rotation, angles, kind: int, sign: float) -> np.ndarray:
         out[:, _HEEL], out[:, _CUBOID] = (
             hinge_angles(back @ part, sign) for part in (heel, cuboid)
         )
-    if kind in (TOES, TIPS):
+    if kind in (TOES, TIPS, LEAVING):
         out[:, _CUBOID] = 0.0
         out[:, _MTP4] = hinge_angles(back @ cuboid @ lateral, sign)
-    if kind in (FLAT, TOES, TIPS):
+    if kind in (FLAT, TOES, TIPS, LEAVING):
         out[:, _MTP] = hinge_angles(back @ toes, sign)
+    if kind == LEAVING:
+        for toe in (_MTP, _MTP4):
+            out[:, toe.start] = np.clip(out[:, toe.start], 0.0, BEND)
     return out
 
 
@@ -190,11 +202,11 @@ def with_bones(
     *,
     known: Sequence[str] = (),
     turns: bool = True,
-) -> Float[Array, "n_frames nq"]:
-    """Return a motion whose feet have the bones that the level ground tells of; the legs stay.
+) -> tuple[Float[Array, "n_frames nq"], dict[str, float]]:
+    """Return a motion whose feet have the bones that the level ground tells of, and figures.
 
-    The ankles keep their place: a foot that was a little above the ground or in it still is
-    (:func:`plantigrade.kinematics.planting.plant_feet` comes next).
+    The legs stay, and the ankles keep their place: a foot that was a little above the ground or in
+    it still is (:func:`plantigrade.kinematics.planting.plant_feet` comes next).
 
     Args:
         human: The person, on multi-segment feet.
@@ -206,6 +218,7 @@ def with_bones(
     """
     qpos = np.array(qpos)
     low, high = human.limits
+    out_of_reach = 0.0
     for side in SIDES:
         poser = FootPoser(human, side)
         own, shank = human.body(f"foot_{side}"), human.body(f"tibia_{side}")
@@ -226,8 +239,9 @@ def with_bones(
         for column, name in zip(path.angles.T, poser.coordinates, strict=True):
             if name not in known:
                 qpos[:, 7 + human.hinge(name)] = column
+        out_of_reach = max(out_of_reach, float(np.abs(path.shift).max()))
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
-    return qpos
+    return qpos, {"ankle_out_of_reach_max_mm": 1e3 * out_of_reach}
 
 
 def hinges_towards(

@@ -123,8 +123,9 @@ def fit_skeleton(
     qpos, rise = level(human, qpos, rate, way=way)
     before = sole_paths(human, qpos)
     rests = find_rests(before, rate, way=way)
+    bones: dict[str, float] = {}
     if rests and human.feet == "multi-segment":
-        qpos = with_bones(human, source.time, qpos, rests)
+        qpos, bones = with_bones(human, source.time, qpos, rests)
     if rests:
         report = counter(progress, "planting the feet", n)
         qpos = plant_feet(human, qpos, rate=rate, rests=rests, way=way, progress=report)
@@ -159,6 +160,7 @@ def fit_skeleton(
         "stances": len(rests),
         **contact_metrics(before, rests, way, "_before"),
         **contact_metrics(after, rests, way),
+        **bones,
         "joint_jumps": len(sudden),
         "joint_jump_max_deg": float(np.rad2deg(sudden[0].angle)) if sudden else 0.0,
         "skeleton_height_m": stature,

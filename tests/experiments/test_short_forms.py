@@ -4,6 +4,7 @@ import pytest
 
 from plantigrade.experiments import (
     fit_accuracy,
+    foot_pose,
     foot_segments,
     gait_ablations,
     gait_forces,
@@ -17,7 +18,14 @@ from plantigrade.experiments.gait_walks import PEOPLE, Walks, reproduce_walks
 from plantigrade.experiments.table import Row
 from plantigrade.synthesize.zhakatayev2023 import MOTIONS
 
-OVER_TRIALS = (fit_accuracy, foot_segments, gait_forces, ground_forces, synthesis_tracking)
+OVER_TRIALS = (
+    fit_accuracy,
+    foot_pose,
+    foot_segments,
+    gait_forces,
+    ground_forces,
+    synthesis_tracking,
+)
 
 
 @pytest.mark.parametrize("module", OVER_TRIALS)

@@ -1,0 +1,189 @@
+"""The foot pose controller against the Oxford Foot Model: what the ankle's path tells of the foot.
+
+Each walk is fitted as if the foot were one piece. Of that fit the controller gets where the ankle
+is, when heel, ball and toes rest (heights and speeds of the sole), and how the shank stands; of the
+foot's own direction nothing: it is taken to point along the way, level. What the controller makes
+of it is held against the angles the Oxford Foot Model stored in the file, in stance, beside those
+of today's fit of a multi-segment foot to all markers.
+
+Nothing was settled on these walks: the two numbers beside Park's equations (how far toes bend
+before they roll onto their tips, and how the midfoot goes with the ankle) are those of published
+mean curves.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
+
+from plantigrade.analyze.foot_angles import FOOT_ANGLES, joint_angles
+from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
+from plantigrade.analyze.trial import Trial
+from plantigrade.constants import SIDES
+from plantigrade.experiments.foot_segments import STORED
+from plantigrade.experiments.stored_angles import on_clock
+from plantigrade.experiments.table import ResultTable, Row, at_least, over_trials, sheet
+from plantigrade.kinematics.foot_bones import NONE, foot_path, pressing, standing_height
+from plantigrade.kinematics.foot_pose import FootPoser
+from plantigrade.kinematics.normal_seen import hinge_turn
+from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.state import sweep
+from plantigrade.models import Human
+from plantigrade.motion import Recording
+from plantigrade.motion.recording import rate_of
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.settings import FitSettings
+
+WALKS = ("c3d/HC032A03.c3d", "c3d/HC038A11.c3d", "c3d/HC038A27.c3d")
+QUICK = WALKS[:1]
+PAIRS = ("hindfoot", "forefoot", "hallux")
+LEAST = 0.8  # correlation over stance of what a pressing pattern can tell: the sagittal angles
+TOLD = ("hindfoot_dorsiflexion", "forefoot_dorsiflexion", "hallux_dorsiflexion")
+ADULTS, CHILDREN = 2.45, 4.61
+"""How well the Oxford Foot Model finds its own angles again [deg]: largest standard error in one
+session with markers put on anew, stance taken as zero [Wright2011]_; mean of all angles over two
+sessions in children [Mahaffey2013]_."""
+
+
+STRIDE = 0.5  # the way is the ankle's path smoothed by a bell of this width [s]
+WHO = ("controller", "fit to markers")
+FIGURES = ("r", "RMSE without offset", "RMSE")
+
+
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
+    """Return the table over the walks with stored Oxford Foot Model angles in a data folder."""
+    notes = (
+        "controller: from the ankle's path, the shank and what rests; it takes the foot to point "
+        "along the way. fit to markers: all of them, on a multi-segment foot. Angles in deg.",
+        f"Repeatability of the Oxford Foot Model itself: {ADULTS} deg at most in adults, markers "
+        f"put on anew (Wright 2011); {CHILDREN} deg on the mean in children (Mahaffey 2013).",
+        "What presses tells nothing of frontal and transverse angles: they are printed to show it. "
+        "Peaks of the hallux of 33 deg, as in published means, are in none of these walks.",
+    )
+    title = "Foot pose from the ankle's path against the Oxford Foot Model, stance"
+    names = QUICK if quick else WALKS
+    table = over_trials(title, data, names, trial_rows, say=say, notes=notes)
+    return replace(table, sheets=[*_sheets(table.rows)])
+
+
+def trial_rows(path: Path, name: str) -> list[Row]:
+    """Return all rows of one trial."""
+    recording, boxed = fit_trial(path, FitSettings(feet="rigid"))
+    _, fitted = fit_trial(path, FitSettings(feet="multi-segment"))
+    return list(angle_rows(name, recording, boxed, fitted))
+
+
+def angle_rows(name: str, recording: Recording, boxed: Trial, fitted: Trial) -> Iterator[Row]:
+    """Hold every angle of controller and fit against the stored one, in stance.
+
+    Args:
+        name: Of the trial.
+        recording: The recording as it was read.
+        boxed: Its fit on rigid feet, of which the controller sees a part.
+        fitted: Its fit on multi-segment feet.
+    """
+    assert recording.markers is not None
+    time = boxed.fit.time
+    rests = find_rests(sole_paths(boxed.fit.human, boxed.fit.qpos), rate_of(time))
+    for side in SIDES:
+        segments = of_controller(boxed, side, rests), of_fit(fitted, side)
+        stands = _stance(boxed, side)
+        for k, pair in enumerate(PAIRS):
+            stored = recording.outputs.get(side.upper() + STORED[pair])
+            if stored is None:
+                continue
+            angles = [joint_angles(each[k], each[k + 1], side) for each in segments]
+            for i, what in enumerate(FOOT_ANGLES[pair]):
+                oxford = on_clock(recording.markers.time, stored[:, i], time)
+                oxford = np.where(stands, oxford, np.nan)
+                angle = f"{pair}_{what}"
+                span = float(np.nanmax(oxford) - np.nanmin(oxford))
+                yield Row(name, f"{angle}_{side}, span", span, "deg")
+                for who, ours in zip(WHO, angles, strict=True):
+                    mine = np.rad2deg(ours[:, i])
+                    r = correlation(mine, oxford)
+                    row = Row(name, f"{angle}_{side}, {who}, r", r if np.isfinite(r) else None)
+                    if who == WHO[0] and angle in TOLD:
+                        row = at_least(name, row.quantity, r, LEAST)
+                    yield row
+                    for figure, found in zip(FIGURES[1:], (rmse_offset_removed, rmse), strict=True):
+                        quantity = f"{angle}_{side}, {who}, {figure}"
+                        yield Row(name, quantity, found(mine, oxford), "deg")
+
+
+def of_controller(boxed: Trial, side: str, rests: Sequence[Rest]) -> list[np.ndarray]:
+    """Return rotations of tibia, heel, forefoot and toes as the controller has them.
+
+    Args:
+        boxed: The fit on rigid feet; it gives the ankle's path, the shank and what rests.
+        side: ``"r"`` or ``"l"``.
+        rests: When which region of the soles rests.
+    """
+    human, time, qpos = boxed.fit.human, boxed.fit.time, boxed.fit.qpos
+    person = Human.from_dict({**human.to_dict(), "feet": "multi-segment", "soles": {}})
+    poser = FootPoser(person, side)
+    foot, shank = human.body(f"foot_{side}"), human.body(f"tibia_{side}")
+    states = [(s.origins[foot], s.rotations[shank]) for s in sweep(human, qpos)]
+    ankle, tibia = (np.array(column) for column in zip(*states, strict=True))
+    height = ankle[:, 2].copy()
+    standing = standing_height(rests, side, height, poser.standing)
+    ankle[:, 2] += poser.standing - standing
+    presses = pressing(rests, side, height, standing)
+    down = np.flatnonzero(presses != NONE)
+    if len(down):  # swing tells nothing here: what pressed last, or will first
+        presses = presses[down[np.abs(np.arange(len(time))[:, None] - down).argmin(axis=1)]]
+    walked = gaussian_filter1d(ankle[:, :2], STRIDE * rate_of(time), axis=0, mode="nearest")
+    way = np.gradient(walked, axis=0)
+    facing = Rotation.from_euler("z", np.arctan2(way[:, 1:], way[:, :1])).as_matrix()
+    path = foot_path(poser, time, ankle, facing, tibia, presses)
+    heel, _, toes, _ = (
+        path.rotation @ hinge_turn(path.angles[:, k : k + 3], poser.sign) for k in range(0, 12, 3)
+    )
+    return [tibia, heel, path.rotation, toes]
+
+
+def of_fit(fitted: Trial, side: str) -> list[np.ndarray]:
+    """Return rotations of tibia, heel, forefoot and toes of a fit on multi-segment feet."""
+    human = fitted.fit.human
+    bodies = [human.body(f"{n}_{side}") for n in ("tibia", "heel", "foot", "medial_phalanges")]
+    rotations = np.array([s.rotations[bodies] for s in sweep(human, fitted.fit.qpos)])
+    return list(np.moveaxis(rotations, 1, 0))
+
+
+def _stance(trial: Trial, side: str) -> np.ndarray:
+    """Return in which frames a foot stands, from a heel strike to the next toe off."""
+    time, out, landed = trial.fit.time, np.zeros(len(trial.fit.time), bool), None
+    for event in sorted(trial.motion.events, key=lambda e: e.time):
+        if event.side == side and event.kind == "heel_strike":
+            landed = event.time
+        elif event.side == side and event.kind == "toe_off" and landed is not None:
+            out |= (time >= landed) & (time <= event.time)
+            landed = None
+    return out
+
+
+def _sheets(rows: Sequence[Row]) -> Iterator[str]:
+    """Return a wide table for every trial: one line for each angle."""
+    header = (
+        "deg",
+        "span",
+        *(f"{who.split()[0]} {f}" for who in WHO for f in ("r", "rmse", "raw")),
+    )
+    for name in dict.fromkeys(row.subject for row in rows):
+        found = {row.quantity: row.value for row in rows if row.subject == name}
+        angles = dict.fromkeys(quantity.split(", ")[0] for quantity in found if ", " in quantity)
+        lines = []
+        for angle in angles:
+            cells = [found.get(f"{angle}, span")]
+            cells += [found.get(f"{angle}, {who}, {figure}") for who in WHO for figure in FIGURES]
+            digits = (0, *(2, 1, 1) * len(WHO))
+            words = ("-" if x is None else f"{x:.{d}f}" for x, d in zip(cells, digits, strict=True))
+            lines.append((angle, *words))
+        if lines:
+            yield sheet(name, header, lines)

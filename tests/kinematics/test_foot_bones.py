@@ -1,0 +1,142 @@
+"""Feet without bones get them from the ground: toes that press lie on it, and nothing jumps."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from plantigrade.kinematics.foot_bones import (
+    EDGE,
+    FLAT,
+    NONE,
+    TIPS,
+    TOES,
+    ankle_angles,
+    foot_path,
+    pressing,
+    with_bones,
+)
+from plantigrade.kinematics.foot_pose import BEND, FootPoser
+from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
+from plantigrade.kinematics.planting import plant_feet
+from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.state import State
+from plantigrade.workflows.textbook import textbook_walk
+from tests.models.presets import person
+
+BODY = person("66", "multi-segment")
+RATE = 100.0
+INNER = ("mtp", "cuboid", "heel")
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """A walk on stiff feet: time, poses and what rests."""
+    made = textbook_walk(BODY, cycles=2)
+    qpos = made.qpos.copy()
+    qpos[:, [7 + i for i, c in enumerate(BODY.coordinates) if c.startswith(INNER)]] = 0.0
+    return np.arange(len(qpos)) / RATE, qpos, find_rests(sole_paths(BODY, qpos), RATE)
+
+
+def hinge(qpos, name):
+    return qpos[:, 7 + BODY.hinge(name)]
+
+
+def test_a_walk_on_stiff_feet_gets_toes_that_bend_and_stay_on_the_ground(walk):
+    time, qpos, rests = walk
+    bony, figures = with_bones(BODY, time, qpos, rests)
+    assert np.rad2deg(hinge(bony, "mtp_angle_r").max()) > 20
+    assert hinge(bony, "mtp_angle_r").max() <= BEND + 0.03
+    assert figures["ankle_out_of_reach_max_mm"] < 30
+    planted = plant_feet(BODY, bony, rate=RATE, rests=rests)
+    stiff = plant_feet(BODY, qpos, rate=RATE, rests=rests)
+    assert sole_paths(BODY, planted).penetration.max() < 0.004
+    moved = [
+        np.abs(hinge(x, c) - hinge(y, c)).mean()
+        for x, y in ((planted, bony), (stiff, qpos))
+        for c in ("mtp_angle_r", "mtp4_angle_r", "cuboid_angle_r")
+    ]
+    assert sum(moved[:3]) < sum(moved[3:]), "planting has less to bend"
+
+
+def test_no_joint_jumps_where_what_presses_changes(walk):
+    time, qpos, rests = walk
+    bony, _ = with_bones(BODY, time, qpos, rests)
+    rate = np.abs(np.diff(bony[:, 7:], axis=0)) * RATE
+    assert np.rad2deg(rate.max()) < 1500
+    own = [7 + i for i, c in enumerate(BODY.coordinates) if c.startswith(INNER)]
+    fine = np.abs(np.diff(bony[:, own], n=2, axis=0)).max()
+    assert np.rad2deg(fine) < 4, "per frame of 10 ms, twice differenced"
+
+
+def test_what_the_recording_shows_stays(walk):
+    time, qpos, rests = walk
+    qpos = qpos.copy()
+    qpos[:, 7 + BODY.hinge("mtp_angle_r")] = 0.1
+    bony, _ = with_bones(BODY, time, qpos, rests, known=("mtp_angle_r",), turns=False)
+    same = [c for c in BODY.coordinates if not c.startswith(INNER)] + ["mtp_angle_r"]
+    for name in same:
+        np.testing.assert_array_equal(hinge(bony, name), hinge(qpos, name))
+    assert hinge(bony, "mtp_angle_l").max() > 0.2
+    np.testing.assert_array_equal(bony[:, :7], qpos[:, :7])
+
+
+def test_what_presses_follows_from_rests_and_the_ankles_height():
+    rests = [Rest("r", "heel", 1, 6), Rest("r", "ball", 3, 8), Rest("r", "toes", 3, 9)]
+    rests += [Rest("l", "heel", 0, 10)]
+    height = np.array([0.1, 0.1, 0.1, 0.05, 0.05, 0.08, 0.1, 0.1, 0.1, 0.1])
+    found = pressing(rests, "r", height, 0.06)
+    assert found.tolist() == [NONE, EDGE, EDGE, FLAT, FLAT, TOES, TOES, TOES, TOES, NONE]
+
+
+def test_a_foot_that_rises_over_its_toes_bends_them_then_rolls_onto_their_tips():
+    poser, n = FootPoser(BODY, "r"), 101
+    time = np.linspace(0, 1, n)
+    height = poser.standing + np.linspace(0, 0.12, n)
+    ankle = np.stack([np.zeros(n), np.zeros(n), height], axis=1)
+    level = np.tile(np.eye(3), (n, 1, 1))
+    path = foot_path(poser, time, ankle, level, level, np.full(n, TOES))
+    assert path.pressing[0] == TOES and path.pressing[-1] == TIPS
+    bend = path.angles[:, poser.coordinates.index("mtp_angle_r")]
+    assert bend.max() == pytest.approx(BEND, abs=0.02) and (np.diff(bend[:50]) > 0).all()
+    pitch = -np.arcsin(path.rotation[:, 2, 0])
+    assert (np.diff(pitch) > 0).all() and np.diff(pitch, n=2).max() < 0.004
+    assert np.abs(path.shift).max() < 1e-9
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.floats(-0.6, 0.6), min_size=3, max_size=3), st.sampled_from("rl"))
+def test_hinges_of_foot_and_ankle_are_found_again(angles, side):
+    sign = 1.0 if side == "r" else -1.0
+    angles = np.array([angles])
+    np.testing.assert_allclose(hinge_angles(hinge_turn(angles, sign), sign), angles, atol=1e-12)
+    q = BODY.standing()
+    for c, a in zip(("ankle_angle", "subtalar_angle", "ankle_rotation"), angles[0], strict=True):
+        q[7 + BODY.hinge(f"{c}_{side}")] = a
+    for c, a in zip(("heel_angle", "heel_inversion", "heel_adduction"), angles[0], strict=True):
+        q[7 + BODY.hinge(f"{c}_{side}")] = a
+    state = State(BODY, q)
+    shank, foot = state.rotation(f"tibia_{side}")[None], state.rotation(f"foot_{side}")[None]
+    np.testing.assert_allclose(ankle_angles(BODY, side, shank, foot), angles, atol=1e-6)
+    heel = foot[0].T @ state.rotation(f"heel_{side}")
+    np.testing.assert_allclose(hinge_turn(angles, sign)[0], heel, atol=1e-12)
+
+
+def test_two_hinges_come_as_near_as_they_can():
+    human = person("42", "multi-segment")
+    target = Rotation.from_euler("zyx", [0.1, 0.3, 0.05]).as_matrix()[None]
+    found = ankle_angles(human, "r", np.eye(3)[None], target)
+    q = human.standing()
+    index = [7 + human.hinge(c) for c in ("ankle_angle_r", "subtalar_angle_r")]
+
+    def off(angles):
+        q[index] = angles
+        state = State(human, q)
+        turned = state.rotation("tibia_r").T @ state.rotation("foot_r")
+        return Rotation.from_matrix(target[0] @ turned.T).magnitude()
+
+    assert off(found[0]) < 0.15
+    for step in ([1e-3, 0], [-1e-3, 0], [0, 1e-3], [0, -1e-3]):
+        assert off(found[0]) <= off(found[0] + step)
