@@ -1,132 +1,191 @@
-"""The virtual contact plate: which places of the feet press how hard [Park2020]_, Figure 13.
+"""The virtual contact plate: which places of the feet press how hard ([Park2020]_, Figure 13).
 
-The soles are drawn as they are seen through glass from above, toes up, every place that can touch
-where it is in quiet standing; a filled disc shows how hard it presses, by its area.
+A sole is seen from above, toes up: rings are the places that can touch the ground, where they are
+in quiet standing; discs show what presses there, by their area; a cross is the centre of pressure.
+The paper's plate shows which places touch; how hard is ours. A measured force has no place of its
+own: it is drawn where it acts on the segment.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 
+import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
+from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.charts.theme import STROKES
-from plantigrade.contact.site import ContactSite
+from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.models import Human
+from plantigrade.record import Record
+from plantigrade.report.shapes import convex_hull
 
 SCALE = 560.0
 """Of the drawing [px/m]."""
-HEAVY = 0.5
-"""A place that carries so much of the body weight has a disc of :data:`WIDE`."""
-WIDE = 0.034
-"""Radius of that disc [m]."""
-MARGIN = 0.04
+HEAVY, WIDE = 0.5, 0.034
+"""A place that carries so much of the body weight has a disc of that radius [m]."""
+MARGIN = 0.034
 """Around the places of a foot [m]."""
+LEAST = 0.05
+"""A foot that carries less has no centre of pressure [body weights]."""
+INK, SOFT = "var(--fg, #1c2430)", "var(--soft, #64707f)"
 
 
 @dataclass(frozen=True, eq=False)
 class Sole:
-    """The places of a foot that can touch the ground, seen from above.
+    """One foot from above: forward from its rearmost place, left from the middle [m].
 
     Attributes:
         side: ``"r"`` or ``"l"``.
-        index: Of its places, among the sites of the record or world.
-        names: Of the places.
-        place: Forward from the rearmost place and to the left of their middle [m].
+        rings: The spheres of the foot.
+        index: Of the sites that can press on it, among those of the record or world.
+        place: Where these are; NaN for measured ones, which move about.
+        corner: Of these axes, in the world in quiet standing [m].
+        stands: Position and rotation of every body in quiet standing [m].
     """
 
     side: str
+    rings: Float[Array, "n_rings 2"]
     index: Int[Array, " k"]
-    names: tuple[str, ...]
     place: Float[Array, "k 2"]
+    corner: Float[Array, " 2"]
+    stands: tuple[Float[Array, "nbody 3"], Float[Array, "nbody 3 3"]]
 
     @classmethod
     def of(cls, human: Human, sites: Sequence[ContactSite], side: str) -> "Sole":
-        """Return the sole of a side, flat on the ground; measured forces have no place on it."""
-        import mujoco
-
-        own = [i for i, s in enumerate(sites) if s.side == side and not s.measured]
+        """Return the sole of a side, and which of the sites press on it."""
         data = mujoco.MjData(human.model)
         data.qpos[:] = human.standing()
         mujoco.mj_kinematics(human.model, data)
-        place = np.zeros((len(own), 2))
-        for row, i in enumerate(own):
-            body = human.body(sites[i].body)
-            turned = data.xmat[body].reshape(3, 3) @ np.array(sites[i].position)
-            place[row] = (data.xpos[body] + turned)[:2]
-        if own:
-            place -= [place[:, 0].min(), 0.5 * (place[:, 1].min() + place[:, 1].max())]
-        return cls(side, np.array(own, dtype=int), tuple(sites[i].name for i in own), place)
+        stands = data.xpos.copy(), data.xmat.reshape(-1, 3, 3).copy()
+
+        def place(site: ContactSite) -> Array:
+            body = human.body(site.body)
+            return (stands[0][body] + stands[1][body] @ np.array(site.position))[:2]
+
+        rings = np.array([place(s) for s in contact_sites(human) if s.side == side])
+        corner = np.array([rings[:, 0].min(), 0.5 * (rings[:, 1].min() + rings[:, 1].max())])
+        own = [i for i, site in enumerate(sites) if site.side == side]
+        fixed = [np.full(2, np.nan) if sites[i].measured else place(sites[i]) for i in own]
+        places = np.reshape(fixed, (-1, 2)) - corner
+        return cls(side, rings - corner, np.array(own, dtype=int), places, corner, stands)
 
     @property
     def size(self) -> tuple[float, float]:
         """How long and wide it is drawn [m]."""
-        if not len(self.index):
-            return 0.0, 0.0
-        length, width = np.ptp(self.place, axis=0) + 2 * MARGIN
+        length, width = np.ptp(self.rings, axis=0) + 2 * MARGIN
         return float(length), float(width)
 
+    def places(self, record: Record, frame: int) -> Float[Array, "k 2"]:
+        """Return where its sites press in a frame: measured forces where they act on the segment.
 
-def plate_svg(
-    soles: Sequence[Sole], load: Float[Array, " n_sites"], *, title: str = "", scale: float = SCALE
+        That place goes with the segment into quiet standing.
+        """
+        places = np.array(self.place)
+        sites = [record.sites[i] for i in self.index]
+        if record.contact_point is None or not any(site.measured for site in sites):
+            return places
+        human = record.human
+        data = mujoco.MjData(human.model)
+        data.qpos[:] = record.motion.qpos[frame]
+        mujoco.mj_kinematics(human.model, data)
+        for row, site in enumerate(sites):
+            if site.measured:
+                body = human.body(site.body)
+                point = record.contact_point[frame, self.index[row]]
+                inside = data.xmat[body].reshape(3, 3).T @ (point - data.xpos[body])
+                there = self.stands[0][body] + self.stands[1][body] @ inside
+                places[row] = there[:2] - self.corner
+        return places
+
+
+def centre(place: Float[Array, "k 2"], load: Float[Array, " k"]) -> Float[Array, " 2"]:
+    """Return the centre of pressure on a sole [m]; NaN where it carries next to nothing."""
+    up = np.where(np.isfinite(place).all(axis=1), np.maximum(load, 0.0), 0.0)
+    if up.sum() <= LEAST:
+        return np.full(2, np.nan)
+    return up @ np.nan_to_num(place) / up.sum()
+
+
+def plate_svg(soles: Sequence[Sole], load: Float[Array, " n_sites"]) -> str:
+    """Return both feet side by side, the left one on the left; ``load`` in body weights."""
+    feet = sorted(soles, key=lambda sole: sole.side != "l")
+    titles = [
+        f"{SIDE_NAMES[s.side]} {100 * np.maximum(load[s.index], 0.0).sum():.0f} %" for s in feet
+    ]
+    drawn = [
+        foot_svg(sole, sole.place, load[sole.index], title, 1.4 * SCALE)
+        for sole, title in zip(feet, titles, strict=True)
+    ]
+    return "".join(drawn)
+
+
+def foot_svg(
+    sole: Sole,
+    place: Float[Array, "k 2"],
+    load: Float[Array, " k"],
+    title: str,
+    scale: float = SCALE,
+    path: Float[Array, "n 2"] | None = None,
 ) -> str:
-    """Return both soles beside each other, the left one on the left.
+    """Return one foot.
 
     Args:
-        soles: The feet.
-        load: What every site carries [body weights].
-        title: Under the feet.
+        sole: The foot.
+        place: Where its sites are [m].
+        load: What they carry [body weights].
+        title: Under it.
         scale: Of the drawing [px/m].
+        path: Of the centre of pressure [m].
     """
-    drawn = sorted((s for s in soles if len(s.index)), key=lambda s: s.side != "l")
-    length = max((s.size[0] for s in drawn), default=0.0)
-    width, height = scale * sum(s.size[1] for s in drawn), scale * length + 34
+    length, width = sole.size
+    wide, high = round(scale * width), round(scale * length + 20)
+    colour = STROKES[sole.side]
+
+    def x(values: Array) -> Array:
+        return scale * (0.5 * width - values)
+
+    def y(values: Array) -> Array:
+        return scale * (length - MARGIN - values)
+
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{max(width, 60):.0f}" '
-        f'height="{height:.0f}" viewBox="0 0 {max(width, 60):.0f} {height:.0f}" '
-        f'font-family="system-ui, sans-serif" font-size="11">'
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" '
+        f'viewBox="0 0 {wide} {high}" role="img" font-family="system-ui, sans-serif" '
+        f'font-size="11"><title>{escape(title)}</title>'
     ]
-    left = 0.0
-    for sole in drawn:
-        parts += _foot(sole, load[sole.index], left, scale, length)
-        left += scale * sole.size[1]
-    if title:
+    corners = convex_hull(np.column_stack([x(sole.rings[:, 1]), y(sole.rings[:, 0])]))
+    around = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
+    parts.append(
+        f'<polygon points="{around}" stroke-linejoin="round" stroke-width="{0.03 * scale:.1f}" '
+        f'style="fill:{colour};stroke:{colour}" opacity=".1"/>'
+    )
+    for a, b in zip(x(sole.rings[:, 1]), y(sole.rings[:, 0]), strict=True):
         parts.append(
-            f'<text x="{width / 2:.0f}" y="{height - 4:.0f}" text-anchor="middle" '
-            f'style="fill:var(--soft, #64707f)">{title}</text>'
+            f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{0.007 * scale:.1f}" fill="none" '
+            f'style="stroke:{colour}" stroke-opacity=".55"/>'
         )
-    return "".join(parts) + "</svg>"
-
-
-def _foot(
-    sole: Sole, load: Float[Array, " k"], left: float, scale: float, length: float
-) -> list[str]:
-    """Return one foot: rings where it can touch, discs where it does, its centre of pressure."""
-    middle, colour = left + scale * sole.size[1] / 2, STROKES[sole.side]
-    x = middle - scale * sole.place[:, 1]
-    y = scale * (length - MARGIN - sole.place[:, 0])
-    parts = []
-    for i, carried in enumerate(np.maximum(load, 0.0)):
-        parts.append(
-            f'<circle cx="{x[i]:.1f}" cy="{y[i]:.1f}" r="4" fill="none" '
-            f'style="stroke:{colour}" stroke-opacity=".5"/>'
-        )
-        if carried > 0.0:
-            radius = scale * WIDE * np.sqrt(carried / HEAVY)
+    for (ahead, left), carried in zip(place, load, strict=True):
+        if carried > 0.0 and np.isfinite([ahead, left]).all():
+            radius = max(scale * WIDE * np.sqrt(carried / HEAVY), 1.0)
             parts.append(
-                f'<circle cx="{x[i]:.1f}" cy="{y[i]:.1f}" r="{max(radius, 1.0):.1f}" '
-                f'style="fill:{colour}" fill-opacity=".7"/>'
+                f'<circle cx="{x(left):.1f}" cy="{y(ahead):.1f}" r="{radius:.1f}" '
+                f'style="fill:{colour}" fill-opacity=".65"/>'
             )
-    total = float(np.maximum(load, 0.0).sum())
-    if total > 0.02:
-        a, b = (float(np.maximum(load, 0.0) @ v / total) for v in (x, y))
+    if path is not None:
+        seen = path[np.isfinite(path).all(axis=1)]
+        points = " ".join(f"{x(b):.1f},{y(a):.1f}" for a, b in seen)
         parts.append(
-            f'<path d="M{a - 5:.1f} {b:.1f}h10M{a:.1f} {b - 5:.1f}v10" fill="none" '
-            'style="stroke:var(--fg, #1c2430)" stroke-width="1.6"/>'
+            f'<polyline points="{points}" fill="none" style="stroke:{INK}" stroke-width="1.6"/>'
+        )
+    a, b = centre(place, load)
+    if np.isfinite(a):
+        parts.append(
+            f'<path d="M{x(b) - 5:.1f} {y(a):.1f}h10M{x(b):.1f} {y(a) - 5:.1f}v10" fill="none" '
+            f'style="stroke:{INK}" stroke-width="1.6"/>'
         )
     parts.append(
-        f'<text x="{middle:.1f}" y="{scale * length + 14:.1f}" text-anchor="middle" '
-        f'style="fill:{colour}">{"left" if sole.side == "l" else "right"} '
-        f"{100 * total:.0f} %</text>"
+        f'<text x="{wide / 2:.0f}" y="{high - 6}" text-anchor="middle" '
+        f'style="fill:{SOFT}">{escape(title)}</text></svg>'
     )
-    return parts
+    return "".join(parts)

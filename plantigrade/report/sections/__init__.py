@@ -10,6 +10,7 @@ from plantigrade.report.sections import (
     markers,
     measures,
     paths,
+    plate,
     recorded,
     tasks,
     verdict,
@@ -42,6 +43,7 @@ SECTIONS = (
     paths.path_section,
     verdict.condition_section,
     # what planned contact, a solver or many markers add
+    plate.plate_section,
     contacts.segment_section,
     contacts.pressure_section,
     contacts.contact_section,

@@ -247,9 +247,9 @@ function collect(at, ground) {
     arrow(mix3(point, K, k, at), mix3(force, K, k, at).map((x) => x * SCALE), 0.006, CONTACT[k]);
   if (cop && show.cop) {
     for (let s = 0; s < 3; s++) {
-      for (let i = Math.max(0, at[0] - 150); i < Math.min(N, at[0] + 150); i++) {
+      for (let i = Math.max(0, at[0] - 150); i <= at[0]; i++) {   // what has been, and not what will be
         const p = mix3(cop, 3, s, [i, i, 0]);
-        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], i <= at[0] ? 0.011 : 0.006, SIDE[s]);
+        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], 0.011, SIDE[s]);
       }
       const p = mix3(cop, 3, s, at);
       if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.004], [0, 0, 0.004], 0.032, SIDE[s]);
