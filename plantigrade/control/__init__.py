@@ -8,4 +8,12 @@ from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.posture import Posture, passive
 from plantigrade.control.tracking import Tracking
 
-__all__ = ["Balance", "CONTROLLERS", "Posture", "Situation", "Tracking", "controller_named", "passive"]
+__all__ = [
+    "CONTROLLERS",
+    "Balance",
+    "Posture",
+    "Situation",
+    "Tracking",
+    "controller_named",
+    "passive",
+]

@@ -275,13 +275,12 @@ class State:
         J = turned.reshape(len(place), 3, self.model.nv)
         J += data.cdof[:, 3:].T
         J *= self._engine.moved[body][:, None, :]
-        own, at = np.unique(body, return_inverse=True)
-        bias = np.empty((len(own), 2, 3))
-        for moved, b in zip(bias, own.tolist(), strict=True):
+        bias = np.empty((self.model.nbody, 2, 3))
+        for b in set(body.tolist()):
             mujoco.mj_jacDot(self.model, data, rate[0], rate[1], data.xpos[b], b)
-            moved[:] = rate @ self.qvel
+            bias[b] = rate @ self.qvel
         arm, spin = place - data.xpos[body], data.cvel[body, :3]
-        linear, angular = bias[at, 0], bias[at, 1]
+        linear, angular = bias[body, 0], bias[body, 1]
         inward = np.einsum("ki,ki->k", spin, arm)[:, None] * spin
         inward -= np.einsum("ki,ki->k", spin, spin)[:, None] * arm
         turning = (

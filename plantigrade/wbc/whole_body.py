@@ -20,6 +20,7 @@ limit, the whole program goes to DAQP ([Arnstrom2022]_).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from scipy.linalg import get_lapack_funcs
@@ -45,6 +46,7 @@ ROUNDS = 8
 """So often, at most, DAQP is asked again with torques that have passed their limits meanwhile."""
 WARM = 3
 """DAQP's word for a bound that is active at the lower end."""
+_SIX = np.eye(6)
 _CORNER = 2 * np.pi * (np.arange(EDGES) + 0.5) / EDGES
 
 
@@ -98,6 +100,69 @@ class Touching:
         other = np.stack([q, sign + n[:, 1] ** 2 * p, -n[:, 1]], axis=1)
         around = side[:, :, None] * np.cos(_CORNER) + other[:, :, None] * np.sin(_CORNER)
         return n[:, :, None] + self.friction * around
+
+
+class _Shares(Protocol):
+    """The Hessian of the cost of shares, joint accelerations following."""
+
+    def best(self, free: Array, q: Array) -> Array:
+        """Return the minimum where only some shares are not zero."""
+        ...
+
+    def slope(self, share: Array) -> Array:
+        """Return the Hessian times shares."""
+        ...
+
+    def matrix(self) -> Array:
+        """Return the Hessian."""
+        ...
+
+
+class _Dense:
+    """Any Hessian."""
+
+    def __init__(self, Q: Array):
+        self.Q = Q
+
+    def best(self, free: Array, q: Array) -> Array:
+        share = np.zeros(len(q))
+        if len(free):
+            factor, info = potrf(self.Q[np.ix_(free, free)], lower=True)
+            if info:
+                raise np.linalg.LinAlgError
+            share[free] = potrs(factor, -q[free], lower=True)[0]
+        return share
+
+    def slope(self, share: Array) -> Array:
+        return self.Q @ share
+
+    def matrix(self) -> Array:
+        return self.Q
+
+
+class _Joined:
+    r"""A Hessian :math:`K^T S K + D`: shares move nothing but the root.
+
+    With :math:`u = K \lambda`, the minimum is
+    :math:`\lambda = -D^{-1} (q + K^T S u)`, :math:`(1 + K D^{-1} K^T S) u = -K D^{-1} q`.
+    """
+
+    def __init__(self, K: Array, S: Array, diagonal: Array):
+        self.K, self.S, self.diagonal = K, S, diagonal
+        self.over = K / diagonal
+
+    def best(self, free: Array, q: Array) -> Array:
+        share = np.zeros(len(q))
+        K, over, S = self.K[:, free], self.over[:, free], self.S
+        u = np.linalg.solve(_SIX + over @ K.T @ S, -(over @ q[free]))
+        share[free] = -(q[free] + K.T @ (S @ u)) / self.diagonal[free]
+        return share
+
+    def slope(self, share: Array) -> Array:
+        return self.K.T @ (self.S @ (self.K @ share)) + self.diagonal * share
+
+    def matrix(self) -> Array:
+        return self.K.T @ self.S @ self.K + np.diag(self.diagonal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,39 +270,47 @@ class WholeBody:
         start = H[:, :6] @ drop - g
         across = H[:6, 6:] + H[:6, :6] @ root
         A = H[6:, 6:] + root.T @ across + H[6:, :6] @ root
-        B = lift.T @ across  # shares by joints
-        C = lift.T @ H[:6, :6] @ lift
         a, c = root.T @ start[:6] + start[6:], lift.T @ start[:6]
         own = np.repeat(np.broadcast_to(np.asarray(force_weight, dtype=float), (k,)), EDGES)
-        C[np.arange(m), np.arange(m)] += own
         if force is not None:
             c -= own * self._shares(touching, force).ravel()
-        by_joints, by_shares = Mjj + M[6:, :6] @ root, M[6:, :6] @ lift - G[6:]
+        by_joints = Mjj + M[6:, :6] @ root
         rest = M[6:, :6] @ drop + h[6:] - passive
+        B: Array | None = None  # joints by shares, where they are not joined by the root alone
         if np.any(torque_weight):
             w = np.broadcast_to(np.asarray(torque_weight, dtype=float), (n,))
-            off = rest if torque is None else rest - torque
+            off, by_shares = rest if torque is None else rest - torque, M[6:, :6] @ lift - G[6:]
             A += by_joints.T @ (w[:, None] * by_joints)
-            B += by_shares.T @ (w[:, None] * by_joints)
-            C += by_shares.T @ (w[:, None] * by_shares)
+            B = across.T @ lift + by_joints.T @ (w[:, None] * by_shares)
+            C = by_shares.T @ (w[:, None] * by_shares)
             a, c = a + by_joints.T @ (w * off), c + by_shares.T @ (w * off)
         factor, info = potrf(A, lower=True)
         if info:
-            return self._none(
-                n, k, "the tasks leave an acceleration open: weights must be positive"
-            )
-        X, y = trtrs(factor, B.T, lower=True)[0], trtrs(factor, a, lower=True)[0]
-        share, done = self._pivoted(C - X.T @ X, c - X.T @ y)
+            return self._none(n, k, "tasks leave accelerations open: weights must be positive")
+        y = trtrs(factor, a, lower=True)[0]
+        quadratic: _Shares
+        if B is None:
+            across = trtrs(factor, across.T, lower=True)[0]
+            quadratic = _Joined(lift, H[:6, :6] - across.T @ across, own)
+            X = across @ lift
+        else:
+            X = trtrs(factor, B, lower=True)[0]
+            C += lift.T @ H[:6, :6] @ lift - X.T @ X
+            C[np.arange(m), np.arange(m)] += own
+            quadratic = _Dense(C)
+        c -= X.T @ y
+        share, done = self._pivoted(quadratic, c)
         status, limited = "ok", 0
         joints = -trtrs(factor, y + X @ share, lower=True, trans=1)[0]
-        tau = by_joints @ joints + by_shares @ share + rest
+        tau = by_joints @ joints + M[6:, :6] @ (lift @ share) - G[6:] @ share + rest
         slack = OVER * (self.high - self.low)
         beyond = (tau > self.high + slack) | (tau < self.low - slack)
         if not done or beyond.any():
-            reduced = C - X.T @ X, c - X.T @ y
             held = trtrs(factor, by_joints.T, lower=True)[0].T
+            by_shares = M[6:, :6] @ lift - G[6:]
             rows, still = by_shares - held @ X, rest - held @ y
-            share, along, limited, status = self._bounded(*reduced, held, rows, still, beyond)
+            Q = quadratic.matrix()
+            share, along, limited, status = self._bounded(Q, c, held, rows, still, beyond)
             joints = trtrs(factor, along - y - X @ share, lower=True, trans=1)[0]
             tau = by_joints @ joints + by_shares @ share + rest
         share = share.reshape(k, EDGES)
@@ -264,22 +337,19 @@ class WholeBody:
         edges = self.unit * touching.edges()
         return np.maximum(np.matmul(np.linalg.pinv(edges), force[:, :, None])[:, :, 0], 0.0)
 
-    def _pivoted(self, Q: Array, q: Array) -> tuple[Array, bool]:
+    def _pivoted(self, quadratic: "_Shares", q: Array) -> tuple[Array, bool]:
         """Minimise over shares that are not negative; return them and whether that was reached."""
         m = len(q)
         zero = self._zero if len(self._zero) == m else np.zeros(m, dtype=bool)
         best, patience, scale = m + 1, 3, ZERO * max(1.0, float(np.abs(q).max(initial=0.0)))
         share = np.zeros(m)
         for _ in range(PIVOTS):
-            free = np.flatnonzero(~zero)
-            share = np.zeros(m)
-            if len(free):
-                factor, info = potrf(Q[np.ix_(free, free)], lower=True)
-                if info:
-                    return share, False
-                share[free] = potrs(factor, -q[free], lower=True)[0]
-            slope = Q @ share + q
-            wrong = np.where(zero, slope < -scale, share < -ZERO)
+            free = (~zero).nonzero()[0]
+            try:
+                share = quadratic.best(free, q)
+            except np.linalg.LinAlgError:
+                break
+            wrong = np.where(zero, quadratic.slope(share) + q < -scale, share < -ZERO)
             bad = int(wrong.sum())
             if not bad:
                 self._zero = zero

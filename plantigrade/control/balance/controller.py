@@ -111,7 +111,8 @@ class Balance:
             return None
         damping = 2 * np.sqrt(w.contact_gain)
         asked = damping * (standing.drift - velocity)
-        asked -= (w.contact_gain * np.maximum(standing.gap, 0.0))[:, None] * standing.touching.normal
+        fall = w.contact_gain * np.maximum(standing.gap, 0.0)
+        asked -= fall[:, None] * standing.touching.normal
         nv = J.shape[2]
         return Rows(J[stays].reshape(-1, nv), (asked - bias)[stays].ravel(), w.contact)
 

@@ -66,10 +66,11 @@ class GroundContact:
         outside = (other == 0) | (other > self._most)
         second = (site[:, 1] >= 0) & outside[:, 0]
         which = np.flatnonzero(second | ((site[:, 0] >= 0) & outside[:, 1]))
-        which = which[np.argsort(np.array(data.contact.dist)[which])]
-        own = np.where(second[which], site[which, 1], site[which, 0])
-        own, first = np.unique(own, return_index=True)
-        which = which[first]
+        which = which[np.argsort(-np.array(data.contact.dist)[which])]
+        deepest = np.full(len(self.geoms), -1)
+        deepest[np.where(second[which], site[which, 1], site[which, 0])] = which
+        own = np.flatnonzero(deepest >= 0)
+        which = deepest[own]
         sign = np.where(second[which], 1.0, -1.0)[:, None]
         normal = sign * np.array(data.contact.frame)[which, :3]
         place = np.array(data.contact.pos)[which]

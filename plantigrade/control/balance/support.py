@@ -1,7 +1,6 @@
 """Where the centre of mass is to be: over the points that press."""
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.control.balance.ground_contact import GroundContact
@@ -10,7 +9,11 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 
 INSIDE = 0.015
-"""The centre of mass is to be no nearer to the edge of the support [m], where that is wide."""
+"""The centre of mass is to be no nearer to the edge of the support [m], where it is wide."""
+TANGENTS = 48
+"""Directions in which the edge of the support is looked at."""
+_ANGLE = 2 * np.pi * np.arange(TANGENTS) / TANGENTS
+_OUTWARD = np.stack([np.cos(_ANGLE), np.sin(_ANGLE)])
 
 
 class Support:
@@ -54,8 +57,10 @@ class Support:
 
     def _wanted(self, wanted: Wanted) -> tuple[Array, Array, Array]:
         if self._reference is None or self._reference[0] is not wanted:
-            state = BodyState(self.human, wanted.qpos, wanted.qvel) if self._state is None else (
-                self._state.moved_to(wanted.qpos, wanted.qvel)
+            state = (
+                BodyState(self.human, wanted.qpos, wanted.qvel)
+                if self._state is None
+                else (self._state.moved_to(wanted.qpos, wanted.qvel))
             )
             self._state = state
             self._reference = wanted, state.com, state.com_velocity, self._places(state)
@@ -68,20 +73,16 @@ class Support:
 
 
 def inside(points: Float[Array, "k 2"], place: Float[Array, " 2"]) -> Float[Array, " 2"]:
-    """Return the nearest place in the hull of points drawn in by :data:`INSIDE`, or its middle."""
+    """Return a place, or the first within what points span on the way from it to their middle.
+
+    What they span is drawn in by :data:`INSIDE`, or by half of the way to the middle where that is
+    less; its edge is that of its tangents in :data:`TANGENTS` directions.
+    """
     middle = points.mean(axis=0)
-    if len(points) < 3 or np.linalg.matrix_rank(points - middle, tol=1e-3) < 2:
-        return middle
-    hull = ConvexHull(points)
-    normal, offset = hull.equations[:, :2], hull.equations[:, 2]
-    centre = points[hull.vertices].mean(axis=0)
-    drawn = offset + np.minimum(INSIDE, 0.5 * -(normal @ centre + offset))
-    if (normal @ place + drawn <= 0).all():
+    far = ((points - middle) @ _OUTWARD).max(axis=0)
+    far -= np.minimum(INSIDE, 0.5 * far)
+    off = (place - middle) @ _OUTWARD
+    over = off > far
+    if not over.any():
         return place
-    for _ in range(20):  # onto the side that is passed most, until none is
-        over = normal @ place + drawn
-        worst = int(np.argmax(over))
-        if over[worst] <= 1e-6:
-            return place
-        place = place - over[worst] * normal[worst]
-    return place
+    return middle + (place - middle) * float((far[over] / off[over]).min())
