@@ -9,8 +9,8 @@ plantigrade`` costs nothing::
     run.record.motion["knee_angle_r"]  # [rad]
     run.report()  # runs/fit-walk/report.html
 
-``synthesize``, ``reproduce`` and ``report`` are functions and also rooms of this package: whichever
-is met first, the name is the room, and calling the room calls the function.
+``synthesize``, ``reproduce``, ``report`` and ``vault`` are functions and also rooms of this
+package: whichever is met first, the name is the room, and calling the room calls the function.
 """
 
 import sys
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from plantigrade.workflows.reproduce import reproduce
     from plantigrade.workflows.save import report
     from plantigrade.workflows.simulate import simulate
+    from plantigrade.workflows.vault import vault
 
 __version__ = "0.1.0"
 
@@ -59,6 +60,7 @@ __all__ = [
     "reproduce",
     "simulate",
     "synthesize",
+    "vault",
 ]
 
 _HOMES = {
@@ -80,9 +82,10 @@ _HOMES = {
     "reproduce": "workflows.reproduce",
     "simulate": "workflows.simulate",
     "synthesize": "workflows.motions",
+    "vault": "workflows.vault",
 }
 """Public name → the module of this package it lives in."""
-_ROOMS = ("report", "reproduce", "synthesize")
+_ROOMS = ("report", "reproduce", "synthesize", "vault")
 
 
 def _load(name: str) -> Any:

@@ -21,6 +21,10 @@ MADE = {  # in this order, in one folder: words → what is printed, and the fol
     "your_own_controller.py": (
         r"status: ok\ncentre of mass at 0\.9\d m\nmotors up to \d+ %", "simulate-standing",
     ),
+    "vault.py": (
+        r"off the table at 2\.\d\d m/s upward after 0\.1\d s\nactivation of the hip",
+        "vault-6-segments",
+    ),
     "check_in_mujoco.py runs/synthesize-squat": (
         r"\de-\d\d N unexplained at the root, joint torques \S+e-1\d N m apart", "",
     ),

@@ -12,6 +12,7 @@ from plantigrade.report.sections import (
     paths,
     recorded,
     tasks,
+    vault,
     verdict,
 )
 
@@ -22,6 +23,8 @@ SECTIONS = (
     verdict.check_section,
     recorded.curve_section,
     recorded.rom_section,
+    vault.activation_section,
+    vault.sensitivity_section,
     tasks.task_section,
     tasks.residual_section,
     recorded.com_section,
