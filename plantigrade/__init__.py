@@ -9,8 +9,8 @@ plantigrade`` costs nothing::
     run.record.motion["knee_angle_r"]  # [rad]
     run.report()  # runs/fit-walk/report.html
 
-``synthesize``, ``reproduce`` and ``report`` are functions and also rooms of this package: whichever
-is met first, the name is the room, and calling the room calls the function.
+``synthesize``, ``reproduce``, ``report`` and ``vault`` are functions and also rooms of this
+package: whichever is met first, the name is the room, and calling the room calls the function.
 """
 
 import sys
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from plantigrade.workflows.reproduce import reproduce
     from plantigrade.workflows.save import report
     from plantigrade.workflows.simulate import simulate
+    from plantigrade.workflows.vault import vault
 
 __version__ = "0.1.0"
 
@@ -61,6 +62,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "synthesize",
+    "vault",
 ]
 
 _HOMES = {
@@ -83,9 +85,10 @@ _HOMES = {
     "simulate": "workflows.simulate",
     "simulate_many": "workflows.batch",
     "synthesize": "workflows.motions",
+    "vault": "workflows.vault",
 }
 """Public name → the module of this package it lives in."""
-_ROOMS = ("report", "reproduce", "synthesize")
+_ROOMS = ("report", "reproduce", "synthesize", "vault")
 
 
 def _load(name: str) -> Any:

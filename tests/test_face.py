@@ -14,7 +14,7 @@ import pytest
 import plantigrade as pg
 from plantigrade.errors import FileError, RunExists
 
-ROOMS = ("report", "reproduce", "synthesize")
+ROOMS = ("report", "reproduce", "synthesize", "vault")
 
 
 def python(program: str, **options) -> str:
@@ -53,8 +53,8 @@ def here(tmp_path, monkeypatch):
 def test_the_face_is_what_the_design_says():
     assert set(pg.__all__) == {
         "Human", "Person", "Recording", "Motion", "Record", "Run", "ContactPlan", "Ground", "read",
-        "fit", "reproduce", "simulate", "simulate_many", "synthesize", "check", "compare", "report", "load_run",
-        "PlantigradeError", "__version__",
+        "fit", "reproduce", "simulate", "simulate_many", "synthesize", "vault", "check", "compare",
+        "report", "load_run", "PlantigradeError", "__version__",
     }  # fmt: skip
     assert set(pg.__all__) <= set(dir(pg))
 

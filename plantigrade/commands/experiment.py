@@ -33,7 +33,7 @@ class Command(PrintOptions):
     name: Annotated[tyro.conf.Positional[str | None], optional("[NAME]")] = None
     """Name of the experiment: fit-accuracy, foot-pose, foot-segments, gait-table,
     gait-ablations, gait-forces, ground-forces, random-worlds, spline-table, synthesis-bench,
-    synthesis-fidelity or synthesis-tracking."""
+    synthesis-fidelity, synthesis-tracking or vault-table."""
     all: Flag = False
     """Run every experiment, and write their figures to figures.json in the folder of --out; one
     that fails does not end the others."""

@@ -24,7 +24,7 @@ class Command(VaultSettings, JobOptions, RunOptions):
         from plantigrade.workflows.vault import vault
 
         progress = Progress(quiet=self.quiet)
-        self.refuse_existing(f"vault-{'five' if self.five_segments else 'six'}-segments")
+        self.refuse_existing(f"vault-{5 if self.five_segments else 6}-segments")
         settings = VaultSettings.of(self)
         run = vault(settings, jobs=self.jobs, step=progress.step, command=command_line())
         with progress.step("writing the report and the viewer"):
@@ -53,6 +53,15 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
                 f"  {name:16} {m[f'{name}_best_m_s']:.3f} m/s at best, "
                 f"{m[f'{name}_mean_m_s']:.3f} ± {m[f'{name}_sd_m_s']:.3f} over its starts"
             )
+    if "other_take_off_speed_m_s" in m:
+        lines.append(
+            f"  other model      {m['other_take_off_speed_m_s']:.3f} m/s; angles differ by "
+            f"{m['other_angular_difference_pct']:.1f} % on average"
+        )
+    far = {k: v for k, v in m.items() if k.startswith("sensitivity_")}
+    if far:
+        listed = (f"{k[12:-4]} {v:.2f}" for k, v in far.items())
+        lines.append(f"  5 % of approach  changes it by [m/s]: {', '.join(listed)}")
     lines += [
         f"  report           {folder / 'report.html'}",
         f"  viewer           {folder / 'viewer.html'}",

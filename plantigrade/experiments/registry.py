@@ -54,6 +54,7 @@ EXPERIMENTS = {
         Experiment("synthesis-bench", takes=("out", "parts", "overwrite")),
         Experiment("synthesis-fidelity", takes=("out", "parts", "overwrite")),
         Experiment("synthesis-tracking", needs=("data",)),
+        Experiment("vault-table", takes=("out", "overwrite")),
     )
 }
 """Every experiment by name."""

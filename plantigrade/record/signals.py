@@ -59,6 +59,8 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "measured.moment_names": (WORDS, ("moments",)),
     "vault.joints": (WORDS, ("joints",)),
     "vault.activation": (NUMBERS, ("frames", "joints")),
+    "vault.changed": (WORDS, ("changes",)),
+    "vault.change": (NUMBERS, ("changes", 3)),
 }
 """Name of a signal → numbers or words, and its axes."""
 
@@ -80,6 +82,7 @@ TOGETHER = (
     ("norms.people", "norms.names", "norms.mean", "norms.sd"),
     ("measured.moment", "measured.moment_names"),
     ("vault.joints", "vault.activation"),
+    ("vault.changed", "vault.change"),
     (
         "forces.measured",
         "forces.band",

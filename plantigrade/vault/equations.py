@@ -16,8 +16,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from plantigrade.vault.segments import NAMES, Segments
 from plantigrade.vault.strength import stops, strengths, torques, use
 from plantigrade.vault.table import Table

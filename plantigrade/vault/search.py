@@ -1,8 +1,8 @@
 """Activations that throw a gymnast highest: the report's downhill simplex, and a modern search.
 
-The report's *downhill simplex* is SciPy's, with the coefficients for many unknowns of Gao and Han
-(2012). As there, first guesses vary, and each optimum found is where the next simplex starts, until
-that brings nothing more.
+The report's *downhill simplex* is SciPy's, with the coefficients for many unknowns of [Gao2012]_.
+As there, first guesses vary, and each optimum found is where the next simplex starts, until that
+brings nothing more.
 
 *Differential evolution* [Storn1997]_ is SciPy's too. It was chosen by measurement: with 8 000
 evaluations for 30 unknowns, two searches each, it ended at 2.571 and 2.573 m/s in 5 s; CMA-ES

@@ -13,7 +13,7 @@ axes of elbow, knee and ankle are slightly oblique, so limbs swing a few millime
 both of them alike; trunk and centre of mass keep to the plane.
 
 References:
-    [Cheng2009]_, [DeLeva1996]_.
+    [Cheng2009]_, [deLeva1996]_.
 """
 
 from dataclasses import dataclass, replace
@@ -61,6 +61,11 @@ class Segments:
     def joints(self) -> tuple[int, ...]:
         """Which of :data:`NAMES` move."""
         return tuple(i for i, n in enumerate(NAMES) if self.elbow is None or n != "elbow")
+
+    @property
+    def count(self) -> int:
+        """Number of segments."""
+        return 1 + len(self.joints)
 
     @cached_property
     def moving(self) -> tuple[int, ...]:

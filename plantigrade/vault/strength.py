@@ -19,7 +19,8 @@ instead a hyperbola with the same slope at rest and the limit
 
 **What it leaves open** is the strength. :math:`T_{max}` is that of the Human (both limbs together)
 times a bell curve of the joint's angle, whose centre and width are those measured on a vaulting
-gymnast, for the elbow on a tennis player ([Jackson2010]_, [Kentel2011]_, as tabled in [Felis2017]_).
+gymnast, for the elbow on a tennis player ([Jackson2010]_, [Kentel2011]_, as tabled in
+[Felis2017]_).
 """
 
 from collections.abc import Sequence

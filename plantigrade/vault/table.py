@@ -2,7 +2,8 @@ r"""The vaulting table under the hands: nonlinear springs with dampers ([Cheng20
 
 .. math:: F = S D^2 + K D V
 
-with the displacement :math:`D` of the hands and its rate :math:`V`, vertically and horizontally.
+after [King2005]_, with the displacement :math:`D` of the hands and its rate :math:`V`, vertically
+and horizontally.
 
 **Where the report is unclear.** The exponent of its equation is misprinted: whether stiffness or
 damping goes with :math:`D^2` cannot be told. Here it is the stiffness: the spring is said to be

@@ -260,6 +260,10 @@ class VaultSettings(Table, Approach, Settings):
     """The report's downhill simplex, differential evolution, or the best of both."""
     five_segments: Flag = False
     """Fix the elbow, as in the report's second model."""
+    compare: Flag = False
+    """Search the model with the other number of segments too, and show its vault beside."""
+    sensitivity: Flag = False
+    """Change each part of the approach by 5 % and search again: what matters most."""
     activation: float = 1.0
     """Greatest activation of any joint; 1 is all its strength."""
     starts: int = 10

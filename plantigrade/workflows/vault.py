@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.check import check
+from plantigrade.constants import GRAVITY
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Run
 from plantigrade.vault.approach import NAMES, Approach
-from plantigrade.vault.result import Vaulted
+from plantigrade.vault.result import Vaulted, angular_difference
 from plantigrade.vault.search import OPTIMISERS, Found, Search, searched
 from plantigrade.vault.segments import Segments
-from plantigrade.vault.simulation import Vault
+from plantigrade.vault.sensitivity import Changed, ranking, sensitivity
+from plantigrade.vault.simulation import LONGEST, Vault
 from plantigrade.vault.table import Table
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.settings import VaultSettings
@@ -53,21 +55,33 @@ def vault(
             never touch the table.
 
     Example:
-        >>> run = vault(starts=1, evaluations=300, optimiser="evolution")
-        >>> run.figures["contact_time_s"] < 0.4
-        True
+        >>> run = vault(speed=5.2, starts=2, jobs=2)  # doctest: +SKIP
+        >>> run.figures["take_off_speed_m_s"]  # doctest: +SKIP
     """
     how = VaultSettings.given("vault", settings, options)
     gymnast = the_vault(how)
     assert gymnast.start is not None  # refuses hands that never touch before any search
     names = OPTIMISERS if how.optimiser == "both" else (how.optimiser,)
     began = clock.perf_counter()
-    with step(f"searching from {how.starts * len(names)} starts"):
-        search = Search(gymnast, how.evaluations, how.activation)
-        every = searched(search, names, how.starts, seed=how.seed, jobs=jobs)
-    searching = clock.perf_counter() - began
+
+    def search(who: Vault) -> tuple[Found, ...]:
+        words = (
+            f"searching with {who.segments.count} segments from {how.starts * len(names)} starts"
+        )
+        with step(words):
+            how_to = Search(who, how.evaluations, how.activation)
+            return searched(how_to, names, how.starts, seed=how.seed, jobs=jobs)
+
+    every = search(gymnast)
+    other = the_vault(replace(how, five_segments=not how.five_segments)) if how.compare else None
+    beside = None if other is None else (other, search(other))
+    changes: tuple[Changed, ...] = ()
+    if how.sensitivity:
+        with step("changing the approach"):
+            changes = sensitivity(gymnast, every[0], most=how.activation, jobs=jobs)
+    seconds = clock.perf_counter() - began
     with step("recording and checking"):
-        return run_of(how, gymnast, every, searching, command)
+        return run_of(how, gymnast, every, command, seconds, beside, changes)
 
 
 def the_vault(how: VaultSettings) -> Vault:
@@ -80,12 +94,40 @@ def the_vault(how: VaultSettings) -> Vault:
 
 
 def run_of(
-    how: VaultSettings, gymnast: Vault, every: tuple[Found, ...], seconds: float, command: str
+    how: VaultSettings,
+    gymnast: Vault,
+    every: tuple[Found, ...],
+    command: str = "",
+    seconds: float = 0.0,
+    beside: tuple[Vault, tuple[Found, ...]] | None = None,
+    changes: tuple[Changed, ...] = (),
 ) -> Run:
-    """Return the run of the best vault that was found."""
-    fine = gymnast.with_step(FINE)
-    vaulted = Vaulted(fine, fine.contact(every[0].nodes))
-    record = vaulted.record()
+    """Return the run of the best vault that was found.
+
+    Args:
+        how: What decided it.
+        gymnast: Who arrived at what, and how.
+        every: What all searches found, the best first.
+        command: The command line.
+        seconds: How long the searches took [s].
+        beside: The model with the other number of segments, and what its searches found.
+        changes: What changes with the approach.
+    """
+    vaulted = recorded(gymnast, every[0])
+    figures = {**figures_of(vaulted), **search_figures(every)}
+    references, signals = {}, {}
+    if beside is not None:
+        theirs = recorded(beside[0], beside[1][0])
+        words = f"{beside[0].segments.count} segments"
+        references[words] = theirs.motion
+        figures["other_take_off_speed_m_s"] = theirs.contact.rise
+        figures["other_angular_difference_pct"] = angular_difference(vaulted, theirs)
+    if changes:
+        signals["vault.changed"] = np.array([c.name for c in changes])
+        signals["vault.change"] = np.array([(c.share, c.same, c.anew) for c in changes])
+        for name, far in ranking(changes, every[0].rise):
+            figures[f"sensitivity_{name}_m_s"] = far
+    record = vaulted.record(references)
     verdict = check(record)
     hinge, share = vaulted.held
     notes = ()
@@ -94,38 +136,45 @@ def run_of(
             f"{hinge}, which the model's rigid segments hold, would need {share:.0f} % of its "
             "strength",
         )
-    left = vaulted.contact.left
-    status = verdict.status if verdict.status else "ok"
-    if not left:
+    status = verdict.status
+    if not vaulted.contact.left:
         tried = sum(f.evaluations for f in every)
-        status = f"in {tried} vaults the hands never left the table: arrive faster"
-    figures = {**figures_of(vaulted), **search_figures(every), **verdict.figures()}
-    human = gymnast.segments.human
-    words = f"{'five' if how.five_segments else 'six'} segments"
+        status = (
+            f"in {tried} vaults the hands never left the table within {LONGEST:g} s: arrive "
+            "faster, or on a stiffer table"
+        )
+    human, words = gymnast.segments.human, f"{gymnast.segments.count} segments"
     sentence = (
         f"Contact with the vaulting table of a gymnast of {human.height:.2f} m and "
         f"{human.mass:.1f} kg as {words}, arriving at {how.speed:g} m/s forward and {how.rise:g} "
         f"m/s upward, with the greatest vertical velocity at take-off that {len(every)} searches "
         "found."
     )
+    signals |= {**record.signals, **verdict.signals()}
     return Run(
-        replace(record, signals={**record.signals, **verdict.signals()}, notes=notes),
+        replace(record, signals=signals, notes=notes),
         "vault",
-        f"Vault, {words}",
+        f"Vault with {words}",
         sentence,
         status,
-        figures,
+        {**figures, **verdict.figures()},
         Provenance(command, how.plain(), {}, how.seed),
         seconds={"search": seconds},
-        name="five-segments" if how.five_segments else "six-segments",
+        name=f"{gymnast.segments.count}-segments",
     )
+
+
+def recorded(gymnast: Vault, found: Found) -> Vaulted:
+    """Return a vault that was found, in fine steps."""
+    fine = gymnast.with_step(FINE)
+    return Vaulted(fine, fine.contact(found.nodes))
 
 
 def figures_of(vaulted: Vaulted) -> dict[str, Any]:
     """Return what a vault shows."""
     contact, vault = vaulted.contact, vaulted.vault
     theta, rate, _ = vaulted.coordinates
-    weight = vault.segments.human.mass * 9.81
+    weight = vault.segments.human.mass * GRAVITY
     forward, up = contact.extras[-1, 2], contact.extras[-1, 3]
     hinge, share = vaulted.held
     turn = np.rad2deg(-theta[:, 2]) - 90.0

@@ -49,6 +49,10 @@ def signals(record: Record) -> dict[str, np.ndarray]:
         "measured.force": np.zeros((n, 2, 3)),
         "measured.moment": np.zeros((n, 1)),
         "measured.moment_names": np.array(["knee_angle_r"]),
+        "vault.joints": np.array(["shoulder", "hip"]),
+        "vault.activation": np.zeros((n, 2)),
+        "vault.changed": np.array(["speed", "speed"]),
+        "vault.change": np.array([[-0.05, 2.0, np.nan], [0.05, 2.1, 2.2]]),
     }
 
 

@@ -13,6 +13,7 @@ from plantigrade.report.sections import (
     plate,
     recorded,
     tasks,
+    vault,
     verdict,
 )
 
@@ -23,6 +24,8 @@ SECTIONS = (
     verdict.check_section,
     recorded.curve_section,
     recorded.rom_section,
+    vault.activation_section,
+    vault.sensitivity_section,
     tasks.task_section,
     tasks.residual_section,
     recorded.com_section,
