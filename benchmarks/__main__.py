@@ -18,6 +18,7 @@ from benchmarks import (  # noqa: E402
     environment,
     fits,
     kinematics,
+    live,
     processes,
     reading,
     synthesis,
@@ -31,7 +32,7 @@ DATA_VARIABLE = "PLANTIGRADE_DATA"
 OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
-    *("start", "demo", "compiled", "synthesis", "ticks", "world", "environment"),
+    *("start", "demo", "compiled", "synthesis", "ticks", "world", "live", "environment"),
     *("kinematics", "opensim", "reading", "fits"),
 )
 
@@ -48,6 +49,7 @@ def main() -> int:
         "synthesis": synthesis.rows,
         "ticks": lambda: ticks.rows(data, arguments.peers_python),
         "world": world.rows,
+        "live": live.rows,
         "environment": environment.rows,
         "kinematics": lambda: kinematics.rows(data),
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),

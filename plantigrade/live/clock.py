@@ -49,12 +49,32 @@ class Clock:
         """Take note of what was simulated [s]."""
         self._owed -= simulated
 
-    def since(self) -> float:
-        """Return how long ago it was asked what is owed [s]."""
-        return self._now() - self._last
+    def begin(self) -> None:
+        """Owe nothing for the time until now."""
+        self._last, self._owed = self._now(), 0.0
 
     @property
     def share(self) -> float:
         """What was simulated in the last second, by what was to be; 1 while it is paused."""
         wanted = sum(wanted for _, wanted, _ in self._kept)
         return 1.0 - sum(lost for *_, lost in self._kept) / wanted if wanted > 0.0 else 1.0
+
+
+class Pace:
+    """Keeps a loop to a rate: a turn that took longer is made up for, a whole one is left out.
+
+    Args:
+        rate: Turns per second [1/s].
+        now: Returns real time [s].
+    """
+
+    def __init__(self, rate: float, now: Callable[[], float] = time.monotonic):
+        self._every, self._now, self._due = 1.0 / rate, now, now()
+
+    def rest(self) -> float:
+        """Return how long to wait until the next turn [s]."""
+        now = self._now()
+        self._due += self._every
+        if self._due < now - self._every:
+            self._due = now
+        return max(0.0, self._due - now)

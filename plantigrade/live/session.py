@@ -15,7 +15,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError, PlantigradeError
-from plantigrade.live.clock import Clock
+from plantigrade.live.clock import Clock, Pace
 from plantigrade.live.frame import Frame, History
 from plantigrade.live.hand import Hand, Rope
 from plantigrade.live.slope import Slope
@@ -100,6 +100,7 @@ class Session:
         speed: Simulated per real time.
         paused: Whether it stands still.
         frame: What is to be drawn.
+        news: Set with every new frame; whoever draws clears it.
         message: What the person should know; empty where there is nothing.
         asked: What is still to be done.
 
@@ -116,6 +117,7 @@ class Session:
         until: float | None = None,
     ):
         self._director, self._hand = director, Hand(most)
+        self.news = Event()
         self.asked: deque[Callable[[], None]] = deque()
         self.until = min(until or LONGEST, LONGEST)
         self.speed, self.paused, self.message = 1.0, False, ""
@@ -165,6 +167,7 @@ class Session:
             done += period
         if self.world.time != start or asked:
             self.frame = self._look()
+            self.news.set()
         return done
 
     def step(self) -> None:
@@ -307,5 +310,7 @@ class Session:
 def run(session: Session, stop: Event, clock: Clock | None = None) -> None:
     """Keep a session to real time until ``stop`` is set."""
     clock = clock or Clock()
-    while not stop.wait(max(0.0, 1.0 / RATE - clock.since())):
+    pace = Pace(RATE)
+    clock.begin()
+    while not stop.wait(pace.rest()):
         clock.did(session.advance(clock.owed(0.0 if session.paused else session.speed)))

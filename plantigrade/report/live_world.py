@@ -1,10 +1,9 @@
 """The page of a live session: the world as it is now, drawn beside the physics and never by it.
 
-The session runs in a thread of its own (:func:`plantigrade.live.session.run`); this page looks at
-its last frame sixty times a second and asks it for whatever somebody does.
+The session runs in a thread of its own (:func:`plantigrade.live.session.run`); this page draws its
+last frame, sixty times a second, and asks it for whatever somebody does.
 """
 
-import time as clock
 from threading import Event
 from typing import Any
 
@@ -15,7 +14,7 @@ from plantigrade.charts import theme
 from plantigrade.constants import SIDES
 from plantigrade.live.clock import Clock
 from plantigrade.live.frame import LOADED, Frame
-from plantigrade.live.session import RATE, Session
+from plantigrade.live.session import Session
 from plantigrade.report.live_beside import Beside
 from plantigrade.report.live_panel import Panel
 from plantigrade.report.live_parts import (
@@ -34,6 +33,8 @@ from plantigrade.world import Drawing, World
 
 PANEL = 8
 """Figures and curves are drawn in every so many frames."""
+IDLE = 0.05
+"""Without a new frame it looks what else is new after so long [s]."""
 STILL = 2e-4
 """What moves less than this is not drawn anew [m, rad]."""
 PLATE = "floor_plate"
@@ -49,6 +50,7 @@ class LiveWorld:
         session: What is shown.
         server: The viser server.
         panel: The controls.
+        drawn: How many frames were drawn.
     """
 
     def __init__(
@@ -76,6 +78,7 @@ class LiveWorld:
         self.server = open_server(port, title)
         self._world: World | None = None
         self._frame: Frame | None = None
+        self.drawn = 0
         self._offset = np.zeros(3)
         height = session.world.human.height
         self.server.initial_camera.position = (1.25 * height, -1.0 * height, 0.75 * height)
@@ -100,24 +103,24 @@ class LiveWorld:
 
     def show(self, stop: Event) -> None:
         """Draw until ``stop`` is set, or somebody wants the run to be saved."""
-        drawn = 0
+        turn, news = 0, self.session.news
         while not (stop.is_set() or self.wants_saving.is_set()):
-            began = clock.monotonic()
+            news.wait(IDLE)
+            news.clear()
             frame = self.session.frame
             if frame is not self._frame:
                 self.draw(frame)
-            if drawn % PANEL == 0:
+            if turn % PANEL == 0:
                 self.panel.update(frame)
-            elif drawn % PANEL == PANEL // 2:
+            elif turn % PANEL == PANEL // 2:
                 self._beside.update(frame)
-            drawn += 1
-            stop.wait(max(0.0, 1.0 / RATE - (clock.monotonic() - began)))
+            turn += 1
 
     def draw(self, frame: Frame) -> None:
         """Draw a frame."""
         if frame.world is not self._world:
             self._begin(frame)
-        self._frame = frame
+        self._frame, self.drawn = frame, self.drawn + 1
         with self.server.atomic():
             if self.panel.follows:
                 self._offset = np.array([*frame.com[:2], 0.0])

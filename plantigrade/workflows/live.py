@@ -1,8 +1,10 @@
 """A simulation that somebody looks on at and interferes with, in the browser."""
 
+import sys
 import time as clock
 import webbrowser
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event, Thread
@@ -27,6 +29,10 @@ BY_HAND = (
     "A live session: what was pushed by hand is a contact site of its own (push_…); friction and "
     "targets as they were set are the signals live.…"
 )
+
+
+TURN = 1e-3
+"""So long a thread of Python may go on when another one waits [s]."""
 
 
 class Stage:
@@ -192,7 +198,37 @@ def live(
             stop.set()
 
     thread = Thread(target=simulate, name="physics")
-    thread.start()
+    with responsive():
+        thread.start()
+        _look_on(page, made, stop, thread, tell, save, open=open)
+    if failed:
+        raise failed[0]
+    tell(f"{session.world.time:.2f} s simulated, {keeps.behind:.2f} s behind real time")
+    return made.run()
+
+
+@contextmanager
+def responsive() -> Iterator[None]:
+    """Let the threads of Python take turns more often: the physics asks for many short ones."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(TURN)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
+
+
+def _look_on(
+    page: LiveWorld,
+    made: Live,
+    stop: Event,
+    physics: Thread,
+    tell: Callable[[str], None],
+    save: Callable[[Run], None] | None,
+    *,
+    open: bool,  # noqa: A002 - as above
+) -> None:
+    """Show the page, and save when somebody wants it, until interrupted; then end both."""
     try:
         tell(f"Live at {page.address} (end with Ctrl-C)")
         if open:
@@ -206,12 +242,8 @@ def live(
         pass
     finally:
         stop.set()
-        thread.join()
+        physics.join()
         page.close()
-    if failed:
-        raise failed[0]
-    tell(f"{session.world.time:.2f} s simulated, {keeps.behind:.2f} s behind real time")
-    return made.run()
 
 
 def _save(made: Live, save: Callable[[Run], None] | None) -> None:

@@ -9,7 +9,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.live import frame
 from plantigrade.live import session as live
-from plantigrade.live.clock import MOST, Clock
+from plantigrade.live.clock import MOST, Clock, Pace
 from plantigrade.live.session import Choice, Session
 from plantigrade.models import Human
 from plantigrade.record import Provenance
@@ -197,6 +197,15 @@ def test_a_clock_gives_up_what_a_slow_machine_owes():
     assert clock.behind == pytest.approx(0.26)
     assert clock.share == pytest.approx(1.0 - 0.26 / 0.33)
     assert clock.owed(0.0) == 0.0 and clock.share == 1.0  # paused
+
+
+def test_a_late_turn_is_made_up_for_and_a_lost_one_is_not():
+    ticks = iter([0.0, 0.004, 0.03, 0.05, 0.52])
+    pace = Pace(50.0, now=lambda: next(ticks))
+    assert pace.rest() == pytest.approx(0.016)  # until 0.02
+    assert pace.rest() == pytest.approx(0.01)  # 0.01 s late: until 0.04
+    assert pace.rest() == pytest.approx(0.01)  # again: until 0.06
+    assert pace.rest() == 0.0  # half a second was lost, and is
 
 
 def test_the_loop_goes_on_until_it_is_stopped(session):
