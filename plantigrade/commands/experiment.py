@@ -45,8 +45,8 @@ class Command(PrintOptions):
     """Folder of recordings; PLANTIGRADE_DATA or ../shared/data if absent."""
     out: OptionalPath = None
     """Folder for figures (spline-table), for results and page (synthesis-bench and -fidelity), or
-    for all of them (--all); runs/NAME or runs/experiments if absent. Results of synthesis-… that
-    are there are not measured again, so that a stopped run goes on."""
+    for all of them (--all); runs/NAME or runs/experiments if absent. Results of
+    synthesis-… and random-worlds that are there are not measured again: a stopped run goes on."""
     parts: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(name="part", metavar="PART")
     ] = ()

@@ -18,10 +18,15 @@ from plantigrade.errors import FileError
 Result = dict[str, Any]
 
 
+ROOMS = ("models", "dynamics", "synthesize")
+"""Rooms whose code makes motions."""
+
+
 class KeptResults:
     """Results by key: found in a file (JSON; none: not kept), or made and written there at once.
 
-    ``say`` is called with one line per result that is made; ``anew`` forgets what is in the file.
+    ``say`` is called with one line per result that is made; ``anew`` forgets what is in the file;
+    ``rooms`` are those whose code decides results.
     """
 
     def __init__(
@@ -30,8 +35,9 @@ class KeptResults:
         say: Callable[[str], None] = lambda _: None,
         *,
         anew: bool = False,
+        rooms: tuple[str, ...] = ROOMS,
     ):
-        self.path, self.say = path, say
+        self.path, self.say, self.rooms = path, say, rooms
         self.results: dict[str, Result] = {}
         if path is not None and path.exists() and not anew:
             try:
@@ -53,7 +59,7 @@ class KeptResults:
         What ``make`` returns must be plain: numbers, words, lists, dictionaries.
         """
         if key not in self.results:
-            self.results[key] = {**_plain(make()), "code": code_version()}
+            self.results[key] = {**_plain(make()), "code": code_version(self.rooms)}
             self._write()
             self.say(f"{key}: {brief(self.results[key])}")
         return self.results[key]
@@ -64,7 +70,7 @@ class KeptResults:
 
     def notes(self) -> list[str]:
         """Return a sentence about results of earlier code, if there are any."""
-        old = sum(r.get("code") != code_version() for r in self.results.values())
+        old = sum(r.get("code") != code_version(self.rooms) for r in self.results.values())
         which = f"{old} of {len(self.results)} results in {self.path}"
         words = f"{which} were made by other code than today's; --overwrite measures all anew."
         return [words] if old else []
@@ -73,7 +79,7 @@ class KeptResults:
         """Return where the results come from, for a page."""
         return {
             "plantigrade": plantigrade.__version__,
-            "code": code_version(),
+            "code": code_version(self.rooms),
             "results": len(self.results),
             "processor": f"{platform.machine()}, {os.cpu_count()} cores",
             "python": platform.python_version(),
@@ -89,10 +95,10 @@ class KeptResults:
 
 
 @cache
-def code_version() -> str:
-    """Return a word that changes with the code that makes motions."""
+def code_version(rooms: tuple[str, ...] = ROOMS) -> str:
+    """Return a word that changes with the code of rooms; by default of those that make motions."""
     root = Path(plantigrade.__file__).parent
-    files = [p for d in ("models", "dynamics", "synthesize") for p in (root / d).rglob("*.py")]
+    files = [p for d in rooms for p in (root / d).rglob("*.py")]
     digest = hashlib.sha256()
     for path in sorted(files):
         digest.update(path.read_bytes())

@@ -6,13 +6,17 @@ posture, or throws the joints about with targets or torques. Nobody is expected 
 number is expected to be one.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from plantigrade.contact.ground import Ground
 from plantigrade.control import Posture, passive
+from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.table import ResultTable, Row, at_most
 from plantigrade.models import FEET, JOINT_SETS, Human
 from plantigrade.record.jobs import run_jobs
@@ -31,7 +35,9 @@ from plantigrade.world import (
 from plantigrade.world.grounds import ground_named
 
 WORLDS, FEW, DURATION = 1000, 20, 2.0  # number, in the short form, [s]
-RATES = (600.0, 1800.0)  # steps of the physics [1/s]
+PIECE, FILE = 50, "worlds.json"  # worlds that are kept together, and where
+ROOMS = ("models", "contact", "dynamics", "control", "world")  # whose code decides
+RATES = (300.0, 600.0, 1800.0)  # steps of the physics [1/s]
 CONTROL = 30.0  # [1/s]
 GROUNDS = ("flat", "slope", "sphere", "dome", "steps", "bumps", "stones", "moving")
 
@@ -131,25 +137,51 @@ def outcome(seed: int, duration: float = DURATION) -> Outcome:
     return Outcome(seed, world.diverged is not None or not whole, world.fall is not None, speed)
 
 
-def run(*, quick: bool = False, say: Callable[[str], None] = lambda _: None) -> ResultTable:
-    """Simulate random worlds, on all cores in the long form.
-
-    Args:
-        quick: Only :data:`FEW` of them.
-        say: Called with a line for what is done.
-    """
-    n = FEW if quick else WORLDS
-    found: list[Outcome] = []
-    faults: list[str] = []
-    for done in run_jobs(outcome, range(n), jobs=1 if quick else -1):
+def piece(seeds: Sequence[int], jobs: int) -> dict[str, Any]:
+    """Return what becomes of several worlds, as it is kept."""
+    outcomes, faults = [], []
+    for done in run_jobs(outcome, seeds, jobs=jobs):
         if done.result is None:
             faults.append(f"seed {done.item}: {done.problem}")
         else:
-            found.append(done.result)
-        if (len(found) + len(faults)) % 50 == 0:
-            say(f"{len(found) + len(faults)} of {n} worlds")
+            outcomes.append(asdict(done.result))
+    return {"outcomes": outcomes, "faults": faults}
+
+
+def run(
+    *,
+    quick: bool = False,
+    say: Callable[[str], None] = lambda _: None,
+    out: Path | None = None,
+    overwrite: bool = False,
+) -> ResultTable:
+    """Simulate random worlds, on all cores in the long form.
+
+    Args:
+        quick: Only :data:`FEW` of them, and nothing is kept.
+        say: Called with a line for what is done.
+        out: Folder to keep the outcomes in, piece by piece: a run that was stopped goes on. Those
+            of other code of the world than today's are made anew.
+        overwrite: Make all anew.
+    """
+    n = FEW if quick else WORLDS
+    path = None if quick or out is None else out / FILE
+    kept = KeptResults(path, say, anew=overwrite, rooms=ROOMS)
+    if kept.notes():
+        say("what was kept is of other code, and made anew")
+        kept.results.clear()
+    found: list[Outcome] = []
+    faults: list[str] = []
+    for first in range(0, n, PIECE):
+        seeds = range(first, min(first + PIECE, n))
+        make = partial(piece, seeds, jobs=1 if quick else -1)
+        made = kept.get(f"seeds {first} to {seeds[-1]}", make)
+        found += [Outcome(**each) for each in made["outcomes"]]
+        faults += made["faults"]
     broken = [o.seed for o in found if o.broken]
-    note = f"seeds {', '.join(map(str, broken[:10]))}" if broken else ""
+    note = f"{len(found)} of {n} ran"
+    if broken:
+        note += f"; seeds {', '.join(map(str, broken[:10]))} broke"
     subject = f"{n} random worlds of {DURATION:g} s"
     rows = [
         Row(subject, "diverged or not a number", len(broken), "", "<= 0", not broken, note),

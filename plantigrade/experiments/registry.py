@@ -49,7 +49,7 @@ EXPERIMENTS = {
         Experiment("gait-ablations", needs=("data",)),
         Experiment("gait-forces", needs=("data",)),
         Experiment("ground-forces", needs=("data",)),
-        Experiment("random-worlds"),
+        Experiment("random-worlds", takes=("out", "overwrite")),
         Experiment("spline-table", takes=("data", "out")),
         Experiment("synthesis-bench", takes=("out", "parts", "overwrite")),
         Experiment("synthesis-fidelity", takes=("out", "parts", "overwrite")),

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from plantigrade.experiments.random_worlds import outcome, random_world, run
+from plantigrade.experiments import random_worlds
+from plantigrade.experiments.random_worlds import Outcome, outcome, random_world, run
+from plantigrade.record.jobs import Done
 
 
 def test_a_handful_of_random_worlds_hold():
@@ -18,6 +20,31 @@ def test_a_seed_makes_the_same_world_again():
     assert first[0].ground == second[0].ground and first[0].disturbances == second[0].disturbances
     one, other = (world.simulate(controller, 0.1) for world, controller in (first, second))
     assert np.array_equal(one.motion.qpos, other.motion.qpos)
+
+
+def test_the_experiment_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
+    done, stops = [], ["here"]
+
+    def jobs(work, items, **_):
+        for seed in items:
+            done.append(seed)
+            if stops and seed == 2:
+                stops.clear()
+                raise KeyboardInterrupt
+            yield Done(seed, Outcome(seed, seed == 3, True, 10.0 + seed))
+
+    monkeypatch.setattr(random_worlds, "run_jobs", jobs)
+    monkeypatch.setattr(random_worlds, "WORLDS", 5)
+    monkeypatch.setattr(random_worlds, "PIECE", 2)
+    with pytest.raises(KeyboardInterrupt):
+        run(out=tmp_path)
+    table = run(out=tmp_path)
+    assert done == [0, 1, 2, 2, 3, 4]
+    assert "5 of 5 ran; seeds 3 broke" in table.text()
+    done.clear()
+    monkeypatch.setattr(random_worlds, "ROOMS", ("world",))  # as if its code had changed
+    run(out=tmp_path)
+    assert done == [0, 1, 2, 3, 4]
 
 
 @pytest.mark.slow
