@@ -21,6 +21,8 @@ from plantigrade.world import Controller, Disturbance, World
 
 STANDS = 5.0
 """How long a person stands where no duration is named [s]."""
+SHORTEST = 0.01
+"""Shortest simulation of a motion [s]."""
 FOLLOWED = "motion"
 """Name of the reference that is followed."""
 
@@ -69,14 +71,14 @@ def simulate(
     begin = start_of(source, how, step, command)
     ground = begin.ground if named is None else named
     moved_by = controller if callable(controller) else None
-    word = how.controller or usual(begin.motion)
+    word = how.controller or usual(begin.motion, begin.record)
     if moved_by is None:
         moved_by = controller_named(word, situation(begin, ground, how))
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
     with step("simulating"):
         began = clock.perf_counter()
-        world = world_of(begin, ground, how, (*acting, *disturbances))
+        world = world_of(begin, ground, how, (*acting, *disturbances), moved_by)
         record = world.simulate(moved_by, _duration(begin, how))
         seconds = clock.perf_counter() - began
     return run_of(begin, how, world, record, word, seconds)
@@ -85,7 +87,7 @@ def simulate(
 def _duration(begin: Start, how: SimulateSettings) -> float:
     if how.duration is not None:
         return how.duration
-    return STANDS if begin.motion is None else max(begin.motion.duration, 1.0 / how.control_rate)
+    return STANDS if begin.motion is None else max(begin.motion.duration, SHORTEST)
 
 
 def run_of(
@@ -116,7 +118,7 @@ def run_of(
         replace(record, references=references, notes=notes),
         "simulate",
         title=f"{begin.name}, simulated",
-        sentence=_sentence(begin, how, record, word),
+        sentence=_sentence(begin, how, world, record, word),
         status=status,
         figures=figures,
         provenance=begin.provenance,
@@ -141,7 +143,7 @@ def figures_of(record: Record) -> dict[str, float]:
     return figures
 
 
-def _sentence(begin: Start, how: SimulateSettings, record: Record, word: str) -> str:
+def _sentence(begin: Start, how: SimulateSettings, world: World, record: Record, word: str) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
@@ -155,5 +157,5 @@ def _sentence(begin: Start, how: SimulateSettings, record: Record, word: str) ->
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
         f"freedom and {human.feet} feet, moved by {word}{pushes}: {record.motion.duration:.2f} s "
-        f"of physics at {how.rate:g} Hz, commands at {how.control_rate:g} Hz."
+        f"of physics at {world.rate:g} Hz, commands at {world.control_rate:g} Hz."
     )

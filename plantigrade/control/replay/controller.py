@@ -1,4 +1,4 @@
-"""The controller that carries out a motion: reference, planner and whole-body program in a world."""
+"""The controller that carries out a motion: reference, planner, whole-body program, world."""
 
 from typing import Any
 
@@ -51,9 +51,10 @@ class Replay:
     Attributes:
         rate: Steps of the physics per second that it wants [1/s].
         control_rate: Commands per second that it wants [1/s].
+        record_rate: Frames per second that are enough [1/s].
     """
 
-    rate, control_rate = 1000.0, 500.0
+    rate, control_rate, record_rate = 1000.0, 500.0, 100.0
 
     def __init__(self, record: Record):
         self.record, self.human, self.ground = record, record.human, record.ground
@@ -185,7 +186,7 @@ class Replay:
     def _command(self, state, body, ref, plan, low, height, foot, step) -> Command:
         """Return the command of the whole-body program."""
         gait, reference, normal = self.gait, self.reference, self.normal
-        omega, qpos, qvel = reference.omega, state.qpos, state.qvel
+        qpos, qvel = state.qpos, state.qvel
         rate = min(gait.rate, FASTER)
         on = ref["on"] > 0.5
         for i, own in enumerate(gait.feet):
@@ -319,7 +320,9 @@ class Replay:
             axes = heading(ref["q"][3:7])
             side = 1.0 if own.side == "l" else -1.0
             ahead, aside = (place[:2] - foot[k, :2]) @ axes
-            narrow = min(NARROW * self.leg, abs(float((ref["foot"][i] - ref["foot"][k])[:2] @ axes[:, 1])))
+            narrow = min(
+                NARROW * self.leg, abs(float((ref["foot"][i] - ref["foot"][k])[:2] @ axes[:, 1]))
+            )
             if abs(ahead) < BESIDE * self.leg and side * aside < narrow:
                 place[:2] += axes[:, 1] * side * (narrow - side * aside)
         return place, pace, push

@@ -1,4 +1,4 @@
-"""Which foot stands, how far the motion is, and where the feet are beside it: the clock of a replay.
+"""Which foot stands, how far the motion is, where the feet are beside it: the clock of a replay.
 
 Feet land when they touch, sooner or later than planned. An early touch makes the foot stand at
 once; the phase then hurries after it. Where the ground is missing the phase waits and the foot is

@@ -15,7 +15,6 @@ from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.control.replay.offsets import offset_weights
 from plantigrade.control.replay.schedule import Schedule, Stance, carrying, stances_of
 from plantigrade.errors import ParameterError
-from plantigrade.motion.filters import resample
 from plantigrade.record import Record
 
 STEP = 0.002
@@ -111,9 +110,7 @@ def reference_of(record: Record) -> Reference:
     pressure = swept["com"] - com_acceleration * swept["com"][:, 2:] / GRAVITY
     vertical = load.sum(axis=1)
     heavy = vertical > 0.1 * record.weight
-    pressure[heavy] = (
-        np.einsum("nk,nkc->nc", load, swept["low"])[heavy] / vertical[heavy, None]
-    )
+    pressure[heavy] = np.einsum("nk,nkc->nc", load, swept["low"])[heavy] / vertical[heavy, None]
     columns: dict[str, Array] = {
         "q": qpos,
         "v": qvel,
@@ -164,9 +161,10 @@ def assembled(columns, schedule, omega, period, duration, advance, ends) -> Refe
 
 
 def period_of(record: Record) -> tuple[float | None, Float[Array, " 3"]]:
-    """Return the period of a motion that ends as it began, and moves on [s, m]; None if it does not.
+    """Return the period of a motion that ends as it began, and how far it goes in it [s, m].
 
-    The frames of a periodic walk begin and end with the same posture and the same velocities.
+    The frames of a periodic walk begin and end with the same posture and the same velocities; the
+    period of any other motion is None.
     """
     m, none = record.motion, np.zeros(3)
     speed = float(np.linalg.norm(m.qvel[0, :3]))
