@@ -8,6 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.replay import tasks
+from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.gait import JUST, Gait
 from plantigrade.control.replay.planner import BACK, LandingBox, Step, decayed, next_step
 from plantigrade.control.replay.reference import Reference, reference_of, world_sites
@@ -36,8 +37,11 @@ NARROW = 0.08
 """Feet are at least so far apart sideways, of the leg length, unless the motion has them nearer."""
 BESIDE = 0.30
 """A swinging foot nearer than this to the other fore and aft, of the leg, passes it on its side."""
+AXES = np.arange(3)
 SEAT = len(SIDES)
 """Among the sides: what is on no foot."""
+APART, WIDER = 0.005, 0.12
+"""Legs that overlap in the motion are led so far apart [m], up to this part of the leg length."""
 GRIP = 0.75
 """Part of the friction that is counted on."""
 
@@ -58,11 +62,13 @@ class Replay:
 
     def __init__(self, record: Record):
         self.record, self.human, self.ground = record, record.human, record.ground
-        self.reference: Reference = reference_of(record)
+        self.clearance = clearance_of(record)
+        self.reference: Reference = reference_of(record, self.clearance)
         human, self.sites = self.human, world_sites(record)
         self.points = PointSet.of(human, self.sites)
         self.radius = np.array([[s.radius] for s in self.sites])
         self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
+        self.seated = np.array([not s.side for s in self.reference.schedule.stances], float)
         self.normal = self.ground.normal
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
         self.weights = tasks.Weights.of(human)
@@ -75,6 +81,7 @@ class Replay:
         self.friction = GRIP * self.ground.friction
         self.program: WholeBody | None = None
         self.gait = Gait(self.reference, record.weight)
+        self._kept: tuple[float, dict[str, Array]] = (np.nan, {})
 
     def __call__(self, state: State) -> Command:
         """Return what the joints are to do for one control step."""
@@ -112,8 +119,25 @@ class Replay:
         self.program = WholeBody(self.human, armature=world.actuators.armature)
 
     def _forces(self, state: State) -> Float[Array, "k 3"]:
-        """Return the forces of the ground on the spheres."""
-        return state.contact_force
+        """Return the forces of the ground on the spheres, those of a step of the physics [N].
+
+        As :attr:`State.contact_force`, which is made for many steps at a time.
+        """
+        world, force = state.world, np.zeros((len(self.sites), 3))
+        contact = world.data.contact
+        address = contact.efc_address
+        if not len(address):
+            return force
+        owner = world.contacts.site_of[contact.geom]
+        which = np.flatnonzero((owner.max(axis=1) >= 0) & (address >= 0))
+        if len(which):
+            local = world.data.efc_force[address[which][:, None] + AXES]
+            frame = contact.frame[which].reshape(-1, 3, 3)
+            pushed = np.matmul(local[:, None, :], frame)[:, 0]
+            second = owner[which, 1] >= 0
+            pushed[~second] *= -1.0
+            np.add.at(force, owner[which].max(axis=1), pushed)
+        return force
 
     def _plan(self, body: BodyState, ref: dict[str, Array]) -> Step | None:
         """Return where and when the swinging foot lands; None where no single foot swings."""
@@ -124,15 +148,13 @@ class Replay:
         self.deviation = self.xi - xi_ref
         first, alpha, beta = reference.schedule.weights(gait.phase)
         standing = gait.standing
-        numbers = {f.number: f for f in standing}
-        share = np.array([a if first + j in numbers else 0.0 for j, a in enumerate(alpha)])
+        own = [f.number - first for f in standing if f.number is not None]
+        offsets = gait.offsets(first, len(alpha))
+        share = np.zeros(len(alpha))
+        share[own] = alpha[own]
         if share.sum() < 1e-6:
-            share = np.array([1.0 * (first + j in numbers) for j in range(len(alpha))])
-        offsets = np.array([gait.offset(first + j) for j in range(len(alpha))])
-        whole = share.sum() + sum(
-            a for j, a in enumerate(alpha) if not reference.schedule.stances[j].side
-        )
-        self.shift = share @ offsets / max(whole, 1e-9)
+            share[own] = 1.0
+        self.shift = share @ offsets / max(share.sum() + alpha @ self.seated, 1e-9)
         swinging = [f for f in gait.feet if not f.stands and f.number is not None]
         if len(standing) != 1 or len(swinging) != 1:
             if not standing:
@@ -141,7 +163,7 @@ class Replay:
                 self.error = np.zeros(2)
                 return None
             last = max((f.number for f in standing if f.number is not None), default=first)
-            known = np.array([first + j <= last for j in range(len(beta))])
+            known = np.arange(first, first + len(beta)) <= last
             later = decayed(beta[~known], BACK) * BACK
             newest = gait.offset(last)[:2]
             self.error = self.deviation - beta[known] @ offsets[known, :2] - later * newest
@@ -149,10 +171,10 @@ class Replay:
         foot, other = swinging[0], standing[0]
         assert foot.number is not None and other.number is not None
         left = max(foot.touchdown - gait.phase, 0.01)
-        then = reference.at(foot.touchdown)
+        then = self._then(foot.touchdown)
         head, _, weights = reference.schedule.weights(foot.touchdown)
-        before = np.array([head + j < foot.number for j in range(len(weights))])
-        at_other = np.array([gait.offset(head + j)[:2] for j in range(len(weights))])
+        before = np.arange(head, head + len(weights)) < foot.number
+        at_other = gait.offsets(head, len(weights))[:, :2]
         later = decayed(weights[~before])
         stays = float(weights[before].sum())
         other_offset = gait.offset(other.number)[:2]
@@ -182,6 +204,12 @@ class Replay:
         foot.swing.lead(step.offset, left / rate, 0.002)
         self.axes, self.swing_side = axes, side
         return step
+
+    def _then(self, phase: float) -> dict[str, Array]:
+        """Return the motion at a touchdown, which is asked for at every tick until then."""
+        if self._kept[0] != phase:
+            self._kept = (phase, self.reference.at(phase))
+        return self._kept[1]
 
     def _command(self, state, body, ref, plan, low, height, foot, step) -> Command:
         """Return the command of the whole-body program."""
@@ -320,9 +348,10 @@ class Replay:
             axes = heading(ref["q"][3:7])
             side = 1.0 if own.side == "l" else -1.0
             ahead, aside = (place[:2] - foot[k, :2]) @ axes
-            narrow = min(
-                NARROW * self.leg, abs(float((ref["foot"][i] - ref["foot"][k])[:2] @ axes[:, 1]))
-            )
+            planned = abs(float((ref["foot"][i] - ref["foot"][k])[:2] @ axes[:, 1]))
+            narrow = min(NARROW * self.leg, planned)
+            if self.clearance.legs > 0.0:  # the motion's own legs overlap
+                narrow = max(narrow, min(planned + self.clearance.legs + APART, WIDER * self.leg))
             if abs(ahead) < BESIDE * self.leg and side * aside < narrow:
                 place[:2] += axes[:, 1] * side * (narrow - side * aside)
         return place, pace, push

@@ -83,14 +83,13 @@ class Gait:
         phase: Time of the motion [s].
         rate: Its rate.
         feet: Right and left foot.
-        offsets: Where feet are, less where the motion has them, by number of the stance [m].
         touchdowns: All of them so far.
     """
 
     def __init__(self, reference: Reference, weight: float):
         self.reference, self.weight = reference, weight
         self.phase, self.rate = 0.0, 1.0
-        self.offsets: dict[int, Array] = {}
+        self._offsets = np.zeros((64, 3))
         self.touchdowns: list[Touchdown] = []
         self.feet: list[Foot] = []
         schedule = reference.schedule
@@ -107,8 +106,14 @@ class Gait:
             self.feet.append(foot)
 
     def offset(self, number: int) -> Array:
-        """Return the offset of a stance [m]."""
-        return self.offsets.get(number, np.zeros(3))
+        """Return where a foot is in a stance, less where the motion has it [m]."""
+        return self.offsets(number, 1)[0]
+
+    def offsets(self, first: int, n: int) -> Float[Array, "n 3"]:
+        """Return the offsets of stances from a number on; zero as long as nothing is known [m]."""
+        while first + n > len(self._offsets):
+            self._offsets = np.concatenate([self._offsets, np.zeros_like(self._offsets)])
+        return self._offsets[first : first + n]
 
     @property
     def standing(self) -> list[Foot]:
@@ -133,8 +138,8 @@ class Gait:
                 if not foot.early and self.phase >= stop:
                     self._lift(foot)
                 elif load[i] > LOADED * self.weight:
-                    old = self.offset(foot.number)
-                    self.offsets[foot.number] = old + step / SETTLE * (beside[i] - old)
+                    own = self.offset(foot.number)
+                    own += step / SETTLE * (beside[i] - own)
                 continue
             if foot.number is None:
                 continue
@@ -143,7 +148,7 @@ class Gait:
             touches = load[i] > TOUCH * self.weight and (left <= 0.0 or begun > BEGUN)
             if touches or foot.waited > LONGEST:
                 foot.stands, foot.early = True, left > 0.0
-                self.offsets[foot.number] = np.array(beside[i])
+                self.offset(foot.number)[:] = beside[i]
                 late = left if left > 0.0 else -foot.waited
                 self.touchdowns.append(Touchdown(time, foot.side, late, np.array(beside[i])))
                 foot.lowered = foot.waited = 0.0

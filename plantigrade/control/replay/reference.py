@@ -12,6 +12,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.control.replay.clearance import Clearance, held_out
 from plantigrade.control.replay.offsets import offset_weights
 from plantigrade.control.replay.schedule import Schedule, Stance, carrying, stances_of
 from plantigrade.errors import ParameterError
@@ -71,11 +72,15 @@ class Reference:
         return cycle, phase - cycle * self.period
 
 
-def reference_of(record: Record) -> Reference:
+def reference_of(record: Record, clearance: Clearance | None = None) -> Reference:
     """Return the tables of a motion.
 
     Forces and torques are taken where the record has them; without them the load is where the feet
     are on the ground.
+
+    Args:
+        record: The motion.
+        clearance: How it is kept from passing through itself; left as it is if absent.
 
     Raises:
         ParameterError: If the motion has less than two frames.
@@ -88,6 +93,8 @@ def reference_of(record: Record) -> Reference:
     time = np.minimum(motion.time[0] + STEP * np.arange(n), motion.time[-1])
     even = motion.at(time)
     qpos, qvel = even.qpos, even.qvel
+    if clearance is not None:
+        qpos = held_out(record, qpos, clearance)
     qacc = even.qacc if even.qacc is not None else np.gradient(qvel, STEP, axis=0)
     sites = world_sites(record)
     force = site_forces(record, sites, time)
