@@ -315,11 +315,16 @@ class Replay:
         wanted = np.array(ref["com_acceleration"])
         wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
         k, d = VERTICAL
-        dz = ref["com"][2] + self.shift[2] - c[2]
+        dz = ref["com"][2] + self.shift[2] + self._rise(self.shift) - c[2]
         up = rate**2 * ref["com_acceleration"][2] + k * dz
         up += d * (rate * ref["com_velocity"][2] - v[2])
         wanted[2] = np.clip(up, *HEIGHTS)
         return wanted
+
+    def _rise(self, moved: Array) -> float:
+        """Return how much higher the slope is a step away [m]."""
+        n = self.normal
+        return float(-(n[0] * moved[0] + n[1] * moved[1]) / n[2])
 
     def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:
         """Return a shift of the centre of pressure that stays among what touches."""
@@ -338,7 +343,7 @@ class Replay:
         place[:2] += moved
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
-        place[2] += float(self.ground.under(place) - level)
+        place[2] += self._rise(moved) + float(self.ground.under(place) - level)
         if own.lowered:
             place[2] -= own.lowered
             pace[2] = -0.4
