@@ -174,7 +174,7 @@ def state_of(begin: Start, ground: Ground, how: SimulateSettings) -> tuple[Array
         begin.human,
         ground,
         rate=how.rate or RATE,
-        control_rate=CONTROL_RATE,
+        control_rate=how.control_rate or CONTROL_RATE,
         recording=False,
         qpos=stands,
     )
