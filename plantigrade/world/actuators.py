@@ -136,12 +136,6 @@ class Actuators:
         model.dof_armature[self._hinges] = own + armature
         return command
 
-    @property
-    def armature(self) -> Hinges:
-        """Inertia of the hinges beside that of the body, without what commands add [kg m²]."""
-        h = self.model.opt.timestep
-        return self._own + h * (self._loose + h * self._spring)
-
     def ease(self, data: mujoco.MjData, time: float) -> None:
         """Let torques rise in a finite time; to be called before every few steps.
 
