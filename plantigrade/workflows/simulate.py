@@ -1,7 +1,7 @@
 """A person in the physical world: who, on what, moved by what; simulate; a Run."""
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -81,7 +81,9 @@ def simulate(
         world = world_of(begin, ground, how, (*acting, *disturbances), moved_by)
         record = world.simulate(moved_by, _duration(begin, how))
         seconds = clock.perf_counter() - began
-    return run_of(begin, how, world, record, word, seconds)
+    said = getattr(moved_by, "said", tuple)()
+    record = replace(record, notes=(*record.notes, *said))
+    return run_of(begin, how, world, record, word, seconds, getattr(moved_by, "figures", dict)())
 
 
 def _duration(begin: Start, how: SimulateSettings) -> float:
@@ -91,9 +93,15 @@ def _duration(begin: Start, how: SimulateSettings) -> float:
 
 
 def run_of(
-    begin: Start, how: SimulateSettings, world: World, record: Record, word: str, seconds: float
+    begin: Start,
+    how: SimulateSettings,
+    world: World,
+    record: Record,
+    word: str,
+    seconds: float,
+    more: Mapping[str, Any] | None = None,
 ) -> Run:
-    """Return the run of a simulation."""
+    """Return the run of a simulation; ``more`` are figures of the controller."""
     status = "ok"
     if world.fall is not None:
         status = f"the person {world.fall}"
@@ -111,6 +119,7 @@ def run_of(
         **({} if world.fall is None else {"fell_at_s": world.fall.time}),
         **({} if world.diverged is None else {"diverged_at_s": world.diverged}),
         **figures_of(record),
+        **(more or {}),
         **personal_figures(how),
     }
     notes = tuple(dict.fromkeys((*begin.notes, *record.notes)))

@@ -12,6 +12,7 @@ from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.gait import JUST, Gait
 from plantigrade.control.replay.planner import BACK, LandingBox, Step, decayed, next_step
 from plantigrade.control.replay.reference import Reference, reference_of, world_sites
+from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
@@ -38,6 +39,8 @@ NARROW = 0.08
 BESIDE = 0.30
 """A swinging foot nearer than this to the other fore and aft, of the leg, passes it on its side."""
 AXES = np.arange(3)
+OVERLAP = 0.002
+"""Legs that overlap more than this in the motion are told of [m]."""
 SEAT = len(SIDES)
 """Among the sides: what is on no foot."""
 APART, WIDER = 0.005, 0.12
@@ -81,6 +84,7 @@ class Replay:
         self.friction = GRIP * self.ground.friction
         self.program: WholeBody | None = None
         self.gait = Gait(self.reference, record.weight)
+        self.off: Array = np.zeros(2)
         self._kept: tuple[float, dict[str, Array]] = (np.nan, {})
 
     def __call__(self, state: State) -> Command:
@@ -101,11 +105,33 @@ class Replay:
         beside = foot - ref["foot"]
         for i in (0, 1):
             beside[i, 2] = height[self.side_of == i].min()
-        gait.look(state.time, step, load, beside)
+        gait.look(state.time, step, load, beside, heading(ref["q"][3:7]))
         plan = self._plan(body, ref)
         gait.advance(state.time, step, 1.0 if plan is None else plan.rate)
         ref = reference.at(gait.phase)
         return self._command(state, body, ref, plan, low, height, foot, step)
+
+    def said(self) -> tuple[str, ...]:
+        """Return what it did in the last simulation, one sentence each."""
+        told = [*steps_told(self.gait.touchdowns), touchdowns_told(self.gait.touchdowns)]
+        apart = np.rad2deg(self.clearance.abduction)
+        if apart.any():
+            told.append(
+                f"The motion has its arms up to {1e3 * self.clearance.arms:.0f} mm in the body; "
+                f"they were held out by {apart[0]:.0f}° on the right and {apart[1]:.0f}° on the "
+                "left."
+            )
+        if self.clearance.legs > OVERLAP:
+            told.append(
+                f"The motion has one leg up to {1e3 * self.clearance.legs:.0f} mm in the other; "
+                "the swinging foot was led past it."
+            )
+        return tuple(each for each in told if each)
+
+    def figures(self) -> dict[str, float]:
+        """Return figures of the last simulation."""
+        apart = float(np.linalg.norm(self.off)) if len(self.off) else 0.0
+        return {**replay_figures(self.gait.touchdowns), "off_path_end_m": apart}
 
     def _begin(self, state: State) -> None:
         """Start anew."""
@@ -275,6 +301,7 @@ class Replay:
         )
         ahead = 0.5 * (step + 1.0 / state.world.rate)
         apart = state.angles - ref["q"][7:]
+        self.off = (body.com - ref["com"])[:2]
         return StablePD(
             state.angles,
             qvel[6:] + ahead * answer.qacc[6:],
@@ -285,7 +312,7 @@ class Replay:
                 "tracking_error": float(np.sqrt(np.mean(apart**2))),
                 "phase": gait.phase,
                 "phase_rate": gait.rate,
-                "off_path": (body.com - ref["com"])[:2],
+                "off_path": self.off,
                 "solved": float(answer.ok),
             },
         )

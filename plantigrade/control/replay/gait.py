@@ -68,12 +68,14 @@ class Touchdown:
         side: Which foot.
         early: How much sooner than planned on the clock of the phase, negative if later [s].
         offset: Where, beside the motion, world [m].
+        axes: Ahead and to the left then, as columns.
     """
 
     time: float
     side: str
     early: float
     offset: Float[Array, " 3"]
+    axes: Float[Array, "2 2"]
 
 
 class Gait:
@@ -120,7 +122,7 @@ class Gait:
         """Feet that stand."""
         return [foot for foot in self.feet if foot.stands]
 
-    def look(self, time: float, step: float, load: Array, beside: Array) -> None:
+    def look(self, time: float, step: float, load: Array, beside: Array, axes: Array) -> None:
         """Let feet land and leave.
 
         Args:
@@ -128,6 +130,7 @@ class Gait:
             step: Since the last look [s].
             load: Of each foot along the normal [N].
             beside: Where each foot is, less where the motion has it now [m].
+            axes: Ahead and to the left, as columns.
         """
         schedule = self.reference.schedule
         for i, foot in enumerate(self.feet):
@@ -150,7 +153,8 @@ class Gait:
                 foot.stands, foot.early = True, left > 0.0
                 self.offset(foot.number)[:] = beside[i]
                 late = left if left > 0.0 else -foot.waited
-                self.touchdowns.append(Touchdown(time, foot.side, late, np.array(beside[i])))
+                at = np.array(beside[i])
+                self.touchdowns.append(Touchdown(time, foot.side, float(late), at, axes))
                 foot.lowered = foot.waited = 0.0
 
     def _lift(self, foot: Foot) -> None:
