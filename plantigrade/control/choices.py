@@ -10,10 +10,12 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.balance import Balance
 from plantigrade.control.posture import Posture, passive
+from plantigrade.control.replay import Replay
 from plantigrade.control.tracking import Tracking
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.record import Record
 from plantigrade.world import Controller
 
 
@@ -27,6 +29,7 @@ class Situation:
         motion: What they are to do, its first frame being the start; None where they just stand.
         standing: The configuration in which they stand; None where there is a motion.
         stiffness: Of springs, by what is usual.
+        record: The motion with its forces and its ground; None where they just stand.
     """
 
     human: Human
@@ -34,6 +37,20 @@ class Situation:
     motion: Motion | None = None
     standing: Float[Array, " nq"] | None = None
     stiffness: float = 1.0
+    record: Record | None = None
+
+    def recorded(self, name: str) -> Record:
+        """Return the motion with its forces.
+
+        Raises:
+            ParameterError: If there is none; ``name`` is the controller that carries it out.
+        """
+        if self.record is None:
+            raise ParameterError(
+                f"{name} carries out a motion: name a run or a recording, or let posture hold a "
+                "person"
+            )
+        return self.record
 
     def followed(self, name: str) -> Motion:
         """Return the motion.
@@ -53,11 +70,12 @@ CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
     "posture": lambda at: Posture(at.stiffness, at.standing),
     "balance": lambda at: Balance(),
     "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
+    "replay": lambda at: Replay(at.recorded("replay")),
 }
 """Name of a controller → how it is made."""
 
-STANDING, MOVING = "posture", "stable-pd"
-"""What is taken where none is named: for who stands, and for a motion."""
+STANDING, MOVING, FORCED = "posture", "stable-pd", "replay"
+"""What is taken where none is named: for who stands, for a motion, and for one with its forces."""
 
 
 def controller_named(name: str | None, situation: Situation) -> Controller:
@@ -70,12 +88,14 @@ def controller_named(name: str | None, situation: Situation) -> Controller:
     Raises:
         ParameterError: If there is no such controller, or it does not fit the situation.
     """
-    return CONTROLLERS[checked(name or usual(situation.motion))](situation)
+    return CONTROLLERS[checked(name or usual(situation.motion, situation.record))](situation)
 
 
-def usual(motion: Motion | None) -> str:
+def usual(motion: Motion | None, record: Record | None = None) -> str:
     """Return the name of the controller that is taken where none is named."""
-    return STANDING if motion is None else MOVING
+    if motion is None:
+        return STANDING
+    return FORCED if record is not None and record.has_forces else MOVING
 
 
 def checked(name: str) -> str:

@@ -273,7 +273,7 @@ class WholeBody:
         a, c = root.T @ start[:6] + start[6:], lift.T @ start[:6]
         own = np.repeat(np.broadcast_to(np.asarray(force_weight, dtype=float), (k,)), EDGES)
         if force is not None:
-            c -= own * self._shares(touching, force).ravel()
+            c -= own * self._shares(touching, edges, force).ravel()
         by_joints = Mjj + M[6:, :6] @ root
         rest = M[6:, :6] @ drop + h[6:] - passive
         B: Array | None = None  # joints by shares, where they are not joined by the root alone
@@ -332,10 +332,13 @@ class WholeBody:
         H[np.arange(nv), np.arange(nv)] += own
         return H, wA.T @ np.concatenate([t.right for t in rows]) + own * wanted
 
-    def _shares(self, touching: Touching, force: Array) -> Array:
+    def _shares(self, touching: Touching, edges: Array, force: Array) -> Array:
         """Return the shares that give forces, evenly among the edges."""
-        edges = self.unit * touching.edges()
-        return np.maximum(np.matmul(np.linalg.pinv(edges), force[:, :, None])[:, :, 0], 0.0)
+        friction, normal = touching.friction, touching.normal
+        push = np.einsum("kc,kc->k", force, normal)[:, None]
+        along = np.matmul(force[:, None, :], edges / self.unit)[:, 0] - push
+        even = push / EDGES + along / (0.5 * EDGES * max(friction, 1e-6) ** 2)
+        return np.maximum(even, 0.0) / self.unit
 
     def _pivoted(self, quadratic: "_Shares", q: Array) -> tuple[Array, bool]:
         """Minimise over shares that are not negative; return them and whether that was reached."""

@@ -24,6 +24,7 @@ from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.world import (
+    Controller,
     Disturbance,
     FloorShift,
     Push,
@@ -34,6 +35,7 @@ from plantigrade.world import (
     standing_on,
 )
 from plantigrade.world.grounds import ground_named, platform_named
+from plantigrade.world.world import CONTROL_RATE, RATE
 
 SETTLING = 1.0
 """So long a person stands before the first frame, until soles and springs are at rest [s]."""
@@ -55,6 +57,7 @@ class Start:
         figures: What is known of the person.
         notes: What the user should know of it.
         place: Where somebody stands who has no motion [m], and which way they look [rad].
+        record: The motion with its forces.
     """
 
     human: Human
@@ -65,6 +68,7 @@ class Start:
     sites: tuple[ContactSite, ...] = ()
     figures: Mapping[str, Any] | None = None
     notes: tuple[str, ...] = ()
+    record: Record | None = None
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def standing(self, ground: Ground) -> Array:
@@ -125,6 +129,7 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         Provenance(command, how.plain(), files, how.seed),
         record.motion,
         _carriers(record),
+        record=record,
     )
 
 
@@ -133,7 +138,7 @@ def _of_trial(name: str, trial: Trial, origin: Provenance) -> Start:
     sites = _carriers(record)
     stem = Path(name).stem
     return Start(
-        record.human, record.ground, stem, origin, record.motion, sites, None, record.notes
+        record.human, record.ground, stem, origin, record.motion, sites, None, record.notes, record
     )
 
 
@@ -152,6 +157,7 @@ def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
         motion=begin.motion,
         standing=stands,
         stiffness=how.stiffness,
+        record=begin.record,
     )
 
 
@@ -167,8 +173,8 @@ def state_of(begin: Start, ground: Ground, how: SimulateSettings) -> tuple[Array
     world = World(
         begin.human,
         ground,
-        rate=how.rate,
-        control_rate=how.control_rate,
+        rate=how.rate or RATE,
+        control_rate=how.control_rate or CONTROL_RATE,
         recording=False,
         qpos=stands,
     )
@@ -195,16 +201,27 @@ def moved(human: Human, ground: Ground, qpos: Array, place: tuple[float, float, 
 
 
 def world_of(
-    begin: Start, ground: Ground, how: SimulateSettings, acting: Sequence[Disturbance]
+    begin: Start,
+    ground: Ground,
+    how: SimulateSettings,
+    acting: Sequence[Disturbance],
+    controller: Controller | None = None,
 ) -> World:
-    """Return the world in which somebody starts on a ground."""
+    """Return the world in which somebody starts on a ground, at the rates of their controller."""
     qpos, qvel = state_of(begin, ground, how)
+    rate = how.rate or getattr(controller, "rate", RATE)
+    wanted = getattr(controller, "control_rate", CONTROL_RATE)
+    if hasattr(controller, "control_rate") and how.rate:  # as near to it as the physics allow
+        wanted = how.rate / np.ceil(how.rate / wanted)
+    control_rate = how.control_rate or float(wanted)
+    frames = None if how.control_rate or how.rate else getattr(controller, "record_rate", None)
     return World(
         begin.human,
         ground,
         acting,
-        rate=how.rate,
-        control_rate=how.control_rate,
+        rate=rate,
+        control_rate=control_rate,
+        record_rate=frames,
         torque_rise=how.torque_rise,
         seed=how.seed,
         sites=begin.sites,

@@ -133,7 +133,7 @@ class SimulateSettings(FitSettings):
     }
 
     controller: OptionalWord = None
-    """passive, posture, balance, stable-pd; absent: posture, or stable-pd for a motion."""
+    """passive, posture, balance, stable-pd, replay; absent: posture; of a motion replay or PD."""
     ground: OptionalWord = None
     """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,PERIOD,WAY]."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()
@@ -146,10 +146,10 @@ class SimulateSettings(FitSettings):
     """Sudden shift of a level floor: metres, seconds, direction, when."""
     duration: Seconds = None
     """How long; as long as the motion if absent, 5 s where there is none."""
-    rate: float = 1800.0
-    """Steps of the physics per second; a whole multiple of control_rate."""
-    control_rate: float = 100.0
-    """Commands, and frames that are kept, per second."""
+    rate: Number = None
+    """Steps of the physics per second, a multiple of control_rate; 1800, of replay 1000."""
+    control_rate: Number = None
+    """Commands, and frames kept, per second; 100 if absent, of replay 500 with 100 frames."""
     torque_rise: float = 0.0
     """How long a motor takes from nothing to its greatest torque [s]; at once if zero."""
     stiffness: float = 1.0
@@ -164,7 +164,11 @@ class SimulateSettings(FitSettings):
             from plantigrade.control.choices import checked
 
             checked(self.controller)
-        if self.rate < self.control_rate:
+        if (
+            self.rate is not None
+            and self.control_rate is not None
+            and self.rate < self.control_rate
+        ):
             raise ParameterError(
                 f"rate={self.rate:g} must be a whole multiple of control_rate={self.control_rate:g}"
             )

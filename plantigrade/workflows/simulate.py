@@ -1,7 +1,7 @@
 """A person in the physical world: who, on what, moved by what; simulate; a Run."""
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,8 @@ from plantigrade.world import Controller, Disturbance, World
 
 STANDS = 5.0
 """How long a person stands where no duration is named [s]."""
+SHORTEST = 0.01
+"""Shortest simulation of a motion [s]."""
 FOLLOWED = "motion"
 """Name of the reference that is followed."""
 
@@ -69,29 +71,37 @@ def simulate(
     begin = start_of(source, how, step, command)
     ground = begin.ground if named is None else named
     moved_by = controller if callable(controller) else None
-    word = how.controller or usual(begin.motion)
+    word = how.controller or usual(begin.motion, begin.record)
     if moved_by is None:
         moved_by = controller_named(word, situation(begin, ground, how))
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
     with step("simulating"):
         began = clock.perf_counter()
-        world = world_of(begin, ground, how, (*acting, *disturbances))
+        world = world_of(begin, ground, how, (*acting, *disturbances), moved_by)
         record = world.simulate(moved_by, _duration(begin, how))
         seconds = clock.perf_counter() - began
-    return run_of(begin, how, world, record, word, seconds)
+    said = getattr(moved_by, "said", tuple)()
+    record = replace(record, notes=(*record.notes, *said))
+    return run_of(begin, how, world, record, word, seconds, getattr(moved_by, "figures", dict)())
 
 
 def _duration(begin: Start, how: SimulateSettings) -> float:
     if how.duration is not None:
         return how.duration
-    return STANDS if begin.motion is None else max(begin.motion.duration, 1.0 / how.control_rate)
+    return STANDS if begin.motion is None else max(begin.motion.duration, SHORTEST)
 
 
 def run_of(
-    begin: Start, how: SimulateSettings, world: World, record: Record, word: str, seconds: float
+    begin: Start,
+    how: SimulateSettings,
+    world: World,
+    record: Record,
+    word: str,
+    seconds: float,
+    more: Mapping[str, Any] | None = None,
 ) -> Run:
-    """Return the run of a simulation."""
+    """Return the run of a simulation; ``more`` are figures of the controller."""
     status = "ok"
     if world.fall is not None:
         status = f"the person {world.fall}"
@@ -109,6 +119,7 @@ def run_of(
         **({} if world.fall is None else {"fell_at_s": world.fall.time}),
         **({} if world.diverged is None else {"diverged_at_s": world.diverged}),
         **figures_of(record),
+        **(more or {}),
         **personal_figures(how),
     }
     notes = tuple(dict.fromkeys((*begin.notes, *record.notes)))
@@ -116,7 +127,7 @@ def run_of(
         replace(record, references=references, notes=notes),
         "simulate",
         title=f"{begin.name}, simulated",
-        sentence=_sentence(begin, how, record, word),
+        sentence=_sentence(begin, how, world, record, word),
         status=status,
         figures=figures,
         provenance=begin.provenance,
@@ -141,7 +152,7 @@ def figures_of(record: Record) -> dict[str, float]:
     return figures
 
 
-def _sentence(begin: Start, how: SimulateSettings, record: Record, word: str) -> str:
+def _sentence(begin: Start, how: SimulateSettings, world: World, record: Record, word: str) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
@@ -155,5 +166,5 @@ def _sentence(begin: Start, how: SimulateSettings, record: Record, word: str) ->
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
         f"freedom and {human.feet} feet, moved by {word}{pushes}: {record.motion.duration:.2f} s "
-        f"of physics at {how.rate:g} Hz, commands at {how.control_rate:g} Hz."
+        f"of physics at {world.rate:g} Hz, commands at {world.control_rate:g} Hz."
     )

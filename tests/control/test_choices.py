@@ -11,6 +11,7 @@ from plantigrade.control.choices import usual
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.record import Record
 from plantigrade.world import Target, World, standing_on
 from plantigrade.world.offers import drawings_of, targets_of
 
@@ -24,7 +25,8 @@ def situation():
     standing = standing_on(human, Ground())
     qpos, qvel = np.tile(standing, (2, 1)), np.zeros((2, human.model.nv))
     motion = Motion(np.array([0.0, 1.0]), qpos, qvel, human.joint_names)
-    return Situation(human=human, ground=Ground(), motion=motion, standing=standing)
+    record = Record(human, motion)
+    return Situation(human=human, ground=Ground(), motion=motion, standing=standing, record=record)
 
 
 def test_every_controller_of_the_table_moves_a_person_and_is_in_the_manual(situation):
@@ -39,7 +41,7 @@ def test_every_controller_of_the_table_moves_a_person_and_is_in_the_manual(situa
 def test_who_stands_holds_a_posture_and_another_name_is_refused(situation):
     still = Situation(human=situation.human, ground=Ground())
     assert isinstance(controller_named(None, still), Posture)
-    assert usual(situation.motion) == "stable-pd"
+    assert usual(situation.motion, situation.record) == "stable-pd"
     with pytest.raises(ParameterError, match="no controller 'pd'; there are passive, posture"):
         controller_named("pd", still)
     with pytest.raises(ParameterError, match="stable-pd follows a motion"):

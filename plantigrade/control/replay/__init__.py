@@ -1,0 +1,5 @@
+"""Replay: carry out a whole motion, stepping included, and stay on the feet."""
+
+from plantigrade.control.replay.controller import Replay
+
+__all__ = ["Replay"]

@@ -1,0 +1,104 @@
+"""Where a motion passes through itself, and how far its arms must be held out so that it does not.
+
+Bodies are solid in a world. Motions are not always: of recorded ones the soft tissue yields, and a
+model's trunk is wider than the person's; synthesised ones may not have been told. What overlaps is
+the cores of :mod:`plantigrade.contact.scene`.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground
+from plantigrade.record import Record
+from plantigrade.world.scene import world_model
+
+FRAMES = 60
+"""Frames that are looked at."""
+OUTWARD = np.deg2rad(2.0)
+"""Arms are held out by steps of this [rad]."""
+MOST = 8
+"""Steps, at most."""
+DEEP = 0.002
+"""An overlap that counts [m]."""
+ARM = ("humerus", "ulna", "radius", "hand", "fingers", "clavicle", "scapula")
+LEG = ("femur", "tibia", "talus", "foot", "toes", "heel", "medial", "lateral", "patella")
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """How a motion is kept from passing through itself.
+
+    Attributes:
+        abduction: How far each arm is held out beyond the motion, right and left [rad].
+        legs: How deep one leg is in the other, at most [m].
+        arms: Likewise the arms in anything, as the motion has them [m].
+    """
+
+    abduction: tuple[float, float]
+    legs: float
+    arms: float
+
+
+def clearance_of(record: Record) -> Clearance:
+    """Return how far the arms of a motion are to be held out, and whether its legs overlap."""
+    human, motion = record.human, record.motion
+    model = world_model(human, Ground(), step=0.001)
+    data = mujoco.MjData(model)
+    kind = np.array([_kind(model.body(int(b)).name) for b in model.geom_bodyid])
+    every = np.linspace(0, motion.n_frames - 1, min(FRAMES, motion.n_frames)).astype(int)
+    frames = motion.qpos[every].copy()
+    out, first = [0.0, 0.0], [0.0, 0.0]
+    legs = 0.0
+    names = [f"arm_add_{side}" for side in SIDES]
+    held = [names.index(n) for n in names if n in human.coordinates]
+    for turn in range(MOST + 1):
+        deep, crossed = _overlaps(model, data, kind, frames)
+        if turn == 0:
+            first, legs = deep, crossed
+        bad = [i for i in held if deep[i] > DEEP]
+        if not bad or turn == MOST:
+            break
+        for i in bad:
+            out[i] += OUTWARD
+            frames[:, 7 + human.hinge(names[i])] -= OUTWARD
+    return Clearance((out[0], out[1]), legs, max(first))
+
+
+def held_out(record: Record, qpos: Float[Array, "n nq"], clearance: Clearance) -> Array:
+    """Return configurations with the arms held out, within their range."""
+    human, moved = record.human, qpos.copy()
+    for side, angle in zip(SIDES, clearance.abduction, strict=True):
+        if angle:
+            moved[:, 7 + human.hinge(f"arm_add_{side}")] -= angle
+    return moved
+
+
+def _kind(body: str) -> str:
+    """Return ``"arm_r"``, ``"leg_l"`` … or nothing."""
+    for kind, names in (("arm", ARM), ("leg", LEG)):
+        if body.startswith(names):
+            return f"{kind}_{body[-1]}"
+    return ""
+
+
+def _overlaps(model, data, kind: Array, frames: Array) -> tuple[list[float], float]:
+    """Return how deep each arm is in anything of the body, and a leg in the other [m]."""
+    arms, legs = [0.0, 0.0], 0.0
+    for qpos in frames:
+        data.qpos[:] = qpos
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        if not data.ncon:
+            continue
+        pairs, deep = kind[data.contact.geom], -np.array(data.contact.dist)
+        body = np.all(model.geom_bodyid[data.contact.geom] > 0, axis=1)
+        for i, side in enumerate(SIDES):
+            mine = body & (pairs == f"arm_{side}").any(axis=1)
+            arms[i] = max(arms[i], float(deep[mine].max(initial=0.0)))
+        both = body & (pairs == "leg_r").any(axis=1) & (pairs == "leg_l").any(axis=1)
+        legs = max(legs, float(deep[both].max(initial=0.0)))
+    return arms, legs

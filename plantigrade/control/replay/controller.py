@@ -1,0 +1,403 @@
+"""The controller that carries out a motion: reference, planner, whole-body program, world."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.control.replay import tasks
+from plantigrade.control.replay.clearance import clearance_of
+from plantigrade.control.replay.gait import JUST, Gait
+from plantigrade.control.replay.planner import BACK, LandingBox, Step, decayed, next_step
+from plantigrade.control.replay.reference import Reference, reference_of, world_sites
+from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import State as BodyState
+from plantigrade.record import Record
+from plantigrade.wbc.whole_body import Touching, WholeBody
+from plantigrade.world import Command, StablePD, State
+
+FASTER = 2.5
+"""Rate by which the motion's own velocities are scaled, at most."""
+FIRM = 3.0
+"""Feedback of the divergent component by the centre of pressure, by its own rate."""
+INSIDE = 0.01
+"""The centre of pressure stays so far inside of what touches [m]."""
+SOFT = 0.012
+"""Damping of the joints about the planned velocity, by their strength [s]."""
+TOUCHING, PLANNED = 0.002, 0.006
+"""Points this near to the ground touch: any of a standing foot, and those planned to [m]."""
+VERTICAL = (80.0, 16.0)
+"""Stiffness and damping of the height of the centre of mass, by mass [1/s², 1/s]."""
+HEIGHTS = (-7.0, 12.0)
+"""Limits of its vertical acceleration [m/s²]."""
+NARROW = 0.08
+"""Feet are at least so far apart sideways, of the leg length, unless the motion has them nearer."""
+BESIDE = 0.30
+"""A swinging foot nearer than this to the other fore and aft, of the leg, passes it on its side."""
+AXES = np.arange(3)
+OVERLAP = 0.002
+"""Legs that overlap more than this in the motion are told of [m]."""
+SEAT = len(SIDES)
+"""Among the sides: what is on no foot."""
+APART, WIDER = 0.005, 0.12
+"""Legs that overlap in the motion are led so far apart [m], up to this part of the leg length."""
+GRIP = 0.75
+"""Part of the friction that is counted on."""
+
+
+class Replay:
+    """Carry out a whole motion and stay on the feet.
+
+    Args:
+        record: The motion, with its forces and torques where it has them.
+
+    Attributes:
+        rate: Steps of the physics per second that it wants [1/s].
+        control_rate: Commands per second that it wants [1/s].
+        record_rate: Frames per second that are enough [1/s].
+    """
+
+    rate, control_rate, record_rate = 1000.0, 500.0, 100.0
+
+    def __init__(self, record: Record):
+        self.record, self.human, self.ground = record, record.human, record.ground
+        self.clearance = clearance_of(record)
+        self.reference: Reference = reference_of(record, self.clearance)
+        human, self.sites = self.human, world_sites(record)
+        self.points = PointSet.of(human, self.sites)
+        self.radius = np.array([[s.radius] for s in self.sites])
+        self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
+        self.seated = np.array([not s.side for s in self.reference.schedule.stances], float)
+        self.normal = self.ground.normal
+        self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
+        self.weights = tasks.Weights.of(human)
+        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
+        self.damping = SOFT * np.maximum(-low, high)
+        self.body = BodyState(human, human.standing())
+        hip = self.body.origin(f"femur_{SIDES[0]}")
+        self.leg = float(hip[2] - self.body.origin(f"foot_{SIDES[0]}")[2])
+        self.gravity = np.array(human.model.opt.gravity)
+        self.friction = GRIP * self.ground.friction
+        self.program: WholeBody | None = None
+        self.gait = Gait(self.reference, record.weight)
+        self.off: Array = np.zeros(2)
+        self._kept: tuple[float, dict[str, Array]] = (np.nan, {})
+
+    def __call__(self, state: State) -> Command:
+        """Return what the joints are to do for one control step."""
+        world = state.world
+        if self.program is None or state.time == 0.0:
+            self._begin(state)
+        step = 1.0 / world.control_rate
+        gait, reference = self.gait, self.reference
+        body = self.body = self.body.moved_to(state.qpos, state.qvel)
+        force = self._forces(state)
+        foot = body.position(self.feet)
+        low = body.position(self.points) - self.radius * self.normal
+        load = np.array([force[self.side_of == i, :].sum(axis=0) @ self.normal for i in (0, 1)])
+        ref = reference.at(gait.phase)
+        height = low @ self.normal - self.ground.under(low)
+        height[self.side_of == SEAT] = 0.0
+        beside = foot - ref["foot"]
+        for i in (0, 1):
+            beside[i, 2] = height[self.side_of == i].min()
+        gait.look(state.time, step, load, beside, heading(ref["q"][3:7]))
+        plan = self._plan(body, ref)
+        gait.advance(state.time, step, 1.0 if plan is None else plan.rate)
+        ref = reference.at(gait.phase)
+        return self._command(state, body, ref, plan, low, height, foot, step)
+
+    def said(self) -> tuple[str, ...]:
+        """Return what it did in the last simulation, one sentence each."""
+        told = [*steps_told(self.gait.touchdowns), touchdowns_told(self.gait.touchdowns)]
+        apart = np.rad2deg(self.clearance.abduction)
+        if apart.any():
+            told.append(
+                f"The motion has its arms up to {1e3 * self.clearance.arms:.0f} mm in the body; "
+                f"they were held out by {apart[0]:.0f}° on the right and {apart[1]:.0f}° on the "
+                "left."
+            )
+        if self.clearance.legs > OVERLAP:
+            told.append(
+                f"The motion has one leg up to {1e3 * self.clearance.legs:.0f} mm in the other; "
+                "the swinging foot was led past it."
+            )
+        return tuple(each for each in told if each)
+
+    def figures(self) -> dict[str, float]:
+        """Return figures of the last simulation."""
+        apart = float(np.linalg.norm(self.off)) if len(self.off) else 0.0
+        return {**replay_figures(self.gait.touchdowns), "off_path_end_m": apart}
+
+    def _begin(self, state: State) -> None:
+        """Start anew."""
+        world = state.world
+        if world.human.model.nv != self.human.model.nv:
+            raise ParameterError(
+                f"the motion is of a person with {self.human.model.nv} degrees of freedom; the one "
+                f"in the world has {world.human.model.nv}"
+            )
+        self.gait = Gait(self.reference, self.record.weight)
+        self.program = WholeBody(self.human, armature=world.actuators.armature)
+
+    def _forces(self, state: State) -> Float[Array, "k 3"]:
+        """Return the forces of the ground on the spheres, those of a step of the physics [N].
+
+        As :attr:`State.contact_force`, which is made for many steps at a time.
+        """
+        world, force = state.world, np.zeros((len(self.sites), 3))
+        contact = world.data.contact
+        address = contact.efc_address
+        if not len(address):
+            return force
+        owner = world.contacts.site_of[contact.geom]
+        which = np.flatnonzero((owner.max(axis=1) >= 0) & (address >= 0))
+        if len(which):
+            local = world.data.efc_force[address[which][:, None] + AXES]
+            frame = contact.frame[which].reshape(-1, 3, 3)
+            pushed = np.matmul(local[:, None, :], frame)[:, 0]
+            second = owner[which, 1] >= 0
+            pushed[~second] *= -1.0
+            np.add.at(force, owner[which].max(axis=1), pushed)
+        return force
+
+    def _plan(self, body: BodyState, ref: dict[str, Array]) -> Step | None:
+        """Return where and when the swinging foot lands; None where no single foot swings."""
+        gait, reference = self.gait, self.reference
+        omega = reference.omega
+        self.xi = (body.com + body.com_velocity / omega)[:2]
+        xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
+        self.deviation = self.xi - xi_ref
+        first, alpha, beta = reference.schedule.weights(gait.phase)
+        standing = gait.standing
+        own = [f.number - first for f in standing if f.number is not None]
+        offsets = gait.offsets(first, len(alpha))
+        share = np.zeros(len(alpha))
+        share[own] = alpha[own]
+        if share.sum() < 1e-6:
+            share[own] = 1.0
+        self.shift = share @ offsets / max(share.sum() + alpha @ self.seated, 1e-9)
+        swinging = [f for f in gait.feet if not f.stands and f.number is not None]
+        if len(standing) != 1 or len(swinging) != 1:
+            if not standing:
+                for f in swinging:
+                    f.swing.lead(self.deviation, f.touchdown - gait.phase, 0.002)
+                self.error = np.zeros(2)
+                return None
+            last = max((f.number for f in standing if f.number is not None), default=first)
+            known = np.arange(first, first + len(beta)) <= last
+            later = decayed(beta[~known], BACK) * BACK
+            newest = gait.offset(last)[:2]
+            self.error = self.deviation - beta[known] @ offsets[known, :2] - later * newest
+            return None
+        foot, other = swinging[0], standing[0]
+        assert foot.number is not None and other.number is not None
+        left = max(foot.touchdown - gait.phase, 0.01)
+        then = self._then(foot.touchdown)
+        head, _, weights = reference.schedule.weights(foot.touchdown)
+        before = np.arange(head, head + len(weights)) < foot.number
+        at_other = gait.offsets(head, len(weights))[:, :2]
+        later = decayed(weights[~before])
+        stays = float(weights[before].sum())
+        other_offset = gait.offset(other.number)[:2]
+        kept = weights[before] @ at_other[before] / stays if stays > 1e-9 else other_offset
+        axes = heading(then["q"][3:7])
+        i, k = SIDES.index(foot.side), SIDES.index(other.side)
+        nominal = then["foot"][i, :2] - then["foot"][k, :2] - other_offset
+        side = 1.0 if foot.side == "l" else -1.0
+        apart = side * float((then["foot"][i, :2] - then["foot"][k, :2]) @ axes[:, 1])
+        narrowest = min(NARROW * self.leg, apart)
+        box = LandingBox(axes, nominal, side, self.leg, narrowest)
+        step = next_step(
+            self.xi,
+            xi_ref,
+            (then["com"] + then["com_velocity"] / omega)[:2],
+            omega,
+            left,
+            self.shift[:2],
+            kept,
+            stays,
+            later,
+            box,
+        )
+        grown = np.exp(-omega * left / step.rate)
+        self.error = grown * later * (step.free - BACK * self.shift[:2])
+        rate = max(gait.rate, 0.2)
+        foot.swing.lead(step.offset, left / rate, 0.002)
+        self.axes, self.swing_side = axes, side
+        return step
+
+    def _then(self, phase: float) -> dict[str, Array]:
+        """Return the motion at a touchdown, which is asked for at every tick until then."""
+        if self._kept[0] != phase:
+            self._kept = (phase, self.reference.at(phase))
+        return self._kept[1]
+
+    def _command(self, state, body, ref, plan, low, height, foot, step) -> Command:
+        """Return the command of the whole-body program."""
+        gait, reference, normal = self.gait, self.reference, self.normal
+        qpos, qvel = state.qpos, state.qvel
+        rate = min(gait.rate, FASTER)
+        on = ref["on"] > 0.5
+        for i, own in enumerate(gait.feet):
+            if own.early:
+                just = reference.at(own.touchdown + JUST)
+                on[self.side_of == i] = just["on"][self.side_of == i] > 0.5
+        active, held = self._touching(on, height)
+        J, velocity, bias = body.touched(self.points.body[active], low[active])
+        wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel)
+        mass = self.human.mass
+        rows = [tasks.com_rows(body.mass_matrix, body.bias, mass, self.gravity,
+                               self._com_acceleration(body, ref, rate, low, active))]  # fmt: skip
+        Jf, speed_f, bias_f = (
+            f(self.feet) for f in (body.jacobian, body.velocity, body.bias_acceleration)
+        )
+        turned = body.rotations
+        for i, own in enumerate(gait.feet):
+            name = f"foot_{own.side}"
+            at = int(self.feet.body[i])
+            Jr, Br = body.angular_jacobian(at), body.angular_bias_acceleration(name)
+            error = tasks.turn_error(ref["turn"][i], turned[at].ravel())
+            spin = Jr @ qvel
+            goal, speed = rate**2 * ref["turn_acceleration"][i], rate * ref["turn_velocity"][i]
+            planes = normal if own.stands else None
+            rows.append(tasks.turn_rows(Jr, Br, goal, error, speed - spin, normal=planes))
+            if not own.stands:
+                place, pace, push = self._swing(own, i, ref, rate, foot)
+                rows.append(
+                    tasks.place_rows(Jf[i], bias_f[i], push, place - foot[i], pace - speed_f[i])
+                )
+        if held.any():
+            some = active[held]
+            gap = height[some] - self._lifted()[some]
+            rows.append(tasks.held_rows(J[held], bias[held], velocity[held], gap, normal))
+        touching = Touching(
+            self.points.body[active],
+            low[active],
+            np.broadcast_to(normal, (len(active), 3)),
+            self.friction,
+        )
+        weight = np.where(held, tasks.PLANNED, tasks.UNPLANNED) ** 2
+        goal = np.where(held[:, None], ref["force"][active], 0.0)
+        data = state.world.data
+        passive = (data.qfrc_passive + data.qfrc_applied)[6 : 6 + len(self.damping)]
+        assert self.program is not None
+        answer = self.program.solve(
+            body,
+            touching,
+            rows,
+            wanted=wanted,
+            weight=self.weights.posture,
+            force=goal,
+            force_weight=weight,
+            torque=ref["tau"] - passive,
+            torque_weight=self.weights.torque,
+            passive=passive,
+            jacobian=J,
+        )
+        ahead = 0.5 * (step + 1.0 / state.world.rate)
+        apart = state.angles - ref["q"][7:]
+        self.off = (body.com - ref["com"])[:2]
+        return StablePD(
+            state.angles,
+            qvel[6:] + ahead * answer.qacc[6:],
+            torque=answer.torque,
+            stiffness=0.0,
+            damping=self.damping,
+            signals={
+                "tracking_error": float(np.sqrt(np.mean(apart**2))),
+                "phase": gait.phase,
+                "phase_rate": gait.rate,
+                "off_path": self.off,
+                "solved": float(answer.ok),
+            },
+        )
+
+    def _touching(self, on: Array, height: Array) -> tuple[Array, Array]:
+        """Return which points touch, and which of them are held."""
+        gait = self.gait
+        stands = np.array([*(f.stands for f in gait.feet), True])[self.side_of]
+        gap = height - self._lifted()
+        planned = on & stands & (gap < PLANNED)
+        touching = planned | (stands & (gap < TOUCHING) & (self.side_of != SEAT))
+        active = np.flatnonzero(touching)
+        return active, planned[active]
+
+    def _lifted(self) -> Array:
+        """Return how much higher the ground is under each point than planned [m]."""
+        found = [self.gait.offset(f.number)[2] if f.stands else 0.0 for f in self.gait.feet]
+        return np.array([*found, 0.0])[self.side_of]
+
+    def _com_acceleration(self, body, ref, rate, low, active) -> Array:
+        """Return the acceleration of the centre of mass that is wanted."""
+        omega = self.reference.omega
+        moved = self.shift[:2] + (1.0 + FIRM / omega) * self.error
+        if len(active):
+            moved = self._inside(ref["pressure"][:2], moved, low[active, :2])
+        c, v = body.com, body.com_velocity
+        wanted = np.array(ref["com_acceleration"])
+        wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
+        k, d = VERTICAL
+        dz = ref["com"][2] + self.shift[2] + self._rise(self.shift) - c[2]
+        up = rate**2 * ref["com_acceleration"][2] + k * dz
+        up += d * (rate * ref["com_velocity"][2] - v[2])
+        wanted[2] = np.clip(up, *HEIGHTS)
+        return wanted
+
+    def _rise(self, moved: Array) -> float:
+        """Return how much higher the slope is a step away [m]."""
+        n = self.normal
+        return float(-(n[0] * moved[0] + n[1] * moved[1]) / n[2])
+
+    def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:
+        """Return a shift of the centre of pressure that stays among what touches."""
+        wanted = pressure + moved
+        low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
+        nominal = pressure + self.shift[:2]
+        low, high = np.minimum(low, nominal), np.maximum(high, nominal)
+        return np.clip(wanted, low, high) - pressure
+
+    def _swing(self, own, i: int, ref, rate: float, foot) -> tuple[Array, Array, Array]:
+        """Return place, velocity and acceleration that a swinging foot is to have."""
+        place = np.array(ref["foot"][i])
+        pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
+        moved = own.swing.offset
+        level = self.ground.under(place)
+        place[:2] += moved
+        pace[:2] += own.swing.velocity
+        push[:2] += own.swing.acceleration
+        place[2] += self._rise(moved) + float(self.ground.under(place) - level)
+        if own.lowered:
+            place[2] -= own.lowered
+            pace[2] = -0.4
+        others = self.gait.standing
+        if others:
+            k = SIDES.index(others[0].side)
+            axes = heading(ref["q"][3:7])
+            side = 1.0 if own.side == "l" else -1.0
+            ahead, aside = (place[:2] - foot[k, :2]) @ axes
+            planned = abs(float((ref["foot"][i] - ref["foot"][k])[:2] @ axes[:, 1]))
+            narrow = min(NARROW * self.leg, planned)
+            if self.clearance.legs > 0.0:  # the motion's own legs overlap
+                narrow = max(narrow, min(planned + self.clearance.legs + APART, WIDER * self.leg))
+            if abs(ahead) < BESIDE * self.leg and side * aside < narrow:
+                place[:2] += axes[:, 1] * side * (narrow - side * aside)
+        return place, pace, push
+
+
+def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
+    """Return the horizontal directions ahead and to the left of a pelvis, as columns."""
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, quat / np.linalg.norm(quat))
+    ahead = turn.reshape(3, 3)[:2, 0]
+    ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+    return np.array([[ahead[0], -ahead[1]], [ahead[1], ahead[0]]])
+
+
+def replayed(record: Record, **options: Any) -> Replay:
+    """Return the replay of a record."""
+    return Replay(record, **options)

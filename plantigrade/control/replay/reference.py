@@ -1,0 +1,337 @@
+"""A recorded motion as tables on an even grid: what a replay compares the present state with.
+
+A periodic motion is repeated for ever, shifted by its own advance; any other one ends in its last
+posture, at rest. Everything is looked up by *phase*, the time of the motion itself.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.control.replay.clearance import Clearance, held_out
+from plantigrade.control.replay.offsets import offset_weights
+from plantigrade.control.replay.schedule import Schedule, Stance, carrying, stances_of
+from plantigrade.errors import ParameterError
+from plantigrade.record import Record
+
+STEP = 0.002
+"""Of the grid [s]."""
+AFTER = 4.0
+"""So long after the end (or the second period) offsets of the feet are looked ahead [s]."""
+MOVING = 0.2
+"""A motion whose ends are slower than this does not repeat itself [m/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Tables of a motion.
+
+    Attributes:
+        table: One row an instant; :attr:`columns` says what is where.
+        columns: Name → columns and shape.
+        schedule: Stances of the feet, and the share of the load that each carries.
+        omega: Rate of the linear pendulum, from the mean height of the centre of mass [1/s].
+        period: Of a periodic motion [s]; None otherwise.
+        duration: Of the motion, or of one period [s].
+        advance: How far a periodic motion goes in a period [m].
+        ends: Whether it ends at rest.
+        heights: Over the ground along its normal, by which places that touch are known: of each
+            site the height that it has while it carries [m].
+    """
+
+    table: Float[Array, "n_rows n_columns"]
+    columns: dict[str, tuple[slice, tuple[int, ...]]]
+    moved: Array
+    schedule: Schedule
+    omega: float
+    period: float | None
+    duration: float
+    advance: Float[Array, " 3"]
+    ends: bool
+
+    def at(self, phase: float) -> dict[str, Array]:
+        """Return everything at a phase: arrays by name."""
+        cycle, phase = self.wrapped(phase)
+        place = min(max(phase / STEP, 0.0), len(self.table) - 1.000001)
+        i = int(place)
+        u = place - i
+        row = (1.0 - u) * self.table[i] + u * self.table[i + 1]
+        if cycle:
+            row += self.moved @ (cycle * self.advance)
+        return {name: row[cut].reshape(shape) for name, (cut, shape) in self.columns.items()}
+
+    def wrapped(self, phase: float) -> tuple[int, float]:
+        """Return which period a phase is in, and the phase in it."""
+        if self.period is None:
+            return 0, phase
+        cycle = int(np.floor(phase / self.period))
+        return cycle, phase - cycle * self.period
+
+
+def reference_of(record: Record, clearance: Clearance | None = None) -> Reference:
+    """Return the tables of a motion.
+
+    Forces and torques are taken where the record has them; without them the load is where the feet
+    are on the ground.
+
+    Args:
+        record: The motion.
+        clearance: How it is kept from passing through itself; left as it is if absent.
+
+    Raises:
+        ParameterError: If the motion has less than two frames.
+    """
+    motion, human = record.motion, record.human
+    if motion.n_frames < 2 or motion.duration < 5 * STEP:
+        raise ParameterError("a replay needs a motion of several frames")
+    period, advance = period_of(record)
+    n = int(np.ceil(motion.duration / STEP - 1e-6)) + 1
+    time = np.minimum(motion.time[0] + STEP * np.arange(n), motion.time[-1])
+    even = motion.at(time)
+    qpos, qvel = even.qpos, even.qvel
+    if clearance is not None:
+        qpos = held_out(record, qpos, clearance)
+    qacc = even.qacc if even.qacc is not None else np.gradient(qvel, STEP, axis=0)
+    sites = world_sites(record)
+    force = site_forces(record, sites, time)
+    tau = np.zeros_like(qvel)
+    if record.qfrc_actuator is not None:
+        tau = np.nan_to_num(linear(motion.time, record.qfrc_actuator, time))
+    ends = period is None and float(np.abs(qvel[-1]).max()) < MOVING
+    swept = sweep_tables(record, sites, qpos, qvel)
+    load = loads(record, sites, swept, force)
+    total = force.sum(axis=1)
+    known = bool(force.any())
+    com_acceleration = np.gradient(swept["com_velocity"], STEP, axis=0)
+    if known:
+        com_acceleration = total / human.mass - [0.0, 0.0, GRAVITY]
+    height = swept["com"] @ record.ground.normal - record.ground.under(swept["com"])
+    omega = float(np.sqrt(GRAVITY / np.mean(height)))
+    on = carrying(load, record.weight, STEP, periodic=period is not None)
+    stances = stances_of(sites, on, STEP, period)
+    schedule = schedule_of(stances, sites, on, load, omega, period, ends)
+    pressure = swept["com"] - com_acceleration * swept["com"][:, 2:] / GRAVITY
+    vertical = load.sum(axis=1)
+    heavy = vertical > 0.1 * record.weight
+    pressure[heavy] = np.einsum("nk,nkc->nc", load, swept["low"])[heavy] / vertical[heavy, None]
+    columns: dict[str, Array] = {
+        "q": qpos,
+        "v": qvel,
+        "a": qacc,
+        "tau": tau[:, 6:],
+        "force": force,
+        "com": swept["com"],
+        "com_velocity": swept["com_velocity"],
+        "com_acceleration": com_acceleration,
+        "pressure": pressure,
+        "foot": swept["foot"],
+        "foot_velocity": swept["foot_velocity"],
+        "foot_acceleration": np.gradient(swept["foot_velocity"], STEP, axis=0),
+        "turn": swept["turn"],
+        "turn_velocity": swept["turn_velocity"],
+        "turn_acceleration": np.gradient(swept["turn_velocity"], STEP, axis=0),
+        "on": on.astype(float),
+        "low": swept["low"],
+    }
+    if ends:  # then it stands still
+        for name in ("v", "a", "com_velocity", "com_acceleration", "foot_velocity",
+                     "foot_acceleration", "turn_velocity", "turn_acceleration"):  # fmt: skip
+            columns[name] = np.concatenate([columns[name], np.zeros_like(columns[name][:1])])
+        columns = {k: np.concatenate([x, x[-1:]]) if len(x) == n else x for k, x in columns.items()}
+    return assembled(columns, schedule, omega, period, motion.duration, advance, ends)
+
+
+def assembled(columns, schedule, omega, period, duration, advance, ends) -> Reference:
+    """Return a Reference of columns by name; places move along with the periods."""
+    n = len(columns["q"])
+    places = {}
+    width = 0
+    moved = []
+    for name, values in columns.items():
+        size = int(np.prod(values.shape[1:]))
+        places[name] = (slice(width, width + size), values.shape[1:])
+        width += size
+        own = np.zeros((size, 3))
+        if name in ("com", "pressure", "foot", "low"):
+            own = np.tile(np.eye(3), (size // 3, 1))
+        elif name == "q":
+            own[:3] = np.eye(3)
+        moved.append(own)
+    table = np.concatenate([x.reshape(n, -1) for x in columns.values()], axis=1)
+    return Reference(
+        table, places, np.concatenate(moved), schedule, omega, period, duration, advance, ends
+    )
+
+
+def period_of(record: Record) -> tuple[float | None, Float[Array, " 3"]]:
+    """Return the period of a motion that ends as it began, and how far it goes in it [s, m].
+
+    The frames of a periodic walk begin and end with the same posture and the same velocities; the
+    period of any other motion is None.
+    """
+    m, none = record.motion, np.zeros(3)
+    speed = float(np.linalg.norm(m.qvel[0, :3]))
+    if speed < MOVING:
+        return None, none
+    turned = 1.0 - abs(float(m.qpos[0, 3:7] @ m.qpos[-1, 3:7]))
+    apart = np.abs(m.qpos[-1, 7:] - m.qpos[0, 7:]).max()
+    faster = np.abs(m.qvel[-1] - m.qvel[0]).max()
+    if max(turned, float(apart)) > 1e-4 or faster > 1e-2:
+        return None, none
+    return m.duration, m.qpos[-1, :3] - m.qpos[0, :3]
+
+
+def world_sites(record: Record) -> tuple[ContactSite, ...]:
+    """Return the contact spheres of the feet, and the places that seats carry, as a world has."""
+    seats = {seat.site for seat in record.ground.seats}
+    carried = [s for s in record.sites if s.name in seats and not s.measured]
+    return (*contact_sites(record.human), *carried)
+
+
+def linear(time: Array, values: Array, at: Array) -> Array:
+    """Return values at other times, in straight lines between the given ones."""
+    flat = values.reshape(len(values), -1)
+    found = np.stack([np.interp(at, time, column) for column in flat.T], axis=1)
+    return found.reshape(len(at), *values.shape[1:])
+
+
+def site_forces(record: Record, sites: tuple[ContactSite, ...], time: Array) -> Array:
+    """Return the known force at each sphere at some times [N]; zero where it is not known.
+
+    Sites of a plan carry the names of the spheres. Forces measured for a whole foot are not
+    divided here: see :func:`loads`.
+    """
+    force = np.zeros((len(time), len(sites), 3))
+    if record.contact_force is None:
+        return force
+    for i, site in enumerate(record.sites):
+        own = [k for k, s in enumerate(sites) if s.name.endswith(site.name)]
+        if own and not site.measured:
+            force[:, own[0]] += linear(record.motion.time, record.contact_force[:, i], time)
+    return np.nan_to_num(force)
+
+
+def loads(record: Record, sites, swept: dict[str, Array], force: Array) -> Array:
+    """Return how much each sphere carries, along the normal [N].
+
+    Where forces are known only for a foot, they go to its spheres that are near the ground; where
+    none are known at all, every sphere near the ground and slow carries the same.
+    """
+    normal = record.ground.normal
+    load = np.maximum(force @ normal, 0.0)
+    if load.any():
+        return load
+    near = (swept["gap"] < NEAR) & (swept["site_speed"] < SLOW)
+    n = len(near)
+    time = record.motion.time[0] + np.minimum(STEP * np.arange(n), record.motion.duration)
+    for side in SIDES:
+        mine = np.array([s.side == side for s in sites])
+        share = near[:, mine].astype(float)
+        foot = np.ones(n) * record.weight / 2
+        if record.has_forces:
+            measured = np.nan_to_num(record.foot(side).force @ normal)
+            foot = np.maximum(np.interp(time, record.motion.time, measured), 0.0)
+            lost = ~share.any(axis=1) & (foot > 0.05 * record.weight)
+            lowest = swept["gap"][:, mine] <= swept["gap"][:, mine].min(axis=1)[:, None] + 0.005
+            share[lost] = lowest[lost]
+        whole = share.sum(axis=1, keepdims=True)
+        share = np.divide(share, whole, out=np.zeros_like(share), where=whole > 0)
+        load[:, mine] = share * foot[:, None]
+    return load
+
+
+NEAR, SLOW = 0.02, 0.4
+"""A sphere this near to the ground [m] and this slow [m/s] carries, where nobody says."""
+
+
+def sweep_tables(record: Record, sites, qpos: Array, qvel: Array) -> dict[str, Array]:
+    """Return places and velocities of the centre of mass, the feet and the spheres."""
+    human, ground, n, k = record.human, record.ground, len(qpos), len(sites)
+    model = human.model
+    data = mujoco.MjData(model)
+    feet = [human.body(f"foot_{side}") for side in SIDES]
+    body = np.array([human.body(s.body) for s in sites])
+    local = np.array([s.position for s in sites])
+    radius = np.array([s.radius for s in sites])
+    out = {
+        "com": np.empty((n, 3)),
+        "com_velocity": np.empty((n, 3)),
+        "foot": np.empty((n, 2, 3)),
+        "foot_velocity": np.empty((n, 2, 3)),
+        "turn": np.empty((n, 2, 9)),
+        "turn_velocity": np.empty((n, 2, 3)),
+        "low": np.empty((n, k, 3)),
+    }
+    speed = np.empty(6)
+    for i in range(n):
+        data.qpos[:], data.qvel[:] = qpos[i], qvel[i]
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        out["com"][i], out["com_velocity"][i] = data.subtree_com[1], data.subtree_linvel[1]
+        for side, foot in enumerate(feet):
+            mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, foot, speed, 0)
+            out["foot"][i, side], out["turn"][i, side] = data.xpos[foot], data.xmat[foot]
+            out["foot_velocity"][i, side], out["turn_velocity"][i, side] = speed[3:], speed[:3]
+        turn = data.xmat[body].reshape(-1, 3, 3)
+        out["low"][i] = data.xpos[body] + np.einsum("kij,kj->ki", turn, local)
+    level = np.array([s.side == "" for s in sites])[:, None]
+    down = np.where(level, [0.0, 0.0, 1.0], ground.normal) * radius[:, None]
+    out["low"] -= down
+    out["gap"] = out["low"] @ ground.normal - ground.under(out["low"])
+    out["gap"][:, level[:, 0]] = 0.0
+    moving = np.gradient(out["low"], STEP, axis=0)
+    out["site_speed"] = np.linalg.norm(moving, axis=2)
+    return out
+
+
+def schedule_of(
+    stances: tuple[Stance, ...],
+    sites,
+    on: Bool[Array, "n k"],
+    load: Float[Array, "n k"],
+    omega: float,
+    period: float | None,
+    ends: bool,
+) -> Schedule:
+    """Return the schedule: of a periodic motion over several periods, of which one is used."""
+    n = len(load)
+    whole = n - 1 if period is not None else n
+    if period is not None:
+        tiles = 2 + int(np.ceil(AFTER / period))
+        rows = np.concatenate([np.arange(whole)] * tiles)
+        first = whole
+    else:
+        rows = np.concatenate([np.arange(n), np.full(int(AFTER / STEP), n - 1)])
+        tiles, first = 1, 0
+    per_foot = {
+        side: load[rows][:, [s.side == side for s in sites]].sum(axis=1) for side in (*SIDES, "")
+    }
+    time = STEP * np.arange(len(rows))
+    if period is not None:
+        time = np.concatenate([STEP * np.arange(whole) + t * period for t in range(tiles)])
+    found: list[Stance] = []
+    for t in range(tiles):
+        found += [s.later(t * (period or 0.0)) for s in stances]
+    found.sort(key=lambda s: s.start)
+    alpha = np.zeros((len(rows), len(found)))
+    for j, stance in enumerate(found):
+        during = (time >= stance.start - 1e-9) & (time <= stance.stop + 1e-9)
+        alpha[during, j] = per_foot[stance.side][during]
+    total = alpha.sum(axis=1, keepdims=True)
+    alpha = np.divide(alpha, total, out=np.zeros_like(alpha), where=total > 1.0)
+    beta = offset_weights(alpha, omega, STEP)
+    return Schedule(
+        tuple(found),
+        alpha[first : first + n],
+        beta[first : first + n],
+        STEP,
+        period,
+        len(stances),
+        first * STEP if period is None else period,
+    )

@@ -1,0 +1,178 @@
+"""When each foot stands in a motion, and what it carries."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
+
+LOADED = 0.001
+"""A sphere carries that bears more than this, of body weight."""
+LOADED_FOOT = 0.03
+"""Likewise a foot whose force was measured or estimated."""
+AHEAD = 0.010
+"""A sphere is taken to carry this long before its load begins [s]."""
+SHORTEST = 0.06
+"""Stances and swings shorter than this are none [s]."""
+
+
+@dataclass(frozen=True)
+class Stance:
+    """A foot on the ground, or a body on a seat.
+
+    Attributes:
+        side: ``"r"``, ``"l"``, or empty for the seat.
+        start: From when; minus infinity if from the beginning on [s].
+        stop: Until when; infinity if to the end [s].
+    """
+
+    side: str
+    start: float
+    stop: float
+
+    def later(self, seconds: float) -> "Stance":
+        """Return the same stance some time later."""
+        return replace(self, start=self.start + seconds, stop=self.stop + seconds)
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """Stances of a motion, with their weights at every instant.
+
+    A periodic motion is looked up in its second period, so that there are stances before it and
+    after; stances of later periods have higher numbers.
+
+    Attributes:
+        stances: In order of their start.
+        alpha: Share of the load.
+        beta: Weight of their offset in the divergent component.
+        step: Of the grid [s].
+        period: Of the motion [s], or None.
+        per_period: Stances in a period.
+        first: Time of the first row on the clock of the stances [s].
+    """
+
+    stances: tuple[Stance, ...]
+    alpha: Float[Array, "n k"]
+    beta: Float[Array, "n k"]
+    step: float
+    period: float | None
+    per_period: int
+    first: float
+
+    def cycle(self, phase: float) -> tuple[int, float]:
+        """Return the number of the period, and the phase in it."""
+        if self.period is None:
+            return 0, phase
+        cycle = int(np.floor(phase / self.period))
+        return cycle, phase - cycle * self.period
+
+    def number(self, column: int, cycle: int) -> int:
+        """Return the running number of the stance of a column."""
+        return column + cycle * self.per_period
+
+    def weights(self, phase: float) -> tuple[int, Float[Array, " k"], Float[Array, " k"]]:
+        """Return the number of the first column, and alpha and beta of all."""
+        cycle, phase = self.cycle(phase)
+        i = min(max(round(phase / self.step), 0), len(self.alpha) - 1)
+        return self.number(0, cycle), self.alpha[i], self.beta[i]
+
+    def standing(self, side: str, phase: float) -> int | None:
+        """Return the number of the stance a foot is in, if it is."""
+        cycle, phase = self.cycle(phase)
+        time = phase + self.first
+        for j, s in enumerate(self.stances):
+            if s.side == side and s.start <= time < s.stop:
+                return self.number(j, cycle)
+        return None
+
+    def after(self, side: str, phase: float) -> tuple[int, float] | None:
+        """Return number and time of the next stance of a foot that begins at a phase or later."""
+        cycle, within = self.cycle(phase)
+        time = within + self.first
+        for j, s in enumerate(self.stances):
+            if s.side == side and s.start >= time - 1e-9:
+                return self.number(j, cycle), phase + s.start - time
+        return None
+
+    def stance(self, number: int, phase: float) -> Stance:
+        """Return a stance by its number, on the clock of the phase."""
+        cycle, within = self.cycle(phase)
+        column = number - cycle * self.per_period
+        back = 0
+        while column < 0:
+            column, back = column + self.per_period, back + 1
+        own = self.stances[min(column, len(self.stances) - 1)]
+        shift = phase - within - self.first - back * (self.period or 0.0)
+        return own.later(shift)
+
+
+def carrying(
+    load: Float[Array, "n k"], weight: float, step: float, *, periodic: bool
+) -> Bool[Array, "n k"]:
+    """Return when each sphere stands: as long as it carries, and a little before.
+
+    Args:
+        load: Of the spheres [N].
+        weight: Of the person [N].
+        step: Of the grid [s].
+        periodic: Whether the last row is the first of the next period.
+    """
+    on = load > LOADED * weight
+    rows = on[:-1] if periodic else on
+    early = rows.copy()
+    for i in range(1, round(AHEAD / step) + 1):
+        if periodic:
+            early |= np.roll(rows, -i, axis=0)
+        else:
+            early[:-i] |= rows[i:]
+    return np.concatenate([early, early[:1]]) if periodic else early
+
+
+def stances_of(
+    sites, on: Bool[Array, "n k"], step: float, period: float | None
+) -> tuple[Stance, ...]:
+    """Return the stances of feet and seat, by start.
+
+    Those of a periodic motion begin in the period; others that are there at the start or at the end
+    have always been, or remain.
+    """
+    found = []
+    shortest, periodic = round(SHORTEST / step), period is not None
+    for side in (*SIDES, ""):
+        mine = [s.side == side for s in sites]
+        if not any(mine):
+            continue
+        stands = settled(on[:, mine].any(axis=1), shortest)
+        if stands.all():
+            found.append(Stance(side, -np.inf, np.inf))
+            continue
+        before = np.roll(stands[:-1], 1) if periodic else np.append(False, stands[:-1])
+        rows = stands[:-1] if periodic else stands
+        starts = [float(i * step) for i in np.flatnonzero(rows & ~before)]
+        stops = [float(i * step) for i in np.flatnonzero(~rows & before)]
+        if periodic:
+            assert period is not None
+            for start in starts:
+                stop = next((t for t in stops if t > start), stops[0] + period)
+                found.append(Stance(side, start, stop))
+            continue
+        if stands[0]:
+            starts[0] = -np.inf
+        if stands[-1]:
+            stops.append(np.inf)
+        found += [Stance(side, a, b) for a, b in zip(starts, stops, strict=True)]
+    return tuple(sorted(found, key=lambda s: s.start))
+
+
+def settled(stands: Bool[Array, " n"], shortest: int) -> Bool[Array, " n"]:
+    """Return stances without gaps that are too short, nor stances that are."""
+    out = stands.copy()
+    for value in (False, True):
+        edges = [0, *(np.flatnonzero(np.diff(out.astype(int))) + 1), len(out)]
+        for a, b in zip(edges[:-1], edges[1:], strict=True):
+            at_end = a == 0 or b == len(out)
+            if out[a] == value and b - a < shortest and not at_end:
+                out[a:b] = not value
+    return out

@@ -1,0 +1,136 @@
+"""What a replay asks of the whole body at an instant: rows, weights and forces of its program."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.models import Human
+from plantigrade.wbc.whole_body import Rows
+
+SPINE, LIGHT, LEG, TOES = 1.0, 0.25, 0.6, 0.3
+"""Weights of joints: spine; arms and neck; hips, knees and ankles; toes and bones of the foot."""
+PELVIS, FOOT, SWING_TURN, STANCE_TURN, HELD = 3.0, 10.0, 2.0, 0.5, 30.0
+"""Weights: turn of the pelvis, place and turn of a swinging foot, turn of a standing one, what
+touches."""
+COM = np.array([12.0, 12.0, 5.0])
+"""Weights of the acceleration of the centre of mass."""
+TORQUE = 0.01 * 50.0
+"""Weight of a torque off the motion's, by the strength of the joint."""
+PLANNED, UNPLANNED = 0.07, 0.35
+"""Weights of a force [0.1 body weights] off the motion's, where it plans one and where not."""
+JOINT_GAINS, PELVIS_GAINS = (100.0, 18.0), (100.0, 20.0)
+PLACE_GAINS, TURN_GAINS = (400.0, 40.0), (200.0, 28.0)
+"""Stiffness and damping by mass [1/s², 1/s]."""
+FARTHEST = 0.15
+"""A foot's error counts no further than this [m]."""
+LEGS = ("hip_", "knee_", "ankle_", "subtalar_")
+TRUNK = ("lumbar_", "thor")
+
+
+def joint_weights(human: Human) -> Float[Array, " n_hinges"]:
+    """Return the weight of every hinge."""
+    weights = []
+    foot = {name for name in human.coordinates if _below_ankle(human, name)}
+    for name in human.coordinates:
+        if name.startswith(TRUNK):
+            weights.append(SPINE)
+        elif name in foot:
+            weights.append(TOES)
+        elif name.startswith(LEGS):
+            weights.append(LEG)
+        else:
+            weights.append(LIGHT)
+    return np.array(weights)
+
+
+def _below_ankle(human: Human, name: str) -> bool:
+    """Return whether a hinge moves a part of the foot against its hindfoot."""
+    model = human.model
+    body = int(model.jnt_bodyid[model.joint(name).id])
+    feet = {human.body(f"foot_{side}") for side in ("r", "l")}
+    parent = int(model.body_parentid[body])
+    while parent > 0:
+        if parent in feet:
+            return True
+        parent = int(model.body_parentid[parent])
+    return False
+
+
+def turn_error(wanted: Float[Array, " 9"], now: Float[Array, " 9"]) -> Float[Array, " 3"]:
+    """Return the rotation vector that leads one orientation to another, world axes [rad]."""
+    goal, have, error = np.empty(4), np.empty(4), np.empty(3)
+    mujoco.mju_mat2Quat(goal, np.ascontiguousarray(wanted))
+    mujoco.mju_mat2Quat(have, np.ascontiguousarray(now))
+    mujoco.mju_subQuat(error, goal, have)  # in the axes of what is now
+    return now.reshape(3, 3) @ error
+
+
+def root_error(wanted: Float[Array, " 4"], now: Float[Array, " 4"]) -> Float[Array, " 3"]:
+    """Return the rotation vector that leads one quaternion to another, in axes of the second."""
+    error = np.empty(3)
+    mujoco.mju_subQuat(error, wanted / np.linalg.norm(wanted), np.array(now))
+    return error
+
+
+def place_rows(J, bias, wanted, error, rate_error) -> Rows:
+    """Return rows that lead a point: its acceleration with stiffness and damping."""
+    size = float(np.linalg.norm(error))
+    error = error * min(1.0, FARTHEST / max(size, 1e-9))
+    k, d = PLACE_GAINS
+    return Rows(J, wanted + k * error + d * rate_error - bias, FOOT**2)
+
+
+def turn_rows(J, bias, wanted, error, rate_error, *, normal=None) -> Rows:
+    """Return rows that turn a foot; one that stands is left to its own heading."""
+    k, d = TURN_GAINS
+    right = wanted + k * error + d * rate_error - bias
+    if normal is None:
+        return Rows(J, right, SWING_TURN**2)
+    across = np.eye(3) - np.outer(normal, normal)
+    return Rows(across @ J, across @ right, STANCE_TURN**2)
+
+
+def held_rows(J, bias, velocity, gap, normal) -> Rows:
+    """Return rows that hold points on the ground still."""
+    right = -40.0 * velocity - 400.0 * np.maximum(gap, 0.0)[:, None] * normal - bias
+    return Rows(J.reshape(-1, J.shape[2]), right.ravel(), HELD**2)
+
+
+def com_rows(M, h, mass: float, gravity, wanted) -> Rows:
+    """Return rows of the acceleration of the centre of mass: the root's own equations."""
+    return Rows(M[:3] / mass, wanted - (h[:3] / mass + gravity), COM**2)
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of a person's joints, by coordinate.
+
+    Attributes:
+        posture: Cost of accelerations off what is wanted.
+        torque: Cost of torques off the motion's [1/(N m)²].
+    """
+
+    posture: Float[Array, " nv"]
+    torque: Float[Array, " n_hinges"]
+
+    @classmethod
+    def of(cls, human: Human) -> "Weights":
+        """Return those of a person."""
+        joints = joint_weights(human)
+        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
+        root = np.array([0.0, 0.0, 0.0, PELVIS, PELVIS, PELVIS])
+        return cls(np.concatenate([root, joints]) ** 2, (TORQUE / np.maximum(-low, high)) ** 2)
+
+
+def wanted_accelerations(ref: dict[str, Array], rate: float, qpos: Array, qvel: Array) -> Array:
+    """Return the accelerations of pelvis and joints that lead back to the motion."""
+    wanted = rate**2 * ref["a"]
+    late = rate * ref["v"] - qvel
+    k, d = JOINT_GAINS
+    wanted[6:] += k * (ref["q"][7:] - qpos[7:]) + d * late[6:]
+    k, d = PELVIS_GAINS
+    wanted[3:6] += k * root_error(ref["q"][3:7], qpos[3:7]) + d * late[3:6]
+    wanted[:3] = 0.0
+    return wanted

@@ -1,0 +1,181 @@
+"""Replay: a whole motion carried out in a world."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plantigrade.constants import GRAVITY
+from plantigrade.control import Replay
+from plantigrade.control.replay.clearance import clearance_of
+from plantigrade.control.replay.gait import Gait, Touchdown
+from plantigrade.control.replay.reference import STEP, period_of, reference_of
+from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
+from plantigrade.errors import ParameterError
+from plantigrade.record import Record, Run
+from plantigrade.world import Push, World
+
+STORED = Path(__file__).parents[1] / "stored"
+
+
+@pytest.fixture(scope="module")
+def side_step() -> Record:
+    """A step to the side that satisfies the equations of motion."""
+    return Run.load(STORED / "side-step").record
+
+
+@pytest.fixture(scope="module")
+def replay(side_step) -> Replay:
+    return Replay(side_step)
+
+
+def world_for(replay: Replay, *acting) -> World:
+    motion = replay.record.motion
+    return World(
+        replay.human,
+        replay.ground,
+        acting,
+        rate=replay.rate,
+        control_rate=replay.control_rate,
+        recording=False,
+        qpos=motion.qpos[0],
+        qvel=motion.qvel[0],
+    )
+
+
+def test_the_tables_hold_the_motion_its_forces_and_its_stances(side_step, replay):
+    reference = replay.reference
+    motion = side_step.motion
+    row = reference.at(0.4)
+    there = motion.at(np.array([motion.time[0] + 0.4])).qpos[0]
+    np.testing.assert_allclose(row["q"][:3], there[:3], atol=1e-6)
+    # What the ground gives moves the centre of mass.
+    given = row["force"].sum(axis=0) / side_step.human.mass - [0.0, 0.0, GRAVITY]
+    np.testing.assert_allclose(row["com_acceleration"], given, atol=1e-9)
+    sides = [s.side for s in reference.schedule.stances]
+    assert sorted(sides) == ["l", "l", "r", "r"]  # each foot stands, steps, stands
+    assert reference.ends and reference.period is None
+    first, alpha, beta = reference.schedule.weights(0.4)
+    assert first == 0
+    np.testing.assert_allclose([alpha.sum(), beta.sum()], 1.0, atol=1e-9)
+
+
+def test_a_motion_that_begins_at_rest_does_not_repeat_and_one_that_ends_as_it_began_does(side_step):
+    assert period_of(side_step)[0] is None
+    n = 101
+    motion = side_step.motion.frames(np.zeros(n, dtype=int))
+    qpos, qvel = motion.qpos.copy(), np.zeros_like(motion.qvel)
+    qpos[:, 0] += np.linspace(0.0, 1.3, n)
+    qvel[:, 0] = 1.3
+    gliding = replace(motion, time=np.linspace(0.0, 1.0, n), qpos=qpos, qvel=qvel, qacc=None)
+    period, advance = period_of(Record(side_step.human, gliding))
+    assert period == pytest.approx(1.0)
+    np.testing.assert_allclose(advance, [1.3, 0.0, 0.0], atol=1e-9)
+    reference = reference_of(Record(side_step.human, gliding))
+    np.testing.assert_allclose(
+        reference.at(2.5)["q"][0] - reference.at(0.5)["q"][0], 2.6, atol=1e-9
+    )
+
+
+def test_too_short_a_motion_is_refused(side_step):
+    short = replace(side_step.motion.frames(slice(0, 1)))
+    with pytest.raises(ParameterError, match="several frames"):
+        reference_of(Record(side_step.human, short))
+
+
+def test_undisturbed_it_asks_for_what_the_motion_itself_has(replay):
+    world = world_for(replay)
+    state = world.reset()
+    for _ in range(30):
+        state = world.step(replay(state))
+    command = replay(state)
+    ref = replay.reference.at(replay.gait.phase)
+    passive = world.data.qfrc_passive[6:] + world.data.qfrc_applied[6:]
+    most = np.abs(np.array(replay.human.model.jnt_actfrcrange[1:])).max(axis=1)
+    off = (command.torque + passive - ref["tau"]) / most
+    assert np.abs(off).max() < 0.03
+    assert command.signals["tracking_error"] < np.deg2rad(0.2)
+    assert replay.gait.phase == pytest.approx(state.time + STEP, abs=1e-9)
+
+
+def test_a_foot_that_touches_early_stands_at_once_and_the_phase_hurries_after_it(replay):
+    gait = Gait(replay.reference, 700.0)
+    schedule = replay.reference.schedule
+    swinging = next(s for s in schedule.stances if np.isfinite(s.start))
+    i = ["r", "l"].index(swinging.side)
+    load, none = np.array([350.0, 350.0]), np.zeros((2, 3))
+    while gait.feet[i].stands:
+        gait.look(gait.phase, STEP, load, none, np.eye(2))
+        gait.advance(gait.phase, STEP, 1.0)
+    load[i] = 0.0
+    while gait.phase < gait.feet[i].touchdown - 0.02:
+        gait.look(gait.phase, STEP, load, none, np.eye(2))
+        gait.advance(gait.phase, STEP, 1.0)
+    assert not gait.feet[i].stands
+    load[i] = 100.0
+    beside = np.array([[0.03, 0.01, 0.0]] * 2)
+    gait.look(gait.phase, STEP, load, beside, np.eye(2))
+    assert gait.feet[i].stands and gait.feet[i].early
+    assert gait.touchdowns[-1].early == pytest.approx(0.02, abs=0.003)
+    np.testing.assert_allclose(gait.offset(gait.feet[i].number), beside[i])
+    for _ in range(5):
+        gait.advance(gait.phase, STEP, 1.0)
+    assert gait.rate > 1.1
+
+
+def test_a_foot_that_finds_no_ground_stops_the_phase_and_is_let_down(replay):
+    gait = Gait(replay.reference, 700.0)
+    load, none = np.array([350.0, 350.0]), np.zeros((2, 3))
+    for _ in range(2000):
+        load[:] = [350.0 * f.stands for f in gait.feet]
+        gait.look(gait.phase, STEP, load, none, np.eye(2))
+        gait.advance(gait.phase, STEP, 1.0)
+        waiting = [f for f in gait.feet if f.waited > 0.1]
+        if waiting:
+            break
+    (foot,) = waiting
+    assert gait.phase == pytest.approx(foot.touchdown) and gait.rate == 0.0
+    assert foot.lowered == pytest.approx(0.5 * foot.waited, rel=1e-6)
+
+
+def test_arms_that_pass_through_the_body_are_held_out_of_it(side_step):
+    motion = side_step.motion.frames(slice(0, 3))
+    qpos = motion.qpos.copy()
+    for side in ("r", "l"):
+        qpos[:, 7 + side_step.human.hinge(f"arm_add_{side}")] = np.deg2rad(10.0)
+    inside = Record(side_step.human, replace(motion, qpos=qpos))
+    found = clearance_of(inside)
+    assert found.arms > 0.002
+    assert min(found.abduction) > 0.0
+    assert found.legs == 0.0
+
+
+def test_what_it_did_is_told(replay):
+    axes, zero = np.eye(2), np.zeros(3)
+    steps = [
+        Touchdown(1.0, "r", 0.01, zero, axes),
+        Touchdown(1.5, "l", -0.03, np.array([-0.05, 0.08, 0.0]), axes),
+    ]
+    assert steps_told(steps) == [
+        "Stepped 5 cm short and 8 cm to the left with the left foot at 1.5 s."
+    ]
+    told = touchdowns_told(steps)
+    assert told.startswith("2 touchdowns: 1 sooner than planned by 10 ms, 1 later")
+    assert touchdowns_told([]) == ""
+    figures = replay_figures(steps)
+    assert (figures["touchdowns_early"], figures["touchdowns_late"]) == (1, 1)
+    assert figures["touchdown_late_max_s"] == pytest.approx(0.03)
+
+
+@pytest.mark.slow
+def test_a_side_step_survives_where_its_start_is_disturbed_and_it_is_pushed(replay):
+    world = world_for(replay, Push(force=50.0, duration=0.2, direction=0.0, time=0.5))
+    rng = np.random.default_rng(3)
+    motion = replay.record.motion
+    state = world.reset(qvel=motion.qvel[0] + 0.05 * rng.standard_normal(motion.qvel.shape[1]))
+    while world.time < motion.duration + 0.5 and world.fall is None:
+        state = world.step(replay(state))
+    assert world.fall is None
+    last = replay.reference.at(motion.duration)
+    assert np.linalg.norm(state.body.com[:2] - last["com"][:2]) < 0.1

@@ -1,0 +1,105 @@
+"""Offsets of feet and the divergent component of motion; where and when the next foot lands."""
+
+import numpy as np
+import pytest
+
+from plantigrade.control.replay.offsets import offset_weights
+from plantigrade.control.replay.planner import BACK, LandingBox, SwingOffset, decayed, next_step
+
+OMEGA, STEP = 3.2, 0.002
+SINGLE, STEPS = 0.5, 12  # length of a step [s], their number
+
+
+@pytest.fixture(scope="module")
+def alpha():
+    """One foot after the other, each alone for half a second."""
+    n = round(SINGLE / STEP)
+    return np.repeat(np.eye(STEPS), n, axis=0)
+
+
+@pytest.fixture(scope="module")
+def beta(alpha):
+    return offset_weights(alpha, OMEGA, STEP)
+
+
+def test_the_weights_of_offsets_sum_to_one_and_fade_from_step_to_step(beta):
+    np.testing.assert_allclose(beta.sum(axis=1), 1.0, atol=1e-12)
+    n = round(SINGLE / STEP)
+    # At the start of a step, its own share of what comes is 1 - exp(-omega T).
+    np.testing.assert_allclose(beta[0, 0], 1.0 - np.exp(-OMEGA * SINGLE), atol=2e-3)
+    np.testing.assert_allclose(beta[0, 1] / beta[n, 1], np.exp(-OMEGA * SINGLE), rtol=1e-2)
+
+
+def test_in_flight_the_weights_wait_for_the_landing():
+    alpha = np.array([[1.0, 0.0]] * 3 + [[0.0, 0.0]] * 4 + [[0.0, 1.0]] * 3)
+    beta = offset_weights(alpha, OMEGA, STEP)
+    np.testing.assert_allclose(beta[3:7], np.tile([0.0, 1.0], (4, 1)))
+
+
+def pendulum(xi, foot, seconds):
+    """Return where the divergent component is after standing on a foot."""
+    return foot + np.exp(OMEGA * seconds) * (xi - foot)
+
+
+def wide(side=1.0):
+    return LandingBox(np.eye(2), np.array([0.5, 0.1 * side]), side, 5.0, -5.0)
+
+
+def test_the_next_foot_lands_where_the_pendulum_goes_on_undisturbed(beta):
+    """Of offsets that shrink from step to step, each is found again at its own step."""
+    n = round(SINGLE / STEP)
+    feet = np.array([[0.4 * k, 0.1 * (-1.0) ** k] for k in range(STEPS)])
+    planned = feet[-1]  # the divergent component of the motion itself, at each touchdown
+    xi = {STEPS - 1: planned}
+    for k in range(STEPS - 2, -1, -1):
+        planned = feet[k] + np.exp(-OMEGA * SINGLE) * (planned - feet[k])
+        xi[k] = planned
+    offsets = np.zeros((STEPS, 2))
+    offsets[0] = [0.05, -0.02]
+    offsets[1:] = np.array([0.08, 0.03]) * BACK ** np.arange(STEPS - 1)[:, None]
+    start = xi[0] + beta[0] @ offsets
+    gone = 0.2
+    now = pendulum(start, feet[0] + offsets[0], gone)
+    step = next_step(
+        now,
+        pendulum(xi[0], feet[0], gone),
+        xi[1],
+        OMEGA,
+        SINGLE - gone,
+        offsets[0],
+        offsets[0],
+        float(beta[n, 0]),
+        decayed(beta[n, 1:]),
+        wide(),
+        np.array([1.0]),
+    )
+    np.testing.assert_allclose(step.offset, offsets[1], atol=2e-3)
+    assert step.rate == 1.0
+
+
+def test_what_is_undisturbed_steps_as_planned_in_its_own_time():
+    xi, foot = np.array([0.05, 0.02]), np.zeros(2)
+    then = pendulum(xi, foot, 0.3)
+    zero = np.zeros(2)
+    step = next_step(xi, xi, then, OMEGA, 0.3, zero, zero, 0.0, 1.0, wide())
+    np.testing.assert_allclose(step.offset, 0.0, atol=1e-12)
+    assert step.rate == 1.0
+
+
+def test_a_push_outward_is_answered_by_a_sooner_step_within_the_limits():
+    xi, foot, zero = np.array([0.05, 0.02]), np.zeros(2), np.zeros(2)
+    then = pendulum(xi, foot, 0.4)
+    box = LandingBox(np.eye(2), np.array([0.5, 0.1]), 1.0, 0.9, 0.07)
+    pushed = xi - [0.0, 0.12]  # to the side of the foot that stands: the other cannot follow
+    step = next_step(pushed, xi, then, OMEGA, 0.4, zero, zero, 0.0, 1.0, box)
+    assert step.rate > 1.0
+    assert 0.1 + step.offset[1] >= 0.07 - 1e-9  # the feet do not cross
+    assert step.free[1] < step.offset[1]
+
+
+def test_a_swinging_foot_reaches_its_offset_in_time_at_rest():
+    swing, goal = SwingOffset(np.array([0.1, 0.0])), np.array([0.1, 0.15])
+    for left in np.arange(0.4, 0.0, -STEP):
+        swing.lead(goal, float(left), STEP)
+    np.testing.assert_allclose(swing.offset, goal, atol=2e-3)
+    np.testing.assert_allclose(swing.velocity, 0.0, atol=0.1)
