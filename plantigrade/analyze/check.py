@@ -30,6 +30,7 @@ import numpy as np
 from plantigrade.analyze.conditions import judge_conditions
 from plantigrade.analyze.curves import side_of
 from plantigrade.analyze.judge import Judge, Series, runs
+from plantigrade.analyze.overlap import overlap
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
 from plantigrade.analyze.sweep import Sweep, cross, sweep
@@ -77,6 +78,7 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
         *_geometry(record, s, tol),
         *_forces(record, s, tol),
         Series("pressure", outside, tol.pressure, _FEET, ("", "r", "l")),
+        _overlap(record, s, tol),
         *_limits(record, s, tol),
         *_consistency(record, s, tol),
     ):
@@ -195,6 +197,15 @@ def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     yield Series("unsupported", loose, tol.unsupported, names, sides)
     limit = np.inf if most is None else most * (1.0 + 0.01 * tol.force)
     yield Series("force", pushed, limit, names, sides, shown=most)
+
+
+def _overlap(record: Record, s: Sweep, tol: Tolerances) -> Series:
+    """Depth of parts of the body in each other; reported, and judged where the record says so."""
+    found, most = overlap(record.human, s.position, s.rotation), record.limits.overlap
+    limit = np.inf if most is None else 1000.0 * most + tol.overlap
+    shown = limit if most is None else 1000.0 * most
+    names = tuple(name.replace("_", " ") for name in found.names)
+    return Series("overlap", 1000.0 * found.depth, limit, names, shown=shown, worst_only=True)
 
 
 def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:

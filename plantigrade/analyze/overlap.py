@@ -28,8 +28,8 @@ class Overlap:
 def meet(human: Human, one: str, two: str) -> bool:
     """Return whether two bodies belong together, so that their solids may overlap.
 
-    These are bodies of one joint, those of the trunk with neck, head and girdles, of a foot with its
-    shank, and the upper arm with the trunk about its shoulder.
+    These are bodies of one joint, those of the trunk with neck, head and girdles, of a foot with
+    its shank, and the upper arm with the trunk about its shoulder.
     """
     if one == two:
         return True

@@ -83,6 +83,12 @@ QUANTITY = {
         "the centre of pressure of {where} is {value} mm outside the base of support",
         f"{_BEFORE}, and refine the mesh",
     ),
+    "overlap": Quantity(
+        "check_overlap_max_mm",
+        "mm",
+        "{where} is {value} mm deep",
+        f"{_REFINE}, or add a term solid-limbs with a larger margin",
+    ),
     "unsupported": Quantity(
         "check_unsupported_force_max_bw_percent",
         _BW,

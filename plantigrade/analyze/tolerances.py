@@ -30,6 +30,7 @@ class Tolerances:
     #: Normal force below which the ratio is taken over this force instead [% of body weight]
     negligible: float = 1.0
     adhesion: float = 0.1  #: Pull of the ground [% of body weight]
+    overlap: float = 2.0  #: Depth of one part of the body in another, where that is judged [mm]
     pressure: float = 3.0  #: Distance of a centre of pressure from the base of support [mm]
     unsupported: float = 0.1  #: Force of a site that does not stand [% of body weight]
     force: float = 1.0  #: Excess over the greatest normal force of a site [% of that limit]

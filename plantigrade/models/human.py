@@ -31,7 +31,8 @@ MAX_SOLE = 0.1
 MAX_TRUNK = 0.15
 """Largest displacement of the trunk's centre of mass from its default position [m]."""
 
-_STANDING = {"pro_sup": 1.4}  # palms to the thighs [rad]
+_STANDING = {"pro_sup": 1.4, "arm_add": -0.14}
+"""Arms that hang: palms to the thighs, clear of the hips [rad]."""
 
 
 @dataclass(frozen=True)

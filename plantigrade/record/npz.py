@@ -7,11 +7,12 @@ nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``conta
 ``contact_side``, ``contact_segment`` (the body of ``model.xml`` that is touched), ``contact_part``
 (k,), ``contact_position`` in that body's frame (k, 3), ``contact_radius``, ``contact_measured``
 (k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as
-``limit_coordinate``, ``limit_velocity``, ``limit_torque``, ``limit_force``; ``conditions`` of the
-task (JSON text); recorded markers as ``marker_names``, ``marker_time``, ``recorded_markers`` (n, m,
-3) and ``fitted_markers`` (n, m, 3); ``notes``; every signal as ``signal/NAME``; every reference as
-``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and the first of them on the frames of the motion
-as ``reference_qpos`` (n, nq). The figures of a run are in ``metrics.json`` beside it.
+``limit_coordinate``, ``limit_velocity``, ``limit_torque``, ``limit_force``, ``limit_overlap``;
+``conditions`` of the task (JSON text); recorded markers as ``marker_names``, ``marker_time``,
+``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m, 3); ``notes``; every signal as
+``signal/NAME``; every reference as ``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and the first
+of them on the frames of the motion as ``reference_qpos`` (n, nq). The figures of a run are in
+``metrics.json`` beside it.
 """
 
 import io
@@ -80,6 +81,7 @@ def _arrays(record: Record) -> dict[str, Any]:
         "limit_torque": limits.torque,
         "limit_velocity": None if limits.velocity is None else np.array(limits.velocity),
         "limit_force": None if limits.force is None else np.array(limits.force),
+        "limit_overlap": None if limits.overlap is None else np.array(limits.overlap),
     }
     if sites:
         arrays |= {key: np.array([getattr(s, name) for s in sites]) for key, name in _SITES.items()}
@@ -194,12 +196,13 @@ def _limits(arrays: Arrays, n_hinges: int) -> Limits:
         shape = arrays.shape("limit_velocity")
         velocity = arrays.numbers("limit_velocity", *(n_hinges,) * len(shape))
         velocity = float(velocity) if velocity.ndim == 0 else velocity
-    force = arrays.numbers("limit_force")
+    force, overlap = arrays.numbers("limit_force"), arrays.numbers("limit_overlap")
     return Limits(
         coordinate=arrays.numbers("limit_coordinate", 2, n_hinges),
         velocity=velocity,
         torque=arrays.numbers("limit_torque", 2, n_hinges),
         force=None if force is None else float(force),
+        overlap=None if overlap is None else float(overlap),
     )
 
 

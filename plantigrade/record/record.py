@@ -34,12 +34,15 @@ class Limits:
         velocity: Greatest speed of the hinges, one number or one each [rad/s]; None: no limit.
         torque: Lower and upper limits of the hinges' torques [N m]; None: the Human's own.
         force: Greatest normal force at one site [N]; None: no limit.
+        overlap: How deep one part of the body may be in another [m]; None: not judged, as in fitted
+            motions, whose solids are not the person's.
     """
 
     coordinate: Float[Array, "2 n_hinges"] | None = None
     velocity: float | Float[Array, " n_hinges"] | None = None
     torque: Float[Array, "2 n_hinges"] | None = None
     force: float | None = None
+    overlap: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from plantigrade.constants import FRICTION
 from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
 from plantigrade.synthesize.contact_record import contact_record
-from plantigrade.synthesize.diagnose.violations import Violation, pressing, violations
+from plantigrade.synthesize.diagnose.violations import Violation, pressing, values, violations
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.sampling import Sampled, sample
@@ -19,6 +19,7 @@ from plantigrade.synthesize.solvers.result import Iterate, Multipliers
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Contact
 from plantigrade.synthesize.terms.limits import Limits
+from plantigrade.synthesize.terms.solid import ARMS, LEGS, UNIT, SolidLimbs
 from plantigrade.synthesize.transcription.evaluation import Evaluation
 from plantigrade.synthesize.transcription.forces_between import remainder
 
@@ -166,6 +167,25 @@ class Solution:
         use = np.maximum(use, np.abs(states[1][:, 6:]) / speed)
         return times, use.max(axis=1, initial=0.0)
 
+    def overlapping(
+        self, samples_per_interval: int = 6
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Return times between the nodes [s], and how deep limbs are in each other there [m].
+
+        Negative where they are apart, by no more than that; all of it if nothing keeps them so.
+        """
+        times = self.times(samples_per_interval)[:-1]
+        depth, (q, v, a) = (
+            np.full(len(times), -np.inf),
+            self.problem.states(self.coefficients, times),
+        )
+        for family in self.problem.rows:
+            if family.name in (LEGS, ARMS):
+                u = np.zeros((len(times), family.function.size1_in(3)))
+                free = replace(family, parameters=np.zeros((len(times), 0)))
+                depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / UNIT)
+        return times, depth
+
     def record(
         self, *, samples_per_interval: int = SAMPLES_PER_INTERVAL, strides: int = 2
     ) -> Record:
@@ -194,6 +214,8 @@ class Solution:
             elif isinstance(term, Limits):
                 ranges, torque = (f(self.body.human) for f in (term.coordinates, term.torques))
                 limits = replace(limits, coordinate=ranges, velocity=term.speed, torque=torque)
+            elif isinstance(term, SolidLimbs):
+                limits = replace(limits, overlap=0.0)
         return limits
 
     @property

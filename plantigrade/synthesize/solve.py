@@ -4,7 +4,7 @@ A task is solved on its own mesh from its own guess, or from the motion of a sim
 corresponding mesh. If that fails, easier problems lead the way: half the nodes; a cost of
 smoothness alone, from which the true problem is then solved; and last IPOPT. Once solved, the mesh
 is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
-torque or speed than a joint has. Every
+torque or speed than a joint has, or takes limbs into each other. Every
 step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
 """
 
@@ -32,6 +32,7 @@ Start = tuple[Array, Array, Multipliers | None]
 Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
+OVERLAPPING = 0.0  # depth of limbs in each other above which it is, too [m]
 OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
 REFINEMENTS = 4  # of the mesh, at most
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
@@ -123,7 +124,9 @@ def synthesize(
         solution = run.solution(at)
         times, missing = solution.unexplained()
         _, use = solution.overloaded()
-        finer = split(solution.nodes, times[(missing > UNEXPLAINED) | (use > OVERLOADED)])
+        entered = solution.overlapping()[1] > OVERLAPPING
+        wrong = (missing > UNEXPLAINED) | (use > OVERLOADED) | entered
+        finer = split(solution.nodes, times[wrong])
         if len(finer) == len(solution.nodes):
             break
         problem = task.problem(body, finer)

@@ -32,6 +32,7 @@ QUANTITIES = {
     "friction": "friction used",
     "adhesion": "pull of the ground",
     "pressure": "centre of pressure outside the support",
+    "overlap": "one part of the body in another",
     "unsupported": "force where nothing stands",
     "force": "normal force at one contact site",
     "coordinate": "joint beyond its range",

@@ -53,6 +53,12 @@ def standing_posture(human: Human) -> Float[Array, " nv"]:
     return human.to_coordinates(human.standing()[None])[1][0]
 
 
+def standing_on(human: Human, feet: Mapping[str, Footprint]) -> Float[Array, " nv"]:
+    """Return the coordinates of quiet standing at the origin, on other footprints near its own."""
+    there = {s: (_ankle(human, foot), foot.heading) for s, foot in feet.items()}
+    return reaching(human, standing_posture(human)[None], there)[0]
+
+
 def standing_hinges(human: Human, n: int) -> Float[Array, "n n_hinges"]:
     """Return the hinges of quiet standing, n times [rad]."""
     return np.tile(standing_posture(human)[6:], (n, 1))

@@ -36,8 +36,8 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     - ``"joint torque"``, muscles and tissue together, where tissue bears much
       (:attr:`ContactBody.stiff`);
     - ``"endurance"``, :math:`(e^2 + \epsilon^2)^{3/4}` of the ankles' muscles: its square is about
-      :math:`|e|^3`. With the torque :math:`\tau` and the ratio :math:`\kappa` of both strengths,
-      :math:`e` goes smoothly from :math:`\tau` to :math:`\kappa \tau` where the weaker muscles pull.
+      :math:`|e|^3`. With the ratio :math:`\kappa` of both strengths, :math:`e` goes smoothly from
+      the torque :math:`\tau` to :math:`\kappa \tau` where the weaker muscles pull.
 
     All but the root are free until a term limits or weighs them.
     """

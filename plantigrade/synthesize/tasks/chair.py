@@ -1,10 +1,12 @@
 """Rising from a chair and sitting down on it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
-from plantigrade.contact.plan import ContactPlan, Support
+from plantigrade.contact.plan import ContactPlan, Footprint, Support
 from plantigrade.contact.seat import H_POINT, SEATED_TILT, seat_sites
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
@@ -17,9 +19,10 @@ from plantigrade.synthesize.guess.postures import (
     KeyPostures,
     posture,
     standing_feet,
-    standing_posture,
+    standing_on,
     standing_stances,
 )
+from plantigrade.synthesize.tasks.gait_parameters import TOE_OUT
 from plantigrade.synthesize.tasks.settings import SitToStand, StandToSit
 from plantigrade.synthesize.tasks.standing import at_rest, basics, bent
 from plantigrade.synthesize.tasks.task import MotionTask
@@ -49,7 +52,7 @@ def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
         ParameterError: If the seat is too high or too low.
     """
     d = human.dimensions
-    feet = standing_feet(human)
+    feet = _feet(human)
     ankle = feet["r"].position[0]
     hip = chair_height + H_POINT * human.height
     knee = d.ankle_height + d.shank * np.cos(SHANK_LEAN)
@@ -74,8 +77,8 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
     if chair_height is None:
         chair_height = KNEE_PART * (d.ankle_height + d.shank)
     reverse = isinstance(told, StandToSit)
-    feet, sites = standing_feet(human), seat_sites(human)
-    seated, standing = seated_posture(human, chair_height), standing_posture(human)
+    feet, sites = _feet(human), seat_sites(human)
+    seated, standing = seated_posture(human, chair_height), standing_on(human, feet)
     off = told.seat_off * duration
     rising = np.array([0.0, off, 1.15 * off + 0.1 * duration, duration])
     lean = _leaning(human, seated)
@@ -96,6 +99,15 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
     )
     name = "stand-to-sit" if reverse else "sit-to-stand"
     return MotionTask(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
+
+
+def _feet(human: Human) -> dict[str, Footprint]:
+    """Return where the feet are: as in standing, turned out as in walking.
+
+    On parallel feet the knees of somebody who sits meet, because of the axis of the knee.
+    """
+    turned = {"r": -TOE_OUT, "l": TOE_OUT}
+    return {s: replace(foot, heading=turned[s]) for s, foot in standing_feet(human).items()}
 
 
 def _leaning(human: Human, seated: Float[Array, " nv"]) -> Float[Array, " nv"]:

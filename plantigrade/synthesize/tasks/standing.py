@@ -22,12 +22,13 @@ from plantigrade.synthesize.terms.contact import Contact, Dynamics, Forces
 from plantigrade.synthesize.terms.effort import Acceleration, Torque
 from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.terms.posture import Pose, Quiet, Symmetry
+from plantigrade.synthesize.terms.solid import SolidLimbs
 from plantigrade.synthesize.terms.term import Term
 
 
 def basics() -> tuple[Term, ...]:
     """Return the conditions and costs every task on true forces has."""
-    return (Dynamics(), Contact(), Limits(), Torque(), Acceleration(1e-3), Forces())
+    return (Dynamics(), Contact(), Limits(), SolidLimbs(), Torque(), Acceleration(1e-3), Forces())
 
 
 def at_rest(human: Human, time: float, q: Float[Array, " nv"]) -> tuple[Term, ...]:

@@ -2,16 +2,23 @@
 
 The cost is the same at every speed, for every person and every foot:
 
-- muscle torques squared (Eq. 15 of [Zhakatayev2023]_), the ankle's at a fifth: cost goes with
-  active muscle volume, and short fibres on a long tendon make the ankle's torque cheaper
-  [Griffin2003]_;
+- muscle torques squared (Eq. 15 of [Zhakatayev2023]_), of hip abductors at half;
+- of the ankle the third power instead, by the strength of the muscles that make the torque, as
+  endurance goes [Crowninshield1981]_; short fibres on a long tendon make it cheap [Griffin2003]_;
 - positive and negative work of muscles;
 - jerk, which keeps the spline smooth between nodes;
 - rates of contact forces;
-- weakly, deviations of trunk and head from upright, and of the arms from hanging.
+- angular momentum about the centre of mass, in the frontal plane and about the vertical, which
+  people keep small [Herr2008]_: it brings the swing of the arms and the thorax that turns against
+  the pelvis;
+- lean of head and trunk in space, and turning of the trunk off the way [Pozzo1990]_,
+  [Winter1995]_;
+- weakly, deviations of joints of the trunk from straight, and of the arms from hanging.
 
-The weights were set with norms of walking at free speed in view ([Schwartz2008]_); the problem
-itself contains no recording and no norm.
+Legs and arms are solid, and the plan uses no more friction than people do [Fong2009]_.
+
+The weights were set with norms of walking in view ([Schwartz2008]_); the problem itself contains no
+recording and no norm.
 """
 
 from dataclasses import replace
@@ -40,8 +47,8 @@ from plantigrade.synthesize.terms.solid import SolidLimbs
 from plantigrade.synthesize.terms.term import Term
 
 HIP_ABDUCTORS = 0.5
-"""What torque of hip adduction costs beside that of other joints (*estimate*): passive tissue at the
-side of the thigh bears a part of it."""
+"""What torque of hip adduction costs beside that of other joints (*estimate*): passive tissue at
+the side of the thigh bears a part of it."""
 USED_FRICTION = 0.35
 """Friction that a walk plans with; more on slopes, by their own."""
 PELVIS_TURNED = 7.0

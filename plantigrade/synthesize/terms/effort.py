@@ -40,10 +40,10 @@ class Torque(Effort):
 class Endurance(Term):
     r"""Cost :math:`\int w \sum |e_j|^3 dt` of ankle torques: an effort a muscle can go on with.
 
-    Endurance falls with about the third power of a muscle's stress [CrowninshieldBrand1981]_.
+    Endurance falls with about the third power of a muscle's stress [Crowninshield1981]_.
     :math:`e_j` is the muscles' torque over :attr:`ContactBody.torque`; where the weaker muscles
-    make it, the dorsiflexors, it is greater by what they are weaker (216 against 54 N m). Rounded off
-    at :data:`~plantigrade.synthesize.problem.dynamics.SMALL`.
+    make it, the dorsiflexors, it is as much greater as they are weaker (216 against 54 N m).
+    It is rounded off at :data:`~plantigrade.synthesize.problem.dynamics.SMALL`.
 
     Attributes:
         weight: :math:`w` [1/s].

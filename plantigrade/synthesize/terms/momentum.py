@@ -20,7 +20,7 @@ class AngularMomentum(Term):
 
     :math:`L` is the angular momentum about the centre of mass, :math:`l` the length of the legs.
     In walking people cancel about 70 % of it between their segments in the frontal, 80 % about the
-    vertical and 95 % in the sagittal plane [HerrPopovic2008]_. Axes go with the way: forward, to
+    vertical and 95 % in the sagittal plane [Herr2008]_. Axes go with the way: forward, to
     the left, up.
 
     Attributes:
@@ -49,8 +49,6 @@ class AngularMomentum(Term):
         way = np.stack([np.cos(way), np.sin(way)], axis=1)
         unit_name = "% of m sqrt(g) l^1.5"
         family = b.add(
-            ConstraintFamily.free(
-                "angular momentum", function, names, len(b.nodes), way, unit_name
-            )
+            ConstraintFamily.free("angular momentum", function, names, len(b.nodes), way, unit_name)
         )
         b.penalise(family, 2.0 * np.array([self.forward, self.sideways, self.upward]))

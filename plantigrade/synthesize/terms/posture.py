@@ -146,9 +146,9 @@ class Upright(Term):
     It is :math:`\int w_f f^2 + w_s s^2 + w_a a^2 + w_\omega |\omega|^2 dt`: :math:`f` and :math:`s`
     are the components forward and to the left of the upward axis of the part, :math:`a` that of its
     forward axis to the left, :math:`\omega` its angular velocity. Upright is against gravity, and
-    forward the way of the walk. Postures of joints do not say it: a trunk that leans with its pelvis
-    has straight joints. People keep head and trunk steady in space, for eyes and vestibular organs
-    [Pozzo1990]_, [Winter1995]_; how much that is worth beside muscle torques is an *estimate*.
+    forward the way of the walk. Costs of joint angles do not say it: a trunk that leans with its
+    pelvis has straight joints. People keep head and trunk steady in space, for eyes and vestibular
+    organs [Pozzo1990]_, [Winter1995]_; what that is worth beside muscle torques is an *estimate*.
 
     Attributes:
         body: Name of the part: ``"head"``, ``"thorax"``; ``"trunk"`` is the trunk of any joint set.

@@ -59,7 +59,7 @@ class Rod:
 
 @dataclass(frozen=True)
 class SolidLimbs(Term):
-    """Legs and feet do not enter each other, forearms and hands not trunk and thighs.
+    """Legs and feet do not enter each other, arms not trunk and thighs.
 
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
@@ -109,7 +109,7 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
                  if s.kind == "ellipsoid" and not b.name.startswith("head")]  # fmt: skip
         for side in SIDES:
             thigh, d = _leg(human, side)[0], []
-            for x in _forearm(human, side):
+            for x in _arm(human, side):
                 d.append(at.apart(x, thigh))
                 d += [at.beside(x, name, solid) for name, solid in trunk]
             rows.append(UNIT * _least(ca, d))
@@ -183,7 +183,9 @@ def _least(ca: Any, distances: Sequence[Any]) -> Any:
 def _leg(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
     """Return thigh, shank, and what of a foot is next to the other leg."""
     solids = {b.name: b.solids for b in human.skeleton.bodies}
-    thigh, shank = (_rods(f"{n}_{side}", solids[f"{n}_{side}"], side)[0] for n in ("femur", "tibia"))
+    thigh, shank = (
+        _rods(f"{n}_{side}", solids[f"{n}_{side}"], side)[0] for n in ("femur", "tibia")
+    )
     feet = []
     for name in _below(human, f"foot_{side}"):
         rods = _rods(name, solids[name], side)
@@ -206,14 +208,15 @@ def _leg(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
     return thigh, shank, kept
 
 
-def _forearm(human: Human, side: str) -> list[Rod]:
-    """Return spheres along forearm, hand and fingers."""
+def _arm(human: Human, side: str) -> list[Rod]:
+    """Return spheres along an arm."""
     out: list[Rod] = []
-    for name in _below(human, f"humerus_{side}")[1:]:
+    for name in _below(human, f"humerus_{side}"):
         solids = next(b.solids for b in human.skeleton.bodies if b.name == name)
         for solid in solids:
-            if solid.kind == "capsule":
-                out += Rod(name, solid.a, solid.b, solid.radius).points(2)
+            if solid.kind == "capsule":  # an upper arm from its middle on: it begins in the trunk
+                rods = Rod(name, solid.a, solid.b, solid.radius).points(3)
+                out += rods[1:] if name.startswith("humerus") else rods[::2]
                 continue
             half, thick = solid.b, float(min(solid.b))  # a hand is flat: its end, middle and edges
             for y in (-1.0, 0.0, 1.0):
