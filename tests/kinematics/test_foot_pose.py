@@ -152,7 +152,7 @@ def turns(largest):
 )
 def test_every_ankle_within_reach_has_its_toes_flat(side, height, facing, names, slope):
     found = pose(side, height, names, facing, Ground(slope=slope))
-    assert abs(found.shift[0]) < 1e-12
+    assert abs(found.shift[0]) < 1e-9
     assert np.abs(on_marked(side, found, names)).max() < TOUCHES
     assert not found.undetermined[0]
     np.testing.assert_allclose(found.rotation[0] @ found.rotation[0].T, np.eye(3), atol=1e-9)
@@ -173,7 +173,7 @@ def test_out_of_reach_the_ankle_is_moved_and_the_pose_is_that_of_the_moved_one(
         assert np.isfinite(value).all()
     np.testing.assert_allclose(np.linalg.det(found.rotation), 1.0)
     again = pose(side, height + found.shift[0], names, found.rotation[0])
-    assert abs(again.shift[0]) < 1e-9
+    assert abs(again.shift[0]) < 1e-7
     hanging = set(names) >= {"medial_phalanges", "lateral_phalanges"}
     hanging &= "lateral_metatarsal" not in names  # the cuboid joint may not reach that far
     if not hanging:
