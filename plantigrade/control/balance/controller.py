@@ -11,6 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
+from plantigrade.control.balance.recovery import PELVIS, Recovery
 from plantigrade.control.balance.reference import Held, Reference, Wanted
 from plantigrade.control.balance.support import Support
 from plantigrade.control.balance.weights import FOOT, Weights
@@ -22,6 +23,8 @@ LIGHT_DAMPING = 0.012
 """Damping about the planned rates, of a joint by its greatest torque [s]."""
 FOOT_DAMPING, FOOT_STIFFNESS = 0.5, 30.0
 """Within a foot, damping and stiffness about the plan [N m s/rad, N m/rad]."""
+STEPPED_GAIN = 800.0
+"""Stiffness with which points come to the ground once there were steps [1/s²]."""
 
 
 class Balance:
@@ -30,10 +33,17 @@ class Balance:
     Args:
         reference: What is to be done; the posture of the first state if absent.
         weights: What counts how much.
+        stepping: Whether a step is taken where standing in place can no longer succeed.
     """
 
-    def __init__(self, reference: Reference | None = None, weights: Weights | None = None):
-        self.reference, self.weights = reference, weights or Weights()
+    def __init__(
+        self,
+        reference: Reference | None = None,
+        weights: Weights | None = None,
+        *,
+        stepping: bool = False,
+    ):
+        self.reference, self.weights, self.stepping = reference, weights or Weights(), stepping
         self._world = None
 
     def _begin(self, state: State) -> None:
@@ -43,13 +53,15 @@ class Balance:
         self.contact = GroundContact(world, w.friction)
         self.program = WholeBody(human, armature=world.actuators.armature)
         self._weight, self._gain = w.joints(human), w.gains(human)
+        self._slowing = 2 * np.sqrt(self._gain)
         self._following = self.reference or Held(state.qpos, human.model.nv)
         self.support = Support(human, self.contact)
         most = np.abs(np.array(human.model.jnt_actfrcrange[1:])).max(axis=1)
         within = np.array([n.startswith(FOOT) for n in human.coordinates])
         self._damping = np.where(within, FOOT_DAMPING, LIGHT_DAMPING * most)
         self._stiffness = np.where(within, FOOT_STIFFNESS, 0.0)
-        self._planned = np.zeros(len(most))
+        self.recovery = Recovery(human, self.contact)
+        self._speed, self._lifted = state.body.com_velocity, np.zeros(3)
 
     def __call__(self, state: State) -> Command:
         """Return torques that keep balance, and springs about the motion they lead to."""
@@ -58,24 +70,36 @@ class Balance:
         body, world, w = state.body, state.world, self.weights
         wanted = self._following.at(state.time)
         standing = self.contact.read()
+        if self.stepping:
+            if state.time > 0.0:
+                real = (body.com_velocity - self._speed) * world.control_rate
+                self.recovery.feel(real - self._lifted)
+            standing = self.recovery.look(state, standing)
         J, velocity, bias = body.touched(standing.touching.body, standing.touching.place)
         tasks = [
             self._centre(body, wanted, standing),
             momentum_rows(body, w),
             self._held(standing, wanted, J, velocity, bias),
             *self._lowered(state, wanted, standing),
+            *(self.recovery.rows(state) if self.recovery.stepped else []),
         ]
+        weight, gain = self._weight, self._gain
+        if self.recovery.stepped:
+            weight, gain = weight.copy(), gain.copy()
+            weight[3:6], gain[6:][self.recovery.legs] = PELVIS, 0.0
         passive = world.actuators.passive(state.angles, state.rates)
         answer = self.program.solve(
             body,
             standing.touching,
             [t for t in tasks if t is not None],
-            wanted=self._tracked(body, wanted),
-            weight=self._weight,
+            wanted=self._tracked(body, wanted, gain),
+            weight=weight,
             force_weight=w.force,
             passive=passive,
             jacobian=J,
         )
+        self._speed = body.com_velocity
+        self._lifted = body.com_jacobian @ answer.qacc + body.com_bias_acceleration
         step = 1.0 / world.control_rate
         rate = state.rates + 0.5 * step * answer.qacc[6:]
         target = state.angles + 0.5 * step * rate
@@ -88,19 +112,24 @@ class Balance:
             "contacts": float(len(standing.site)),
             "limited": float(answer.limited),
             "solved": float(answer.ok),
+            "steps": float(self.recovery.steps),
         }
         return StablePD(target, rate, torque, self._stiffness, self._damping, signals=signals)
 
-    def _tracked(self, body: BodyState, wanted: Wanted) -> Float[Array, " nv"]:
+    def _tracked(self, body: BodyState, wanted: Wanted, gain: Array) -> Float[Array, " nv"]:
         """Return the accelerations that lead to the reference."""
         off, slow = -body.difference(wanted.qpos), wanted.qvel - body.qvel
-        return wanted.qacc + self._gain * off + 2 * np.sqrt(self._gain) * slow
+        return wanted.qacc + gain * off + self._slowing * slow
 
     def _centre(self, body: BodyState, wanted: Wanted, standing: Standing) -> Rows:
         """Return the rows of the centre of mass."""
         w = self.weights
         self.goal, speed = self.support.goal(body, wanted, standing.site)
+        if self.recovery.stepped:
+            self.goal[2] -= self.recovery.lowered(body)
         asked = w.com_gain * (self.goal - body.com) + w.com_damping * (speed - body.com_velocity)
+        if self.recovery.swing is not None:
+            asked[:2] = self.recovery.centre(body, standing)
         return Rows(body.com_jacobian, asked - body.com_bias_acceleration, w.com)
 
     def _held(self, standing, wanted, J, velocity, bias) -> Rows | None:
@@ -122,6 +151,8 @@ class Balance:
         off = np.ones(len(self.contact.geoms), bool) if wanted.presses is None else wanted.presses
         off = off.copy()
         off[standing.site] = False
+        if self.recovery.swing is not None:
+            off[self.recovery.own[self.recovery.swing.step.side]] = False
         if not off.any() or not w.level:
             return []
         gap, normal = heights(state, self.contact)
@@ -129,8 +160,9 @@ class Balance:
         place = np.array(state.world.data.geom_xpos)[self.contact.geoms[which]]
         J, velocity, bias = state.body.touched(self.contact.body[which], place)
         n = normal[which]
-        asked = -w.level_gain * gap[which]
-        asked -= 2 * np.sqrt(w.level_gain) * np.einsum("kc,kc->k", n, velocity)
+        k = STEPPED_GAIN if self.recovery.stepped else w.level_gain
+        asked = -k * gap[which]
+        asked -= 2 * np.sqrt(k) * np.einsum("kc,kc->k", n, velocity)
         asked -= np.einsum("kc,kc->k", n, bias)
         return [Rows(np.einsum("kc,kcv->kv", n, J), asked, w.level)]
 

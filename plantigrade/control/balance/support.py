@@ -86,3 +86,10 @@ def inside(points: Float[Array, "k 2"], place: Float[Array, " 2"]) -> Float[Arra
     if not over.any():
         return place
     return middle + (place - middle) * float((far[over] / off[over]).min())
+
+
+def beyond(points: Float[Array, "k 2"], place: Float[Array, " 2"]) -> float:
+    """Return how far a place is outside of what points span [m]; negative inside."""
+    if not len(points):
+        return np.inf
+    return float((place @ _OUTWARD - (points @ _OUTWARD).max(axis=0)).max())
