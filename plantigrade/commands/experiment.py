@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from plantigrade.bounds import Bounded
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError, RunExists
@@ -17,7 +18,13 @@ from plantigrade.options import Flag, OptionalPath, optional
 if TYPE_CHECKING:
     from plantigrade.experiments.table import ResultTable
 
-OPTIONS = {"data": "--data", "out": "--out", "parts": "--part", "overwrite": "--overwrite"}
+OPTIONS = {
+    "data": "--data",
+    "out": "--out",
+    "parts": "--part",
+    "overwrite": "--overwrite",
+    "jobs": "--jobs",
+}
 """What an experiment may take, and what the command line calls it."""
 COMMANDS = {
     "demo": ("demo",),  # with it fit and reproduce
@@ -27,13 +34,15 @@ COMMANDS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PrintOptions):
+class Command(PrintOptions, Bounded):
     """Compute a table or figure: ours beside the published numbers."""
+
+    ranges = {"jobs": (-1, 1024, "")}
 
     name: Annotated[tyro.conf.Positional[str | None], optional("[NAME]")] = None
     """Name of the experiment: fit-accuracy, foot-pose, foot-segments, gait-table,
-    gait-ablations, gait-forces, ground-forces, random-worlds, spline-table, synthesis-bench,
-    synthesis-fidelity, synthesis-tracking or vault-table."""
+    gait-ablations, gait-forces, ground-forces, push-table, random-worlds, spline-table,
+    synthesis-bench, synthesis-fidelity, synthesis-tracking or vault-table."""
     all: Flag = False
     """Run every experiment, and write their figures to figures.json in the folder of --out; one
     that fails does not end the others."""
@@ -54,6 +63,16 @@ class Command(PrintOptions):
     overwrite: Flag = False
     """Measure anew what is in the folder of --out."""
 
+    jobs: Annotated[int | None, optional("N")] = None
+    """How many runs of push-table, uneven-ground, moving-slope or foot-motions at once; -1 for one
+    per core, 1 if absent."""
+
+    def __post_init__(self):
+        """Refuse what cannot be, before any work."""
+        super().__post_init__()
+        if self.jobs == 0:
+            raise ParameterError("jobs=0 does nothing; allowed are 1, 2, … or -1 for one per core")
+
     def run(self) -> Outcome:
         """Do it."""
         from plantigrade.commands.progress import Progress
@@ -70,7 +89,7 @@ class Command(PrintOptions):
                 raise ParameterError("--quick means nothing for --compare")
             return self._compared(*self.compare)
         if self.all:
-            self._refuse_but(("data", "out", "overwrite"), "--all")
+            self._refuse_but(("data", "out", "overwrite", "jobs"), "--all")
             return self._all(say)
         if self.name not in EXPERIMENTS:
             raise ParameterError(f"no experiment {self.name!r}; there are {', '.join(EXPERIMENTS)}")
@@ -90,7 +109,8 @@ class Command(PrintOptions):
         self, experiment: Experiment, out: Path, *, overwrite: bool, say: Callable[[str], None]
     ) -> "ResultTable":
         """Run an experiment with what it needs and takes."""
-        values = {"out": out, "parts": self.parts, "overwrite": overwrite}
+        jobs = 1 if self.jobs is None else self.jobs
+        values = {"out": out, "parts": self.parts, "overwrite": overwrite, "jobs": jobs}
         if "data" in experiment.options:
             values["data"] = data_folder(self.data, needed="data" in experiment.needs)
         given = {option: values[option] for option in experiment.options}

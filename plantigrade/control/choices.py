@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.control.balance import Balance
+from plantigrade.control.balance import Balance, Hybrid
 from plantigrade.control.posture import Posture, passive
 from plantigrade.control.replay import Replay
 from plantigrade.control.tracking import Tracking
@@ -69,6 +69,7 @@ CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
     "passive": lambda at: passive,
     "posture": lambda at: Posture(at.stiffness, at.standing),
     "balance": lambda at: Balance(),
+    "hybrid": lambda at: Hybrid(),
     "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
     "replay": lambda at: Replay(at.recorded("replay")),
 }

@@ -14,10 +14,9 @@ import numpy as np
 
 import plantigrade
 from plantigrade.errors import FileError
+from plantigrade.record.jobs import run_jobs
 
 Result = dict[str, Any]
-
-
 ROOMS = ("models", "dynamics", "synthesize")
 """Rooms whose code makes motions."""
 
@@ -64,6 +63,24 @@ class KeptResults:
             self.say(f"{key}: {brief(self.results[key])}")
         return self.results[key]
 
+    def get_all(
+        self,
+        cases: Mapping[str, Callable[[], Mapping[str, Any]]],
+        brief: Callable[[Result], str] = lambda _: "made",
+        *,
+        jobs: int = 1,
+    ) -> dict[str, Result]:
+        """Return the results of many keys; those not there are made, several at once.
+
+        Each is kept as soon as it is there. What fails is a result, too: its ``error``.
+        """
+        missing = [key for key in cases if key not in self.results]
+        work = _Making({key: cases[key] for key in missing})
+        for done in run_jobs(work, missing, jobs=jobs):
+            found = {"error": done.problem} if done.result is None else done.result
+            self.get(done.item, lambda found=found: found, brief)
+        return {key: self.results[key] for key in cases}
+
     def beginning(self, prefix: str) -> dict[str, Result]:
         """Return the results whose keys begin so, in the order they were made."""
         return {k: v for k, v in self.results.items() if k.startswith(prefix)}
@@ -92,6 +109,16 @@ class KeptResults:
         part = self.path.with_suffix(".part")
         part.write_text(json.dumps(self.results, indent=1), encoding="utf-8")
         part.replace(self.path)
+
+
+class _Making:
+    """Makes results by key, in any process."""
+
+    def __init__(self, cases: Mapping[str, Callable[[], Mapping[str, Any]]]):
+        self.cases = dict(cases)
+
+    def __call__(self, key: str) -> Mapping[str, Any]:
+        return self.cases[key]()
 
 
 @cache

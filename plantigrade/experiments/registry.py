@@ -13,8 +13,8 @@ class Experiment:
 
     Every ``run`` takes ``quick``, for a short form of it, and ``say``, called with a line for all
     that is done; beside these it may take ``data`` (the folder of recordings), ``out`` (a folder
-    to keep results in and to write to), ``parts`` (names of those to be done, all if empty) and
-    ``overwrite`` (do anew what is in ``out``).
+    to keep results in and to write to), ``parts`` (names of those to be done, all if empty),
+    ``overwrite`` (do anew what is in ``out``) and ``jobs`` (how many runs at once).
 
     Attributes:
         name: Of the module, with hyphens.
@@ -49,6 +49,7 @@ EXPERIMENTS = {
         Experiment("gait-ablations", needs=("data",)),
         Experiment("gait-forces", needs=("data",)),
         Experiment("ground-forces", needs=("data",)),
+        Experiment("push-table", takes=("out", "parts", "overwrite", "jobs")),
         Experiment("random-worlds", takes=("out", "overwrite")),
         Experiment("spline-table", takes=("data", "out")),
         Experiment("synthesis-bench", takes=("out", "parts", "overwrite")),

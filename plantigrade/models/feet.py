@@ -1,11 +1,11 @@
 """Feet as interchangeable parts: one box, two boxes with a toe hinge, or sixteen bones.
 
-All three share one outline and support polygon: the points of the multi-segment
-foot of [Park2020]_ (the paper gives no coordinates; these are anatomically plausible ones that
-hold all four joints at the height of the contact spheres when the foot rests, which is what the
-paper's Eqs. 1-2 assume). The frame of a foot has its origin in the ankle joint centre; x points
-forward, y left; points are tabled for a left foot of 0.240 m length and 0.0585 m ankle height
-and scaled to the person.
+All three have the length, width and mass of one foot and touch the ground at points of the
+multi-segment foot of [Park2020]_ (the paper gives no coordinates; these are anatomically plausible
+ones that hold all four joints at the height of the contact spheres when the foot rests, which is
+what the paper's Eqs. 1-2 assume). The frame of a foot has its origin in the ankle joint centre; x
+points forward, y left; points are tabled for a left foot of 0.240 m length and 0.0585 m ankle
+height and scaled to the person.
 """
 
 from dataclasses import dataclass
@@ -126,24 +126,34 @@ def point(name: str, d: Dimensions) -> np.ndarray:
     )
 
 
-def foot_parts(kind: str, d: Dimensions, sex: str, mass: float) -> list[Part]:
+def foot_parts(
+    kind: str, d: Dimensions, sex: str, mass: float, full_sole: bool = False
+) -> list[Part]:
     """Return the parts of both feet, parents first; the first of each side hangs on the tibia.
 
-    The mass of the foot is de Leva's, distributed by volume.
+    The mass of the foot is de Leva's, distributed by volume. The rigid foot and that of two
+    segments touch the ground at seven of the sixteen points of the multi-segment foot, enough for
+    gait; their base of support is smaller by what lies beyond: 5 mm at the lateral border. With a
+    ``full_sole`` all feet touch it at the same sixteen points, and only their joints differ.
 
     Args:
         kind: One of :data:`FEET`.
         d: The person's lengths.
         sex: ``"female"`` or ``"male"``.
         mass: Body mass [kg].
+        full_sole: Whether it touches the ground at all points.
 
     Raises:
         ParameterError: If ``kind`` is unknown.
     """
-    builders = {"rigid": _rigid, "two-segment": _two_segment, "multi-segment": _multi_segment}
-    if kind not in builders:
+    if kind not in FEET:
         raise ParameterError(f"feet is {kind!r}; allowed are {', '.join(FEET)}")
-    left = builders[kind](d, sex, mass * DE_LEVA[sex]["foot"].mass)
+    mass *= DE_LEVA[sex]["foot"].mass
+    if kind == "multi-segment":
+        left = _multi_segment(d, sex, mass)
+    else:
+        sole, toes = (_FULL_SOLE, _ALL_TOES) if full_sole else (_SOLE, _TOES)
+        left = (_rigid if kind == "rigid" else _two_segment)(d, sex, mass, sole, toes)
     right = [mirrored(p, p.name[:-1] + "r", p.parent[:-1] + "r") for p in left]
     return [*right, *left]
 
@@ -162,9 +172,13 @@ def _contacts(d: Dimensions, names: tuple[str, ...], segment: str, origin: np.nd
 
 _SOLE = ("heel_back_medial", "heel_back_lateral", "metatarsal_1", "metatarsal_5")
 _TOES = ("toe_1", "toe_3", "toe_5")
+_ALL_TOES = tuple(f"toe_{i}" for i in range(1, 6))
+_FULL_SOLE = tuple(c for s in _SEGMENTS for c in s.contacts if c not in _ALL_TOES)
+
+Names = tuple[str, ...]
 
 
-def _rigid(d: Dimensions, sex: str, mass: float) -> list[Part]:
+def _rigid(d: Dimensions, sex: str, mass: float, sole: Names, toes: Names) -> list[Part]:
     p = DE_LEVA[sex]["foot"]
     low, high = _outline(d, (*_SOLE, *_TOES))
     length = d.foot_length
@@ -179,7 +193,7 @@ def _rigid(d: Dimensions, sex: str, mass: float) -> list[Part]:
             np.zeros(3),
             Inertia(mass, com, tensor),
             _sole_solids(d, low, high),
-            _contacts(d, (*_SOLE, *_TOES), "foot", np.zeros(3)),
+            _contacts(d, (*sole, *toes), "foot", np.zeros(3)),
         )
     ]
 
@@ -197,7 +211,7 @@ def _sole_solids(d: Dimensions, low: np.ndarray, high: np.ndarray) -> tuple[Soli
     )
 
 
-def _two_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
+def _two_segment(d: Dimensions, sex: str, mass: float, sole: Names, toes: Names) -> list[Part]:
     low, high = _outline(d, _SOLE)
     hinge = np.array([point("metatarsal_1", d)[0], 0.0, sphere_radius(d) - d.ankle_height])
     high[0] = hinge[0]
@@ -207,10 +221,10 @@ def _two_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
     toe_half[2] = sphere_radius(d)
     toe_centre = (toe_low + toe_high) / 2 - hinge
     hind_solids = _sole_solids(d, low, high)
-    sole = hind_solids[0]
+    box = hind_solids[0]
     # The hindfoot is a sole with a wedge above it: its volume is that of a box 0.55 ankles tall.
-    hind_half = sole.b * np.array([1, 1, 0.55 / 0.4])
-    hind_centre = np.array([sole.a[0], sole.a[1], hind_half[2] - d.ankle_height])
+    hind_half = box.b * np.array([1, 1, 0.55 / 0.4])
+    hind_centre = np.array([box.a[0], box.a[1], hind_half[2] - d.ankle_height])
     volumes = np.array([np.prod(hind_half), np.prod(toe_half)])
     masses = mass * volumes / volumes.sum()
     return [
@@ -220,7 +234,7 @@ def _two_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
             np.zeros(3),
             block(masses[0], hind_centre, hind_half),
             hind_solids,
-            _contacts(d, _SOLE, "foot", np.zeros(3)),
+            _contacts(d, sole, "foot", np.zeros(3)),
         ),
         Part(
             "toes_l",
@@ -228,7 +242,7 @@ def _two_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
             hinge,
             block(masses[1], toe_centre, toe_half),
             (Solid("box", toe_centre, toe_half),),
-            _contacts(d, _TOES, "toes", hinge),
+            _contacts(d, toes, "toes", hinge),
         ),
     ]
 

@@ -52,6 +52,8 @@ class Human:
         xml: The model as MJCF text, which loads in plain MuJoCo.
         soles: Upward displacement of contact spheres (:meth:`with_soles`), by name [m].
         trunk_mass: Displacement of the trunk's centre of mass (:meth:`with_trunk_mass`) [m].
+        full_sole: Whether the feet touch the ground at all sixteen points of the multi-segment
+            foot (:func:`plantigrade.models.feet.foot_parts`).
     """
 
     height: float
@@ -64,6 +66,7 @@ class Human:
     xml: str = field(repr=False)
     soles: Mapping[str, float] = field(default_factory=dict, repr=False)
     trunk_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    full_sole: bool = False
 
     @classmethod
     def create(
@@ -74,6 +77,7 @@ class Human:
         joints: str = "42",
         feet: str | None = None,
         lengths: Mapping[str, float] | None = None,
+        full_sole: bool = False,
     ) -> "Human":
         """Return a person.
 
@@ -85,6 +89,8 @@ class Human:
             feet: ``"rigid"``, ``"two-segment"`` or ``"multi-segment"``; by default that of the
                 joint set.
             lengths: Individual segment lengths [m], named as in :class:`Dimensions`.
+            full_sole: Whether any foot touches the ground at the same sixteen points, as is needed
+                to compare feet; the multi-segment foot always does.
 
         Raises:
             ParameterError: If a value is not allowed.
@@ -98,7 +104,7 @@ class Human:
         d = dimensions(height, sex, lengths)
         moving_parts(joints, "rigid")  # refuses an unknown joint set before its foot is looked up
         feet = feet or NATIVE_FEET[joints]
-        skeleton = build(d, sex, float(mass), joints, feet)
+        skeleton = build(d, sex, float(mass), joints, feet, full_sole)
         moving = moving_parts(joints, feet)
         names = {c for m in moving.values() for c in m.coordinates}
         standing = {f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in SIDES}
@@ -109,7 +115,8 @@ class Human:
             pelvis_height=d.ankle_height - ankle,
             standing=standing,
         )
-        return cls(float(height), float(mass), sex, joints, feet, d, skeleton, xml)
+        person = (float(height), float(mass), sex, joints, feet, d)
+        return cls(*person, skeleton, xml, full_sole=full_sole)
 
     @cached_property
     def model(self) -> "mujoco.MjModel":
@@ -302,6 +309,7 @@ class Human:
         """Return a description of this person that JSON can store; see :meth:`from_dict`."""
         d = self.dimensions
         moved = {"trunk_mass": list(self.trunk_mass)} if any(self.trunk_mass) else {}
+        touching = {"full_sole": True} if self.full_sole else {}
         return {
             "height": self.height,
             "mass": self.mass,
@@ -311,6 +319,7 @@ class Human:
             "lengths": {name: getattr(d, name) for name in d.names()},
             "soles": dict(self.soles),
             **moved,
+            **touching,
         }
 
     @classmethod

@@ -66,16 +66,20 @@ def split_side(name: str) -> tuple[str, str]:
     return (name[:-2], name[-1]) if name[-2:] in ("_r", "_l") else (name, "")
 
 
-def all_parts(d: Dimensions, sex: str, mass: float, feet: str) -> list[Part]:
+def all_parts(
+    d: Dimensions, sex: str, mass: float, feet: str, full_sole: bool = False
+) -> list[Part]:
     """Return every part of the body, parents first."""
     feet_parts = [
         replace(p, position=foot_position(d)) if p.parent.startswith("tibia") else p
-        for p in foot_parts(feet, d, sex, mass)
+        for p in foot_parts(feet, d, sex, mass, full_sole)
     ]
     return [*body_parts(d, sex, mass), *feet_parts]
 
 
-def build(d: Dimensions, sex: str, mass: float, joints: str, feet: str) -> Skeleton:
+def build(
+    d: Dimensions, sex: str, mass: float, joints: str, feet: str, full_sole: bool = False
+) -> Skeleton:
     """Return the skeleton of a person: parts that do not move are welded to their parents.
 
     Args:
@@ -84,9 +88,11 @@ def build(d: Dimensions, sex: str, mass: float, joints: str, feet: str) -> Skele
         mass: Body mass [kg]; the bodies' masses add up to it exactly.
         joints: Joint set.
         feet: Kind of foot.
+        full_sole: Whether it touches the ground at every point of the sole
+            (:func:`~plantigrade.models.feet.foot_parts`).
     """
     moving = moving_parts(joints, feet)
-    parts = all_parts(d, sex, mass, feet)
+    parts = all_parts(d, sex, mass, feet, full_sole)
     share = mass / sum(p.inertia.mass for p in parts)
     home: dict[str, tuple[str, np.ndarray]] = {}
     origins: dict[str, np.ndarray] = {}

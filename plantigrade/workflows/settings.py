@@ -133,7 +133,7 @@ class SimulateSettings(FitSettings):
     }
 
     controller: OptionalWord = None
-    """passive, posture, balance, stable-pd, replay; absent: posture; of a motion replay or PD."""
+    """passive, posture, balance, hybrid, stable-pd, replay; absent: posture, or replay or PD."""
     ground: OptionalWord = None
     """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,PERIOD,WAY]."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()

@@ -4,31 +4,73 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM, contact_sites
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.models import Human
 
 PRESSURE = 0.45
 """Where people carry their weight in quiet standing, from the heel, of the length of the foot."""
 
 
-def standing_on(human: Human, ground: Ground) -> Float[Array, " nq"]:
+def standing_on(
+    human: Human, ground: Ground, *, ahead: float = PRESSURE, width: float | None = None
+) -> Float[Array, " nq"]:
     """Return quiet standing: upright, soles along the ground, the centre of mass over the feet.
 
-    The body leans about the ankles until its centre of mass is :data:`PRESSURE` of the length of
-    the soles before the heels, some 5 cm before the ankles.
+    The body leans about the ankles until its centre of mass is over its place between the feet.
+
+    Args:
+        human: The person.
+        ground: What they stand on.
+        ahead: That place, before the heels, of the length of the soles: by default some 5 cm
+            before the ankles.
+        width: Distance of the ankles; that of the hips if absent [m].
+
+    Raises:
+        ParameterError: If the place is not over the feet, or the feet cannot be there.
     """
+    if not 0.0 <= ahead <= 1.0:
+        raise ParameterError(f"ahead={ahead:g} is not over the soles, 0 at the heels and 1 before")
+    upright = human.standing() if width is None else _astride(human, width)
     sites = contact_sites(human)
     lean = 0.0
     for _ in range(5):
-        qpos = _leaning(human, lean, ground.slope)
+        qpos = _leaning(human, upright, lean, ground.slope)
         data = _placed(human, qpos)
         x = np.array([data.geom(GEOM + s.name).xpos[0] for s in sites])
-        wanted = x.min() + PRESSURE * np.ptp(x)
-        ankle = float(np.mean([data.body(f"foot_{s}").xpos[2] for s in ("r", "l")]))
+        wanted = x.min() + ahead * np.ptp(x)
+        ankle = float(np.mean([data.body(f"foot_{s}").xpos[2] for s in SIDES]))
         lean += float(wanted - data.subtree_com[1, 0]) / float(data.subtree_com[1, 2] - ankle)
-    return on_ground(human, ground, _leaning(human, lean, ground.slope))
+    return on_ground(human, ground, _leaning(human, upright, lean, ground.slope))
+
+
+def _astride(human: Human, width: float) -> Float[Array, " nq"]:
+    """Return quiet standing with the ankles so far apart, soles level and feet straight ahead.
+
+    Raises:
+        ParameterError: If that is out of reach.
+    """
+    state = State(human, human.standing())
+    names = [f"foot_{side}" for side in SIDES]
+    points = PointSet(human, names, np.zeros((2, 3)))
+    places, turn = state.position(points), state.rotation(names[0])
+    places[:, 1] = [-width / 2, width / 2]
+    stems = ("hip", "ankle", "subtalar")
+    free = [2, *(6 + i for i, c in enumerate(human.coordinates) if c.startswith(stems))]
+    for _ in range(20):
+        off = [places[k] - state.position(points)[k] for k in range(2)]
+        off += [0.5 * np.cross(state.rotation(name).T, turn.T).sum(axis=0) for name in names]
+        J = [*state.jacobian(points), *(state.angular_jacobian(name) for name in names)]
+        rows = np.vstack([np.vstack(J)[:, free], 1e-4 * np.eye(len(free))])
+        step = np.zeros(human.model.nv)
+        step[free] = np.linalg.lstsq(rows, np.r_[np.concatenate(off), 0 * rows[12:, 0]])[0]
+        state = State(human, integrate(human.model, state.qpos, step))
+    if not (np.linalg.norm(np.concatenate(off)) < 0.02 and 0.0 < width):
+        raise ParameterError(f"feet cannot stand level with their ankles {width:g} m apart")
+    return np.array(state.qpos)
 
 
 def on_ground(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:
@@ -51,11 +93,13 @@ def on_ground(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[
     return raised
 
 
-def _leaning(human: Human, lean: float, slope: float) -> Float[Array, " nq"]:
-    """Return the standing person turned forward about the ankles, feet turned with the ground."""
-    qpos = human.standing()
+def _leaning(
+    human: Human, upright: Float[Array, " nq"], lean: float, slope: float
+) -> Float[Array, " nq"]:
+    """Return a standing person turned forward about the ankles, feet turned with the ground."""
+    qpos = upright.copy()
     qpos[3:7] = [np.cos(lean / 2), 0.0, np.sin(lean / 2), 0.0]
-    for side in ("r", "l"):
+    for side in SIDES:
         qpos[7 + human.hinge(f"ankle_angle_{side}")] += lean + slope
     return qpos
 

@@ -149,6 +149,26 @@ def test_all_feet_stand_on_one_hull():
     assert max(areas) / min(areas) < 1.1
 
 
+def test_with_a_full_sole_all_feet_touch_at_the_same_points_and_weigh_the_same():
+    found, masses = [], []
+    for feet in FEET:
+        human = Human.create(1.5, 48.5, "female", "66", feet, full_sole=True)
+        data = mujoco.MjData(human.model)
+        data.qpos = human.standing()
+        mujoco.mj_forward(human.model, data)
+        foot = human.body("foot_l")
+        masses.append(human.model.body_subtreemass[foot])
+        names = [n for n, side, _ in human.contact_points if side == "l"]
+        x = np.array([data.geom(n).xpos for n in names]) - data.xpos[foot]
+        found.append(x[np.lexsort(x.round(9).T)])
+    assert found[0].shape == (16, 3)
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], atol=1e-12)
+    np.testing.assert_allclose(masses, masses[0])
+    assert Human.from_dict(human.to_dict()).full_sole
+    assert not Human.from_dict(Human.create(joints="42").to_dict()).full_sole
+
+
 def test_the_table_is_of_the_length_it_says():
     d = dimensions(1.74, "male", {"foot_length": 0.24})
     tip, back = point("toe_2", d)[0], point("heel_back_medial", d)[0]

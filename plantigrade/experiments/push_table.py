@@ -1,0 +1,244 @@
+"""The largest pushes that a standing person withstands, by foot, formulation and direction.
+
+Table 1 of [Park2020]_, with what a pendulum on the same base of support would withstand beside it
+(:func:`~plantigrade.world.push_limits.predicted_limit`), and a map of sixteen directions.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plantigrade.charts import Series, path_plot
+from plantigrade.charts.figure import Figure
+from plantigrade.constants import GRAVITY
+from plantigrade.experiments.kept_results import KeptResults, Result
+from plantigrade.experiments.page import Grid, write_page
+from plantigrade.experiments.standing import FORMULATIONS, MASS, ORDER, ROOMS, Standing
+from plantigrade.experiments.synthesis_trial import chosen_parts
+from plantigrade.experiments.table import ResultTable, Row, at_least
+from plantigrade.report.section import Section
+from plantigrade.world.push_limits import PushTest, directions, predicted_limit
+
+FILE, PAGE = "push-table.json", "push-table.html"
+DURATION, WATCH, STEP = 0.4, 5.0, 2.5  # of a push [s], of what follows [s], of the forces [N]
+SIDES = {"front": np.pi, "side": np.pi / 2, "back": 0.0}
+"""Where a push comes from, as the paper calls it → where it goes to [rad]."""
+PAPER = {"two-segment": (45.0, 50.0, 40.0), "multi-segment": (65.0, 75.0, 50.0)}
+SUM = 205.0  # front + side + back [N]
+STANCES = (0.35, 0.45, 0.55, 0.65)
+"""Places of the centre of mass over the soles, from the heels."""
+N_MAP = 16
+FORMULATION = "hybrid"
+"""The formulation that is held against the paper's numbers."""
+PARTS = ("paper", "stances", "map")
+
+NOTES = (
+    "",
+    f"Pushes of {DURATION:g} s at the centre of mass of the trunk of a person of {MASS:g} kg; a "
+    f"push is withstood if nothing but the feet has touched the ground {WATCH:g} s after it. "
+    f"'front' is a push from the front. Limits by bisection to {STEP:g} N; three lighter pushes "
+    "are tried below each, and forces at which the person fell all the same are named. 'pendulum' "
+    "is what shifting the pressure to the edge of the base of support can stop; it is the same for "
+    "all feet, for their contact points are the same. People: 626 lateral pushes while walking "
+    "changed the speed by 0.52 ± 0.10 m/s, 26.7 ± 7 % of body weight for 0.2 s; who stands and may "
+    "not step withstands about 0.48 m/s forward (an estimate).",
+)
+
+
+def run(
+    *,
+    parts: Sequence[str] = (),
+    quick: bool = False,
+    out: Path | None = None,
+    overwrite: bool = False,
+    jobs: int = 1,
+    say: Callable[[str], None] = lambda _: None,
+) -> ResultTable:
+    """Return the table of the parts, of :data:`PARTS`, and of all that was measured before.
+
+    Raises:
+        ParameterError: If there is no such part.
+    """
+    kept = KeptResults(out / FILE if out else None, say, anew=overwrite, rooms=ROOMS)
+    chosen = chosen_parts(parts, PARTS, ("paper",))
+    cases: dict[str, Callable[[], dict[str, Any]]] = {}
+    for part in chosen:
+        cases |= {key: partial(measure, *case) for key, case in CASES[part](quick).items()}
+    kept.get_all(cases, _brief, jobs=jobs)
+    grids = [g for g in (table(kept), stances(kept), map_table(kept)) if g.lines]
+    rows = list(goals(kept))
+    found = ResultTable(
+        "Pushes that standing people withstand",
+        rows,
+        [*NOTES, *gaps(kept), *kept.notes()],
+        [grid.text() for grid in grids],
+    )
+    if out is not None:
+        write_page(out / PAGE, found, [*(g.section() for g in grids), *pictures(kept)], kept)
+    return found
+
+
+Case = tuple[Standing, float]
+
+
+def paper_cases(quick: bool) -> dict[str, Case]:
+    """Return every foot and formulation from three sides."""
+    feet = ORDER[:2] if quick else ORDER
+    ways = (FORMULATION,) if quick else FORMULATIONS
+    return {
+        f"paper/{way}/{foot}/{side}": (Standing(foot, way), towards)
+        for way in ways
+        for foot in feet
+        for side, towards in SIDES.items()
+    }
+
+
+def stance_cases(quick: bool) -> dict[str, Case]:
+    """Return every foot with the centre of mass at other places over the soles."""
+    return {
+        f"stances/{ahead:g}/{foot}/{side}": (Standing(foot, FORMULATION, ahead=ahead), towards)
+        for ahead in (STANCES[:1] if quick else STANCES)
+        for foot in ORDER[:2]
+        for side, towards in SIDES.items()
+    }
+
+
+def map_cases(quick: bool) -> dict[str, Case]:
+    """Return sixteen directions, in degrees to the left of forward."""
+    return {
+        f"map/{FORMULATION}/in place/{np.rad2deg(towards):g}": (Standing(), towards)
+        for towards in directions(4 if quick else N_MAP)
+    }
+
+
+CASES = {"paper": paper_cases, "stances": stance_cases, "map": map_cases}
+
+
+def measure(standing: Standing, towards: float) -> dict[str, Any]:
+    """Return the limit in a direction, and the pendulum's."""
+    test = PushTest(situation=standing, duration=DURATION, watch=WATCH)
+    expected = predicted_limit(standing()[0], towards, DURATION)
+    limit = test.limit(towards, guess=expected, step=STEP)
+    return {
+        "force": limit.force,
+        "gaps": list(limit.gaps),
+        "tried": len(limit.tried),
+        "pendulum": expected,
+    }
+
+
+def _brief(result: Result) -> str:
+    return str(result.get("error") or f"{result['force']:g} N (pendulum {result['pendulum']:.0f})")
+
+
+def _forces(kept: KeptResults, start: str, name: str = "force") -> list[float | None]:
+    return [kept.results.get(f"{start}/{side}", {}).get(name) for side in SIDES]
+
+
+def _cells(forces: Sequence[float | None]) -> list[str]:
+    return ["-" if f is None else f"{f:g}" for f in forces]
+
+
+def table(kept: KeptResults) -> Grid:
+    """Return the paper's table and ours, absolute and relative to the body."""
+    header = ("", *SIDES, "sum", "/ pendulum", "", "", "% weight", "", "", "m/s", "", "")
+    lines = [[f"paper, {foot}", *_cells(f), f"{sum(f):g}", *[""] * 9] for foot, f in PAPER.items()]
+    for way in FORMULATIONS:
+        for foot in ORDER:
+            forces = _forces(kept, f"paper/{way}/{foot}")
+            expected = _forces(kept, f"paper/{way}/{foot}", "pendulum")
+            if any(f is None for f in (*forces, *expected)):
+                continue
+            f, p = np.array(forces, float), np.array(expected, float)
+            cells = [f"{way}, {foot}", *_cells(forces), f"{f.sum():g}"]
+            cells += [f"{x:.2f}" for x in f / p]
+            cells += [f"{x:.1f}" for x in 100 * f / (MASS * GRAVITY)]
+            lines.append([*cells, *(f"{x:.2f}" for x in f * DURATION / MASS)])
+    return Grid("Largest push [N], by what a pendulum withstands, and by the body", header, lines)
+
+
+def stances(kept: KeptResults) -> Grid:
+    """Return the limits by where the centre of mass is."""
+    header = ("centre of mass, of the soles", *SIDES, "sum", "pendulum", "", "")
+    lines = []
+    for ahead in STANCES:
+        for foot in ORDER:
+            forces = _forces(kept, f"stances/{ahead:g}/{foot}")
+            expected = _forces(kept, f"stances/{ahead:g}/{foot}", "pendulum")
+            if not any(f is None for f in (*forces, *expected)):
+                total = sum(f or 0.0 for f in forces)
+                cells = [f"{ahead:g}, {foot}", *_cells(forces), f"{total:g}"]
+                lines.append([*cells, *(f"{p:.0f}" for p in expected if p is not None)])
+    return Grid("Largest push [N] by where the centre of mass is", header, lines)
+
+
+def map_table(kept: KeptResults) -> Grid:
+    """Return the limits all around."""
+    ways = _ways(kept)
+    header = ("towards [deg]", *ways, "pendulum")
+    lines = []
+    for degrees in sorted({d for found in ways.values() for d in found}):
+        found = [ways[way].get(degrees) for way in ways]
+        expected = next(r["pendulum"] for r in found if r is not None)
+        forces = [None if r is None else r["force"] for r in found]
+        lines.append([f"{degrees:g}", *_cells(forces), f"{expected:.0f}"])
+    return Grid("Largest push [N] by direction, multi-segment feet", header, lines)
+
+
+def _ways(kept: KeptResults) -> dict[str, dict[float, Result]]:
+    """Return the results of the map: with or without steps → direction → result."""
+    ways: dict[str, dict[float, Result]] = {}
+    for key, result in kept.beginning("map/").items():
+        if "error" not in result:
+            _, way, steps, degrees = key.split("/")
+            ways.setdefault(f"{way}, {steps}", {})[float(degrees)] = result
+    return ways
+
+
+def pictures(kept: KeptResults) -> list[Section]:
+    """Return the map as a drawing: forward is to the right, the person's left is up."""
+    series = []
+    for way, found in _ways(kept).items():
+        turns = np.deg2rad([*sorted(found), min(found)])
+        for name, dash in (("force", ""), ("pendulum", "4 3")):
+            size = np.array([found[d][name] for d in [*sorted(found), min(found)]])
+            label = way if name == "force" else "pendulum"
+            series.append(Series(size * np.cos(turns), size * np.sin(turns), label, dash=dash))
+    if not series:
+        return []
+    drawn = path_plot(
+        series, title="Map of pushes", x_label="forward [N]", y_label="to the left [N]"
+    )
+    caption = "Pushes withstood, from the middle to where they push; dashed: the pendulum."
+    return [Section("Map", figures=(Figure(drawn, caption),))]
+
+
+def gaps(kept: KeptResults) -> list[str]:
+    """Return where a lighter push is not withstood, and what failed."""
+    said = [f"{key}: {r['error']}" for key, r in kept.results.items() if "error" in r]
+    for key, result in kept.results.items():
+        if result.get("gaps"):
+            forces = ", ".join(f"{f:g}" for f in result["gaps"])
+            said.append(f"Not monotone: {key} holds {result['force']:g} N and falls at {forces} N.")
+    return said
+
+
+def goals(kept: KeptResults) -> list[Row]:
+    """Return what is held against the paper, and every other limit."""
+    rows: list[Row] = []
+    start = f"paper/{FORMULATION}/multi-segment"
+    forces = _forces(kept, start)
+    for side, force, goal in zip(SIDES, forces, PAPER["multi-segment"], strict=True):
+        if force is not None:
+            rows.append(at_least(f"{FORMULATION} multi-segment", side, force, goal, "N"))
+    if all(f is not None for f in forces):
+        total = float(sum(f or 0.0 for f in forces))
+        rows.append(at_least(f"{FORMULATION} multi-segment", "sum", total, SUM, "N"))
+    for key, result in kept.results.items():
+        if "error" not in result and not key.startswith(start):
+            subject, _, side = key.replace("/", " ").rpartition(" ")
+            rows.append(Row(subject, side, result["force"], "N"))
+    return rows

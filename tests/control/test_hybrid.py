@@ -1,0 +1,66 @@
+"""The paper's formulation: what it asks for, and that it stands."""
+
+import numpy as np
+import pytest
+
+from plantigrade.control import Hybrid
+from plantigrade.control.balance.hybrid import inside
+from plantigrade.models import Human
+from plantigrade.world import Push, Tilting, World
+
+SMALL = Human.create(1.5, 48.5, "female", "66", "multi-segment")
+
+
+def stood(duration, disturbances=(), human=SMALL, **options):
+    """The world after so long, and what the controller said."""
+    world = World(human, disturbances=disturbances, rate=900.0, control_rate=30.0, **options)
+    record = world.simulate(Hybrid(), duration)
+    return world, record
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    return stood(1.2, (Push(force=40.0, duration=0.4, time=0.2),))
+
+
+def test_it_stands_and_is_pushed_and_stands(pushed):
+    world, record = pushed
+    error = record.signals["controller.com_error"]
+    assert world.fall is None and 0.005 < np.nanmax(error) < 0.1 and error[-2] < 0.004
+    low, high = SMALL.model.jnt_actfrcrange[1:].T
+    motor = record.signals["world.motor"]
+    assert ((motor > 0.9 * low) & (motor < 0.9 * high)).all()  # what it takes, a person has
+    assert not record.signals["controller.joints_beyond_strength"][:-1].any()
+
+
+def test_the_joints_move_as_they_are_told(pushed):
+    world, _ = pushed
+    controller, state = Hybrid(), world.reset()
+    for _ in range(6):
+        command = controller(state)
+        before = state.rates.copy()
+        state = world.step(command)
+    got = (state.rates - before) * 30.0
+    np.testing.assert_allclose(got, command.acceleration, atol=0.1)
+
+
+def test_the_feet_are_held_where_the_constraint_has_more_rows_than_they_can_move(pushed):
+    """24 rows for 18 degrees of freedom a foot; what it leaves is small all the same."""
+    _, record = pushed
+    assert np.nanmax(record.signals["controller.support_residual"]) < 0.05
+
+
+def test_it_goes_with_a_plate_that_sways():
+    plate = Tilting(amplitude=np.deg2rad(10.0), period=2.0, direction=np.pi / 2)
+    world, record = stood(1.0, (plate,))
+    tilt = np.rad2deg(record.signals["ground.place"][:, 3])
+    assert world.fall is None and np.abs(tilt).max() > 2.0
+    upright = world.reset().body.rotation("torso")[2, 2]
+    assert upright > 0.99
+
+
+def test_a_point_beyond_a_polygon_comes_to_its_edge():
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    np.testing.assert_allclose(inside(square, np.array([0.4, 0.6]), 0.1), [0.4, 0.6])
+    np.testing.assert_allclose(inside(square, np.array([1.4, 0.6]), 0.1), [0.9, 0.6])
+    np.testing.assert_allclose(inside(square, np.array([2.0, -3.0]), 0.1), [0.9, 0.1])

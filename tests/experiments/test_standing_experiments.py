@@ -1,0 +1,58 @@
+"""Experiments on standing: what they measure is kept, and said beside the paper's numbers."""
+
+import numpy as np
+import pytest
+
+from plantigrade.experiments import push_table
+from plantigrade.experiments.kept_results import KeptResults
+from plantigrade.experiments.standing import Standing
+from plantigrade.models import FEET
+
+
+def refuse():
+    """Fail, as a case may."""
+    raise ValueError("no")
+
+
+def test_what_fails_is_a_result_and_what_is_there_is_not_made_again(tmp_path):
+    path = tmp_path / "kept.json"
+    found = KeptResults(path).get_all({"a": lambda: {"x": 1.0}, "b": refuse})
+    assert found["a"]["x"] == 1.0 and "no" in found["b"]["error"]
+    again = KeptResults(path).get_all({"a": refuse, "c": lambda: {"x": 2.0}})
+    assert again["a"]["x"] == 1.0 and again["c"]["x"] == 2.0
+
+
+def test_everybody_stands_alike():
+    worlds = [Standing(feet)()[0] for feet in FEET]
+    for world in worlds[1:]:
+        np.testing.assert_allclose(world.data.qpos[:3], worlds[0].data.qpos[:3], atol=2e-3)
+        np.testing.assert_allclose(
+            world.data.subtree_com[1], worlds[0].data.subtree_com[1], atol=2e-3
+        )
+
+
+def made_up(standing, towards):
+    """A limit that is the same for all but the paper's foot."""
+    force = 80.0 if standing.feet == "multi-segment" else 70.0
+    return {"force": force, "gaps": [50.0], "tried": 8, "pendulum": 75.0}
+
+
+def test_the_table_of_pushes(monkeypatch, tmp_path):
+    monkeypatch.setattr(push_table, "measure", made_up)
+    table = push_table.run(parts=("paper", "stances", "map"), quick=True, out=tmp_path)
+    metrics, text = table.metrics(), table.text()
+    assert metrics["goals"] == metrics["goals_met"] == 4
+    assert metrics["hybrid_multi_segment_sum_n"] == 240.0
+    assert "paper, two-segment" in text and "Not monotone: paper/hybrid/two-segment/front" in text
+    page = (tmp_path / push_table.PAGE).read_text("utf-8")
+    assert "Map of pushes" in page
+    monkeypatch.setattr(push_table, "measure", refuse)  # all that is asked for is there
+    assert push_table.run(quick=True, out=tmp_path).metrics() == metrics
+
+
+@pytest.mark.slow
+def test_a_limit_is_measured_and_is_near_the_pendulums(monkeypatch):
+    monkeypatch.setattr(push_table, "STEP", 10.0)
+    monkeypatch.setattr(push_table, "WATCH", 2.0)
+    found = push_table.measure(Standing("two-segment"), 0.0)
+    assert 0.7 < found["force"] / found["pendulum"] < 1.3
