@@ -76,7 +76,7 @@ CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
 """Name of a controller → how it is made."""
 
 STANDING, MOVING, FORCED = "posture", "stable-pd", "replay"
-"""What is taken where none is named: for who stands, for a motion, and for one with its forces."""
+"""What is taken where none is named: for who stands, for a motion, and for a planned one."""
 
 
 def controller_named(name: str | None, situation: Situation) -> Controller:
@@ -96,7 +96,7 @@ def usual(motion: Motion | None, record: Record | None = None) -> str:
     """Return the name of the controller that is taken where none is named."""
     if motion is None:
         return STANDING
-    return FORCED if record is not None and record.has_forces else MOVING
+    return FORCED if record is not None and record.contact_planned is not None else MOVING
 
 
 def checked(name: str) -> str:

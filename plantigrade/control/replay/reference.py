@@ -215,35 +215,59 @@ def site_forces(record: Record, sites: tuple[ContactSite, ...], time: Array) -> 
     return np.nan_to_num(force)
 
 
-def loads(record: Record, sites, swept: dict[str, Array], force: Array) -> Array:
+def loads(
+    record: Record, sites: tuple[ContactSite, ...], swept: dict[str, Array], force: Array
+) -> Array:
     """Return how much each sphere carries, along the normal [N].
 
-    Where forces are known only for a foot, they go to its spheres that are near the ground; where
-    none are known at all, every sphere near the ground and slow carries the same.
+    Where forces are known only for a foot, measured or estimated, they go to its spheres that are
+    near the ground and slow, or to the lowest. A foot of which nothing is known carries where its
+    spheres are near and slow, and then what is left of the weight.
     """
     normal = record.ground.normal
     load = np.maximum(force @ normal, 0.0)
     if load.any():
         return load
+    n = len(load)
     near = (swept["gap"] < NEAR) & (swept["site_speed"] < SLOW)
-    n = len(near)
-    time = record.motion.time[0] + np.minimum(STEP * np.arange(n), record.motion.duration)
-    for side in SIDES:
-        mine = np.array([s.side == side for s in sites])
-        share = near[:, mine].astype(float)
-        foot = np.ones(n) * record.weight / 2
-        if record.has_forces:
-            measured = np.nan_to_num(record.foot(side).force @ normal)
-            foot = np.maximum(np.interp(time, record.motion.time, measured), 0.0)
-            lost = ~share.any(axis=1) & (foot > 0.05 * record.weight)
-            lowest = swept["gap"][:, mine] <= swept["gap"][:, mine].min(axis=1)[:, None] + 0.005
-            share[lost] = lowest[lost]
-        whole = share.sum(axis=1, keepdims=True)
-        share = np.divide(share, whole, out=np.zeros_like(share), where=whole > 0)
-        load[:, mine] = share * foot[:, None]
+    own = [np.array([s.side == side for s in sites]) for side in SIDES]
+    feet = np.stack([foot_load(record, side, n) for side in SIDES], axis=1)
+    touches = np.stack([near[:, mine].any(axis=1) for mine in own], axis=1)
+    unknown = np.isnan(feet)
+    rest = record.weight - np.nansum(feet, axis=1)
+    share = np.maximum(rest, LEAST * record.weight) / np.maximum((unknown & touches).sum(axis=1), 1)
+    feet = np.where(unknown, touches * share[:, None], np.nan_to_num(feet))
+    feet[feet < LIFTED * record.weight] = 0.0
+    for i, mine in enumerate(own):
+        low = swept["gap"][:, mine]
+        carries = near[:, mine] | (low <= low.min(axis=1)[:, None] + LEVEL)
+        part = carries / carries.sum(axis=1, keepdims=True)
+        load[:, mine] = part * feet[:, i : i + 1]
     return load
 
 
+def foot_load(record: Record, side: str, n: int) -> Float[Array, " n"]:
+    """Return what is known of the load of a foot, measured or estimated; NaN where nothing is."""
+    motion, normal = record.motion, record.ground.normal
+    time = motion.time[0] + np.minimum(STEP * np.arange(n), motion.duration)
+    known = np.zeros(motion.n_frames, dtype=bool)
+    load = np.zeros(motion.n_frames)
+    if record.has_forces:
+        foot = record.foot(side)
+        known, load = foot.known.copy(), foot.force @ normal
+    told = record.signals.get("estimated.force")
+    if told is not None:
+        guess = told[:, SIDES.index(side)] @ normal
+        fill = ~known & np.isfinite(guess)
+        load, known = np.where(fill, guess, load), known | fill
+    found = np.interp(time, motion.time, np.maximum(np.nan_to_num(load), 0.0))
+    found[np.interp(time, motion.time, known.astype(float)) < 0.999] = np.nan
+    return found
+
+
+LEAST, LIFTED, LEVEL = 0.2, 0.03, 0.005
+"""A foot of which nothing is known and that touches carries this part of the weight at least; one
+that carries less than that part is in the air; spheres this near to the lowest carry too [m]."""
 NEAR, SLOW = 0.02, 0.4
 """A sphere this near to the ground [m] and this slow [m/s] carries, where nobody says."""
 
