@@ -85,8 +85,8 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         at = _Placed(ca, body, q)
         d = []
         (thigh_r, shank_r, foot_r), (thigh_l, shank_l, foot_l) = (_leg(human, s) for s in SIDES)
-        d += [at.apart(x, thigh_l) for x in thigh_r.points(5)[2:]]
-        d += [at.apart(x, shank_l) for x in shank_r.points(6)]
+        d += [at.apart(x, thigh_l) for x in thigh_r.points(7)[2:]]
+        d += [at.apart(x, shank_l) for x in shank_r.points(8)]
         for shank, foot, others in ((shank_l, foot_l, foot_r), (shank_r, foot_r, foot_l)):
             for rod in others:
                 for x in rod.points(3):

@@ -1,0 +1,117 @@
+"""Limbs are solid: rows of the optimiser beside MuJoCo's own distances."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from plantigrade.models import Human
+from plantigrade.synthesize import ContactBody
+from plantigrade.synthesize.diagnose.violations import values
+from plantigrade.synthesize.problem.builder import ProblemBuilder
+from plantigrade.synthesize.tasks.registry import make_task
+from plantigrade.synthesize.terms.heading import path_heading
+from plantigrade.synthesize.terms.momentum import AngularMomentum
+from plantigrade.synthesize.terms.solid import UNIT, SolidLimbs, arms, legs
+from tests.synthesize.coarse_walk import body, solved
+
+pytestmark = pytest.mark.solver
+
+
+def apart(human, qpos, these, those):
+    """Return the least distance of the solids of two sets of bodies, by MuJoCo [m]."""
+    model = human.model
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    name = [model.body(int(b)).name for b in model.geom_bodyid]
+    one, two = (
+        [g for g in range(model.ngeom) if model.geom_group[g] == 1 and name[g] in names]
+        for names in (these, those)
+    )
+    return min(mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a in one for b in two)
+
+
+def bodies(human, stems, side=""):
+    """Return the names of bodies that start so, of one side if given."""
+    return [n for n in human.body_names if n.startswith(stems) and n.endswith(side)]
+
+
+@pytest.mark.parametrize("feet", ["two-segment", "multi-segment"])
+def test_limbs_that_the_rows_keep_apart_are_apart(feet):
+    """Of legs that swing past each other, and arms beside the trunk, at random."""
+    human = Human.create(1.74, 71.0, joints="43", feet=feet)
+    given = ContactBody(human, ())
+    rng = np.random.default_rng(3)
+    names = given.symbolic.names
+    q = np.tile(
+        given.symbolic.from_mujoco(human.standing()[None], *np.zeros((2, 1, len(names))))[0],
+        (60, 1),
+    )
+    for stem, low, high in (
+        ("hip_flexion", -0.3, 0.5), ("hip_adduction", -0.1, 0.12), ("knee_angle", 0.0, 1.0),
+        ("arm_flex", -0.5, 0.5), ("arm_add", -0.25, 0.1),
+    ):  # fmt: skip
+        for side in "rl":
+            q[:, names.index(f"{stem}_{side}")] = rng.uniform(low, high, len(q))
+    zero, none = np.zeros_like(q), np.zeros((len(q), 0))
+    found = [values(f(given, len(q)), q, zero, zero, none) / UNIT for f in (legs, arms)]
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    limb = ("femur", "tibia", "foot", "toes", "heel", "medial", "lateral")
+    true_legs = [apart(human, x, *(bodies(human, limb, f"_{s}") for s in "rl")) for x in qpos]
+    arm, around = ("humerus", "ulna", "radius", "hand"), ["pelvis", "abdomen", "femur_r"]
+    true_arm = [apart(human, x, bodies(human, arm, "_r"), around) for x in qpos]
+    for row, true in ((found[0][:, 0], true_legs), (found[1][:, 0], true_arm)):
+        distance = np.array(true)
+        assert (distance < 0.0).sum() > 3
+        kept = row > 0.0
+        assert kept.sum() > 10
+        assert distance[kept].min() > -0.001  # what the row keeps apart is apart
+        assert np.median((distance - row)[kept]) < 0.025  # and not much more than it must
+
+
+def test_the_row_of_a_walk_is_kept_between_nodes_too():
+    made = solved()
+    times, depth = made.overlapping()
+    assert len(times) > 5 * len(made.problem.nodes)
+    assert depth.max() <= 0.0
+    crossed = made.problem.states(made.coefficients, made.problem.nodes)
+    q = crossed[0].copy()
+    for side, turn in (("r", 0.25), ("l", 0.25)):  # both legs inwards
+        q[:, made.problem.names.index(f"hip_adduction_{side}")] += turn
+    family = legs(body(), len(q))
+    u = np.zeros((len(q), 3 * len(body().sites)))
+    assert values(family, q, *crossed[1:], u).min() < -0.03 * UNIT
+
+
+def test_the_walk_says_that_its_limbs_are_solid_and_a_task_without_the_term_does_not():
+    assert solved().record().limits.overlap == 0.0
+    assert any(isinstance(t, SolidLimbs) for t in solved().task.terms)
+
+
+def test_angular_momentum_is_that_of_mujoco():
+    made, human = solved(), body().human
+    q, v, a = made.problem.states(made.coefficients, made.problem.nodes)
+    builder = ProblemBuilder(body(), made.task.plan, made.problem.nodes)
+    AngularMomentum(1.0, 1.0, 1.0).add_to(builder)
+    family = builder.family("angular momentum")
+    u = np.zeros((len(q), 3 * len(body().sites)))
+    rows = values(family, q, v, a, u)
+    data, model, d = mujoco.MjData(human.model), human.model, human.dimensions
+    unit = human.mass * np.sqrt(9.81) * (d.thigh + d.shank + d.ankle_height) ** 1.5 / 100
+    qpos, qvel, _ = body().symbolic.to_mujoco(q, v, a)
+    for k in range(0, len(q), 5):
+        data.qpos[:], data.qvel[:] = qpos[k], qvel[k]
+        mujoco.mj_forward(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        np.testing.assert_allclose(rows[k] * unit, data.subtree_angmom[1], atol=1e-3)
+
+
+def test_the_way_of_a_turn_turns_with_the_footprints():
+    task = make_task("walk", body().human, {"turn": np.pi / 2})
+    times = np.linspace(0.0, task.plan.duration, 50)
+    way = path_heading(task.plan, times)
+    assert way[0] == pytest.approx(0.0, abs=0.25)
+    assert way[-1] == pytest.approx(np.pi / 2, abs=0.1)
+    assert (np.diff(way) >= -1e-12).all()
+    straight = make_task("walk", body().human, {"periodic": True}).plan
+    np.testing.assert_allclose(path_heading(straight, times), 0.0, atol=1e-12)
