@@ -27,7 +27,7 @@ class Rope:
 
     Attributes:
         body: Index of the body.
-        grip: Where it is held, from its centre of mass, in world axes [m].
+        grip: Where it is held, in its own frame [m].
         end: Where the hand is, world [m].
     """
 
@@ -35,11 +35,16 @@ class Rope:
     grip: Float[Array, " 3"]
     end: Float[Array, " 3"]
 
+    def place(self, data: mujoco.MjData) -> Float[Array, " 3"]:
+        """Return where it is held, world [m]."""
+        turn = data.xmat[self.body].reshape(3, 3)
+        return np.array(data.xpos[self.body] + turn @ self.grip)
+
 
 class Hand(Disturbance):
     """A spring from a body to a hand, no stronger than is allowed, and pushes at the upper trunk.
 
-    The force acts at the centre of mass of the body, so it does not turn it.
+    The rope pulls where the body is held; a push acts at the centre of mass of the trunk.
 
     Attributes:
         most: Greatest force of the rope, and force of a push [N].
@@ -79,16 +84,21 @@ class Hand(Disturbance):
                 world.push(trunk(world.human), force)
         rope = self.rope
         if rope is not None:
-            world.push(rope.body, self.pull(world, rope))
+            world.push(rope.body, *self.pull(world, rope))
 
-    def pull(self, world: "plantigrade.world.world.World", rope: Rope) -> Float[Array, " 3"]:
-        """Return the force of a rope [N]."""
+    def pull(
+        self, world: "plantigrade.world.world.World", rope: Rope
+    ) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
+        """Return the force of a rope [N], and where it acts from the centre of mass [m]."""
         model, data = world.model, world.data
         velocity = np.zeros(6)
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, rope.body, velocity, 0)
+        spin, speed = velocity[:3], velocity[3:]
+        place = rope.place(data)
+        arm = place - data.xipos[rope.body]
         stiffness = self.most / REACH
         damping = min(EASE * stiffness, LIGHT * float(model.body_mass[rope.body]) / self.interval)
-        stretched = rope.end - (data.xipos[rope.body] + rope.grip)
-        force = stiffness * stretched - damping * velocity[3:]
+        own = speed + np.cross(spin, arm)
+        force = stiffness * (rope.end - place) - damping * own
         size = float(np.linalg.norm(force))
-        return force * min(1.0, self.most / max(size, 1e-9))
+        return force * min(1.0, self.most / max(size, 1e-9)), arm

@@ -202,7 +202,9 @@ class Session:
         """Hold a body at a place, and pull it to another one, world [m]."""
         if not 0 < body < self.world.model.nbody:
             raise ParameterError(f"there is no body {body} to be held")
-        self._hand.hold(Rope(body, at - self.world.data.xipos[body], end))
+        data = self.world.data
+        turn = data.xmat[body].reshape(3, 3)
+        self._hand.hold(Rope(body, turn.T @ (at - data.xpos[body]), end))
 
     def pull(self, end: Float[Array, " 3"]) -> None:
         """Pull what is held to another place, world [m]; nothing where nothing is held."""
@@ -277,7 +279,7 @@ class Session:
         force, point = self._touch()
         rope, line = self._hand.rope, None
         if rope is not None:
-            line = np.array([data.xipos[rope.body] + rope.grip, rope.end])
+            line = np.array([rope.place(data), rope.end])
         return Frame(
             world=world,
             time=world.time,

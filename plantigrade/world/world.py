@@ -278,8 +278,9 @@ class World:
         for disturbance in self.disturbances:
             disturbance.act(self)
         self.data.xfrc_applied[:] = 0.0
-        for body, force in self._pushed:
+        for body, force, arm in self._pushed:
             self.data.xfrc_applied[body, :3] += force
+            self.data.xfrc_applied[body, 3:] += np.cross(arm, force)
 
     def _keep(self, recorder: Recorder) -> None:
         """Let the recorder have the step just done."""
@@ -288,19 +289,23 @@ class World:
         motor = actuators.motor_torques(data)
         tau = actuators.joint_forces(data, inside)
         most = len(self.human.body_names)
-        pushed = [(b, f, data.xipos[b].copy()) for b, f in self._pushed if b <= most]
+        pushed = [(b, f, data.xipos[b] + arm) for b, f, arm in self._pushed if b <= most]
         recorder.after(data, taken, tau, motor, pushed, dict(self._signals))
 
-    def push(self, body: int, force: Float[Array, " 3"]) -> None:
-        """Let a force act at the centre of mass of a body, until the next control step or edge.
+    def push(
+        self, body: int, force: Float[Array, " 3"], arm: Float[Array, " 3"] | None = None
+    ) -> None:
+        """Let a force act at a body, until the next control step or edge.
 
         For disturbances, and for whoever drags a body: call it before :meth:`step`.
 
         Args:
             body: Index of the body.
             force: Force, world [N].
+            arm: From its centre of mass to where it acts, world [m]; there if absent.
         """
-        self._pushed.append((body, np.array(force, dtype=float)))
+        lever = np.zeros(3) if arm is None else np.array(arm, dtype=float)
+        self._pushed.append((body, np.array(force, dtype=float), lever))
 
     def say(self, name: str, value: float | Array) -> None:
         """Let a disturbance keep a number or array with the frames, as a signal of that name."""

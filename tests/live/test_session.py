@@ -5,6 +5,7 @@ from threading import Event
 import numpy as np
 import pytest
 
+import plantigrade as pg
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.live import frame
@@ -77,17 +78,22 @@ def test_a_push_moves_the_body_where_it_is_to_and_is_recorded(session):
 
 def test_a_dragged_body_follows_the_hand_with_no_more_than_is_allowed(session):
     hand = HUMAN.body("forearm_r")
-    at = session.world.data.xpos[hand].copy()
+    at = session.world.data.xpos[hand] + [0.0, 0.0, -0.2]  # near the wrist
     session.hand.most = 20.0
     session.ask(lambda: session.hold(hand, at, at))
     session.ask(lambda: session.pull(at + [0.4, 0.0, 0.1]))
     session.advance(0.4)
     np.testing.assert_allclose(session.frame.rope[1], at + [0.4, 0.0, 0.1])
-    assert (session.frame.positions[hand] - at)[0] > 0.02
+    assert (session.frame.rope[0] - at)[0] > 0.02
     record = session.record()
     pulled = next(i for i, s in enumerate(record.sites) if s.name == "push_forearm_r")
     size = np.linalg.norm(record.contact_force[:, pulled], axis=1)
     assert size.max() == pytest.approx(20.0) and size.max() <= 20.0 + 1e-9
+    held = record.contact_point[size > 0, pulled]
+    np.testing.assert_allclose(held[-1], session.frame.rope[0], atol=0.02)
+    turned = record.motion.qpos[-1, 7 + HUMAN.hinge("elbow_flex_r")]
+    assert turned > record.motion.qpos[0, 7 + HUMAN.hinge("elbow_flex_r")] + 0.005
+    assert pg.check(record).measures["root_force"].value < 0.1  # the moment is recorded, too
     session.ask(lambda: session.hand.hold(None))
     session.advance(0.02)
     assert session.frame.rope is None

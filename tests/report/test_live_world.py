@@ -160,7 +160,7 @@ def test_a_body_is_dragged_with_the_mouse(opened, browser):
 
     wait_for(held)
     rope, before = session.hand.rope, session.frame.com
-    pulled = rope.end - (session.world.data.xipos[rope.body] + rope.grip)
+    pulled = rope.end - rope.place(session.world.data)
     assert np.linalg.norm(pulled) > 0.01
     go(opened, 0.3)
     assert (session.frame.com - before) @ pulled > 1e-4
