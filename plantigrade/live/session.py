@@ -183,12 +183,18 @@ class Session:
     def choose(self, choice: Choice) -> None:
         """Take another controller, or another body.
 
-        A new controller takes over where the person is. With other feet or joints the person is
+        A new controller takes over where the person is; one that wants commands more often than
+        this world has them starts anew. With other feet or joints the person is
         another one: it stands, at rest, where the last one was; motion, forces, targets, slope and
         what was recorded so far are lost.
         """
         if (choice.feet, choice.joints) == (self.choice.feet, self.choice.joints):
-            self._controller = self._cast.controller(choice.controller)
+            controller = self._cast.controller(choice.controller)
+            if getattr(controller, "control_rate", 0.0) > self.world.control_rate + 1e-6:
+                self._take(choice, self._director(choice, self._hand, None))
+                self.message = f"{choice.controller} wants other rates: it starts anew."
+                return
+            self._controller = controller
             self.choice, self.message = choice, ""
             return
         self._take(choice, self._director(choice, self._hand, self._place()))

@@ -13,6 +13,7 @@ from typing import Any
 from plantigrade.contact.ground import Ground
 from plantigrade.control import controller_named
 from plantigrade.control.choices import usual
+from plantigrade.errors import PlantigradeError
 from plantigrade.live.clock import Clock
 from plantigrade.live.session import Cast, Choice, Session, run
 from plantigrade.live.slope import Slope
@@ -63,7 +64,7 @@ class Stage:
     @property
     def choice(self) -> Choice:
         """What is chosen by the settings."""
-        word = self.how.controller or usual(self.first.motion)
+        word = self.how.controller or usual(self.first.motion, self.first.record)
         if self.own is not None:
             word = getattr(self.own, "__name__", type(self.own).__name__)
         return Choice(word, self.first.human.feet, self.first.human.joints)
@@ -75,19 +76,19 @@ class Stage:
         begin, first = self.first, self.first.human
         if (choice.feet, choice.joints) != (first.feet, first.joints):
             human = another(first, choice.feet, choice.joints)
-            begin = replace(begin, human=human, motion=None, sites=())
+            begin = replace(begin, human=human, motion=None, record=None, sites=())
         if place is not None:
-            begin = replace(begin, motion=None, place=place)
+            begin = replace(begin, motion=None, record=None, place=place)
         slope = Slope() if self._level else None
         acting = (*(() if slope is None else (slope,)), *self.acting, hand)
-        world = world_of(begin, self.ground, self.how, acting)
-        self.begin = begin
 
         def controller(name: str) -> Controller:
             if self.own is not None and name == self.choice.controller:
                 return self.own
             return controller_named(name, situation(begin, self.ground, self.how))
 
+        world = world_of(begin, self.ground, self.how, acting, controller(choice.controller))
+        self.begin = begin
         return Cast(world=world, controller=controller, slope=slope)
 
 
@@ -236,7 +237,7 @@ def _look_on(
         while not stop.is_set():
             page.show(stop)
             if page.wants_saving.is_set():
-                _save(made, save)
+                _save(made, save, stop)
                 page.wants_saving.clear()
     except KeyboardInterrupt:
         pass
@@ -246,19 +247,25 @@ def _look_on(
         page.close()
 
 
-def _save(made: Live, save: Callable[[Run], None] | None) -> None:
+def _save(made: Live, save: Callable[[Run], None] | None, stop: Event) -> None:
     """Save the run so far; the session pauses meanwhile."""
-    session, taken, got = made.session, Event(), []
+    session, taken = made.session, Event()
+    got: list[Run] = []
 
     def take() -> None:
         session.paused = True
-        got.append(made.run())
-        taken.set()
+        try:
+            got.append(made.run())
+        finally:
+            taken.set()
 
-    session.ask(take)
-    while not taken.wait(1.0):
-        if session.message:
+    session.ask(take)  # which says what is wrong
+    while not taken.wait(0.2):
+        if stop.is_set():
             return
     if save is not None and got:
-        save(got[0])
-        session.message = "Saved."
+        try:
+            save(got[0])
+            session.message = "Saved."
+        except PlantigradeError as error:
+            session.message = str(error)

@@ -11,6 +11,9 @@ from plantigrade.world.recorder import Recorder
 if TYPE_CHECKING:
     import plantigrade.world.world
 
+MOVED = 1e-3
+"""Ground that moved less than this is said to have stayed [m, rad]."""
+
 
 def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Record:
     """Return what a recorder kept of a world.
@@ -39,7 +42,7 @@ def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Rec
         notes.append(
             f"The simulation diverged at {world.diverged:.2f} s; what came before is kept."
         )
-    if "ground.place" in signals:
+    if np.abs(signals.get("ground.place", 0.0)).max() > MOVED:
         notes.append(
             "The ground moved (signal ground.place: shift [m] and tilt [rad]); pages and checker "
             "take it as it is at rest."

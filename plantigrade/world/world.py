@@ -265,8 +265,10 @@ class World:
         recorder, data = self._recorder, self.data
         if self.diverged is None and self._steps % self._per_frame == 0:
             recorder.before(data, self.time)
+            self._disturb([])
             mujoco.mj_forward(self.model, data)
             self._keep(recorder)
+            self._pushed = []
             record = record_of(self, recorder)
             recorder.cut(-1)
             return record

@@ -7,6 +7,7 @@ import pytest
 
 import plantigrade as pg
 from plantigrade.contact.ground import Ground
+from plantigrade.control import Posture
 from plantigrade.errors import ParameterError
 from plantigrade.live import frame
 from plantigrade.live import session as live
@@ -227,3 +228,26 @@ def test_the_loop_goes_on_until_it_is_stopped(session):
     ticks = iter(np.arange(0.0, 1.0, 0.02))
     live.run(session, stop, Ticking(now=lambda: float(next(ticks))))
     assert len(done) == 3 and session.world.time == pytest.approx(sum(done)) and sum(done) > 0.0
+
+
+def test_a_controller_that_wants_commands_more_often_starts_anew(stage, monkeypatch):
+    class Fast(Posture):
+        control_rate = 150.0
+
+    how = SimulateSettings(rate=300.0)
+    stage = Stage(stage.first, Ground(), how)
+    monkeypatch.setattr(
+        "plantigrade.control.choices.CONTROLLERS",
+        {"posture": lambda at: Posture(), "fast": lambda at: Fast()},
+    )
+    session = Session(stage, stage.choice)
+    session.advance(0.1)
+    session.ask(lambda: session.choose(Choice("fast", "rigid", "42")))
+    session.advance(0.0)
+    assert session.world.control_rate == 150.0 and session.world.time == 0.0
+    assert "starts anew" in session.message
+    session.ask(lambda: session.choose(Choice("posture", "rigid", "42")))
+    session.advance(0.1)
+    assert session.world.control_rate == 150.0 and session.world.time == pytest.approx(
+        0.1, abs=0.01
+    )
