@@ -140,6 +140,7 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
             control_rate=control_rate,
             passive=passive,
             recording=recording,
+            exact_limits=False,
         )
         self.world.model.opt.tolerance = TOLERANCE
         self._see = Observation(self.world, lean=lean)

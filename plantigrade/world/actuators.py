@@ -18,6 +18,7 @@ from plantigrade.dynamics.passive import (
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world.command import PD, Acceleration, Command, Commanded, Hinges, StablePD, Torque
+from plantigrade.world.limits import MotorLimits
 
 STRENGTH_STIFFNESS = 4.0
 """Stiffness of a joint by default, by its greatest torque [1/rad]: with it a person stands."""
@@ -37,6 +38,8 @@ class Actuators:
         model: The model of the world, whose actuators, armature and springs are set.
         passive: Whether joints resist by themselves (:mod:`plantigrade.dynamics.passive`).
         rise: How long a motor takes from nothing to its greatest torque [s]; zero: no time.
+        exact: Whether limits hold for all of stable PD (:mod:`plantigrade.world.limits`), or but
+            for its part within a step.
 
     Attributes:
         stiffness: Of :class:`StablePD` where a command names none [N m/rad].
@@ -44,7 +47,15 @@ class Actuators:
         armature: What the world adds to the inertia of each hinge, for stability [kg m²].
     """
 
-    def __init__(self, human: Human, model: mujoco.MjModel, *, passive: bool, rise: float = 0.0):
+    def __init__(
+        self,
+        human: Human,
+        model: mujoco.MjModel,
+        *,
+        passive: bool,
+        rise: float = 0.0,
+        exact: bool = True,
+    ):
         self.model, self.n, self.rise = model, len(human.coordinates), rise
         low, high = human.model.jnt_actfrcrange[1:].T
         self._limits = np.array([low, high])
@@ -59,13 +70,17 @@ class Actuators:
             self._resist(human)
         self._loose = model.dof_damping[self._hinges].copy()
         self._spring = model.jnt_stiffness[1 : 1 + self.n].copy()
+        self._exact, self._limiting = exact, MotorLimits(model, self.n)
         self.reset()
 
     def reset(self) -> None:
         """Start from motors at rest."""
         self._motor, self._limited = np.zeros(self.n), True
+        self._bounds, self._law = self._limits, False
         if self.rise:
+            self._bounds = np.zeros_like(self._limits)
             self.model.actuator_forcerange[: self.n] = 0.0
+        self._limiting.reset()
 
     def _resist(self, human: Human) -> None:
         """Give the joints damping, and springs where their moment is linear."""
@@ -127,14 +142,34 @@ class Actuators:
         self._passive(data)
         self._motor, self._limited = armature, not isinstance(command, Acceleration)
         if self._limited and not self.rise:
-            model.actuator_forcerange[:n] = self._limits.T
+            self._bounds = self._limits
+        if self._limited:
+            model.actuator_forcerange[:n] = self._bounds.T
         # What is damped or springs back by itself is implicit, too.
         if self._factor:
             own = self.armature + h * (self._loose + h * model.jnt_stiffness[1 : 1 + n])
         else:
             own = self.armature + h * self._loose
-        model.dof_armature[self._hinges] = own + armature
+        self._law = self._exact and self._limited and armature is not self._nothing
+        if self._law:
+            self._limiting.set(data, stiffness, damping, armature, own, self._bounds)
+        else:
+            model.dof_armature[self._hinges] = own + armature
         return command
+
+    def step(self, data: mujoco.MjData, times: int) -> None:
+        """Do so many steps of the physics with what was commanded."""
+        if self._law:
+            self._limiting.step(data, times)
+        else:
+            mujoco.mj_step(self.model, data, times)
+
+    def forward(self, data: mujoco.MjData) -> None:
+        """Evaluate the present state with what was commanded."""
+        if self._law:
+            self._limiting.forward(data)
+        else:
+            mujoco.mj_forward(self.model, data)
 
     def ease(self, data: mujoco.MjData, time: float) -> None:
         """Let torques rise in a finite time; to be called before every few steps.
@@ -144,9 +179,13 @@ class Actuators:
             time: Until the next call [s].
         """
         if self.rise and self._limited:
-            torque, step = data.qfrc_actuator[self._hinges], time / self.rise
+            torque, step = self._given(data), time / self.rise
             bounds = [np.clip(torque + step * x, *self._limits) for x in self._limits]
-            self.model.actuator_forcerange[: self.n] = np.stack(bounds, axis=1)
+            self._bounds = np.array(bounds)
+            if self._law:
+                self._limiting.bound(self._bounds)
+            else:
+                self.model.actuator_forcerange[: self.n] = self._bounds.T
 
     def resistance(self, angles: Hinges) -> Hinges:
         """Return the passive moments of hinges at rest [N m].
@@ -206,7 +245,12 @@ class Actuators:
     def motor_torques(self, data: mujoco.MjData) -> Float[Array, " n_hinges"]:
         """Return the torques of the motors alone [N m]."""
         hinges = self._hinges
-        return data.qfrc_actuator[hinges] - self._motor * data.qacc[hinges]
+        motor = self._limiting.armature if self._law else self._motor
+        return data.qfrc_actuator[hinges] - motor * data.qacc[hinges]
+
+    def _given(self, data: mujoco.MjData) -> Float[Array, " n_hinges"]:
+        """Return what the limits hold for, of the motors' torques in the last step [N m]."""
+        return self.motor_torques(data) if self._law else data.qfrc_actuator[self._hinges]
 
     def _numbers(self, name: str, value, default=None) -> Float[Array, " n_hinges"]:
         """Return one number a hinge."""

@@ -209,7 +209,7 @@ class ThrownBox(Box):
         mass, speed, direction, at = written_numbers(word, "box", form, 4)
         edge = float(np.cbrt(max(mass, 0.0) / PARCEL).round(6))
         turned = float(np.deg2rad(direction))
-        return ThrownBox(mass=mass, size=(edge,) * 3, speed=speed, direction=turned, time=at)
+        return ThrownBox(mass=mass, size=(edge, edge, edge), speed=speed, direction=turned, time=at)
 
     def flight(
         self, world: "plantigrade.world.world.World"
