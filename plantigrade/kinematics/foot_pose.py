@@ -112,6 +112,7 @@ class FootPoser:
         coordinates: Names of the hinges of :attr:`FootPose.angles`.
         spheres: Names of the contact spheres of :attr:`FootPose.clearance`.
         segment: Which of :data:`SEGMENTS` each of them belongs to, as an index.
+        toes: How far the tips of medial and lateral toes are from their joints [m].
         standing: Height of the ankle above level ground when the foot stands on it [m].
 
     Raises:
@@ -143,6 +144,8 @@ class FootPoser:
         edge = np.mean([c.position for c in back], axis=0) + self._joint[HEEL]
         self._bend = _bent(BEND)
         tips = [c for c in parts[MEDIAL_TOES].contacts if c.name in ("toe_1", "toe_2")]
+        ends = (parts[MEDIAL_TOES], "toe_2"), (parts[LATERAL_TOES], "toe_4")
+        self.toes = [c.position[0] for b, name in ends for c in b.contacts if c.name == name]
         tip = self._bend @ np.mean([c.position for c in tips], axis=0) + self._joint[MEDIAL_TOES]
         # What has to be how high: heel, cuboid, third toe, fourth toe, edge of the heel, toe tips.
         fourth = self._joint[LATERAL] + self._joint[LATERAL_TOES]
