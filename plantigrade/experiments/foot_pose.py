@@ -65,8 +65,8 @@ def run(
         f"Repeatability of the Oxford Foot Model itself: {ADULTS} deg at most in adults, markers "
         f"put on anew (Wright 2011); {CHILDREN} deg on the mean in children (Mahaffey 2013).",
         "What presses tells nothing of frontal and transverse angles: they are printed to show it. "
-        "The stored hallux turns down against the forefoot at push off in most of these walks, where "
-        "published means bend it up by 34 deg: toes that lie on the ground cannot agree with that.",
+        "At push off the stored hallux turns down against the forefoot in most of these walks; "
+        "published means bend it up by 34 deg, and toes that lie on the ground agree with those.",
     )
     title = "Foot pose from the ankle's path against the Oxford Foot Model, stance"
     names = QUICK if quick else WALKS
