@@ -16,6 +16,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 from benchmarks import (  # noqa: E402
     compiled,
     environment,
+    feet,
     fits,
     kinematics,
     live,
@@ -32,7 +33,8 @@ DATA_VARIABLE = "PLANTIGRADE_DATA"
 OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
-    *("start", "demo", "compiled", "synthesis", "ticks", "world", "live", "environment"),
+    *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live"),
+    "environment",
     *("kinematics", "opensim", "reading", "fits"),
 )
 
@@ -48,6 +50,7 @@ def main() -> int:
         "compiled": compiled.rows,
         "synthesis": synthesis.rows,
         "ticks": lambda: ticks.rows(data, arguments.peers_python),
+        "feet": feet.rows,
         "world": world.rows,
         "live": live.rows,
         "environment": environment.rows,

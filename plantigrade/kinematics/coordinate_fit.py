@@ -92,7 +92,8 @@ def fit_coordinates(
     rests = find_rests(contact, rate, way=way)
     bones: dict[str, float] = {}
     if human.feet == "multi-segment":
-        qpos, bones = with_bones(human, table.time, qpos, rests, known=table.names, turns=False)
+        moving = [n for n, x in zip(table.names, table.values.T, strict=True) if np.ptp(x) > 0]
+        qpos, bones = with_bones(human, table.time, qpos, rests, known=moving, turns=False)
         contact = sole_paths(human, qpos)
     return Fit(
         human=human,

@@ -44,6 +44,7 @@ NONE, EDGE, FLAT, TOES, TIPS, LEAVING = range(6)
 """What presses: nothing, the edge of the heel, the whole foot, the toes, their tips; or nothing
 any more, but straight toes would."""
 _TOES = marks(*SEGMENTS[2:])
+HEADS = "contact_medial_phalanges_metatarsal_3", "contact_lateral_phalanges_metatarsal_4"
 _SETS = np.array([marks(), marks("heel_edge"), marks(*SEGMENTS), _TOES, marks("toe_tips"), _TOES])
 _HEEL, _CUBOID, _MTP, _MTP4 = (slice(k, k + 3) for k in (0, 3, 6, 9))  # hinges of a foot
 _STEPS = 6  # of Gauss-Newton
@@ -128,6 +129,9 @@ def foot_path(
     presses = np.where((presses == NONE) & sunk, LEAVING, presses)
     rolls = (presses == TOES) & (flat.angles[:, _MTP.start] > BEND)
     presses = np.where(rolls, TIPS, presses)
+    # Toes of a foot that may not turn reach down from where their joints are.
+    heads = [poser.spheres.index(f"{head}_{poser.side}") for head in HEADS]
+    dip = np.arcsin(np.clip(air.clearance[:, heads] / poser.toes, 0.0, 1.0))
     turn, angles, shift = np.zeros((n, 3)), np.zeros((n, 12)), np.zeros(n)
     for kind, weight in _weights(time, presses).items():
         rows = np.flatnonzero(weight > 0)
@@ -140,7 +144,7 @@ def foot_path(
         w = weight[rows, None]
         may = turns and kind != LEAVING
         if not may:
-            inner = _upon(facing[rows], pose.rotation, inner, kind, poser.sign)
+            inner = _upon(facing[rows], pose.rotation, inner, kind, poser.sign, dip[rows])
         turned = Rotation.from_matrix(pose.rotation @ facing[rows].swapaxes(1, 2)).as_rotvec()
         turn[rows] += w * turned * may
         angles[rows] += w * inner
@@ -149,8 +153,11 @@ def foot_path(
     return FootPath(rotation, angles, presses, shift)
 
 
-def _upon(facing, rotation, angles, kind: int, sign: float) -> np.ndarray:
-    """Return the hinges that leave pressing segments as they are, the foot turned back."""
+def _upon(facing, rotation, angles, kind: int, sign: float, dip) -> np.ndarray:
+    """Return the hinges that leave pressing segments as they are, the foot turned back.
+
+    Toes that press point down to the ground by ``dip``, but not below the foot [rad].
+    """
     back, out = facing.swapaxes(1, 2) @ rotation, angles.copy()
     heel, cuboid, toes, lateral = (
         hinge_turn(angles[:, part], sign) for part in (_HEEL, _CUBOID, _MTP, _MTP4)
@@ -164,9 +171,10 @@ def _upon(facing, rotation, angles, kind: int, sign: float) -> np.ndarray:
         out[:, _MTP4] = hinge_angles(back @ cuboid @ lateral, sign)
     if kind in (FLAT, TOES, TIPS, LEAVING):
         out[:, _MTP] = hinge_angles(back @ toes, sign)
-    if kind == LEAVING:
-        for toe in (_MTP, _MTP4):
-            out[:, toe.start] = np.clip(out[:, toe.start], 0.0, BEND)
+    if kind in (TOES, TIPS, LEAVING):
+        for toe, down in zip((_MTP, _MTP4), dip.T, strict=True):
+            down = 0.0 if kind == LEAVING else down
+            out[:, toe.start] = np.clip(out[:, toe.start] - down, 0.0, BEND)
     return out
 
 

@@ -112,6 +112,7 @@ class FootPoser:
         coordinates: Names of the hinges of :attr:`FootPose.angles`.
         spheres: Names of the contact spheres of :attr:`FootPose.clearance`.
         segment: Which of :data:`SEGMENTS` each of them belongs to, as an index.
+        toes: How far the tips of medial and lateral toes are from their joints [m].
         standing: Height of the ankle above level ground when the foot stands on it [m].
 
     Raises:
@@ -143,6 +144,8 @@ class FootPoser:
         edge = np.mean([c.position for c in back], axis=0) + self._joint[HEEL]
         self._bend = _bent(BEND)
         tips = [c for c in parts[MEDIAL_TOES].contacts if c.name in ("toe_1", "toe_2")]
+        ends = (parts[MEDIAL_TOES], "toe_2"), (parts[LATERAL_TOES], "toe_4")
+        self.toes = [c.position[0] for b, name in ends for c in b.contacts if c.name == name]
         tip = self._bend @ np.mean([c.position for c in tips], axis=0) + self._joint[MEDIAL_TOES]
         # What has to be how high: heel, cuboid, third toe, fourth toe, edge of the heel, toe tips.
         fourth = self._joint[LATERAL] + self._joint[LATERAL_TOES]
@@ -205,16 +208,19 @@ class FootPoser:
             wanted = (ground.height + self._heights)[None]
             *found, spheres = solve(ankle, facing, n, n[None, None], wanted)
             return FootPose(*found[:3], spheres @ n - ground.height - self._radius, found[3])
-        found, spheres = None, ankle[:, None] + (facing @ self._at_rest.T).swapaxes(1, 2)
-        for _ in range(ROUNDS):
-            normals, wanted = self._planes(spheres, ankle, facing, found, ground)
+        found, aslant = None, self._radius
+        spheres = ankle[:, None] + (facing @ self._at_rest.T).swapaxes(1, 2)
+        for k in range(ROUNDS):
+            if k == 1:  # the spheres are near their places: the ground there is as steep as this
+                aslant = self._radius / (ground.normal_at(spheres) @ n)
+            normals, wanted = self._planes(spheres, ankle, facing, found, aslant, ground)
             *found, spheres = solve(ankle, facing, n, normals, wanted)
         assert found is not None
         gap = spheres @ n - ground.under(spheres)
         gap *= ground.normal_at(spheres) @ n
         return FootPose(*found[:3], gap - self._radius, found[3])
 
-    def _planes(self, spheres, ankle, facing, found, ground: Ground):
+    def _planes(self, spheres, ankle, facing, found, aslant, ground: Ground):
         """Return the normal of the ground under each segment and how high each joint has to be.
 
         The plane of a segment is the one through the ground under its spheres that comes closest
@@ -227,7 +233,6 @@ class FootPoser:
         if found is not None:  # the fourth toe, as far as the lateral metatarsals are bent
             joints[:, LATERAL_TOES] = spheres[:, self.spheres.index(f"{FOURTH}_{self.side}")]
         below = ground.under(spheres)
-        aslant = self._radius / (ground.normal_at(spheres) @ ground.normal)
         seen, at = spheres @ axes, joints @ axes
         normals = np.empty((len(ankle), 4, 3))
         wanted = np.empty((len(ankle), 6))
@@ -239,7 +244,7 @@ class FootPoser:
             up = np.concatenate([-slope, np.ones((len(x), 1))], axis=1)
             length = np.linalg.norm(up, axis=1)
             # A sphere on a slope touches it beside its lowest point, which is the higher for it.
-            z = z + aslant[:, mine] - self._radius[mine] * length[:, None]
+            z = z + aslant[..., mine] - self._radius[mine] * length[:, None]
             rise = z - level[:, None] - ((x - middle[:, None]) @ slope[:, :, None])[..., 0]
             normals[:, k] = (up / length[:, None]) @ axes.T
             base = level + rise.max(axis=1)
@@ -274,14 +279,14 @@ class FootPoser:
         aloft = ~np.array(pressing)[self.segment]
         others = self._at_rest[aloft], self._radius[aloft]
         down_again = toes and medial and not lateral  # the fourth toe, about the cuboid joint
-        flat = [k for k in range(4) if pattern[k]]
-        moved = flat + [LATERAL] * down_again + [MEDIAL_TOES, LATERAL_TOES] * rolling
+        flat = _as_slice([k for k in range(4) if pattern[k]])
+        moved = any(pattern[:4]) or rolling
         free = any(pattern[k] for k in (LATERAL, LATERAL_TOES))
 
         def solve(ankle, facing, n, normals, wanted):
             high, seen = ankle @ n, n @ facing  # the second: R^T n, one row per frame
             w = high[:, None] - wanted[:, hold]
-            above = high - (wanted[:, hold] - self._heights[hold]).mean(axis=1) if hold else high
+            above = high - wanted[:, hold[0]] + self._heights[hold[0]] if len(hold) == 2 else high
             u, down, open_ = find(w, seen, others, above)
             turn, half = smallest_turn(u, seen)
             R, open_ = facing @ turn, open_ | half
@@ -289,9 +294,10 @@ class FootPoser:
             Q = np.empty((len(ankle), 4, 3, 3))
             Q[:] = R[:, None]
             joints = origin[:, None] + self._joint @ R.swapaxes(1, 2)
-            if flat:
+            if flat is not None:
                 axes, along = axes_upon(normals, facing[:, None, :, 0], R[:, None, :, 0])
-                Q[:, flat] = (axes @ self._sole_axes)[:, flat]
+                axes = axes if axes.shape[1] == 1 else axes[:, flat]
+                Q[:, flat] = axes @ self._sole_axes[flat]
                 open_ = open_ | along.any(axis=1)
             if down_again:
                 w = joints[:, LATERAL] @ n - wanted[:, LATERAL_TOES]
@@ -307,17 +313,24 @@ class FootPoser:
                     Q[:, LATERAL_TOES] = Q[:, LATERAL]
             else:
                 joints[:, LATERAL_TOES] += joints[:, LATERAL] - origin
-            angles = np.zeros((len(ankle), 4, 3))
             if moved:
-                parents = np.empty_like(Q)
-                parents[:] = R[:, None]
-                parents[:, LATERAL_TOES] = Q[:, LATERAL]
-                angles[:, moved] = hinge_angles((parents.swapaxes(2, 3) @ Q)[:, moved], self.sign)
-            spheres = joints[:, self.segment]
-            spheres += (Q[:, self.segment] @ self._centres)[..., 0]
-            return R, angles.reshape(-1, 12), -down, open_, spheres
+                inner = R.swapaxes(1, 2)[:, None] @ Q
+                inner[:, LATERAL_TOES] = inner[:, LATERAL].swapaxes(1, 2) @ inner[:, LATERAL_TOES]
+                angles = hinge_angles(inner, self.sign).reshape(-1, 12)
+            else:
+                angles = np.zeros((len(ankle), 12))
+            spheres = joints[:, self.segment] + (Q[:, self.segment] @ self._centres)[..., 0]
+            return R, angles, -down, open_, spheres
 
         return solve
+
+
+def _as_slice(index: list[int]) -> slice | list[int] | None:
+    """Return sorted indices as a slice where they are in a row; None where there are none."""
+    if not index:
+        return None
+    whole = index == list(range(index[0], index[-1] + 1))
+    return slice(index[0], index[-1] + 1) if whole else index
 
 
 def _bent(angle: float) -> np.ndarray:

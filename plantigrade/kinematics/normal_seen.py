@@ -61,13 +61,13 @@ class NormalSeen:
 
     def _one(self, w, seen):
         """Eqs. 1 and 2 of [Park2020]_: the turn in the plane of the normal and the joint."""
-        cosine = np.clip(w / self.length, -1.0, 1.0)
+        cosine = np.minimum(np.maximum(w / self.length, -1.0), 1.0)
         down = w - self.length * cosine
         aside = seen - (seen @ self.along)[:, None] * self.along
         size = np.sqrt((aside * aside).sum(axis=1))
         sine = np.sqrt(1.0 - cosine * cosine)
         open_ = size < SMALL
-        if open_.any():
+        if size.min() < SMALL:
             aside[open_], size[open_] = self.sideways, 1.0
         u = (sine / size)[:, None] * aside - cosine[:, None] * self.along
         return u, down, open_ & (sine > SMALL)
@@ -104,8 +104,8 @@ def smallest_turn(c, d):
     K = (c @ CROSS).reshape(-1, 3, 3) @ d[:, :, None]
     half = cosine < SMALL - 1.0
     turn = cosine[:, None, None] * _ONE + (K[..., 0] @ CROSS).reshape(-1, 3, 3)
-    turn += K @ (K.swapaxes(1, 2) / np.where(half, 1.0, 1.0 + cosine)[:, None, None])
-    if half.any():
+    turn += K @ (K.swapaxes(1, 2) / np.maximum(1.0 + cosine, SMALL)[:, None, None])
+    if cosine.min() < SMALL - 1.0:
         lost = c[half]
         axis = axes_upon(lost, np.tile(_ONE[1], (len(lost), 1)))[0][..., 0]
         turn[half] = 2 * axis[:, :, None] * axis[:, None] - _ONE
@@ -122,7 +122,7 @@ def axes_upon(up, forward, instead=None):
     x = forward - up * (forward * up).sum(axis=-1, keepdims=True)
     size = np.sqrt((x * x).sum(axis=-1, keepdims=True))
     along = size[..., 0] < SMALL
-    if along.any():
+    if size.min() < SMALL:
         up, x = np.broadcast_arrays(up, x)
         x, size = x.copy(), size.copy()
         for other in (instead, _ONE[np.abs(up).argmin(axis=-1)]):
@@ -131,11 +131,10 @@ def axes_upon(up, forward, instead=None):
                 lost = size[..., 0] < SMALL
                 x[lost] = np.broadcast_to(flat, x.shape)[lost]
                 size = np.sqrt((x * x).sum(axis=-1, keepdims=True))
-    x = x / size
-    up = np.broadcast_to(up, x.shape)
-    y = ((up @ CROSS).reshape(*up.shape, 3) @ x[..., None])[..., 0]
+    x /= size
     out = np.empty((*x.shape, 3))
-    out[..., 0], out[..., 1], out[..., 2] = x, y, up
+    out[..., 0], out[..., 2] = x, up
+    out[..., 1] = ((up @ CROSS).reshape(*up.shape, 3) @ x[..., None])[..., 0]
     return out, along
 
 
@@ -148,7 +147,7 @@ def hinge_angles(turn: Float[Array, "*n 3 3"], sign: float) -> Float[Array, "*n 
     """
     out = np.empty(turn.shape[:-1])
     out[..., 0] = -np.arctan2(turn[..., 0, 2], turn[..., 2, 2])
-    out[..., 1] = sign * np.arcsin(np.clip(-turn[..., 1, 2], -1.0, 1.0))
+    out[..., 1] = sign * np.arcsin(np.minimum(np.maximum(-turn[..., 1, 2], -1.0), 1.0))
     out[..., 2] = sign * np.arctan2(turn[..., 1, 0], turn[..., 1, 1])
     return out
 
