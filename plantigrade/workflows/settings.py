@@ -201,6 +201,8 @@ class SolveSettings(Settings):
     """First guesses, all but the first with noise; the cheapest motion is taken."""
     seed: int = 0
     """Seed of the noise of restarts."""
+    replay: Flag = False
+    """Carry the motion out in the physical world as well, pushed and not: half a minute."""
 
     def __post_init__(self):
         """Refuse what cannot be."""

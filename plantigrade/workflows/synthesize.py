@@ -30,6 +30,7 @@ from plantigrade.synthesize.tasks.task_file import TaskFile
 from plantigrade.synthesize.tasks.walking import periodic_walk
 from plantigrade.synthesize.warm_start import WarmStart
 from plantigrade.synthesize.zhakatayev2023 import paper_motion
+from plantigrade.workflows.replays import certificate, certified
 from plantigrade.workflows.settings import (
     DEFAULT_JOINTS,
     PaperSettings,
@@ -95,7 +96,17 @@ def synthesize_task(
     run = run_of(
         solution, settings, origin, strides=strides, words=words, figures={"restarts": trials}
     )
-    return replace(run, seconds={**run.seconds, "prepare": prepared})
+    run = replace(run, seconds={**run.seconds, "prepare": prepared})
+    return proven(run) if how.replay else run
+
+
+def proven(run: Run) -> Run:
+    """Return a run with what became of its motion in the physical world: figures and a note."""
+    began = clock.perf_counter()
+    figures = certificate(run.record)
+    record = replace(run.record, notes=(*run.record.notes, certified(figures)))
+    seconds = {**run.seconds, "replay": clock.perf_counter() - began}
+    return replace(run, record=record, figures={**run.figures, **figures}, seconds=seconds)
 
 
 def _refuse_beside_timing(how: SolveSettings, file: TaskFile | None) -> None:

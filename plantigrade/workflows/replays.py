@@ -1,0 +1,243 @@
+"""Replays of a motion, one after the other: does it survive, and what push does it survive?"""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plantigrade.contact.ground import Ground
+from plantigrade.control import Replay
+from plantigrade.record import Record
+from plantigrade.world import Command, Disturbance, Push, State, World, on_ground
+
+NOISE = 0.05
+"""Of disturbed starts: standard deviation of every velocity [m/s, rad/s]."""
+HOLD = 1.0
+"""So long a motion that ends at rest is held [s]."""
+FLOATING = 0.05
+"""A start this far off the ground is a flight, and left as it is [m]."""
+PUSH = 0.2
+"""Length of a push [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Otherwise:
+    """What is otherwise than the motion was planned for.
+
+    Attributes:
+        mass: Of every segment, by what was planned.
+        friction: Of the ground; None: as planned.
+        ground: Another ground; None: as planned.
+        delay: Of every command [s].
+        sensor_angle: Standard deviation of what is seen of the angles [rad].
+        sensor_rate: Likewise of their rates, and of the pelvis [rad/s, m/s].
+    """
+
+    mass: float = 1.0
+    friction: float | None = None
+    ground: Ground | None = None
+    delay: float = 0.0
+    sensor_angle: float = 0.0
+    sensor_rate: float = 0.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a replay.
+
+    Attributes:
+        survived: Whether the person was on the feet at the end.
+        seconds: How long they were [s].
+        error: Of the joints to the motion, root mean square [rad].
+        off_path: Of the centre of mass from the motion at the end, over the ground [m].
+        figures: Of the touchdowns.
+    """
+
+    survived: bool
+    seconds: float
+    error: float
+    off_path: float
+    figures: dict[str, float]
+
+
+def replay_once(
+    record: Record | Replay,
+    duration: float | None = None,
+    *,
+    seed: int = 0,
+    noise: float = NOISE,
+    acting: Sequence[Disturbance] = (),
+    otherwise: Otherwise | None = None,
+) -> Outcome:
+    """Carry out a motion in a world and say what became of it.
+
+    Args:
+        record: The motion, or its controller where the same one serves many replays.
+        duration: How long [s]; a motion that ends at rest is held a while if absent.
+        seed: Of the noise; 0: an undisturbed start.
+        noise: Standard deviation of what is added to every velocity of the start.
+        acting: What acts besides.
+        otherwise: What is otherwise than planned.
+    """
+    controller = record if isinstance(record, Replay) else Replay(record)
+    record, how = controller.record, otherwise or Otherwise()
+    motion = record.motion
+    ground = record.ground if how.ground is None else how.ground
+    if how.friction is not None:
+        ground = replace(ground, friction=how.friction)
+    qpos, qvel = motion.qpos[0], motion.qvel[0].copy()
+    placed = on_ground(record.human, ground, qpos)
+    if abs(placed[2] - qpos[2]) <= FLOATING:
+        qpos = placed
+    if seed:
+        qvel += noise * np.random.default_rng(seed).standard_normal(len(qvel))
+    world = World(
+        record.human,
+        ground,
+        acting,
+        rate=controller.rate,
+        control_rate=controller.control_rate,
+        recording=False,
+        sites=[s for s in controller.sites if not s.side],
+        qpos=qpos,
+        qvel=qvel,
+        seed=seed,
+    )
+    if how.mass != 1.0:
+        heavier(world, how.mass)
+    if duration is None:
+        duration = motion.duration + HOLD * controller.reference.ends
+    acts, state = seen(controller, how, world), world.reset()
+    squares: list[float] = []
+    while world.time < duration - 1e-6 and world.fall is None and world.diverged is None:
+        command = acts(state)
+        squares.append(float(np.square(command.signals["tracking_error"])))
+        state = world.step(command)
+    survived = world.fall is None and world.diverged is None
+    figures = controller.figures()
+    error = float(np.sqrt(np.mean(squares)))
+    return Outcome(survived, world.time, error, float(figures["off_path_end_m"]), figures)
+
+
+def heavier(world: World, factor: float) -> None:
+    """Make the person of a world heavier, as the controller does not know."""
+    own = slice(1, len(world.human.body_names) + 1)
+    world.model.body_mass[own] *= factor
+    world.model.body_inertia[own] *= factor
+    mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
+
+
+def seen(controller: Replay, how: Otherwise, world: World) -> Callable[[State], Command]:
+    """Return a controller that sees with noise and acts with delay."""
+    late = round(how.delay * world.control_rate)
+    waiting: deque[Command] = deque()
+
+    def acts(state: State) -> Command:
+        if how.sensor_angle or how.sensor_rate:
+            n = len(state.qvel)
+            rates = state.qvel + how.sensor_rate * world.random.standard_normal(n)
+            angles = state.qpos.copy()
+            angles[7:] += how.sensor_angle * world.random.standard_normal(n - 6)
+            state.qpos, state.qvel = angles, rates
+        waiting.append(controller(state))
+        return waiting.popleft() if len(waiting) > late else waiting[0]
+
+    return acts
+
+
+def largest_push(
+    controller: Replay,
+    time: float,
+    direction: float,
+    forces: Sequence[float],
+    *,
+    after: float = 3.5,
+    starts: Sequence[int] = (1,),
+) -> float:
+    """Return the largest push at the upper trunk that is survived from every start [N].
+
+    Forces are tried in order until one is not survived; 0: not even the first was.
+
+    Args:
+        controller: The replay.
+        time: When it begins [s].
+        direction: Where to: 0 forward, a quarter turn to the left [rad].
+        forces: To be tried, in rising order [N].
+        after: So long the person must stay on the feet after it began [s].
+        starts: Seeds of the starts.
+    """
+    held = 0.0
+    for force in forces:
+        push = Push(force=force, duration=PUSH, direction=direction, time=time)
+        for seed in starts:
+            if not replay_once(controller, time + after, seed=seed, acting=(push,)).survived:
+                return held
+        held = force
+    return held
+
+
+def certificate(record: Record, duration: float | None = None) -> dict[str, Any]:
+    """Return whether a motion survives in the physical world, its error, and what push it survives.
+
+    One undisturbed and one disturbed start; pushes forward, back and to the sides in the middle of
+    the motion, of 50 and 100 N.
+
+    Args:
+        record: The motion.
+        duration: Of the replay [s]; as in :func:`replay_once` if absent.
+    """
+    controller = Replay(record)
+    found = [replay_once(controller, duration, seed=seed) for seed in (0, 1)]
+    survived = all(each.survived for each in found)
+    pushes: dict[str, float] = {}
+    if survived:
+        middle = min(0.5 * record.motion.duration, LATEST)
+        for name, angle in DIRECTIONS.items():
+            pushes[name] = largest_push(controller, middle, angle, TRIED, after=AFTER)
+    return {
+        "replay_survived": survived,
+        "replay_seconds": min(each.seconds for each in found),
+        "replay_error_rms_deg": float(np.rad2deg(max(each.error for each in found))),
+        "replay_off_path_end_m": max(each.off_path for each in found),
+        **{f"replay_push_{name}_n": force for name, force in pushes.items()},
+    }
+
+
+TRIED, AFTER = (50.0, 100.0), 1.5
+"""Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
+LATEST = 2.0
+"""A push of a certificate comes no later [s]."""
+DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}
+
+
+def certified(figures: dict[str, Any]) -> str:
+    """Return the certificate of a motion in one sentence."""
+    if not figures["replay_survived"]:
+        return (
+            f"Carried out in the physical world it falls after {figures['replay_seconds']:.2f} s."
+        )
+    pushes = [v for k, v in figures.items() if k.startswith("replay_push_")]
+    weakest = min(pushes)
+    way = next(
+        k.split("_")[2] for k, v in figures.items() if k.startswith("replay_push_") and v == weakest
+    )
+    held = (
+        f"a push of {weakest:.0f} N for {PUSH:g} s in every direction tried"
+        if weakest
+        else f"not every push of {TRIED[0]:.0f} N (weakest: {way})"
+    )
+    off, beside = figures["replay_error_rms_deg"], 100.0 * figures["replay_off_path_end_m"]
+    return (
+        f"Carried out in the physical world it survives, {off:.1f}° off the motion and "
+        f"{beside:.0f} cm beside its path at the end; on the way it survives {held}."
+    )
+
+
+TRIED, AFTER = (50.0, 100.0), 1.5
+"""Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
+LATEST = 2.0
+"""A push of a certificate comes no later [s]."""
+DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}

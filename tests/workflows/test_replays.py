@@ -1,0 +1,56 @@
+"""Replays of a motion: outcomes and certificates."""
+
+from pathlib import Path
+
+import pytest
+
+from plantigrade.control import Replay
+from plantigrade.record import Run
+from plantigrade.workflows.replays import Otherwise, certified, largest_push, replay_once
+
+STORED = Path(__file__).parents[1] / "stored"
+
+
+@pytest.fixture(scope="module")
+def controller() -> Replay:
+    return Replay(Run.load(STORED / "side-step").record)
+
+
+def test_a_replay_is_the_same_again_and_another_start_another_one(controller):
+    one, same, other = (replay_once(controller, 0.02, seed=s) for s in (1, 1, 2))
+    assert one == same and one.survived
+    assert one.error != other.error
+
+
+def test_what_is_otherwise_than_planned_reaches_the_world(controller):
+    plain = replay_once(controller, 0.02)
+    cases = (
+        Otherwise(mass=1.1),
+        Otherwise(delay=0.01),
+        Otherwise(sensor_angle=0.01, sensor_rate=0.05),
+    )
+    for how in cases:
+        assert replay_once(controller, 0.02, otherwise=how).error != plain.error
+
+
+@pytest.mark.slow
+def test_a_push_that_throws_anybody_over_is_not_survived(controller):
+    assert largest_push(controller, 0.0, 0.0, (3000.0, 6000.0), after=1.0) == 0.0
+
+
+def test_a_certificate_is_one_sentence():
+    held = {
+        "replay_survived": True,
+        "replay_seconds": 2.0,
+        "replay_error_rms_deg": 1.23,
+        "replay_off_path_end_m": 0.04,
+        "replay_push_left_n": 50.0,
+        "replay_push_back_n": 100.0,
+    }
+    assert certified(held) == (
+        "Carried out in the physical world it survives, 1.2° off the motion and 4 cm beside its "
+        "path at the end; on the way it survives a push of 50 N for 0.2 s in every direction tried."
+    )
+    assert "not every push of 50 N (weakest: left)" in certified(held | {"replay_push_left_n": 0.0})
+    fell = certified(held | {"replay_survived": False})
+    assert fell == "Carried out in the physical world it falls after 2.00 s."
