@@ -14,7 +14,8 @@ class Command(VaultSettings, JobOptions, RunOptions):
     """Search the activations that throw a gymnast off the vaulting table fastest.
 
     A planar model of six segments, driven by torques, from touchdown of the hands to take-off. The
-    exit code is 3 if the hands never leave the table or the vault does not pass the check.
+    exit code is 3 if the hands never leave the table, the body falls, or the vault does not pass
+    the check.
     """
 
     def run(self) -> Outcome:
@@ -26,7 +27,14 @@ class Command(VaultSettings, JobOptions, RunOptions):
         progress = Progress(quiet=self.quiet)
         self.refuse_existing(f"vault-{5 if self.five_segments else 6}-segments")
         settings = VaultSettings.of(self)
-        run = vault(settings, jobs=self.jobs, step=progress.step, command=command_line())
+        run = vault(
+            settings,
+            jobs=self.jobs,
+            backend=self.backend,
+            address=self.address,
+            step=progress.step,
+            command=command_line(),
+        )
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:

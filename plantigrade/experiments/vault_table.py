@@ -15,10 +15,10 @@ import numpy as np
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.table import ResultTable, Row, at_most, between, sheet
 from plantigrade.record.jobs import run_jobs
+from plantigrade.vault.changes import AGAIN, Changed, ranking, sensitivity
 from plantigrade.vault.result import Vaulted, angular_difference
 from plantigrade.vault.search import OPTIMISERS, Found, Search
 from plantigrade.vault.segments import NAMES
-from plantigrade.vault.sensitivity import AGAIN, Changed, ranking, sensitivity
 from plantigrade.vault.simulation import NODES, Vault
 from plantigrade.workflows.settings import VaultSettings
 from plantigrade.workflows.vault import FINE, figures_of, recorded, the_vault
@@ -36,7 +36,7 @@ SHOWN = {
     "contact_time_s": "s",
     "take_off_forward_m_s": "m/s",
     "trunk_take_off_deg": "deg",
-    "trunk_rate_take_off_deg_s": "deg/s",
+    "somersault_take_off_deg_s": "deg/s",
     "hand_force_up_max_bw": "BW",
     "elbow_touchdown_rad": "rad",
     "elbow_take_off_rad": "rad",
@@ -72,7 +72,6 @@ def run(
             mine = [f for f in found if f.optimiser == name]
             rises = np.array([f.rise for f in mine])
             took = sum(f.seconds for f in mine)
-            seconds = max(seconds, took)
             spread = float(rises.std(ddof=1)) if len(rises) > 1 else 0.0
             lines.append(
                 (f"{model}, {name}", *(f"{v:.3f}" for v in (rises.max(), rises.mean(), spread)),
@@ -81,6 +80,7 @@ def run(
             rows.append(Row(f"{model} {name}", "best", float(rises.max()), "m/s"))
             rows.append(Row(f"{model} {name}", "mean", float(rises.mean()), "m/s"))
             rows.append(Row(f"{model} {name}", "SD", spread, "m/s"))
+        seconds = max(seconds, sum(f.seconds for f in found))
         winner = max(found, key=lambda f: f.rise)
         vaulted = recorded(vault, winner)
         best[model] = vault, vaulted
@@ -103,7 +103,13 @@ def run(
             note=f"the report's {DIFFERENCE} % is of its model against a gymnast")
     )  # fmt: skip
     rows.append(
-        at_most("a search of ten starts", "processor time", seconds * STARTS / starts, 120, "s")
+        at_most(
+            "a search from ten starts, both optimisers",
+            "processor time",
+            seconds * STARTS / starts,
+            120,
+            "s",
+        )
     )
     sheets = [
         sheet(
@@ -139,6 +145,7 @@ def _found(
     every = []
     for task in tasks:
         r = {k: v for k, v in kept.results[keys[task]].items() if k != "code"}
+        r["rise"] = -np.inf if r["rise"] is None else r["rise"]
         nodes = np.array(r.pop("nodes"), dtype=float).reshape(NODES, -1)
         every.append(Found(nodes=nodes, **r))
     return every
@@ -172,7 +179,11 @@ def _sensitivity_sheet(kept: KeptResults, vault: Vault, rows: list[Row]) -> str:
     key = f"sensitivity, {AGAIN} vaults, {best['rise']:.6f}"
     changed = kept.get(
         key,
-        lambda: {"changes": [tuple(vars(c).values()) for c in sensitivity(vault, found, jobs=-1)]},
+        lambda: {
+            "changes": [
+                tuple(vars(c).values()) for c in sensitivity(vault, found, parallel={"jobs": -1})
+            ]
+        },
     )["changes"]
     changes = tuple(Changed(n, *(np.nan if v is None else v for v in r)) for n, *r in changed)
     table = []

@@ -12,10 +12,10 @@ from plantigrade.vault.approach import Approach
 from plantigrade.vault.table import Table
 
 if TYPE_CHECKING:
+    from plantigrade.vault.changes import sensitivity
     from plantigrade.vault.result import Vaulted
     from plantigrade.vault.search import Search, searched
     from plantigrade.vault.segments import Segments
-    from plantigrade.vault.sensitivity import sensitivity
     from plantigrade.vault.simulation import Vault
 
 __all__ = [
@@ -35,7 +35,7 @@ _HOMES = {
     "Vault": "simulation",
     "Vaulted": "result",
     "searched": "search",
-    "sensitivity": "sensitivity",
+    "sensitivity": "changes",
 }
 
 

@@ -162,6 +162,25 @@ class Vaulted:
             ]
         )
 
+    def somersault(self, frame: int) -> float:
+        """Return how fast the whole body turns forward [rad/s].
+
+        It is its angular momentum about the centre of mass over the moment of inertia that it has
+        in this posture.
+        """
+        human, motion = self.vault.segments.human, self.motion
+        data = mujoco.MjData(human.model)
+        momentum = []
+        rigid = np.zeros(human.model.nv)
+        rigid[4] = 1.0  # about the left-right axis, forward
+        for qvel in (motion.qvel[frame], rigid):
+            data.qpos[:], data.qvel[:] = motion.qpos[frame], qvel
+            mujoco.mj_fwdPosition(human.model, data)
+            mujoco.mj_fwdVelocity(human.model, data)
+            mujoco.mj_subtreeVel(human.model, data)
+            momentum.append(data.subtree_angmom[1][1])
+        return float(momentum[0] / momentum[1])
+
     def record(self, references: Mapping[str, Motion] | None = None) -> Record:
         """Return the Record, with other motions of the gymnast beside it."""
         segments, table = self.vault.segments, self.vault.table

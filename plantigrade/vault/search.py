@@ -10,9 +10,10 @@ evaluations for 30 unknowns, two searches each, it ended at 2.571 and 2.573 m/s 
 2.562 m/s. It needs no further library.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import process_time
+from typing import Any
 
 import numpy as np
 
@@ -40,7 +41,8 @@ class Found:
         optimiser: One of :data:`OPTIMISERS`.
         seed: Of its first guess.
         nodes: Activation at each node, one column a joint that moves.
-        rise: Velocity of the centre of mass upward at take-off [m/s]; -inf if there is none.
+        rise: Velocity of the centre of mass upward at take-off, less what :meth:`Vault.worth` takes
+            off for joints that run into their ends [m/s]; -inf if the hands never leave.
         evaluations: How many vaults were tried.
         restarts: How often a simplex was started again.
         seconds: Processor time [s].
@@ -152,7 +154,7 @@ def searched(
     starts: int = 10,
     *,
     seed: int = 0,
-    jobs: int = 1,
+    parallel: Mapping[str, Any] | None = None,
     say: Callable[[Found], None] = lambda _: None,
 ) -> tuple[Found, ...]:
     """Return what all searches found, the best first.
@@ -162,7 +164,8 @@ def searched(
         optimisers: Which are used.
         starts: Searches of each.
         seed: Of the first start; the others count on.
-        jobs: How many are done side by side; -1 for one per core.
+        parallel: How they are done side by side: ``jobs``, ``backend`` and ``address`` of
+            :func:`~plantigrade.record.jobs.run_jobs`; one after the other if absent.
         say: Called with each as it is done.
 
     Raises:
@@ -170,7 +173,7 @@ def searched(
     """
     found: list[Found] = []
     tasks = [(name, seed + k) for k in range(starts) for name in optimisers]
-    for done in run_jobs(search, tasks, jobs=jobs):
+    for done in run_jobs(search, tasks, **(parallel or {})):
         if done.result is None:
             raise SolverError(f"a search failed: {done.problem}")
         found.append(done.result)

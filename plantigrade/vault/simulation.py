@@ -10,7 +10,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.vault.approach import Approach
 from plantigrade.vault.compiled import Stepper
 from plantigrade.vault.equations import EXTRAS, JOINTS, Equations
-from plantigrade.vault.segments import Segments
+from plantigrade.vault.segments import NAMES, Segments
 from plantigrade.vault.table import Table
 
 LONGEST = 0.4
@@ -131,7 +131,19 @@ class Vault:
         return np.r_[theta, omega, 0.0]
 
     def contact(self, nodes: Float[Array, "k j"]) -> Contact:
-        """Return what happens with activations, one row a node, one column a joint that moves."""
+        """Return what happens with activations, one row a node, one column a joint that moves.
+
+        Raises:
+            ParameterError: If one is not between -1 and 1, or the columns are not those joints.
+        """
+        if nodes.ndim != 2 or nodes.shape[1] != len(self.segments.joints):
+            names = ", ".join(NAMES[i] for i in self.segments.joints)
+            raise ParameterError(f"activations need one column for each of {names}")
+        if not np.abs(nodes).max() <= 1.0:
+            raise ParameterError(
+                f"an activation of {nodes.flat[np.abs(nodes).argmax()]:.3g} is not between -1, all "
+                "strength in flexion, and 1, all in extension"
+            )
         u = self.activation(nodes)
         y, e = self.stepper(self.start, u, self.step)
         n = len(y)

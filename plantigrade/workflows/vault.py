@@ -11,10 +11,10 @@ from plantigrade.constants import GRAVITY
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Run
 from plantigrade.vault.approach import NAMES, Approach
+from plantigrade.vault.changes import Changed, ranking, sensitivity
 from plantigrade.vault.result import Vaulted, angular_difference
 from plantigrade.vault.search import OPTIMISERS, Found, Search, searched
 from plantigrade.vault.segments import Segments
-from plantigrade.vault.sensitivity import Changed, ranking, sensitivity
 from plantigrade.vault.simulation import LONGEST, Vault
 from plantigrade.vault.table import Table
 from plantigrade.workflows.fit import Step, silent
@@ -32,6 +32,8 @@ def vault(
     settings: VaultSettings | None = None,
     *,
     jobs: int = 1,
+    backend: str = "loky",
+    address: str | None = None,
     step: Step = silent,
     command: str = "",
     **options: Any,
@@ -41,6 +43,8 @@ def vault(
     Args:
         settings: What decides the result.
         jobs: How many searches are done side by side; -1 for one per core.
+        backend: Where they run: joblib's backend.
+        address: Of a running Ray or Dask cluster.
         step: Shows progress.
         command: The command line, for the provenance.
         options: Fields of ``settings`` by name, such as ``speed=5.2`` [m/s]; they replace those
@@ -62,6 +66,7 @@ def vault(
     gymnast = the_vault(how)
     assert gymnast.start is not None  # refuses hands that never touch before any search
     names = OPTIMISERS if how.optimiser == "both" else (how.optimiser,)
+    parallel = {"jobs": jobs, "backend": backend, "address": address}
     began = clock.perf_counter()
 
     def search(who: Vault) -> tuple[Found, ...]:
@@ -70,7 +75,7 @@ def vault(
         )
         with step(words):
             how_to = Search(who, how.evaluations, how.activation)
-            return searched(how_to, names, how.starts, seed=how.seed, jobs=jobs)
+            return searched(how_to, names, how.starts, seed=how.seed, parallel=parallel)
 
     every = search(gymnast)
     other = the_vault(replace(how, five_segments=not how.five_segments)) if how.compare else None
@@ -78,7 +83,7 @@ def vault(
     changes: tuple[Changed, ...] = ()
     if how.sensitivity:
         with step("changing the approach"):
-            changes = sensitivity(gymnast, every[0], most=how.activation, jobs=jobs)
+            changes = sensitivity(gymnast, every[0], most=how.activation, parallel=parallel)
     seconds = clock.perf_counter() - began
     with step("recording and checking"):
         return run_of(how, gymnast, every, command, seconds, beside, changes)
@@ -143,6 +148,11 @@ def run_of(
             f"in {tried} vaults the hands never left the table within {LONGEST:g} s: arrive "
             "faster, or on a stiffer table"
         )
+    elif vaulted.contact.rise <= 0.0:
+        status = (
+            f"the best of the vaults leaves the table with the centre of mass falling at "
+            f"{-vaulted.contact.rise:.1f} m/s: arrive faster, or with more rise"
+        )
     human, words = gymnast.segments.human, f"{gymnast.segments.count} segments"
     sentence = (
         f"Contact with the vaulting table of a gymnast of {human.height:.2f} m and "
@@ -160,7 +170,7 @@ def run_of(
         {**figures, **verdict.figures()},
         Provenance(command, how.plain(), {}, how.seed),
         seconds={"search": seconds},
-        name=f"{gymnast.segments.count}-segments",
+        name=f"vault-{gymnast.segments.count}-segments",
     )
 
 
@@ -173,7 +183,7 @@ def recorded(gymnast: Vault, found: Found) -> Vaulted:
 def figures_of(vaulted: Vaulted) -> dict[str, Any]:
     """Return what a vault shows."""
     contact, vault = vaulted.contact, vaulted.vault
-    theta, rate, _ = vaulted.coordinates
+    theta = vaulted.coordinates[0]
     weight = vault.segments.human.mass * GRAVITY
     forward, up = contact.extras[-1, 2], contact.extras[-1, 3]
     hinge, share = vaulted.held
@@ -190,7 +200,7 @@ def figures_of(vaulted: Vaulted) -> dict[str, Any]:
         "table_depth_max_mm": float(-1000.0 * contact.extras[:, 5].min()),
         "trunk_touchdown_deg": float(turn[0]),
         "trunk_take_off_deg": float(turn[-1]),
-        "trunk_rate_take_off_deg_s": float(-np.rad2deg(rate[-1, 2])),
+        "somersault_take_off_deg_s": float(np.rad2deg(vaulted.somersault(-1))),
         "elbow_touchdown_rad": float(elbow[0]),
         "elbow_take_off_rad": float(elbow[-1]),
         "joint_strength_max_pct": float(100.0 * contact.extras[:, 6].max()),

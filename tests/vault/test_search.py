@@ -8,8 +8,8 @@ import pytest
 from plantigrade.analyze.check import check
 from plantigrade.errors import ParameterError
 from plantigrade.vault import Approach, Search, Vault, Vaulted, searched, sensitivity
+from plantigrade.vault.changes import ranking
 from plantigrade.vault.result import angular_difference
-from plantigrade.vault.sensitivity import ranking
 
 
 def test_both_optimisers_find_more_than_chance_and_keep_to_bounds(vault):
@@ -42,6 +42,7 @@ def test_a_vault_is_a_record_that_the_checker_passes(vault, nodes):
     start, end = vaulted.contact.extras[[0, -1], 2:4]
     assert impulse[[0, 2]] == pytest.approx(human.mass * (end - start), rel=1e-4, abs=1e-2)
     assert start == pytest.approx([vault.approach.speed, vault.approach.rise], abs=1e-9)
+    assert vaulted.somersault(0) == pytest.approx(vault.approach.somersault, rel=1e-9)
     assert vaulted.contact.left and vaulted.contact.extras[-1, 1] < 1e-3
     for name in ("hip_flexion", "elbow_flex"):
         assert np.array_equal(record.motion[f"{name}_r"], record.motion[f"{name}_l"])
@@ -62,10 +63,26 @@ def test_hands_that_never_touch_are_refused(vault, approach, said):
         assert vault.with_approach(Approach(**approach)).start is not None
 
 
+def test_hands_that_do_not_leave_in_time_are_no_vault(vault, nodes, monkeypatch):
+    monkeypatch.setattr("plantigrade.vault.simulation.LONGEST", 0.05)
+    contact = vault.contact(nodes)
+    assert not contact.left and contact.time[-1] == pytest.approx(0.05, abs=2e-3)
+    assert vault.worth(nodes) == -np.inf
+    record = Vaulted(vault, contact).record()
+    assert np.isfinite(record.motion.qpos).all() and record.contact_force[-1, 0, 2] > 100.0
+
+
 def test_angles_of_a_vault_differ_from_its_own_by_nothing(vault, nodes):
     one = Vaulted(vault, vault.contact(nodes))
     other = Vaulted(vault, vault.contact(0.5 * nodes))
     assert angular_difference(one, one) == 0.0 < angular_difference(one, other) < 20.0
+
+
+def test_activations_are_between_flexion_and_extension(vault, nodes):
+    with pytest.raises(ParameterError, match="activation of -1.6 is not between -1"):
+        vault.contact(-2.0 * nodes[:, ::-1] + 0.2)
+    with pytest.raises(ParameterError, match="one column for each of shoulder, elbow, hip"):
+        vault.contact(nodes[:, :4])
 
 
 @pytest.mark.slow
@@ -81,7 +98,8 @@ def test_five_segments_keep_the_elbow_and_pass_the_check(vault):
 
 
 @pytest.mark.slow
-def test_the_approach_matters(vault):
+def test_the_approach_matters(vault, monkeypatch):
+    monkeypatch.setattr("plantigrade.vault.changes.AGAIN", 100)
     found = searched(Search(vault, evaluations=600), ("evolution",), starts=1)[0]
     changes = sensitivity(vault, found)
     assert len(changes) == 18

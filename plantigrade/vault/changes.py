@@ -1,6 +1,8 @@
 """How much a vault depends on how the gymnast arrives."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +60,11 @@ class _Change:
 
 
 def sensitivity(
-    vault: Vault, found: Found, *, most: float = 1.0, jobs: int = 1
+    vault: Vault,
+    found: Found,
+    *,
+    most: float = 1.0,
+    parallel: Mapping[str, Any] | None = None,
 ) -> tuple[Changed, ...]:
     """Return what changes if each part of the approach is :data:`SHARE` more or less.
 
@@ -69,14 +75,14 @@ def sensitivity(
         vault: The gymnast.
         found: The best activations.
         most: Greatest activation.
-        jobs: How many searches are done side by side.
+        parallel: As of :func:`~plantigrade.vault.search.searched`.
 
     Returns:
         Two changes for each of :data:`~plantigrade.vault.approach.NAMES`, down and up.
     """
     tasks = [(name, sign * SHARE) for name in NAMES for sign in (-1, 1)]
     found_all = []
-    for done in run_jobs(_Change(vault, found, most), tasks, jobs=jobs):
+    for done in run_jobs(_Change(vault, found, most), tasks, **(parallel or {})):
         nothing = Changed(done.item[0], done.item[1], np.nan, np.nan)
         found_all.append(nothing if done.result is None else done.result)
     return tuple(found_all)
