@@ -5,10 +5,8 @@ import numpy as np
 import pytest
 
 from plantigrade.models import Human
-from plantigrade.synthesize import ContactBody
+from plantigrade.synthesize import ContactBody, ProblemBuilder, make_task
 from plantigrade.synthesize.diagnose.violations import values
-from plantigrade.synthesize.problem.builder import ProblemBuilder
-from plantigrade.synthesize.tasks.registry import make_task
 from plantigrade.synthesize.terms.heading import path_heading
 from plantigrade.synthesize.terms.momentum import AngularMomentum
 from plantigrade.synthesize.terms.solid import UNIT, SolidLimbs, arms, legs
