@@ -2,11 +2,11 @@
 
 A person of 66 coordinates on multi-segment feet, 30 decisions a second on physics at 150 Hz, once
 with the reference itself as the policy, once with a random one; falls and new starts included.
-Times are the processor's.
+First many persons in one process, as a learner has them, then one alone. Times are the processor's.
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import mujoco
 import numpy as np
@@ -15,53 +15,53 @@ from benchmarks.world import part_rows
 from plantigrade.experiments.table import Row, at_least
 
 GOAL = 2000.0  # decisions per second
-STEPS, REPEATS = 400, 5
+MANY, STEPS, REPEATS = 32, 640, 5
 NOISE = 0.18  # of a random policy: 0.11 rad, with which walking was learned
 
 
 def rows() -> Iterator[Row]:
     """Yield decisions per second of two policies, and what share of the time is MuJoCo's."""
-    from plantigrade.learn import Walk
+    from plantigrade.learn import Reference, Walks
 
-    env = Walk()
-    rng = np.random.default_rng(0)
-    n = len(env.action)
-    policies: dict[str, Callable[[], np.ndarray]] = {
-        "the reference followed": lambda: np.zeros(n),
-        "a random policy": lambda: NOISE * rng.standard_normal(n),
-    }
-    for name, policy in policies.items():
-        whole, physics = (
-            min(t) for t in zip(*(timed(env, policy) for _ in range(REPEATS)), strict=True)
-        )
-        subject = f"66 coordinates, 30 Hz on 150 Hz, {name}"
-        yield at_least(subject, "speed", 1.0 / whole, GOAL, "decisions/s")
-        yield Row(subject, "one decision", 1e6 * whole, "µs")
-        yield Row(subject, "of it: five steps of MuJoCo alone", 1e6 * physics, "µs")
-        yield Row(subject, "of it: the same", 100.0 * physics / whole, "%")
-    yield from part_rows("66 coordinates, 150 Hz", env.world)
+    reference = Reference.of(None)
+    for many in (MANY, 1):
+        envs = Walks(many, reference)
+        for name, noise in (("the reference followed", 0.0), ("a random policy", NOISE)):
+            found = [timed(envs, noise) for _ in range(REPEATS)]
+            whole, physics = (min(each) for each in zip(*found, strict=True))
+            subject = f"66 coordinates, 30 Hz on 150 Hz, {name}, {many} in a process"
+            speed = 1.0 / whole
+            if many == MANY:
+                yield at_least(subject, "speed", speed, GOAL, "decisions/s")
+            else:
+                yield Row(subject, "speed", speed, "decisions/s")
+            yield Row(subject, "one decision", 1e6 * whole, "µs")
+            yield Row(subject, "of it: five steps of MuJoCo alone", 1e6 * physics, "µs")
+            yield Row(subject, "of it: the same", 100.0 * physics / whole, "%")
+    yield from part_rows("66 coordinates, 150 Hz", envs.following.worlds[0])
 
 
-def timed(env, policy: Callable[[], np.ndarray]) -> tuple[float, float]:
+def timed(envs, noise: float) -> tuple[float, float]:
     """Return how long a decision takes, and how long its steps of MuJoCo take alone [s]."""
-    env.reset(seed=0)
-    model, data = env.world.model, env.world.data
+    envs.reset(seed=0)
+    rng, shape = np.random.default_rng(0), envs.action_space.shape
+    worlds, n = envs.following.worlds, envs.num_envs
     states: list[tuple[np.ndarray, ...]] = []
     spent = 0.0
-    for _ in range(STEPS):
-        before = data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy()
+    for _ in range(STEPS // n):
+        action = noise * rng.standard_normal(shape)
+        before = [(d.qpos.copy(), d.qvel.copy(), d.qacc_warmstart.copy())
+                  for d in (world.data for world in worlds)]  # fmt: skip
         began = time.process_time()
-        *_, terminated, truncated, _ = env.step(policy())
-        over = terminated or truncated
-        if over:
-            env.reset()
+        _, _, terminated, truncated, _ = envs.step(action)
         spent += time.process_time() - began
-        if not over:
-            states.append((*before, data.ctrl.copy()))
-    alone, own = 0.0, mujoco.MjData(model)
+        for world, kept, over in zip(worlds, before, terminated | truncated, strict=True):
+            if not over:
+                states.append((*kept, world.data.ctrl.copy()))
+    alone, model, own = 0.0, worlds[0].model, mujoco.MjData(worlds[0].model)
     for qpos, qvel, warm, ctrl in states:
         own.qpos[:], own.qvel[:], own.qacc_warmstart[:], own.ctrl[:] = qpos, qvel, warm, ctrl
         began = time.process_time()
         mujoco.mj_step(model, own, 5)
         alone += time.process_time() - began
-    return spent / STEPS, alone / len(states)
+    return spent / (STEPS // n * n), alone / len(states)

@@ -17,7 +17,6 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.learn.reference import Frame
 from plantigrade.models import Human
-from plantigrade.world import StablePD
 from plantigrade.world.scene import FOOT
 
 
@@ -95,22 +94,26 @@ class Action:
         """Return the number of numbers."""
         return self._n + len(self.joints)
 
+    @property
+    def fixed(self) -> tuple[Float[Array, " n_hinges"], Float[Array, " n_hinges"]]:
+        """Stiffness [N m/rad] and damping [N m s/rad] of all hinges where no action changes any."""
+        return self._stiffness, self._damping
+
     def gains_of(
-        self, action: Float[Array, " n"]
-    ) -> tuple[Float[Array, " n_hinges"], Float[Array, " n_hinges"]]:
-        """Return stiffness [N m/rad] and damping [N m s/rad] of all hinges."""
-        if not self.joints:
-            return self._stiffness, self._damping
-        stiffness, damping = self._stiffness.copy(), self._damping.copy()
-        alpha = action[self._n :]
-        stiffness[self._variable] *= (self.gains.span**alpha)[self._joint]
-        damping[self._variable] *= (self.gains.damping_span ** (0.5 * alpha))[self._joint]
+        self, action: Float[Array, "n k"]
+    ) -> tuple[Float[Array, "n n_hinges"], Float[Array, "n n_hinges"]]:
+        """Return stiffness [N m/rad] and damping [N m s/rad] of all hinges, a row an action."""
+        shape = (len(action), len(self._stiffness))
+        stiffness, damping = (np.tile(x, (shape[0], 1)) for x in self.fixed)
+        if self.joints:
+            alpha = action[:, self._n :]
+            stiffness[:, self._variable] *= (self.gains.span**alpha)[:, self._joint]
+            factor = self.gains.damping_span ** (0.5 * alpha)
+            damping[:, self._variable] *= factor[:, self._joint]
         return stiffness, damping
 
-    def command(self, action: Float[Array, " n"], reference: Frame) -> StablePD:
-        """Return the command of an action within ±1, at the end of the control step."""
-        target = reference.qpos[7:].copy()
-        target[self.displaced] += self.reach * action[: self._n]
-        velocity = reference.qvel[6:] if self.lead else None
-        stiffness, damping = self.gains_of(action)
-        return StablePD(target, velocity, stiffness=stiffness, damping=damping)
+    def targets(self, action: Float[Array, "n k"], reference: Frame) -> Float[Array, "n n_hinges"]:
+        """Return the postures that actions within ±1 ask for at the end of the control step."""
+        target = reference.qpos[:, 7:].copy()
+        target[:, self.displaced] += self.reach * action[:, : self._n]
+        return target

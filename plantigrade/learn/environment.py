@@ -8,44 +8,29 @@
     env = gymnasium.make("plantigrade/Walk-v0", reference="runs/fit-walk")
     observation, info = env.reset(seed=0)
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+
+Many of them in one process, which takes half the time for each::
+
+    envs = gymnasium.make_vec("plantigrade/Walk-v0", num_envs=16)
 """
 
-from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
-import mujoco
 import numpy as np
 
-from plantigrade.constants import SIDES
-from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.extras import require
-from plantigrade.kinematics.state import State as BodyState
-from plantigrade.learn.action import PAPER_GAINS, Action, Gains
-from plantigrade.learn.observation import Observation
-from plantigrade.learn.reference import Frame, Heading, Reference
-from plantigrade.learn.reward import LEAN_WEIGHTS, Reward, Weights
-from plantigrade.record import Record, Run
-from plantigrade.world import Disturbance, World, on_ground
-from plantigrade.world.grounds import ground_named, platform_named
+from plantigrade.learn.following import DIVERGED, Following, Rules
+from plantigrade.options import refuse_unknown
+from plantigrade.record import Record
+from plantigrade.world import World
 
 if TYPE_CHECKING:
     import gymnasium
 else:
     gymnasium = require("gymnasium", "learn")
-
-RATE, CONTROL_RATE = 150.0, 30.0
-"""Steps of the physics, and of the policy, by default [1/s]."""
-TOLERANCE = 1e-5
-"""Of the solver of contacts: rates of joints are then within 1e-4 rad/s in a control step."""
-FORMS = ("lean", "paper")
-LOST = 0.6
-"""A centre of mass farther than this from its path is lost [m]."""
-LOW = 0.7
-"""A pelvis lower than this has fallen, of its height in standing."""
-UPRIGHT = 0.5
-"""Cosine of the greatest angle between the pelvis' long axis and the vertical."""
+    require("gymnasium.vector", "learn")
 
 
 class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
@@ -53,107 +38,35 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
 
     Every episode begins on the reference, at a random instant of it [DeepMimic]_, and ends early
     (``terminated``) where the person has fallen or lost the way, or the simulation has diverged;
-    ``truncated`` after ``duration``, or where a reference that is no walk ends.
+    ``truncated`` after its ``duration``, or where a reference that is no walk ends.
 
     Args:
-        reference: Whom and what to follow: a run (recorded and fitted, rebuilt, or synthesised),
-            its folder, a :class:`~plantigrade.record.Record` or a :class:`Reference`. The published
-            mean walk on a person of 66 coordinates if absent.
-        form: ``"lean"``, with which walking was learned in a million steps: the joints of the body
-            are displaced, the rates of the reference are known to the motors, and the person sees
-            how far it is off; or ``"paper"``, state and action as [Park2020]_ prints them.
-        gains: Whether gains of the feet are in the action; so in ``"paper"`` if absent.
-        base: The gains; those of the form if absent.
-        weights: Weights of the reward; those of the form if absent.
-        reach: Displacement of a joint for an action of 1; 0.6 in ``"lean"``, 1 in ``"paper"`` if
-            absent [rad].
-        ground: What the person walks on, or its name (``"bumps:2"``, ``"tilting:3"``).
-        disturbances: What else acts; their times are those of the episode.
-        duration: Longest episode [s].
-        rate: Steps of the physics per second, a whole multiple of ``control_rate`` [1/s].
-        control_rate: Decisions per second [1/s].
-        passive: Whether joints resist by themselves, as tissue does; the paper's do not.
-        recording: Whether :meth:`record` is wanted; it costs a tenth.
-        start: At which part of the stride every episode begins, from 0 to 1; random if absent.
+        reference: Whom and what to follow, as in :class:`~plantigrade.learn.following.Rules`.
         render_mode: None; look at :meth:`record` instead.
+        rules: Fields of :class:`~plantigrade.learn.following.Rules` by name: ``form="paper"``,
+            ``gains=True``, ``ground="bumps:2"``, …
 
     Raises:
         ParameterError: If a value is not allowed, or the reference cannot be followed.
         MissingExtra: If Gymnasium is not installed.
 
     Attributes:
-        reference: The reference.
-        world: The world.
-        action: Which numbers of an action are what.
+        following: The person, and what is followed.
     """
 
     metadata = {"render_modes": []}
 
-    def __init__(
-        self,
-        reference: str | Path | Run | Record | Reference | None = None,
-        *,
-        form: str = "lean",
-        gains: bool | None = None,
-        base: Gains | None = None,
-        weights: Weights | None = None,
-        reach: float | None = None,
-        ground: Ground | str = "flat",
-        disturbances: Sequence[Disturbance] = (),
-        duration: float = 10.0,
-        rate: float = RATE,
-        control_rate: float = CONTROL_RATE,
-        passive: bool = False,
-        recording: bool = False,
-        start: float | None = None,
-        render_mode: str | None = None,
-    ):
-        if form not in FORMS:
-            raise ParameterError(f"form={form!r} must be one of {', '.join(FORMS)}")
-        if not duration > 0:
-            raise ParameterError(f"duration={duration:g} s must be positive")
-        if start is not None and not 0.0 <= start <= 1.0:
-            raise ParameterError(f"start={start:g} must be a part of a stride, from 0 to 1")
+    def __init__(self, reference: Any = None, *, render_mode: str | None = None, **rules: Any):
         if render_mode is not None:
             raise ParameterError("render_mode must be None: save a run of record() and look at it")
-        lean = form == "lean"
-        self.render_mode, self.start, self.duration = None, start, float(duration)
-        self.reference = Reference.of(reference)
-        human = self.reference.human
-        self.action = Action(
-            human,
-            base or (Gains() if lean else PAPER_GAINS),
-            all_joints=not lean,
-            variable=not lean if gains is None else gains,
-            reach=reach or (0.6 if lean else 1.0),
-            lead=lean,
-        )
-        plate = platform_named(ground) if isinstance(ground, str) else None
-        if isinstance(ground, str):
-            ground = ground_named("flat" if plate else ground)
-        self._even = ground == Ground(friction=ground.friction)
-        self.world = World(
-            human,
-            ground,
-            (*(() if plate is None else (plate,)), *disturbances),
-            rate=rate,
-            control_rate=control_rate,
-            passive=passive,
-            recording=recording,
-            exact_limits=False,
-        )
-        self.world.model.opt.tolerance = TOLERANCE
-        self._see = Observation(self.world, lean=lean)
-        self._reward = Reward(self.world, weights or (LEAN_WEIGHTS if lean else Weights()))
-        rest = BodyState(human, human.standing())
-        self._feet = [human.body(f"foot_{side}") for side in SIDES]
-        self._ankle = min(float(rest.origin(f"foot_{side}")[2]) for side in SIDES)
-        self._low = LOW * float(human.standing()[2])
-        self._begin, self._now = 0.0, self.reference.at(0.0)
-        wide = np.full(len(self._see), np.inf, dtype=np.float32)
-        self.observation_space = gymnasium.spaces.Box(-wide, wide, dtype=np.float32)
-        one = np.ones(len(self.action), dtype=np.float32)
-        self.action_space = gymnasium.spaces.Box(-one, one, dtype=np.float32)
+        self.render_mode = None
+        self.following = Following(_rules(reference, rules))
+        self.observation_space, self.action_space = spaces(self.following)
+
+    @property
+    def world(self) -> World:
+        """The world."""
+        return self.following.worlds[0]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -165,45 +78,28 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
             options: ``{"phase": …}``: at which part of the stride, from 0 to 1.
         """
         super().reset(seed=seed)
-        where = (options or {}).get("phase", self.start)
+        where = (options or {}).get("phase", self.following.rules.start)
         part = self.np_random.random() if where is None else float(where)
-        self._begin = part * self.reference.period
-        self._now = frame = self.reference.at(self._begin)
-        qpos = frame.qpos.copy()
-        if self._even:
-            qpos[2] += frame.depth
-        else:
-            qpos = on_ground(self.reference.human, self.world.ground, qpos)
-        self.world.reset(int(self.np_random.integers(2**31)), qpos=qpos, qvel=frame.qvel)
-        phase = self.phase
-        return self._see.of(self._refresh(), frame, phase), {"phase": phase}
+        self.following.begin([0], [part], [int(self.np_random.integers(2**31))])
+        return self.following.seen()[0], {"phase": self.phase}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Let one decision act, held for one control step.
 
         ``info`` has the terms of the reward by name, ``phase``, and ``end``: why the episode ended.
         """
-        world = self.world
-        bounded = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
-        time = self._begin + world.time + 1.0 / world.control_rate
-        self._now = frame = self.reference.at(time)
-        world.advance(self.action.command(bounded, frame))
-        if world.diverged is not None:
-            nothing = np.zeros(len(self._see), dtype=np.float32)
-            return nothing, 0.0, True, False, {"phase": self.phase, "end": "diverged"}
-        turn = self._refresh()
-        end, phase = self._end(frame), self.phase
-        seen = self._see.of(turn, frame, phase)
-        reward, info = self._reward.of(turn, frame)
-        over = not self.reference.cyclic and time >= self.reference.period
-        long = world.time >= self.duration - 1e-9
-        more = {**info, "phase": phase, "end": end}
-        return seen, reward, bool(end), not end and (over or long), more
+        rewards, (end,), over, terms = self.following.step(np.asarray(action)[None])
+        info: dict[str, Any] = {name: float(value[0]) for name, value in terms.items()}
+        info |= {"phase": self.phase, "end": end}
+        seen = self.following.seen()[0]
+        if end == DIVERGED:
+            seen = np.zeros_like(seen)
+        return seen, float(rewards[0]), bool(end), bool(over[0]), info
 
     @property
     def phase(self) -> float:
         """Which part of the stride has passed, from 0 to 1."""
-        return self.reference.phase(self._begin + self.world.time)
+        return float(self.following.phase[0])
 
     def record(self) -> Record:
         """Return the episode so far, for report and viewer.
@@ -213,23 +109,86 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         """
         return self.world.record()
 
-    def _refresh(self) -> Heading:
-        """Bring MuJoCo's kinematics up to date: a step leaves them one step behind."""
-        model, data = self.world.model, self.world.data
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_comVel(model, data)
-        return Heading(data.qpos[3:7])
 
-    def _end(self, frame: Frame) -> str:
-        """Return why the episode ends here; empty if it does not."""
-        data = self.world.data
-        w, x, y, z = data.qpos[3:7].tolist()
-        if self.world.fall is not None or 1.0 - 2.0 * (x * x + y * y) < UPRIGHT:
-            return "fell"
-        place = data.xpos
-        height = data.qpos[2] - min(place[foot, 2] for foot in self._feet) + self._ankle
-        if height < self._low:
-            return "fell"
-        off = data.subtree_com[1] - frame.com
-        return "lost" if off @ off > LOST**2 else ""
+class Walks(gymnasium.vector.VectorEnv):
+    """Many persons who are to follow a walk, in one process.
+
+    What is seen and rewarded is computed for all of them at once. An episode that has ended begins
+    anew in the same step: its last sight is ``infos["final_obs"]``, where ``infos["_final_obs"]``
+    says so, and likewise ``final_info`` with ``end``.
+
+    Args:
+        num_envs: How many.
+        reference: As for :class:`Walk`.
+        rules: Likewise.
+
+    Raises:
+        ParameterError: As :class:`Walk`.
+    """
+
+    metadata = {
+        "render_modes": [],
+        "autoreset_mode": gymnasium.vector.AutoresetMode.SAME_STEP,
+    }
+
+    def __init__(self, num_envs: int = 1, reference: Any = None, **rules: Any):
+        if num_envs < 1:
+            raise ParameterError(f"num_envs={num_envs} must be 1 or more")
+        self.num_envs, self.render_mode = num_envs, None
+        self.following = Following(_rules(reference, rules), num_envs)
+        own = spaces(self.following)
+        self.single_observation_space, self.single_action_space = own
+        self.observation_space, self.action_space = (
+            gymnasium.vector.utils.batch_space(space, num_envs) for space in own
+        )
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start all episodes; ``seed`` is that of the random numbers of all, from now on."""
+        if isinstance(seed, list):
+            known = [s for s in seed if s is not None]
+            seed = int(np.random.SeedSequence(known).generate_state(1)[0]) if known else None
+        super().reset(seed=seed)
+        self._begin(list(range(self.num_envs)))
+        return self.following.seen(), {"phase": self.following.phase}
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Let one decision of everybody act, held for one control step."""
+        rewards, ends, truncated, terms = self.following.step(actions)
+        terminated = np.array([bool(end) for end in ends])
+        seen, phase = self.following.seen(), self.following.phase
+        for i, end in enumerate(ends):
+            if end == DIVERGED:
+                seen[i] = 0.0
+        done = terminated | truncated
+        infos: dict[str, Any] = {**terms, "phase": phase}
+        if done.any():
+            which = np.flatnonzero(done).tolist()
+            infos["final_obs"], infos["_final_obs"] = seen, done
+            infos["final_info"] = {"end": np.array(ends, dtype=object), "_end": done}
+            infos["_final_info"] = done
+            self._begin(which)
+            seen = self.following.seen()
+        return seen, rewards, terminated, truncated, infos
+
+    def _begin(self, which: list[int]) -> None:
+        start = self.following.rules.start
+        parts = self.np_random.random(len(which)) if start is None else [start] * len(which)
+        seeds = self.np_random.integers(2**31, size=len(which))
+        self.following.begin(which, [float(p) for p in parts], [int(s) for s in seeds])
+
+
+def spaces(following: Following) -> tuple[Any, Any]:
+    """Return the spaces of what one person sees and decides."""
+    wide = np.full(len(following.observation), np.inf, dtype=np.float32)
+    one = np.ones(len(following.action), dtype=np.float32)
+    box = gymnasium.spaces.Box
+    return box(-wide, wide, dtype=np.float32), box(-one, one, dtype=np.float32)
+
+
+def _rules(reference: Any, rules: dict[str, Any]) -> Rules:
+    refuse_unknown("Walk", rules, [f.name for f in fields(Rules)])
+    return Rules(reference=reference, **rules)

@@ -1,12 +1,11 @@
 """What a policy sees of the person, in axes that turn with the pelvis over the ground."""
 
-from math import cos, pi, sin
-
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.learn.reference import Frame, Heading
-from plantigrade.world import World
+from plantigrade.learn.reference import Frame
+from plantigrade.learn.view import View
+from plantigrade.models import Human
 
 
 class Observation:
@@ -24,74 +23,81 @@ class Observation:
     world. Without these a policy cannot know that it leaves the line.
 
     Args:
-        world: Whose person is seen.
+        human: The person.
         lean: Which form.
     """
 
-    def __init__(self, world: World, *, lean: bool):
-        data, n = world.data, len(world.human.body_names)
-        self.lean, self.n = lean, n
-        self.size = (15 * n + 9) if lean else (13 * n + 1)
-        # Arrays of MuJoCo stay where they are; making views of them takes longer than reading them.
-        own = slice(1, n + 1)
-        self._place, self._spin, self._speed = (
-            data.xpos[own],
-            data.cvel[own, :3],
-            data.cvel[own, 3:],
-        )
-        self._quat, axes = data.xquat[own], data.xmat[own].reshape(n, 3, 3)
-        self._axes = axes.transpose(2, 0, 1)[:2]
-        self._com = data.subtree_com[1]
-        self._seen = np.zeros((5 if lean else 3, n, 3))
+    def __init__(self, human: Human, *, lean: bool):
+        self.lean, self.bodies = lean, len(human.body_names)
+        self.size = (15 * self.bodies + 9) if lean else (13 * self.bodies + 1)
 
     def __len__(self) -> int:
         """Return the number of numbers."""
         return self.size
 
-    def of(self, turn: Heading, reference: Frame, phase: float) -> Float[np.ndarray, " n"]:
-        """Return what is seen; the kinematics of the world must be up to date.
+    def of(
+        self, view: View, reference: Frame, phase: Float[Array, " n"]
+    ) -> Float[np.ndarray, "n size"]:
+        """Return what is seen in every world of a view that is up to date.
 
         Args:
-            turn: Where the pelvis faces.
-            reference: Where the person should be.
+            view: The persons.
+            reference: Where they should be.
             phase: Part of the stride that has passed.
         """
-        n, all_seen, place, spin = self.n, self._seen, self._place, self._spin
-        np.subtract(place, place[0], out=all_seen[0])
-        np.add(self._speed, cross(spin, place - self._com), out=all_seen[1])
-        all_seen[2] = spin
+        n, b, turn = len(phase), self.bodies, view.turn
+        spin = view.motion[..., :3]
+        parts = np.empty((n, 5 if self.lean else 3, b, 3))
+        parts[:, 0] = view.place - view.place[:, :1]
+        parts[:, 1] = view.motion[..., 3:]
+        parts[:, 1] += cross(spin, view.place - view.com[:, None])
+        parts[:, 2] = spin
         if self.lean:
-            all_seen[3:] = self._axes
-        seen = all_seen.reshape(-1, 3) @ turn.matrix
-        seen[0, 2] = place[0, 2]
-        out = np.empty(self.size, dtype=np.float32)
+            parts[:, 3], parts[:, 4] = first_axes(view.turned)
+        seen = parts.reshape(n, -1, 3) @ turn
+        seen[:, 0, 2] = view.place[:, 0, 2]
+        seen = seen.reshape(n, -1)
+        out = np.empty((n, self.size), dtype=np.float32)
         if self.lean:
-            out[: 15 * n] = seen.ravel()
-            angle = 2.0 * pi * phase
-            off = (self._com - reference.com) @ turn.matrix
-            more = (cos(angle), sin(angle), cos(2 * angle), sin(2 * angle))
-            out[15 * n :] = (*more, *off.tolist(), turn.cosine, turn.sine)
+            out[:, : 15 * b] = seen
+            angle = 2.0 * np.pi * phase
+            last = out[:, 15 * b :]
+            last[:, 0], last[:, 1] = np.cos(angle), np.sin(angle)
+            last[:, 2], last[:, 3] = np.cos(2 * angle), np.sin(2 * angle)
+            last[:, 4:7] = ((view.com - reference.com)[:, None] @ turn)[:, 0]
+            last[:, 7], last[:, 8] = turn[:, 0, 0], turn[:, 1, 0]
             return out
-        out[: 6 * n] = seen[: 2 * n].ravel()
-        out[6 * n : 10 * n] = unturned(self._quat, turn.cosine, turn.sine).ravel()
-        out[10 * n : 13 * n] = seen[2 * n :].ravel()
-        out[-1] = phase
+        out[:, : 6 * b] = seen[:, : 6 * b]
+        out[:, 6 * b : 10 * b] = unturned(view.turned, turn).reshape(n, -1)
+        out[:, 10 * b : 13 * b] = seen[:, 6 * b :]
+        out[:, -1] = phase
         return out
 
 
-def cross(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+def cross(a: Float[Array, "*n 3"], b: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
     """Return cross products, faster than NumPy's for a few rows."""
-    return a.take(_AHEAD, 1) * b.take(_BEHIND, 1) - a.take(_BEHIND, 1) * b.take(_AHEAD, 1)
+    return a.take(_AHEAD, -1) * b.take(_BEHIND, -1) - a.take(_BEHIND, -1) * b.take(_AHEAD, -1)
 
 
 _AHEAD, _BEHIND = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
-def unturned(quat: Float[Array, "n 4"], cosine: float, sine: float) -> Float[Array, "n 4"]:
-    """Return quaternions as seen from a heading, scalar part not negative."""
-    half_c = max(0.5 * (1.0 + cosine), 0.0) ** 0.5
-    half_s = max(0.5 * (1.0 - cosine), 0.0) ** 0.5 * (1.0 if sine >= 0 else -1.0)
-    w, z = half_c, -half_s  # of the turn back, from the left
-    left = np.array([[w, 0, 0, -z], [0, w, -z, 0], [0, z, w, 0], [z, 0, 0, w]])
-    seen = quat @ left.T
-    return seen * np.where(seen[:, :1] < 0, -1.0, 1.0)
+def first_axes(quat: Float[Array, "*n 4"]) -> tuple[Float[Array, "*n 3"], Float[Array, "*n 3"]]:
+    """Return where the first two axes of bodies point, of quaternions ``wxyz``."""
+    w, x, y, z = np.moveaxis(quat, -1, 0)
+    first, second = np.empty((*w.shape, 3)), np.empty((*w.shape, 3))
+    first[..., 0] = 1.0 - 2.0 * (y * y + z * z)
+    first[..., 1], first[..., 2] = 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
+    second[..., 0], second[..., 2] = 2.0 * (x * y - w * z), 2.0 * (y * z + w * x)
+    second[..., 1] = 1.0 - 2.0 * (x * x + z * z)
+    return first, second
+
+
+def unturned(quat: Float[Array, "n b 4"], turn: Float[Array, "n 3 3"]) -> Float[Array, "n b 4"]:
+    """Return quaternions as seen from headings, scalar part not negative."""
+    cosine, sine = turn[:, 0, 0], turn[:, 1, 0]
+    w = np.sqrt(np.maximum(0.5 * (1.0 + cosine), 0.0))[:, None]
+    z = -np.copysign(np.sqrt(np.maximum(0.5 * (1.0 - cosine), 0.0)), sine)[:, None]
+    a, b, c, d = np.moveaxis(quat, -1, 0)
+    seen = np.stack([w * a - z * d, w * b - z * c, w * c + z * b, w * d + z * a], axis=-1)
+    return seen * np.where(seen[..., :1] < 0, -1.0, 1.0)

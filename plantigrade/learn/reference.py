@@ -57,18 +57,19 @@ class Reference:
     cyclic: bool
     table: Float[Array, "n_rows n_columns"]
 
-    def at(self, time: float) -> "Frame":
-        """Return the reference at a time after its start [s]; at its last row after its end."""
-        table = self.table
-        laps, u = divmod(time / self.period, 1.0) if self.cyclic else (0.0, time / self.period)
-        place = min(max(u, 0.0), 1.0) * (len(table) - 1)
-        i = min(int(place), len(table) - 2)
-        row = table[i] + (place - i) * (table[i + 1] - table[i])
+    def at(self, time: float | Float[Array, " n"]) -> "Frame":
+        """Return the reference at times after its start [s]; at its last row after its end."""
+        table, u = self.table, np.asarray(time) / self.period
+        laps = np.floor(u) if self.cyclic else np.zeros_like(u)
+        place = np.minimum(np.maximum(u - laps, 0.0), 1.0) * (len(table) - 1)
+        i = np.minimum(place.astype(int), len(table) - 2)
+        row = table[i] + (place - i)[..., None] * (table[i + 1] - table[i])
         return Frame(row, self.human.model.nq, self.human.model.nv, laps * self.stride)
 
-    def phase(self, time: float) -> float:
+    def phase(self, time: float | Float[Array, " n"]) -> Float[Array, "*n"]:
         """Return which part of the stride, or of the motion, has passed, from 0 to 1."""
-        return time / self.period % 1.0 if self.cyclic else min(time / self.period, 1.0)
+        u = np.asarray(time) / self.period
+        return u % 1.0 if self.cyclic else np.minimum(u, 1.0)
 
     @classmethod
     def of(cls, source: "str | Path | Run | Record | Reference | None" = None) -> "Reference":
@@ -139,7 +140,7 @@ class Reference:
 
 
 class Frame:
-    """A reference at an instant.
+    """A reference at an instant, or one row for each of several.
 
     Attributes:
         qpos: Configuration.
@@ -151,13 +152,13 @@ class Frame:
 
     __slots__ = ("com", "depth", "ends", "qpos", "qvel")
 
-    def __init__(self, row: Float[Array, " n"], nq: int, nv: int, ahead: float):
-        """Take a row apart; so far ahead [m]."""
-        self.qpos, self.qvel = row[:nq], row[nq : nq + nv]
-        self.com, self.ends = row[nq + nv : nq + nv + 3], row[nq + nv + 3 : -1]
-        self.depth = float(row[-1])
-        self.qpos[0] += ahead
-        self.com[0] += ahead
+    def __init__(self, row: Float[Array, "*n k"], nq: int, nv: int, ahead: Float[Array, "*n"]):
+        """Take rows apart; so far ahead [m]."""
+        self.qpos, self.qvel = row[..., :nq], row[..., nq : nq + nv]
+        self.com, self.ends = row[..., nq + nv : nq + nv + 3], row[..., nq + nv + 3 : -1]
+        self.depth = row[..., -1]
+        self.qpos[..., 0] += ahead
+        self.com[..., 0] += ahead
 
 
 def limb_ends(human: Human) -> tuple[int, ...]:
@@ -167,24 +168,17 @@ def limb_ends(human: Human) -> tuple[int, ...]:
     return tuple(human.body(name) for name in (*hands, "foot_r", "foot_l"))
 
 
-class Heading:
-    """Where a pelvis faces, over the ground.
-
-    Attributes:
-        cosine: Of the angle from the world's x.
-        sine: Likewise.
-        matrix: Maps rows of world axes to axes with x along the heading.
-    """
-
-    __slots__ = ("cosine", "matrix", "sine")
-
-    def __init__(self, quat: Float[Array, " 4"]):
-        """Take it from the orientation of the pelvis, ``wxyz``."""
-        w, x, y, z = quat.tolist()
-        cosine, sine = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z)
-        size = (cosine * cosine + sine * sine) ** 0.5 or 1.0
-        self.cosine, self.sine = c, s = cosine / size, sine / size
-        self.matrix = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+def headings(quat: Float[Array, "n 4"]) -> Float[Array, "n 3 3"]:
+    """Return what maps rows of world axes to axes that face where a pelvis does, z up."""
+    w, x, y, z = quat.T
+    cosine, sine = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z)
+    size = np.maximum(np.hypot(cosine, sine), 1e-12)
+    turn = np.zeros((len(quat), 3, 3))
+    turn[:, 0, 0] = turn[:, 1, 1] = cosine / size
+    turn[:, 1, 0] = sine / size
+    turn[:, 0, 1] = -turn[:, 1, 0]
+    turn[:, 2, 2] = 1.0
+    return turn
 
 
 def _off_the_belt(human: Human, motion: Motion) -> Motion:
@@ -265,6 +259,6 @@ def _table(
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         com[k] = data.subtree_com[1]
-        turn = Heading(qpos[k, 3:7]).matrix
+        turn = headings(qpos[k : k + 1, 3:7])[0]
         places[k] = ((data.xipos[limbs] - data.xpos[1]) @ turn).ravel()
     return np.hstack([qpos, qvel, com, places, np.maximum(-lowest(human, qpos), 0.0)[:, None]])

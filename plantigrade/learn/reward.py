@@ -14,12 +14,13 @@ is the same where the angles are small.
 """
 
 from dataclasses import dataclass
-from math import exp
 
 import numpy as np
 
-from plantigrade.learn.reference import Frame, Heading, limb_ends
-from plantigrade.world import World
+from plantigrade.arrays import Array, Float
+from plantigrade.learn.reference import Frame
+from plantigrade.learn.view import View
+from plantigrade.models import Human
 from plantigrade.world.scene import FOOT
 
 
@@ -48,38 +49,40 @@ LEAN_WEIGHTS = Weights(pose=0.5, velocity=0.1, com=0.25, ends=0.15, feet=False)
 
 
 class Reward:
-    """Rewards a person for following a reference.
+    """Rewards persons for following a reference.
 
     Args:
-        world: The person's.
+        human: The person.
         weights: The weights.
     """
 
-    def __init__(self, world: World, weights: Weights):
-        human, data = world.human, world.data
+    def __init__(self, human: Human, weights: Weights):
         self._weights = weights
         names = [human.body_names[b - 1] for b in human.model.jnt_bodyid[1:]]
         inner = [n.startswith(FOOT) and not n.startswith("foot") for n in names]
         self._counts = np.where(np.array(inner) & (not weights.feet), 0.0, 1.0)
-        n = len(names)
-        self._angles, self._rates = data.qpos[7 : 7 + n], data.qvel[6 : 6 + n]
-        self._com, self._pelvis, self._bodies = data.subtree_com[1], data.xpos[1], data.xipos
-        self._ends = np.array(limb_ends(human))
 
-    def of(self, turn: Heading, reference: Frame) -> tuple[float, dict[str, float]]:
-        """Return the reward and its terms; the kinematics of the world must be up to date.
+    def of(
+        self, view: View, reference: Frame
+    ) -> tuple[Float[Array, " n"], dict[str, Float[Array, " n"]]]:
+        """Return rewards and their terms, of a view that is up to date.
 
         Args:
-            turn: Where the pelvis faces.
-            reference: Where the person should be.
+            view: The persons.
+            reference: Where they should be.
         """
-        pose = (self._angles - reference.qpos[7:]) * self._counts
-        rates = (self._rates - reference.qvel[6:]) * self._counts
-        com = self._com - reference.com
-        ends = (self._bodies.take(self._ends, 0) - self._pelvis) @ turn.matrix
-        off = ends.ravel() - reference.ends
-        p, v = exp(-2.0 * (pose @ pose)), exp(-0.1 * (rates @ rates))
-        c, e = exp(-10.0 * (com @ com)), exp(-40.0 * (off @ off))
+        pose = (view.angles - reference.qpos[:, 7:]) * self._counts
+        rates = (view.rates - reference.qvel[:, 6:]) * self._counts
+        com = view.com - reference.com
+        ends = (view.ends - view.place[:, :1]) @ view.turn
+        off = ends.reshape(len(com), -1) - reference.ends
+        terms = {
+            name: np.exp(-factor * np.einsum("ij,ij->i", x, x))
+            for name, factor, x in (
+                ("pose", 2.0, pose), ("velocity", 0.1, rates), ("com", 10.0, com),
+                ("ends", 40.0, off),
+            )
+        }  # fmt: skip
         w = self._weights
-        whole = w.pose * p + w.velocity * v + w.com * c + w.ends * e
-        return whole, {"pose": p, "velocity": v, "com": c, "ends": e}
+        whole = w.pose * terms["pose"] + w.velocity * terms["velocity"]
+        return whole + w.com * terms["com"] + w.ends * terms["ends"], terms

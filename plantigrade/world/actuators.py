@@ -70,12 +70,18 @@ class Actuators:
             self._resist(human)
         self._loose = model.dof_damping[self._hinges].copy()
         self._spring = model.jnt_stiffness[1 : 1 + self.n].copy()
+        self._rest = model.qpos_spring[7 : 7 + self.n].copy()
         self._exact, self._limiting = exact, MotorLimits(model, self.n)
         self.reset()
 
     def reset(self) -> None:
         """Start from motors at rest."""
         self._motor, self._limited = np.zeros(self.n), True
+        model, n = self.model, self.n  # as if nothing had ever been commanded
+        model.actuator_biasprm[:n, 1:] = 0.0
+        model.dof_armature[self._hinges] = self.armature
+        model.jnt_stiffness[1 : 1 + n] = self._spring
+        model.qpos_spring[7 : 7 + n] = self._rest
         self._bounds, self._law = self._limits, False
         if self.rise:
             self._bounds = np.zeros_like(self._limits)
@@ -156,6 +162,18 @@ class Actuators:
         else:
             model.dof_armature[self._hinges] = own + armature
         return command
+
+    def retarget(self, data: mujoco.MjData, force: Hinges) -> None:
+        """Give the stable PD that was commanded last another constant part, and keep its gains.
+
+        For learners, to whom a whole command takes too long; not where joints are passive or limits
+        are exact.
+
+        Args:
+            data: The world.
+            force: Stiffness times target and damping times its rate [N m].
+        """
+        data.ctrl[: self.n] = force
 
     def step(self, data: mujoco.MjData, times: int) -> None:
         """Do so many steps of the physics with what was commanded."""

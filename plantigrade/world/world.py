@@ -189,9 +189,15 @@ class World:
         """Do the same without a state, for those who read :attr:`data` themselves."""
         if self.diverged is not None:
             return
-        data = self.data
-        done = self.actuators.command(command, data)
+        done = self.actuators.command(command, self.data)
         self._signals = {f"controller.{name}": value for name, value in done.signals.items()}
+        self.proceed()
+
+    def proceed(self) -> None:
+        """Do one control step with what was commanded last."""
+        if self.diverged is not None:
+            return
+        data = self.data
         recorder = self._recorder
         good = 0 if recorder is None else len(recorder)
         # A world that diverges says so itself; MuJoCo would write a file.

@@ -12,9 +12,11 @@ from gymnasium.utils.env_checker import check_env
 
 import plantigrade.learn as learn
 from plantigrade.errors import MissingExtra, ParameterError
-from plantigrade.learn import PAPER_GAINS, Reference, Walk
+from plantigrade.learn import PAPER_GAINS, Reference, Walk, Walks
 from plantigrade.learn.action import Action
-from plantigrade.learn.reference import Heading
+from plantigrade.learn.reference import headings
+from plantigrade.learn.reward import LEAN_WEIGHTS, Reward
+from plantigrade.learn.view import View
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
@@ -77,11 +79,11 @@ def test_the_state_and_action_have_the_sizes_of_the_papers():
     """66 coordinates: 60 displacements, and gains of the five joints of each foot."""
     human = Human.create(1.50, 48.5, joints="66")
     walk = Walk(Record(human, standing(human)), form="paper")
-    bodies = len(walk.reference.human.body_names)
-    assert (len(walk.action.displaced), len(walk.action.joints)) == (60, 10)
+    bodies = len(walk.following.reference.human.body_names)
+    assert (len(walk.following.action.displaced), len(walk.following.action.joints)) == (60, 10)
     assert walk.observation_space.shape == (13 * bodies + 1,) and bodies == 21
-    slim = Walk(walk.reference, gains=True)
-    assert (len(slim.action.displaced), len(slim.action.joints)) == (36, 10)
+    slim = Walk(walk.following.reference, gains=True)
+    assert (len(slim.following.action.displaced), len(slim.following.action.joints)) == (36, 10)
     assert slim.observation_space.shape == (15 * bodies + 9,)
 
 
@@ -119,9 +121,9 @@ def test_what_is_no_walk_ends(reference):
         time, np.array([r.qpos for r in rows]), np.array([r.qvel for r in rows]), SMALL.joint_names
     )
     env = Walk(Record(SMALL, part), start=0.8)
-    assert not env.reference.cyclic
+    assert not env.following.reference.cyclic
     env.reset(seed=0)
-    ends = [env.step(np.zeros(len(env.action)))[2:4] for _ in range(3)]
+    ends = [env.step(np.zeros(len(env.following.action)))[2:4] for _ in range(3)]
     assert ends[0] == (False, False) and ends[2] == (False, True)
 
 
@@ -131,25 +133,23 @@ def test_gains_are_the_papers(reference):
     assert action.joints == ("foot_l", "toes_l", "foot_r", "toes_r")
     hinge = SMALL.hinge("mtp_angle_r")
     for alpha, stiffness, damping in ((-1, 1.0, 6.3), (0, 400.0, 40.0), (1, 160000.0, 253.0)):
-        asked = np.zeros(len(action))
-        asked[-1] = alpha
-        found = action.gains_of(asked)
+        asked = np.zeros((1, len(action)))
+        asked[0, -1] = alpha
+        found = [each[0] for each in action.gains_of(asked)]
         assert (found[0][hinge], found[1][hinge]) == pytest.approx((stiffness, damping), rel=0.01)
         assert found[0][SMALL.hinge("mtp_angle_l")] == pytest.approx(400.0)
-    asked = np.zeros(len(action))
-    asked[SMALL.hinge("knee_angle_l")] = 0.5
-    frame = reference.at(0.2)
-    command = action.command(asked, frame)
-    off = command.target - frame.qpos[7:]
+    asked = np.zeros((1, len(action)))
+    asked[0, SMALL.hinge("knee_angle_l")] = 0.5
+    frame = reference.at(np.array([0.2]))
+    off = (action.targets(asked, frame) - frame.qpos[:, 7:])[0]
     assert off[SMALL.hinge("knee_angle_l")] == 0.5 and np.count_nonzero(off) == 1
-    assert command.velocity is None
 
 
 def test_bodies_are_seen_as_mujoco_has_them(paper):
     moved(paper, 3)
-    seen = paper.step(np.zeros(len(paper.action)))[0].astype(float)
+    seen = paper.step(np.zeros(len(paper.following.action)))[0].astype(float)
     model, data, n = paper.world.model, paper.world.data, len(SMALL.body_names)
-    turn = Heading(data.qpos[3:7]).matrix
+    turn = headings(data.qpos[None, 3:7])[0]
     place, velocity, quat, spin = np.split(seen[:-1], [3 * n, 6 * n, 10 * n])
     quat, six = quat.reshape(n, 4), np.zeros(6)
     for i in (0, 4, n - 1):
@@ -168,26 +168,23 @@ def test_bodies_are_seen_as_mujoco_has_them(paper):
 
 def test_the_reward_is_one_on_the_reference_and_less_beside_it(lean):
     lean.reset(seed=0, options={"phase": 0.5})
-    *_, info = lean.step(np.zeros(len(lean.action)))
+    *_, info = lean.step(np.zeros(len(lean.following.action)))
     assert {"pose", "velocity", "com", "ends"} < set(info)
-    frame = lean.reference.at(lean.world.time + 0.5 * lean.reference.period)
-    data = lean.world.data
-    data.qpos[: SMALL.model.nq], data.qvel[: SMALL.model.nv] = frame.qpos, frame.qvel
-    mujoco.mj_kinematics(lean.world.model, data)
-    mujoco.mj_comPos(lean.world.model, data)
-    from plantigrade.learn.reward import LEAN_WEIGHTS, Reward
-
-    reward = Reward(lean.world, LEAN_WEIGHTS)
-    assert reward.of(Heading(data.qpos[3:7]), frame)[0] == pytest.approx(1.0, abs=1e-4)
-    data.qpos[7 + SMALL.hinge("knee_angle_r")] += 0.5
-    _, terms = reward.of(Heading(data.qpos[3:7]), frame)
-    assert terms["pose"] == pytest.approx(np.exp(-2 * 0.25)) and terms["com"] > 0.999
+    frame = lean.following.reference.at(lean.following.time)
+    data, view = lean.world.data, View([lean.world])
+    data.qpos[: SMALL.model.nq], data.qvel[: SMALL.model.nv] = frame.qpos[0], frame.qvel[0]
+    view.look()
+    reward = Reward(SMALL, LEAN_WEIGHTS)
+    assert reward.of(view, frame)[0] == pytest.approx([1.0], abs=1e-4)
+    view.angles[0, SMALL.hinge("knee_angle_r")] += 0.5
+    _, terms = reward.of(view, frame)
+    assert terms["pose"] == pytest.approx([np.exp(-2 * 0.25)]) and terms["com"] > 0.999
 
 
 def test_an_episode_ends_at_a_fall_at_its_length_and_where_it_diverges(reference):
     env = Walk(reference, start=0.0, duration=0.1)
     env.reset(seed=0)
-    still = np.zeros(len(env.action))
+    still = np.zeros(len(env.following.action))
     assert [env.step(still)[2:4] for _ in range(3)] == [(False, False)] * 2 + [(False, True)]
     tall = Walk(reference, start=0.0)
     tall.reset(seed=0)
@@ -206,7 +203,7 @@ def test_an_episode_ends_at_a_fall_at_its_length_and_where_it_diverges(reference
 def test_an_episode_can_be_looked_at_and_starts_on_rough_ground(reference):
     env = Walk(reference, ground="bumps:3", recording=True, start=0.2)
     env.reset(seed=0)
-    env.step(np.zeros(len(env.action)))
+    env.step(np.zeros(len(env.following.action)))
     record = env.record()
     assert record.motion.n_frames == 2 and record.human is SMALL
     normal = record.contact_force[0, :, 2]
@@ -222,11 +219,51 @@ def test_an_episode_can_be_looked_at_and_starts_on_rough_ground(reference):
         ({"render_mode": "human"}, "record"),
         ({"rate": 100.0}, "whole multiple"),
         ({"ground": "hill"}, "no ground 'hill'"),
+        ({"grounds": "flat"}, "did you mean 'ground'"),
     ],
 )
 def test_what_cannot_be_is_refused(reference, options, said):
     with pytest.raises(ParameterError, match=said):
         Walk(reference, **options)
+
+
+def test_many_are_what_each_is_alone(reference):
+    """The same starts and decisions; who falls begins anew in the same step."""
+    envs = gymnasium.make_vec(learn.WALK, num_envs=3, reference=reference, duration=0.4)
+    assert isinstance(envs.unwrapped, Walks) and envs.observation_space.shape == (3, 15 * 19 + 9)
+    seen, infos = envs.reset(seed=5)
+    alone = [Walk(reference, duration=0.4) for _ in range(3)]
+    for env, phase in zip(alone, infos["phase"], strict=True):
+        env.reset(seed=0, options={"phase": float(phase)})
+    rng = np.random.default_rng(1)
+    for step in range(12):
+        actions = rng.uniform(-0.2, 0.2, envs.action_space.shape).astype(np.float32)
+        seen, rewards, terminated, truncated, infos = envs.step(actions)
+        assert seen in envs.observation_space and seen.dtype == np.float32
+        for i, env in enumerate(alone):
+            own, reward, *over, info = env.step(actions[i])
+            last = infos["final_obs"][i] if step == 11 else seen[i]
+            np.testing.assert_allclose(last, own, atol=1e-5)
+            assert rewards[i] == pytest.approx(reward) and over == [terminated[i], truncated[i]]
+            assert infos["pose"][i] == pytest.approx(info["pose"])
+    assert truncated.all() and infos["_final_obs"].all() and not np.allclose(seen[0], last)
+    again, _ = envs.reset(seed=5)
+    other, _ = envs.reset(seed=[5, None, 7])
+    assert not np.allclose(again, other)
+    with pytest.raises(ParameterError, match="1 or more"):
+        Walks(0, reference)
+
+
+def test_what_moves_with_gains_is_commanded_in_full(reference):
+    """The short way for fixed gains is the long one; variable gains are those asked for."""
+    seen = []
+    for gains in (False, True):
+        env = Walk(reference, gains=gains, start=0.3)
+        env.reset(seed=0)
+        action = np.zeros(len(env.following.action))
+        action[3] = 0.4
+        seen.append([env.step(action)[0] for _ in range(4)])
+    np.testing.assert_allclose(seen[0], seen[1], atol=1e-5)
 
 
 def test_a_reference_is_walked_by_this_person_on_level_ground(reference):

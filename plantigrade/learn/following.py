@@ -1,0 +1,250 @@
+"""Persons who are to follow a walk, several worlds at once: what both environments are made of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import State as BodyState
+from plantigrade.learn.action import PAPER_GAINS, Action, Gains
+from plantigrade.learn.observation import Observation
+from plantigrade.learn.reference import Reference
+from plantigrade.learn.reward import LEAN_WEIGHTS, Reward, Weights
+from plantigrade.learn.view import View
+from plantigrade.record import Record, Run
+from plantigrade.world import Disturbance, StablePD, World, on_ground
+from plantigrade.world.grounds import ground_named, platform_named
+
+RATE, CONTROL_RATE = 150.0, 30.0
+"""Steps of the physics, and of the policy, by default [1/s]."""
+SWEEPS = 10
+"""Sweeps of the solver of contacts (PGS). Joints are then off by 0.03 rad/s in a decision, and a
+blind policy falls when it fell; Newton's method to the end takes half as long again."""
+FORMS = ("lean", "paper")
+LOST = 0.6
+"""A centre of mass farther than this from its path is lost [m]."""
+LOW = 0.7
+"""A pelvis lower than this has fallen, of its height in standing."""
+UPRIGHT = 0.5
+"""Cosine of the greatest angle between the pelvis' long axis and the vertical."""
+FELL, ASTRAY, DIVERGED = "fell", "lost", "diverged"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rules:
+    """What an episode is.
+
+    Attributes:
+        reference: Whom and what to follow: a run (recorded and fitted, rebuilt, or synthesised),
+            its folder, a :class:`~plantigrade.record.Record` or a
+            :class:`~plantigrade.learn.reference.Reference`. The published mean walk on a person of
+            66 coordinates if absent.
+        form: ``"lean"``, with which walking was learned in a million steps: the joints of the body
+            are displaced, the rates of the reference are known to the motors, and the person sees
+            how far it is off; or ``"paper"``, state and action as [Park2020]_ prints them.
+        gains: Whether gains of the feet are in the action; so in ``"paper"`` if absent.
+        base: The gains; those of the form if absent.
+        weights: Weights of the reward; those of the form if absent.
+        reach: Displacement of a joint for an action of 1; 0.6 in ``"lean"``, 1 in ``"paper"`` if
+            absent [rad].
+        ground: What the person walks on, or its name (``"bumps:2"``, ``"tilting:3"``).
+        disturbances: What else acts; their times are those of the episode.
+        duration: Longest episode [s].
+        rate: Steps of the physics per second, a whole multiple of ``control_rate`` [1/s].
+        control_rate: Decisions per second [1/s].
+        passive: Whether joints resist by themselves, as tissue does; the paper's do not.
+        recording: Whether episodes are recorded; it costs a tenth.
+        start: At which part of the stride every episode begins, from 0 to 1; random if absent.
+
+    Raises:
+        ParameterError: If a value is not allowed.
+    """
+
+    reference: str | Path | Run | Record | Reference | None = None
+    form: str = "lean"
+    gains: bool | None = None
+    base: Gains | None = None
+    weights: Weights | None = None
+    reach: float | None = None
+    ground: Ground | str = "flat"
+    disturbances: Sequence[Disturbance] = ()
+    duration: float = 10.0
+    rate: float = RATE
+    control_rate: float = CONTROL_RATE
+    passive: bool = False
+    recording: bool = False
+    start: float | None = None
+
+    def __post_init__(self):
+        """Refuse what cannot be."""
+        if self.form not in FORMS:
+            raise ParameterError(f"form={self.form!r} must be one of {', '.join(FORMS)}")
+        if not self.duration > 0:
+            raise ParameterError(f"duration={self.duration:g} s must be positive")
+        if self.start is not None and not 0.0 <= self.start <= 1.0:
+            raise ParameterError(f"start={self.start:g} must be a part of a stride, from 0 to 1")
+
+    def world(self, human: Any) -> World:
+        """Return a world of such an episode."""
+        ground = self.ground
+        plate = platform_named(ground) if isinstance(ground, str) else None
+        if isinstance(ground, str):
+            ground = ground_named("flat" if plate else ground)
+        world = World(
+            human,
+            ground,
+            (*(() if plate is None else (plate,)), *self.disturbances),
+            rate=self.rate,
+            control_rate=self.control_rate,
+            passive=self.passive,
+            recording=self.recording,
+            exact_limits=False,
+        )
+        world.model.opt.solver = mujoco.mjtSolver.mjSOL_PGS
+        world.model.opt.iterations = SWEEPS
+        return world
+
+
+class Following:
+    """Persons in worlds of their own, all after one reference.
+
+    Args:
+        rules: What an episode is.
+        n: How many persons.
+
+    Attributes:
+        reference: What they follow.
+        worlds: Their worlds.
+        action: Which numbers of an action are what.
+        observation: Likewise of what is seen.
+    """
+
+    def __init__(self, rules: Rules, n: int = 1):
+        lean = rules.form == "lean"
+        self.rules, self.reference = rules, Reference.of(rules.reference)
+        human = self.reference.human
+        self.worlds = tuple(rules.world(human) for _ in range(n))
+        self.action = Action(
+            human,
+            rules.base or (Gains() if lean else PAPER_GAINS),
+            all_joints=not lean,
+            variable=not lean if rules.gains is None else rules.gains,
+            reach=rules.reach or (0.6 if lean else 1.0),
+            lead=lean,
+        )
+        self.observation = Observation(human, lean=lean)
+        self._reward = Reward(human, rules.weights or (LEAN_WEIGHTS if lean else Weights()))
+        self._view = View(self.worlds)
+        rest = BodyState(human, human.standing())
+        self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
+        self._ankle = min(float(rest.origin(f"foot_{side}")[2]) for side in SIDES)
+        self._low = LOW * float(human.standing()[2])
+        self._begin = np.zeros(n)
+        self._same = not self.action.joints and not rules.passive
+        ground = self.worlds[0].ground
+        self._even = ground == Ground(friction=ground.friction)
+
+    @property
+    def time(self) -> Float[Array, " n"]:
+        """Time on the clock of the reference [s]."""
+        return self._begin + [world.time for world in self.worlds]
+
+    @property
+    def phase(self) -> Float[Array, " n"]:
+        """Which part of the stride has passed, from 0 to 1."""
+        return self.reference.phase(self.time)
+
+    def begin(self, which: Sequence[int], parts: Sequence[float], seeds: Sequence[int]) -> None:
+        """Put some persons on the reference.
+
+        Args:
+            which: Which of them.
+            parts: Where on the stride each begins, from 0 to 1.
+            seeds: Seeds of their worlds.
+        """
+        for i, part, seed in zip(which, parts, seeds, strict=True):
+            world, self._begin[i] = self.worlds[i], part * self.reference.period
+            frame = self.reference.at(float(self._begin[i]))
+            qpos = frame.qpos.copy()
+            if self._even:
+                qpos[2] += frame.depth
+            else:
+                qpos = on_ground(self.reference.human, world.ground, qpos)
+            world.reset(int(seed), qpos=qpos, qvel=frame.qvel)
+            if self._same:
+                stiffness, damping = self.action.fixed
+                command = StablePD(qpos[7:], stiffness=stiffness, damping=damping)
+                world.actuators.command(command, world.data)
+        self._view.look(which)
+
+    def seen(self) -> Float[np.ndarray, "n size"]:
+        """Return what the persons see."""
+        time = self.time
+        return self.observation.of(self._view, self.reference.at(time), self.reference.phase(time))
+
+    def step(
+        self, action: Float[np.ndarray, "n k"]
+    ) -> tuple[Float[Array, " n"], list[str], Any, dict[str, Float[Array, " n"]]]:
+        """Let decisions act, held for one control step.
+
+        Returns:
+            Rewards; why each episode has ended, empty if it has not; whether each is over without
+            that; the terms of the rewards.
+        """
+        bounded = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
+        time = self.time + 1.0 / self.worlds[0].control_rate
+        frame = self.reference.at(time)
+        self._move(bounded, frame)
+        whole = [i for i, world in enumerate(self.worlds) if world.diverged is None]
+        self._view.look(whole)
+        rewards, terms = self._reward.of(self._view, frame)
+        ends = self._ends(frame)
+        rewards = np.where([end == DIVERGED for end in ends], 0.0, rewards)
+        over = time - self._begin >= self.rules.duration - 1e-9
+        if not self.reference.cyclic:
+            over |= time >= self.reference.period
+        return rewards, ends, over & [not end for end in ends], terms
+
+    def _move(self, action: Float[Array, "n k"], frame: Any) -> None:
+        target, lead = self.action.targets(action, frame), self.action.lead
+        rates = frame.qvel[:, 6:]
+        if self._same:
+            stiffness, damping = self.action.fixed
+            force = stiffness * target
+            if lead:
+                force += damping * rates
+            for world, each in zip(self.worlds, force, strict=True):
+                world.actuators.retarget(world.data, each)
+                world.proceed()
+            return
+        gains = self.action.gains_of(action)
+        for i, world in enumerate(self.worlds):
+            velocity = rates[i] if lead else None
+            stiffness, damping = gains[0][i], gains[1][i]
+            world.advance(StablePD(target[i], velocity, stiffness=stiffness, damping=damping))
+
+    def _ends(self, frame: Any) -> list[str]:
+        """Return why episodes end here; empty where they do not."""
+        view = self._view
+        x, y = view.quat[:, 1], view.quat[:, 2]
+        down = 1.0 - 2.0 * (x * x + y * y) < UPRIGHT
+        height = view.place[:, 0, 2] - view.place[:, self._feet, 2].min(axis=1) + self._ankle
+        down |= height < self._low
+        off = view.com - frame.com
+        lost = np.einsum("ij,ij->i", off, off) > LOST**2
+        ends = []
+        for world, fell, astray in zip(self.worlds, down.tolist(), lost.tolist(), strict=True):
+            if world.diverged is not None:
+                ends.append(DIVERGED)
+            elif fell or world.fall is not None:
+                ends.append(FELL)
+            else:
+                ends.append(ASTRAY if astray else "")
+        return ends

@@ -1,0 +1,70 @@
+"""What is read of worlds after a step: one row a world, brought up to date together."""
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from plantigrade.learn.reference import headings, limb_ends
+from plantigrade.world import World
+
+
+class View:
+    """The state of persons in worlds, all the same person.
+
+    Args:
+        worlds: The worlds.
+
+    Attributes:
+        angles: Of the hinges, (n, hinges) [rad].
+        rates: Likewise [rad/s].
+        quat: Orientation of the pelvis, (n, 4).
+        com: Centre of mass, (n, 3) [m].
+        place: Origins of the bodies, (n, bodies, 3) [m].
+        motion: Angular velocity and velocity of the bodies, at the centre of mass of the person,
+            (n, bodies, 6) [rad/s, m/s].
+        turned: Orientation of the bodies, ``wxyz``, (n, bodies, 4).
+        ends: Centres of mass of hands and feet, (n, 4, 3) [m].
+        turn: Maps rows of world axes to the heading of the pelvis, (n, 3, 3).
+    """
+
+    def __init__(self, worlds: Sequence[World]):
+        human, n = worlds[0].human, len(worlds)
+        bodies, hinges = len(human.body_names), len(human.coordinates)
+        own, limbs = slice(1, bodies + 1), np.array(limb_ends(human))
+        self.angles, self.rates = np.zeros((n, hinges)), np.zeros((n, hinges))
+        self.quat, self.com = np.zeros((n, 4)), np.zeros((n, 3))
+        self.place, self.motion = np.zeros((n, bodies, 3)), np.zeros((n, bodies, 6))
+        self.turned, self._every = np.zeros((n, bodies, 4)), np.zeros((n, bodies, 3))
+        self.turn, self._limbs = np.zeros((n, 3, 3)), limbs - 1
+        # MuJoCo's arrays stay where they are; to make views of them takes longer than to read them.
+        self._rows = []
+        for i, world in enumerate(worlds):
+            data = world.data
+            pairs = (
+                (self.angles[i], data.qpos[7 : 7 + hinges]),
+                (self.rates[i], data.qvel[6 : 6 + hinges]),
+                (self.quat[i], data.qpos[3:7]),
+                (self.com[i], data.subtree_com[1]),
+                (self.place[i], data.xpos[own]),
+                (self.motion[i], data.cvel[own]),
+                (self.turned[i], data.xquat[own]),
+                (self._every[i], data.xipos[own]),
+            )
+            self._rows.append((world.model, data, pairs))
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Centres of mass of hands and feet, (n, 4, 3) [m]."""
+        return self._every[:, self._limbs]
+
+    def look(self, which: Sequence[int] | None = None) -> None:
+        """Bring some worlds, or all, up to date: a step leaves kinematics one step behind."""
+        for i in range(len(self._rows)) if which is None else which:
+            model, data, pairs = self._rows[i]
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_comVel(model, data)
+            for to, source in pairs:
+                to[...] = source
+        self.turn = headings(self.quat)
