@@ -2,7 +2,16 @@
 
 from plantigrade.control.balance.controller import Balance
 from plantigrade.control.balance.hybrid import Hybrid, HybridWeights
-from plantigrade.control.balance.reference import Held, Reference, Wanted
+from plantigrade.control.balance.reference import Followed, Held, Reference, Wanted
 from plantigrade.control.balance.weights import Weights
 
-__all__ = ["Balance", "Held", "Hybrid", "HybridWeights", "Reference", "Wanted", "Weights"]
+__all__ = [
+    "Balance",
+    "Followed",
+    "Held",
+    "Hybrid",
+    "HybridWeights",
+    "Reference",
+    "Wanted",
+    "Weights",
+]
