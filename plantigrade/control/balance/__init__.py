@@ -3,9 +3,11 @@
 from plantigrade.control.balance.controller import Balance
 from plantigrade.control.balance.hybrid import Hybrid, HybridWeights
 from plantigrade.control.balance.reference import Followed, Held, Reference, Wanted
+from plantigrade.control.balance.script import MOTIONS, script_named, scripted
 from plantigrade.control.balance.weights import Weights
 
 __all__ = [
+    "MOTIONS",
     "Balance",
     "Followed",
     "Held",
@@ -14,4 +16,6 @@ __all__ = [
     "Reference",
     "Wanted",
     "Weights",
+    "script_named",
+    "scripted",
 ]

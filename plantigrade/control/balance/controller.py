@@ -36,6 +36,9 @@ class Balance:
         stepping: Whether a step is taken where standing in place can no longer succeed.
     """
 
+    rate, control_rate = 1000.0, 100.0
+    """Steps of the physics and of the controller [1/s], where no others are asked for."""
+
     def __init__(
         self,
         reference: Reference | None = None,

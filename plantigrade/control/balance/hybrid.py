@@ -103,7 +103,9 @@ class Hybrid:
     def __call__(self, state: State) -> Acceleration:
         """Return the accelerations of the hinges."""
         if self._posture is None or state.time == 0.0:
-            self._posture = _Posture(state, self.reference or Held(state.human, np.array(state.qpos)))
+            self._posture = _Posture(
+                state, self.reference or Held(state.human, np.array(state.qpos))
+            )
         reference = self._posture
         reference.follow(state)
         qacc, missed = accelerations(state, reference, self.weights)

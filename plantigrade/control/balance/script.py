@@ -12,11 +12,12 @@ A script is a TOML file that anyone can edit (those of :data:`MOTIONS` are in ``
 
 Every frame says where the feet are at a time: ``right``, ``left`` or ``both``, with ``ankle``, how
 far the ankle is from where it is in standing, forward, to the left and up, in metres of a person of
-1.74 m; and ``presses``, the segments on the ground (:data:`~plantigrade.kinematics.foot_pose.MARKS`),
-``[]`` for a foot in the air. What a frame does not say stays as it was; before the first one the
-person stands. ``body`` moves the centre of mass likewise, from where it would be by itself. On the
-way from one frame to the next those segments press that do at both ends; where no foot does, the
-body flies: it leaves and meets the ground with the speed of a fall of that duration.
+1.74 m; and ``presses``, the segments on the ground (names of
+:data:`~plantigrade.kinematics.foot_pose.MARKS`), ``[]`` for a foot in the air. What a frame does
+not say stays as it was; before the first one the person stands. ``body`` moves the centre of mass
+likewise, from where it would be by itself. On the way from one frame to the next those segments
+press that do at both ends; where no foot does, the body flies: it leaves and meets the ground with
+the speed of a fall of that duration.
 
 The feet are posed by the paper's controller (:mod:`plantigrade.kinematics.foot_pose`), and the body
 above them by least squares: joints as in standing, and the centre of mass over what presses now and
@@ -117,7 +118,9 @@ def _read(path: Path, name: str) -> Script:
 
 def _script(told: Mapping[str, Any], name: str) -> Script:
     if unknown := set(told) - {"title", "frame"}:
-        raise ParameterError(f"{name} says {', '.join(sorted(unknown))}; it may say title and frame")
+        raise ParameterError(
+            f"{name} says {', '.join(sorted(unknown))}; it may say title and frame"
+        )
     rows = told.get("frame")
     if not isinstance(rows, list) or not rows:
         raise ParameterError(f"{name} has no [[frame]]")
@@ -162,7 +165,9 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
 def _place(told: Any, where: str) -> Array:
     numbers = isinstance(told, list) and all(isinstance(x, int | float) for x in told)
     if not numbers or len(told) != 3 or not np.abs(told).max() <= FARTHEST:
-        raise ParameterError(f"{where} is three numbers [m], none beyond {FARTHEST:g}, not {told!r}")
+        raise ParameterError(
+            f"{where} is three numbers [m], none beyond {FARTHEST:g}, not {told!r}"
+        )
     return np.array(told, dtype=float)
 
 
@@ -280,8 +285,10 @@ class _Poses:
         within = np.zeros(len(human.coordinates), dtype=bool)
         within[np.concatenate(self.hinges)] = True
         self.free = np.flatnonzero(np.concatenate([np.ones(6, bool), ~within]))
-        names = [f"contact_{site.name}".replace("contact_contact", "contact") for site in
-                 contact_sites(human)]
+        names = [
+            f"contact_{site.name}".replace("contact_contact", "contact")
+            for site in contact_sites(human)
+        ]
         self.order = [np.array([names.index(n) for n in p.spheres]) for p in self.posers]
         self.n_sites = len(names)
 
@@ -340,9 +347,10 @@ class _Poses:
     def _nearer(self, state, feet: Array, turns: list[Array], goal: Array, stands: Array) -> Array:
         """Return a configuration nearer to what is wanted, by a Gauss-Newton step."""
         J, _, _ = state.touched(np.array(self.foot), np.array([state.origin(f) for f in self.foot]))
-        rows, right = [J.reshape(6, -1) * ANKLE], [
-            (feet - [state.origin(f) for f in self.foot]).ravel() * ANKLE
-        ]
+        rows, right = (
+            [J.reshape(6, -1) * ANKLE],
+            [(feet - [state.origin(f) for f in self.foot]).ravel() * ANKLE],
+        )
         for foot, turn, on in zip(self.foot, turns, stands, strict=True):
             if not on:  # a foot in the air hangs as it likes
                 continue
