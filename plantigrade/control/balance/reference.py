@@ -1,7 +1,7 @@
 """What a balanced person is to do: a posture held, or a motion, and which points press."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -41,6 +41,7 @@ class Wanted:
     presses: Bool[Array, " n_sites"]
 
 
+@runtime_checkable
 class Reference(Protocol):
     """What is wanted, as a function of time."""
 
