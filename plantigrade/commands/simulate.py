@@ -66,7 +66,8 @@ class Command(SimulateSettings, RunOptions, JobOptions):
         if self.seeds > 1 or self.vary:
             return several(self)
         progress = Progress(quiet=self.quiet)
-        self.refuse_existing(f"simulate-{self.source.stem if self.source else 'standing'}")
+        what = self.source or Path(self.motion or "standing")
+        self.refuse_existing(f"simulate-{what.stem}")
         settings = SimulateSettings.of(self)
         run = simulate(self.source, settings, step=progress.step, command=command_line())
         with progress.step("writing the report and the viewer"):

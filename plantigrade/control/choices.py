@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.control.balance import Balance, Hybrid
+from plantigrade.control.balance import Balance, Followed, Hybrid
 from plantigrade.control.posture import Posture, passive
 from plantigrade.control.replay import Replay
 from plantigrade.control.tracking import Tracking
@@ -30,6 +30,8 @@ class Situation:
         standing: The configuration in which they stand; None where there is a motion.
         stiffness: Of springs, by what is usual.
         record: The motion with its forces and its ground; None where they just stand.
+        script: The foot motion they are to do; None where it is none.
+        stepping: Whether they may step where standing in place can no longer succeed.
     """
 
     human: Human
@@ -38,6 +40,15 @@ class Situation:
     standing: Float[Array, " nq"] | None = None
     stiffness: float = 1.0
     record: Record | None = None
+    script: Followed | None = None
+    stepping: bool = False
+
+    @property
+    def reference(self) -> Followed | None:
+        """What is balanced on: the script or the motion; None for the posture of the start."""
+        if self.script is not None or self.motion is None:
+            return self.script
+        return Followed(self.human, self.motion, ground=self.ground)
 
     def recorded(self, name: str) -> Record:
         """Return the motion with its forces.
@@ -68,14 +79,14 @@ class Situation:
 CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
     "passive": lambda at: passive,
     "posture": lambda at: Posture(at.stiffness, at.standing),
-    "balance": lambda at: Balance(),
+    "balance": lambda at: Balance(at.reference, stepping=at.stepping),
     "hybrid": lambda at: Hybrid(),
     "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
     "replay": lambda at: Replay(at.recorded("replay")),
 }
 """Name of a controller → how it is made."""
 
-STANDING, MOVING, FORCED = "posture", "stable-pd", "replay"
+STANDING, MOVING, FORCED, SCRIPTED = "posture", "stable-pd", "replay", "balance"
 """What is taken where none is named: for who stands, for a motion, and for a planned one."""
 
 
@@ -89,11 +100,17 @@ def controller_named(name: str | None, situation: Situation) -> Controller:
     Raises:
         ParameterError: If there is no such controller, or it does not fit the situation.
     """
-    return CONTROLLERS[checked(name or usual(situation.motion, situation.record))](situation)
+    return CONTROLLERS[
+        checked(name or usual(situation.motion, situation.record, situation.script))
+    ](situation)
 
 
-def usual(motion: Motion | None, record: Record | None = None) -> str:
+def usual(
+    motion: Motion | None, record: Record | None = None, script: Followed | None = None
+) -> str:
     """Return the name of the controller that is taken where none is named."""
+    if script is not None:
+        return SCRIPTED
     if motion is None:
         return STANDING
     return FORCED if record is not None and record.contact_planned is not None else MOVING

@@ -52,12 +52,12 @@ FORMULATIONS: dict[str, Formulation] = {
     "torque": Formulation(
         "torques within the strength of the joints and forces within friction cones, one program",
         90.0,
-        lambda human, stance: Balance(Held(stance, human.model.nv)),
+        lambda human, stance: Balance(Held(human, stance)),
     ),
     "hybrid": Formulation(
         "the paper's: accelerations by least squares, hybrid dynamics, no torque limits",
         30.0,
-        lambda human, stance: Hybrid(Held(stance, human.model.nv)),
+        lambda human, stance: Hybrid(Held(human, stance)),
     ),
     "posture": Formulation(
         "springs and dampers at the joints alone, within the strength of the joints",

@@ -20,7 +20,7 @@ limit, the whole program goes to DAQP ([Arnstrom2022]_).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.linalg import get_lapack_funcs
@@ -102,6 +102,7 @@ class Touching:
         return n[:, :, None] + self.friction * around
 
 
+@runtime_checkable
 class _Shares(Protocol):
     """The Hessian of the cost of shares, joint accelerations following."""
 

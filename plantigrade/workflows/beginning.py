@@ -13,6 +13,7 @@ from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Situation
+from plantigrade.control.balance import Followed, script_named, scripted
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -58,6 +59,7 @@ class Start:
         notes: What the user should know of it.
         place: Where somebody stands who has no motion [m], and which way they look [rad].
         record: The motion with its forces.
+        script: The foot motion they are to do.
     """
 
     human: Human
@@ -69,6 +71,7 @@ class Start:
     figures: Mapping[str, Any] | None = None
     notes: tuple[str, ...] = ()
     record: Record | None = None
+    script: Followed | None = None
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def standing(self, ground: Ground) -> Array:
@@ -106,6 +109,10 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
+    if how.motion is not None:
+        if source is not None:
+            raise ParameterError("motion is a script of its own: leave out the recording or run")
+        return _scripted(how.motion, how, command)
     if source is None:
         human = how.human()
         return Start(human, Ground(), "standing", Provenance(command, how.plain(), seed=how.seed))
@@ -133,6 +140,23 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
     )
 
 
+def _scripted(word: str, how: SimulateSettings, command: str) -> Start:
+    """Return somebody who does a foot motion.
+
+    Raises:
+        ParameterError: If there is no such script, or the feet have no segments.
+    """
+    human, script = how.human(), script_named(word)
+    if human.feet != "multi-segment":
+        raise ParameterError(
+            f"motion={word} is one of segments of the foot: add feet=multi-segment or joints=66"
+        )
+    follow = scripted(human, script)
+    origin = Provenance(command, how.plain(), seed=how.seed)
+    name = Path(word).stem
+    return Start(human, Ground(), name, origin, follow.motion, script=follow)
+
+
 def _of_trial(name: str, trial: Trial, origin: Provenance) -> Start:
     record = trial.record()
     sites = _carriers(record)
@@ -158,6 +182,8 @@ def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
         standing=stands,
         stiffness=how.stiffness,
         record=begin.record,
+        script=begin.script,
+        stepping=how.stepping,
     )
 
 

@@ -64,7 +64,7 @@ class Stage:
     @property
     def choice(self) -> Choice:
         """What is chosen by the settings."""
-        word = self.how.controller or usual(self.first.motion, self.first.record)
+        word = self.how.controller or usual(self.first.motion, self.first.record, self.first.script)
         if self.own is not None:
             word = getattr(self.own, "__name__", type(self.own).__name__)
         return Choice(word, self.first.human.feet, self.first.human.joints)

@@ -134,6 +134,10 @@ class SimulateSettings(FitSettings):
 
     controller: OptionalWord = None
     """passive, posture, balance, hybrid, stable-pd, replay; absent: posture, or replay or PD."""
+    motion: Annotated[str | None, optional("NAME|FILE")] = None
+    """Foot motion: tiptoe, tilt-inside, tilt-outside, circling, one-foot, jump, or a TOML file."""
+    stepping: Flag = False
+    """Let balance take a step where standing in place can no longer succeed."""
     ground: OptionalWord = None
     """flat, slope:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,PERIOD,WAY]."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()
@@ -164,6 +168,8 @@ class SimulateSettings(FitSettings):
             from plantigrade.control.choices import checked
 
             checked(self.controller)
+        if self.stepping and self.controller != "balance" and self.motion is None:
+            raise ParameterError("stepping is that of balance: add controller=balance")
         if (
             self.rate is not None
             and self.control_rate is not None

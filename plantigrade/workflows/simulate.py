@@ -71,7 +71,7 @@ def simulate(
     begin = start_of(source, how, step, command)
     ground = begin.ground if named is None else named
     moved_by = controller if callable(controller) else None
-    word = how.controller or usual(begin.motion, begin.record)
+    word = how.controller or usual(begin.motion, begin.record, begin.script)
     if moved_by is None:
         moved_by = controller_named(word, situation(begin, ground, how))
     elif how.controller is None:

@@ -2,7 +2,20 @@
 
 from plantigrade.control.balance.controller import Balance
 from plantigrade.control.balance.hybrid import Hybrid, HybridWeights
-from plantigrade.control.balance.reference import Held, Reference, Wanted
+from plantigrade.control.balance.reference import Followed, Held, Reference, Wanted
+from plantigrade.control.balance.script import MOTIONS, script_named, scripted
 from plantigrade.control.balance.weights import Weights
 
-__all__ = ["Balance", "Held", "Hybrid", "HybridWeights", "Reference", "Wanted", "Weights"]
+__all__ = [
+    "MOTIONS",
+    "Balance",
+    "Followed",
+    "Held",
+    "Hybrid",
+    "HybridWeights",
+    "Reference",
+    "Wanted",
+    "Weights",
+    "script_named",
+    "scripted",
+]

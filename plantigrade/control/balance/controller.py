@@ -13,7 +13,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
 from plantigrade.control.balance.recovery import PELVIS, Recovery
 from plantigrade.control.balance.reference import Held, Reference, Wanted
-from plantigrade.control.balance.support import Support
+from plantigrade.control.balance.support import goal_of
 from plantigrade.control.balance.weights import FOOT, Weights
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.whole_body import Rows, WholeBody
@@ -36,6 +36,9 @@ class Balance:
         stepping: Whether a step is taken where standing in place can no longer succeed.
     """
 
+    rate, control_rate = 1000.0, 100.0
+    """Steps of the physics and of the controller [1/s], where no others are asked for."""
+
     def __init__(
         self,
         reference: Reference | None = None,
@@ -54,8 +57,7 @@ class Balance:
         self.program = WholeBody(human, armature=world.actuators.armature)
         self._weight, self._gain = w.joints(human), w.gains(human)
         self._slowing = 2 * np.sqrt(self._gain)
-        self._following = self.reference or Held(state.qpos, human.model.nv)
-        self.support = Support(human, self.contact)
+        self._following = self.reference or Held(human, np.array(state.qpos))
         most = np.abs(np.array(human.model.jnt_actfrcrange[1:])).max(axis=1)
         within = np.array([n.startswith(FOOT) for n in human.coordinates])
         self._damping = np.where(within, FOOT_DAMPING, LIGHT_DAMPING * most)
@@ -94,7 +96,7 @@ class Balance:
             [t for t in tasks if t is not None],
             wanted=self._tracked(body, wanted, gain),
             weight=weight,
-            force_weight=w.force,
+            force_weight=np.where(wanted.presses[standing.site], w.force, w.unasked),
             passive=passive,
             jacobian=J,
         )
@@ -124,10 +126,13 @@ class Balance:
     def _centre(self, body: BodyState, wanted: Wanted, standing: Standing) -> Rows:
         """Return the rows of the centre of mass."""
         w = self.weights
-        self.goal, speed = self.support.goal(body, wanted, standing.site)
+        self.goal = goal_of(wanted, self.recovery.spheres(body), standing.site)
         if self.recovery.stepped:
             self.goal[2] -= self.recovery.lowered(body)
-        asked = w.com_gain * (self.goal - body.com) + w.com_damping * (speed - body.com_velocity)
+        asked = w.com_gain * (self.goal - body.com) + w.com_damping * (
+            wanted.com_velocity - body.com_velocity
+        )
+        asked += wanted.com_acceleration
         if self.recovery.swing is not None:
             asked[:2] = self.recovery.centre(body, standing)
         return Rows(body.com_jacobian, asked - body.com_bias_acceleration, w.com)
@@ -135,8 +140,8 @@ class Balance:
     def _held(self, standing, wanted, J, velocity, bias) -> Rows | None:
         """Return the rows of the points that are to stay where they are."""
         k, w = len(standing.site), self.weights
-        stays = np.ones(k, bool) if wanted.presses is None else wanted.presses[standing.site]
-        if not stays.any():
+        stays = wanted.presses[standing.site]
+        if not k or not stays.any():
             return None
         damping = 2 * np.sqrt(w.contact_gain)
         asked = damping * (standing.drift - velocity)
@@ -148,8 +153,7 @@ class Balance:
     def _lowered(self, state: State, wanted: Wanted, standing: Standing) -> list[Rows]:
         """Return the rows of points that are to come to the ground."""
         w = self.weights
-        off = np.ones(len(self.contact.geoms), bool) if wanted.presses is None else wanted.presses
-        off = off.copy()
+        off = wanted.presses.copy()
         off[standing.site] = False
         if self.recovery.swing is not None:
             off[self.recovery.own[self.recovery.swing.step.side]] = False

@@ -103,7 +103,9 @@ class Hybrid:
     def __call__(self, state: State) -> Acceleration:
         """Return the accelerations of the hinges."""
         if self._posture is None or state.time == 0.0:
-            self._posture = _Posture(state, self.reference or Held(state.qpos, len(state.qvel)))
+            self._posture = _Posture(
+                state, self.reference or Held(state.human, np.array(state.qpos))
+            )
         reference = self._posture
         reference.follow(state)
         qacc, missed = accelerations(state, reference, self.weights)
@@ -239,7 +241,7 @@ class _Posture:
         self.start = body = self.body.moved_to(wanted.qpos, wanted.qvel)
         self.qpos, self.qvel, self.qacc = np.array(wanted.qpos), wanted.qvel, wanted.qacc
         self.com, self.speed = body.com, body.com_velocity
-        presses = np.ones(len(self.sites), bool) if wanted.presses is None else wanted.presses
+        presses = wanted.presses
         carried = {s.body for s, on in zip(self.sites, presses, strict=True) if on}
         names = [name for name in human.body_names if name in carried]
         self.segments = [human.body(name) for name in names]

@@ -44,6 +44,7 @@ class Weights:
         level_gain: :math:`k_s` of that equation [1/s²]. (With its 28, and little weight, points
             that have left the ground in a sideways push come back too late.)
         force: Of contact forces, a tenth of body weight along an edge.
+        unasked: The same of points that touch and are not to press.
         friction: Part of the friction of the ground that is counted on.
     """
 
@@ -63,6 +64,7 @@ class Weights:
     level: float = 50.0
     level_gain: float = 200.0
     force: float = 1e-3
+    unasked: float = 100.0
     friction: float = 0.8
 
     def joints(self, human: Human) -> Float[Array, " nv"]:
