@@ -66,8 +66,8 @@ class Command(PrintOptions, Bounded):
     """Measure anew what is in the folder of --out."""
 
     jobs: Annotated[int | None, optional("N")] = None
-    """How many runs of push-table, uneven-ground, moving-slope or foot-motions at once; -1 for one
-    per core, 1 if absent."""
+    """How many runs of push-table, uneven-ground, moving-slope, foot-motions, replay or robustness
+    at once; -1 for one per core, 1 if absent."""
 
     def __post_init__(self):
         """Refuse what cannot be, before any work."""

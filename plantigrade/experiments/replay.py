@@ -141,6 +141,7 @@ def run(
     parts: Sequence[str] = (),
     overwrite: bool = False,
     quick: bool = False,
+    jobs: int = 1,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
     """Carry motions out, those that are not in the folder of results yet.
@@ -151,6 +152,7 @@ def run(
         parts: Of :data:`PARTS`; all if empty.
         overwrite: Do anew what is there.
         quick: A few motions from few starts, two pushes.
+        jobs: How many at once; -1 for one per core.
         say: Called with a line for every result.
 
     Raises:
@@ -160,11 +162,11 @@ def run(
     kept = KeptResults(None if out is None else out / FILE, say, anew=overwrite)
     rows: list[Row] = []
     if "motions" in chosen:
-        rows += motions(kept, quick=quick)
+        rows += motions(kept, quick=quick, jobs=jobs)
     if "recordings" in chosen and data is not None:
-        rows += recordings(kept, data, quick=quick)
+        rows += recordings(kept, data, quick=quick, jobs=jobs)
     if "pushes" in chosen:
-        rows += pushes(kept, quick=quick)
+        rows += pushes(kept, quick=quick, jobs=jobs)
     return ResultTable("Motions carried out in the physical world", rows, [*NOTES, *kept.notes()])
 
 
@@ -196,7 +198,7 @@ def _brief(result: Result) -> str:
     return f"{ended}, {result['error_deg']:.1f}° off"
 
 
-def motions(kept: KeptResults, *, quick: bool) -> list[Row]:
+def motions(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
     """Return the rows of synthesised motions."""
     names = QUICKLY if quick else tuple(MOTIONS)
     starts, long = (FEW, SHORT) if quick else (STARTS, LONG)
@@ -205,7 +207,7 @@ def motions(kept: KeptResults, *, quick: bool) -> list[Row]:
         for name in names
         for seed in range(1, starts + 1)
     }
-    found = gathered(kept, motion_outcome, items, jobs=1 if quick else -1)
+    found = gathered(kept, motion_outcome, items, jobs=jobs)
     rows, every = [], []
     for name in names:
         own = [found[key] for key, item in items.items() if item[0] == name]
@@ -230,14 +232,14 @@ def _rows(name: str, results: list[Result]) -> list[Row]:
     return rows
 
 
-def recordings(kept: KeptResults, data: Path, *, quick: bool) -> list[Row]:
+def recordings(kept: KeptResults, data: Path, *, quick: bool, jobs: int) -> list[Row]:
     """Return the rows of recorded walks."""
     people = QUICK[:2] if quick else tuple(PEOPLE)
     paths = [name for person in people for name in sorted(PEOPLE[person])[: 1 if quick else None]]
     items = {name: data / name for name in paths if (data / name).exists()}
     if not items:
         return []
-    found = gathered(kept, recorded_outcome, items, jobs=1 if quick else -1)
+    found = gathered(kept, recorded_outcome, items, jobs=jobs)
     rows = []
     for name, result in found.items():
         if "problem" in result:
@@ -252,7 +254,7 @@ def recordings(kept: KeptResults, data: Path, *, quick: bool) -> list[Row]:
     return rows
 
 
-def pushes(kept: KeptResults, *, quick: bool) -> list[Row]:
+def pushes(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
     """Return the rows of pushes at 1.3 m/s."""
     name = "walk 1.3 m/s"
     phases, angles = ((0.25,), (0, 90)) if quick else (PHASES, tuple(range(0, 360, 45)))
@@ -263,7 +265,7 @@ def pushes(kept: KeptResults, *, quick: bool) -> list[Row]:
         for angle in angles
         for item in [(name, phase, angle, forces)]
     }
-    found = gathered(kept, push_outcome, items, jobs=1 if quick else -1)
+    found = gathered(kept, push_outcome, items, jobs=jobs)
     rows = []
     for key, result in found.items():
         rows.append(Row(key, "largest survived", result.get("force"), "N"))

@@ -56,6 +56,7 @@ def run(
     out: Path | None = None,
     overwrite: bool = False,
     quick: bool = False,
+    jobs: int = 1,
     say: Callable[[str], None] = lambda _: None,
 ) -> ResultTable:
     """Carry motions out under what was not planned.
@@ -64,6 +65,7 @@ def run(
         out: Folder to keep results in.
         overwrite: Do anew what is there.
         quick: One walk, one start of each disturbance.
+        jobs: How many at once; -1 for one per core.
         say: Called with a line for every result.
     """
     kept = KeptResults(None if out is None else out / FILE, say, anew=overwrite)
@@ -75,7 +77,7 @@ def run(
         for seed in range(1, starts + 1)
         if what != "bumps of 1 cm" or not name.startswith("sit")
     }
-    found = gathered(kept, outcome, items, jobs=1 if quick else -1)
+    found = gathered(kept, outcome, items, jobs=jobs)
     rows = []
     for what in DISTURBED:
         for name in names:
