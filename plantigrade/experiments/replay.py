@@ -7,7 +7,7 @@ carried out from their first frame to their last. Then the walk is pushed.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,13 @@ from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.synthesis_trial import chosen_parts
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.record import Record
-from plantigrade.record.jobs import run_jobs
 from plantigrade.workflows.motions import synthesize
 from plantigrade.workflows.replays import largest_push, replay_once
 from plantigrade.workflows.reproduce import reproduce
 
 FILE = "replay.json"
+ROOMS = ("models", "dynamics", "synthesize", "wbc", "world", "control")
+"""Whose code decides results."""
 PARTS = ("motions", "recordings", "pushes")
 LONG, SHORT = 20.0, 5.0
 """Length of a repeated walk, and in the short form [s]."""
@@ -159,7 +160,7 @@ def run(
         ParameterError: If there is no such part.
     """
     chosen = chosen_parts(parts, PARTS, PARTS)
-    kept = KeptResults(None if out is None else out / FILE, say, anew=overwrite)
+    kept = KeptResults(None if out is None else out / FILE, say, anew=overwrite, rooms=ROOMS)
     rows: list[Row] = []
     if "motions" in chosen:
         rows += motions(kept, quick=quick, jobs=jobs)
@@ -170,28 +171,15 @@ def run(
     return ResultTable("Motions carried out in the physical world", rows, [*NOTES, *kept.notes()])
 
 
-def gathered(
-    kept: KeptResults,
-    work: Callable[[Any], Result],
-    items: dict[str, Any],
-    *,
-    jobs: int,
-) -> dict[str, Result]:
-    """Return a result for every key, those that are not kept made side by side.
-
-    What cannot be made is a result whose ``"problem"`` says why.
-    """
-    missing = {key: item for key, item in items.items() if key not in kept.results}
-    made = run_jobs(work, missing.values(), jobs=jobs)
-    for key, done in zip(missing, made, strict=True):
-        result = {"problem": done.problem} if done.result is None else done.result
-        kept.get(key, lambda result=result: result, _brief)
-    return {key: kept.results[key] for key in items}
+def cases(work: Callable[[Any], Result], items: dict[str, Any]) -> dict[str, Callable[[], Result]]:
+    """Return what makes the result of every key."""
+    return {key: partial(work, item) for key, item in items.items()}
 
 
-def _brief(result: Result) -> str:
-    if "problem" in result:
-        return str(result["problem"])
+def brief(result: Result) -> str:
+    """Return a result in a few words."""
+    if "error" in result:
+        return str(result["error"])
     if "force" in result:
         return f"{result['force']:.0f} N"
     ended = "survived" if result["survived"] else f"fell after {result['seconds']:.2f} s"
@@ -207,7 +195,7 @@ def motions(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
         for name in names
         for seed in range(1, starts + 1)
     }
-    found = gathered(kept, motion_outcome, items, jobs=jobs)
+    found = kept.get_all(cases(motion_outcome, items), brief, jobs=jobs)
     rows, every = [], []
     for name in names:
         own = [found[key] for key, item in items.items() if item[0] == name]
@@ -220,12 +208,12 @@ def motions(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
 
 def _rows(name: str, results: list[Result]) -> list[Row]:
     """Return survival, error and distance from the path of one motion."""
-    if problem := next((r["problem"] for r in results if "problem" in r), ""):
+    if problem := next((r["error"] for r in results if "error" in r), ""):
         return [Row(name, "survived", None, "%", f">= {SURVIVE:g}", False, str(problem))]
     alive = [r for r in results if r["survived"]]
     share = 100.0 * len(alive) / len(results)
     rows = [at_least(name, "survived", share, SURVIVE, "%")]
-    rows.append(Row(name, "error", float(np.median([r["error_deg"] for r in results])), "deg"))
+    rows.append(Row(name, "joint error", float(np.median([r["error_deg"] for r in results])), "deg"))
     if alive:
         beside = max(float(r["off_path_m"]) for r in alive)
         rows.append(at_most(name, "beside its path at the end", beside, BACK, "m"))
@@ -239,16 +227,16 @@ def recordings(kept: KeptResults, data: Path, *, quick: bool, jobs: int) -> list
     items = {name: data / name for name in paths if (data / name).exists()}
     if not items:
         return []
-    found = gathered(kept, recorded_outcome, items, jobs=jobs)
+    found = kept.get_all(cases(recorded_outcome, items), brief, jobs=jobs)
     rows = []
     for name, result in found.items():
-        if "problem" in result:
-            rows.append(Row(name, "walked", None, "s", note=str(result["problem"])))
+        if "error" in result:
+            rows.append(Row(name, "walked", None, "s", note=str(result["error"])))
             continue
         note = "" if result["survived"] else "fell"
         rows.append(Row(name, "walked", result["seconds"], "s", note=note))
-        rows.append(Row(name, "error", result["error_deg"], "deg"))
-    whole = [r for r in found.values() if "problem" not in r]
+        rows.append(Row(name, "joint error", result["error_deg"], "deg"))
+    whole = [r for r in found.values() if "error" not in r]
     share = 100.0 * float(np.mean([bool(r["survived"]) for r in whole])) if whole else 0.0
     rows.append(at_least("recorded walks", "walked to their end", share, RECORDED, "%"))
     return rows
@@ -265,7 +253,7 @@ def pushes(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
         for angle in angles
         for item in [(name, phase, angle, forces)]
     }
-    found = gathered(kept, push_outcome, items, jobs=jobs)
+    found = kept.get_all(cases(push_outcome, items), brief, jobs=jobs)
     rows = []
     for key, result in found.items():
         rows.append(Row(key, "largest survived", result.get("force"), "N"))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.experiments.kept_results import KeptResults, Result
-from plantigrade.experiments.replay import MOTIONS, gathered, synthesised
+from plantigrade.experiments.replay import MOTIONS, ROOMS, brief, cases, synthesised
 from plantigrade.experiments.table import ResultTable, Row, at_least
 from plantigrade.workflows.replays import Otherwise, replay_once
 from plantigrade.world.grounds import ground_named
@@ -68,7 +68,7 @@ def run(
         jobs: How many at once; -1 for one per core.
         say: Called with a line for every result.
     """
-    kept = KeptResults(None if out is None else out / FILE, say, anew=overwrite)
+    kept = KeptResults(None if out is None else out / FILE, say, anew=overwrite, rooms=ROOMS)
     names, starts, long = (("walk 1.3 m/s",), 1, SHORT) if quick else (NAMES, STARTS, LONG)
     items = {
         f"{name}, {what}, start {seed}, {long:g} s": (name, what, seed, long)
@@ -77,7 +77,7 @@ def run(
         for seed in range(1, starts + 1)
         if what != "bumps of 1 cm" or not name.startswith("sit")
     }
-    found = gathered(kept, outcome, items, jobs=jobs)
+    found = kept.get_all(cases(outcome, items), brief, jobs=jobs)
     rows = []
     for what in DISTURBED:
         for name in names:
@@ -85,7 +85,7 @@ def run(
             if not own:
                 continue
             share = 100.0 * float(np.mean([bool(r.get("survived")) for r in own]))
-            problem = next((str(r["problem"]) for r in own if "problem" in r), "")
+            problem = next((str(r["error"]) for r in own if "error" in r), "")
             row = at_least(name, f"survived, {what}", share, SURVIVE, "%")
             rows.append(row if not problem else Row(name, row.quantity, share, "%", note=problem))
     return ResultTable("Motions under what was not planned", rows, [*NOTES, *kept.notes()])

@@ -4,7 +4,6 @@ import pytest
 
 from plantigrade.experiments import replay, robustness
 from plantigrade.experiments.replay import MOTIONS, QUICKLY
-from plantigrade.record.jobs import Done
 
 
 @pytest.fixture
@@ -12,17 +11,18 @@ def made(monkeypatch):
     """Items that were carried out; every third falls."""
     done = []
 
-    def jobs(work, items, **_):
-        for item in items:
-            done.append(item)
-            if len(item) == 4 and isinstance(item[3], tuple):
-                yield Done(item, {"force": 100.0 + len(done)})
-                continue
-            fine = len(done) % 3 > 0
-            result = {"survived": fine, "seconds": 2.0, "error_deg": 1.5, "off_path_m": 0.04}
-            yield Done(item, result)
+    def carried(item):
+        done.append(item)
+        fine = len(done) % 3 > 0
+        return {"survived": fine, "seconds": 2.0, "error_deg": 1.5, "off_path_m": 0.04}
 
-    monkeypatch.setattr(replay, "run_jobs", jobs)
+    def pushed(item):
+        done.append(item)
+        return {"force": 100.0 + len(done)}
+
+    monkeypatch.setattr(replay, "motion_outcome", carried)
+    monkeypatch.setattr(robustness, "outcome", carried)
+    monkeypatch.setattr(replay, "push_outcome", pushed)
     return done
 
 
