@@ -41,8 +41,8 @@ class Command(PrintOptions, Bounded):
 
     name: Annotated[tyro.conf.Positional[str | None], optional("[NAME]")] = None
     """Name of the experiment: fit-accuracy, foot-pose, foot-segments, gait-table,
-    gait-ablations, gait-forces, ground-forces, push-table, random-worlds, spline-table,
-    synthesis-bench, synthesis-fidelity, synthesis-tracking or vault-table."""
+    gait-ablations, gait-forces, ground-forces, push-table, random-worlds, replay, robustness,
+    spline-table, synthesis-bench, synthesis-fidelity, synthesis-tracking or vault-table."""
     all: Flag = False
     """Run every experiment, and write their figures to figures.json in the folder of --out; one
     that fails does not end the others."""
@@ -55,17 +55,19 @@ class Command(PrintOptions, Bounded):
     out: OptionalPath = None
     """Folder for figures (spline-table), for results and page (synthesis-bench and -fidelity), or
     for all of them (--all); runs/NAME or runs/experiments if absent. Results of
-    synthesis-… and random-worlds that are there are not measured again: a stopped run goes on."""
+    synthesis-…, replay, robustness and random-worlds that are there are not measured again: a
+    stopped run goes on."""
     parts: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(name="part", metavar="PART")
     ] = ()
-    """This part of synthesis-bench or synthesis-fidelity only; may be given several times."""
+    """This part of synthesis-bench, synthesis-fidelity or replay only; may be given several
+    times."""
     overwrite: Flag = False
     """Measure anew what is in the folder of --out."""
 
     jobs: Annotated[int | None, optional("N")] = None
-    """How many runs of push-table, uneven-ground, moving-slope or foot-motions at once; -1 for one
-    per core, 1 if absent."""
+    """How many runs of push-table, uneven-ground, moving-slope, foot-motions, replay or robustness
+    at once; -1 for one per core, 1 if absent."""
 
     def __post_init__(self):
         """Refuse what cannot be, before any work."""

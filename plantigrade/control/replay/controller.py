@@ -1,7 +1,5 @@
 """The controller that carries out a motion: reference, planner, whole-body program, world."""
 
-from typing import Any
-
 import mujoco
 import numpy as np
 
@@ -329,7 +327,10 @@ class Replay:
 
     def _lifted(self) -> Array:
         """Return how much higher the ground is under each point than planned [m]."""
-        found = [self.gait.offset(f.number)[2] if f.stands else 0.0 for f in self.gait.feet]
+        found = [
+            0.0 if f.number is None or not f.stands else self.gait.offset(f.number)[2]
+            for f in self.gait.feet
+        ]
         return np.array([*found, 0.0])[self.side_of]
 
     def _com_acceleration(self, body, ref, rate, low, active) -> Array:
@@ -396,8 +397,3 @@ def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
     ahead = turn.reshape(3, 3)[:2, 0]
     ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
     return np.array([[ahead[0], -ahead[1]], [ahead[1], ahead[0]]])
-
-
-def replayed(record: Record, **options: Any) -> Replay:
-    """Return the replay of a record."""
-    return Replay(record, **options)

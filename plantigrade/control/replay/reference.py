@@ -33,14 +33,13 @@ class Reference:
     Attributes:
         table: One row an instant; :attr:`columns` says what is where.
         columns: Name → columns and shape.
+        moved: How far each column moves along with the periods, world.
         schedule: Stances of the feet, and the share of the load that each carries.
         omega: Rate of the linear pendulum, from the mean height of the centre of mass [1/s].
         period: Of a periodic motion [s]; None otherwise.
         duration: Of the motion, or of one period [s].
         advance: How far a periodic motion goes in a period [m].
         ends: Whether it ends at rest.
-        heights: Over the ground along its normal, by which places that touch are known: of each
-            site the height that it has while it carries [m].
     """
 
     table: Float[Array, "n_rows n_columns"]

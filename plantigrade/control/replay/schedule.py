@@ -144,7 +144,7 @@ def stances_of(
         mine = [s.side == side for s in sites]
         if not any(mine):
             continue
-        stands = settled(on[:, mine].any(axis=1), shortest)
+        stands = settled(np.asarray(on[:, mine].any(axis=1)), shortest)
         if stands.all():
             found.append(Stance(side, -np.inf, np.inf))
             continue

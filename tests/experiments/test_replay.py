@@ -1,0 +1,54 @@
+"""The experiments replay and robustness: what they run, keep and print."""
+
+import pytest
+
+from plantigrade.experiments import replay, robustness
+from plantigrade.experiments.replay import MOTIONS, QUICKLY
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Items that were carried out; every third falls."""
+    done = []
+
+    def carried(item):
+        done.append(item)
+        fine = len(done) % 3 > 0
+        return {"survived": fine, "seconds": 2.0, "error_deg": 1.5, "off_path_m": 0.04}
+
+    def pushed(item):
+        done.append(item)
+        return {"force": 100.0 + len(done)}
+
+    monkeypatch.setattr(replay, "motion_outcome", carried)
+    monkeypatch.setattr(robustness, "outcome", carried)
+    monkeypatch.setattr(replay, "push_outcome", pushed)
+    return done
+
+
+def test_the_short_form_is_a_part_of_the_whole():
+    assert set(QUICKLY) < set(MOTIONS)
+    assert set(robustness.NAMES) < set(MOTIONS)
+
+
+def test_motions_and_pushes_are_done_once_and_kept(made, tmp_path):
+    table = replay.run(out=tmp_path, quick=True)
+    assert len(made) == 2 * len(QUICKLY) + 2
+    figures = table.metrics()
+    assert figures["all_motions_survived_pct"] == pytest.approx(100.0 * 4 / 6)
+    made.clear()
+    again = replay.run(out=tmp_path, quick=True)
+    assert made == [] and again.metrics() == figures
+
+
+def test_a_part_alone(made):
+    replay.run(quick=True, parts=("pushes",))
+    assert len(made) == 2
+
+
+def test_robustness_tells_survival_by_disturbance(made):
+    table = robustness.run(quick=True)
+    assert len(made) == len(robustness.DISTURBED)
+    falls = [row for row in table.rows if row.value == 0.0]
+    assert len(falls) == len(robustness.DISTURBED) // 3
+    assert not any(row.met for row in falls)
