@@ -30,7 +30,6 @@ class Stepper:
 
     Args:
         step: The step, of SX symbols.
-        key: Names the step among stored code; the code is kept on disk by this name and its text.
         leave: Which of the extras ends the loop as it becomes zero, after the first steps.
 
     Attributes:

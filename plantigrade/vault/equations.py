@@ -87,7 +87,6 @@ class Equations:
             "extras": ca.vertcat(F, vcom[0], vcom[2], x, z, use(strength, joint, ca)),
             "torque": ca.vertcat(*muscle),
             "stop": ca.vertcat(*end),
-            "mass": M,
             "com": com,
             "hand_velocity": v,
         }

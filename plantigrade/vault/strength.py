@@ -23,7 +23,6 @@ gymnast, for the elbow on a tennis player ([Jackson2010]_, [Kentel2011]_, as tab
 [Felis2017]_).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -96,7 +95,7 @@ def strengths(human: Human) -> Float[Array, "5 2"]:
 
 
 def torques(
-    strength: Float[Array, "5 2"], angle: Sequence[Any], rate: Sequence[Any], activation: Any,
+    strength: Float[Array, "5 2"], angle: Any, rate: Any, activation: Any,
     ca: Any = np,
 ) -> list[Any]:  # fmt: skip
     """Return the muscles' torque of each joint, both limbs, positive as its coordinate [N m].
@@ -121,9 +120,7 @@ def torques(
     return found
 
 
-def stops(
-    strength: Float[Array, "5 2"], angle: Sequence[Any], rate: Sequence[Any], ca: Any = np
-) -> list[Any]:
+def stops(strength: Float[Array, "5 2"], angle: Any, rate: Any, ca: Any = np) -> list[Any]:
     """Return the torque of each joint's ends, both limbs, positive as its coordinate [N m]."""
     found = []
     for i, stop in enumerate(STOPS):
@@ -135,7 +132,7 @@ def stops(
     return found
 
 
-def use(strength: Float[Array, "5 2"], torque: Sequence[Any], ca: Any = np) -> Any:
+def use(strength: Float[Array, "5 2"], torque: Any, ca: Any = np) -> Any:
     """Return the greatest torque of a joint, in the most that its lengthening muscle can have.
 
     Args:

@@ -13,6 +13,7 @@ from plantigrade.vault.segments import JOINTS
 def test_accelerations_are_those_of_mujoco(vault):
     """Random states: the whole body, moved so, asks for the torques and forces that moved it."""
     human = vault.segments.human
+    assert vault.segments.masses.sum() == pytest.approx(human.mass, rel=1e-12)
     model = without_constraints(human)
     data = mujoco.MjData(model)
     state = vault.equations.function("acceleration", "torque", "stop", "extras")
