@@ -59,11 +59,11 @@ class Rod:
 
 @dataclass(frozen=True)
 class SolidLimbs(Term):
-    """Legs and feet do not enter each other, arms not trunk and thighs, thighs not the belly.
+    """Legs and feet do not enter each other, arms not trunk and thighs.
 
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
-        arms: Distance that arms keep from trunk and thighs, and thighs from the belly [m].
+        arms: Distance that arms keep from trunk and thighs [m].
 
     Neither is looked at where it is not finite.
     """
@@ -101,7 +101,7 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    """Return how far an arm is from trunk and thigh, and the thigh from the belly [0.1 m]."""
+    """Return how far each arm is from trunk and thigh [0.1 m]."""
     human = body.human
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
@@ -114,13 +114,11 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
             for x in _arm(human, side):
                 d.append(at.apart(x, thigh))
                 d += [at.beside(x, name, solid) for name, solid in trunk]
-            for x in thigh.points(4)[1:]:
-                d += [at.beside(x, name, solid) for name, solid in trunk if name != "pelvis"]
             rows.append(UNIT * _least(ca, d))
         return ca.vertcat(*rows)
 
     function = body.function(ARMS, expression)
-    names = tuple(f"distance of arm and thigh_{s}" for s in SIDES)
+    names = tuple(f"distance of arm_{s}" for s in SIDES)
     return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
 
 
