@@ -14,6 +14,7 @@ SOLID = 1
 
 TRUNK = ("pelvis", "abdomen", "torso", "lower_thorax", "thorax", "lower_neck", "upper_neck", "neck")
 TRUNK += ("head", "clavicle")
+BELLY = ("abdomen", "torso")
 SHOULDER = ("torso", "lower_thorax", "thorax", "clavicle", "lower_neck")
 
 
@@ -29,7 +30,8 @@ def meet(human: Human, one: str, two: str) -> bool:
     """Return whether two bodies belong together, so that their solids may overlap.
 
     These are bodies of one joint, those of the trunk with neck, head and girdles, of a foot with
-    its shank, and the upper arm with the trunk about its shoulder.
+    its shank, the upper arm with the trunk about its shoulder, and the thigh with the belly: they
+    touch where somebody bends down, and both are soft.
     """
     if one == two:
         return True
@@ -39,8 +41,9 @@ def meet(human: Human, one: str, two: str) -> bool:
     (a, side_a), (b, side_b) = split_side(one), split_side(two)
     if a in TRUNK and b in TRUNK:
         return True
-    if a == "humerus" or b == "humerus":
-        return (b if a == "humerus" else a) in SHOULDER
+    for limb, near in (("humerus", SHOULDER), ("femur", BELLY)):
+        if limb in (a, b) and (b if a == limb else a) in near:
+            return True
     return side_a == side_b and _of_foot(parents, one) and _of_foot(parents, two)
 
 

@@ -21,6 +21,7 @@ from plantigrade.charts.labels import title_of
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
+from plantigrade.experiments.synthesis_planes import plane_grids, plane_rows, planes_of
 from plantigrade.experiments.synthesis_trial import (
     brief,
     chosen_parts,
@@ -71,7 +72,7 @@ class Extent:
     Nodes a second are the tasks' own if absent.
     """
 
-    speeds: tuple[float, ...] = (0.8, 1.0, FREE, 1.6, 1.9)
+    speeds: tuple[float, ...] = (0.7, 1.0, FREE, 1.6, 1.9)
     statures: tuple[float, ...] = (1.50, 1.60, 1.75, 1.85, 1.95)
     masses: tuple[float, ...] = (45.0, 77.5, 110.0)
     feet: tuple[str, ...] = ("rigid", "two-segment", "multi-segment")
@@ -112,7 +113,7 @@ def run(
             kept.get(f"{name}/{key}", partial(tried, make), brief)
     found = table(kept)
     if out is not None:
-        grids = (check_grid(kept.results), gait_grid(kept.results))
+        grids = (check_grid(kept.results), gait_grid(kept.results), *plane_grids(kept.results))
         sections = [*curve_sections(kept.results), *(g.section() for g in grids)]
         write_page(out / PAGE, found, sections, kept)
     return found
@@ -121,7 +122,9 @@ def run(
 def table(kept: KeptResults) -> ResultTable:
     """Return the table of results that are there."""
     results, notes = kept.results, [*NOTES, *kept.notes()]
-    sheets = [check_grid(results).text(), gait_grid(results).text(), *fault_sheets(results)]
+    planes = (grid.text() for grid in plane_grids(results))
+    sheets = [check_grid(results).text(), gait_grid(results).text(), *planes]
+    sheets += fault_sheets(results)
     title = "Motions from tasks: physics and likeness"
     return ResultTable(title, list(rows_of(results)), notes, sheets)
 
@@ -202,7 +205,8 @@ def shape_of(run: Run) -> dict[str, Any]:
     drawn = {n: np.nanmean(curves.angles[f"{n}_r"], axis=0) for n in CURVES}
     for name, ours in zip(FORCES, ("up_r", "forward_r"), strict=True):
         drawn[name] = np.nanmean(curves.forces[ours], axis=0)
-    return {"speed_class": kind, "gait": gait, "percent": curves.percent, "curves": drawn}
+    shown = {"percent": curves.percent, "curves": drawn, "planes": planes_of(run, speed, kind)}
+    return {"speed_class": kind, "gait": gait, **shown}
 
 
 # Tables -------------------------------------------------------------------------------------------
@@ -217,6 +221,7 @@ CHECKED = (
     ("joint deg", "check_joint_limit_excess_max_deg", "{:.1f}"),
     ("speed %", "check_velocity_limit_use_max_percent", "{:.0f}"),
     ("torque %", "check_torque_limit_use_max_percent", "{:.0f}"),
+    ("overlap mm", "check_overlap_max_mm", "{:.1f}"),
 )
 
 
@@ -327,6 +332,8 @@ def rows_of(results: Mapping[str, Result]) -> Iterator[Row]:
         speed = r.get("told", {}).get("speed")
         if "check" in r and (speed is None or speed <= FREE):
             yield from check_rows(key, r["check"])
+        if "planes" in r and key.startswith("speeds/"):
+            yield from plane_rows(key, r["planes"], float(speed))
         if key == f"speeds/{FREE:g} m/s periodic" and "gait" in r:
             yield from gait_rows(key, r["gait"])
 

@@ -110,7 +110,8 @@ class Solution:
     @property
     def friction(self) -> float:
         """Coefficient of friction of the task's ground."""
-        return next((t.friction for t in self.task.terms if isinstance(t, Contact)), FRICTION)
+        found = (t.friction for t in self.task.terms if isinstance(t, Contact))
+        return min(found, default=FRICTION)
 
     def times(
         self, samples_per_interval: int = SAMPLES_PER_INTERVAL, periods: int = 1
@@ -207,16 +208,17 @@ class Solution:
     @property
     def limits(self) -> RecordLimits:
         """What the task's terms let joints and forces do."""
-        limits = RecordLimits()
-        for term in self.task.terms:
-            if isinstance(term, Contact):
-                limits = replace(limits, force=term.force * self.body.weight)
-            elif isinstance(term, Limits):
-                ranges, torque = (f(self.body.human) for f in (term.coordinates, term.torques))
-                limits = replace(limits, coordinate=ranges, velocity=term.speed, torque=torque)
-            elif isinstance(term, SolidLimbs):
-                limits = replace(limits, overlap=0.0)
-        return limits
+        terms, human = self.task.terms, self.body.human
+        forces = [t.force * self.body.weight for t in terms if isinstance(t, Contact)]
+        joints = [t for t in terms if isinstance(t, Limits)]
+        solid = any(isinstance(t, SolidLimbs) for t in terms)
+        return RecordLimits(
+            coordinate=_narrowest([t.coordinates(human) for t in joints]),
+            velocity=min((t.speed for t in joints), default=None),
+            torque=_narrowest([t.torques(human) for t in joints]),
+            force=min(forces, default=None),
+            overlap=0.0 if solid else None,
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -248,6 +250,15 @@ class Solution:
             kept["spline.period"] = np.array([float(plan.mirrored), plan.advance])
         pushing = {} if self.multipliers is None else self.multipliers.rows
         return kept | {f"spline.multipliers.{name}": x for name, x in pushing.items()}
+
+
+def _narrowest(limits: Sequence[Float[Array, "2 n"]]) -> Float[Array, "2 n"] | None:
+    """Return what is within all lower and upper limits; None where there are none."""
+    if not limits:
+        return None
+    return np.stack(
+        [np.max([x[0] for x in limits], axis=0), np.min([x[1] for x in limits], axis=0)]
+    )
 
 
 def solver_signals(stages: Sequence[Stage], broken: Sequence[Violation]) -> dict[str, Array]:

@@ -32,7 +32,7 @@ Start = tuple[Array, Array, Multipliers | None]
 Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
-OVERLAPPING = 0.0  # depth of limbs in each other above which it is, too [m]
+OVERLAPPING = 0.002  # depth of limbs in each other above which it is, too [m]
 OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
 REFINEMENTS = 4  # of the mesh, at most
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes

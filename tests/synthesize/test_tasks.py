@@ -76,7 +76,7 @@ def test_the_seat_carries_while_seated_and_nothing_after():
     assert np.abs(load[away]).max() < 1e-9
     assert load[0] > 0.5  # sitting still, most weight is on the chair
     total = force[:, :, 2].sum(axis=1)
-    assert total[[0, -1]] == pytest.approx(1.0, abs=0.05)  # nearly no acceleration at the ends
+    assert total[[0, -1]] == pytest.approx(1.0, abs=0.08)  # nearly no acceleration at the ends
 
 
 def test_sitting_down_is_standing_up_in_reverse():

@@ -51,7 +51,7 @@ HIP_ABDUCTORS = 0.5
 the side of the thigh bears a part of it."""
 USED_FRICTION = 0.35
 """Friction that a walk plans with; more on slopes, by their own."""
-PELVIS_TURNED = 7.0
+PELVIS_TURNED = 5.0
 """What it costs to turn the pelvis off the way [1/(s rad²)]."""
 UPRIGHT = {
     "pelvis_tilt": 3.0,

@@ -45,6 +45,10 @@ class Limits(Term):
                 limits[:, i] = max(limits[0, i], own[0]), min(limits[1, i], own[1])
         return limits
 
+    def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
+        """Return nothing: ranges, speeds and torques are limits of the Record."""
+        return ()
+
     def torques(self, human: Human) -> Float[Array, "2 n_hinges"]:
         """Return lower and upper limits of the hinges' torques [N m]."""
         return human.model.jnt_actfrcrange[1:].T * self.strength

@@ -63,7 +63,9 @@ class SolidLimbs(Term):
 
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
-        arms: Distance that arms keep [m]; not looked at where infinite and negative.
+        arms: Distance that arms keep from trunk and thighs [m].
+
+    Neither is looked at where it is not finite.
     """
 
     margin: float = 0.003
@@ -99,7 +101,7 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    """Return how far each forearm and hand is from trunk and thighs [0.1 m]."""
+    """Return how far each arm is from trunk and thigh [0.1 m]."""
     human = body.human
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:

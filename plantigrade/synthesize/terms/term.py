@@ -11,9 +11,11 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import Point
 from plantigrade.models.mirror import mirror_sign, mirrored_name
+from plantigrade.motion.filters import runs
 from plantigrade.record.conditions import Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.transcription.mesh import nodes_of
 
 
 class Term(ABC):
@@ -32,13 +34,53 @@ class Term(ABC):
         return ()
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
-        """Return what must hold of the motion over one period, as the checker judges it."""
-        return ()
+        """Return what must hold of the motion over one period, as the checker judges it.
+
+        If a term says nothing else, these are the limits that it sets to coordinates and speeds.
+        """
+        return limits_set(self, body, plan)
 
     def mirrored(self) -> "Term":
         """Return the same term for the other side."""
         changed = {f.name: _mirrored(getattr(self, f.name)) for f in fields(self)}  # type: ignore[arg-type]
         return replace(self, **changed)  # type: ignore[type-var]
+
+
+def limits_set(term: Term, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
+    """Return the limits that a term sets to coordinates and speeds, as conditions.
+
+    The pelvis is left out on slopes: there its coordinates are in the axes of the ground, which the
+    recorded motion is not.
+    """
+    nodes = np.union1d(nodes_of(plan), np.array(term.instants, dtype=float))
+    b = ProblemBuilder(body, plan, nodes[:-1] if plan.periodic else nodes)
+    term.add_to(b)
+    found = []
+    for quantity, name in (("coordinate", "coordinates"), ("speed", "speeds")):
+        family = b.family(name)
+        limited = np.isfinite(family.lower) | np.isfinite(family.upper)
+        for i in np.flatnonzero(limited.any(axis=0)):
+            coordinate = b.names[i]
+            if plan.slope and coordinate.startswith("pelvis"):
+                continue
+            label = family.names[i]
+            low, high = family.lower[:, i], family.upper[:, i]
+            if (low == low[0]).all() and (high == high[0]).all():
+                found.append((label, quantity, (0.0, np.inf), low[:1], high[:1], coordinate))
+                continue
+            for run in runs(limited[:, i]):
+                found.append((label, quantity, b.nodes[run], low[run], high[run], coordinate))
+    return tuple(
+        Condition(
+            label,
+            quantity,  # type: ignore[arg-type]
+            tuple(map(float, when)),
+            tuple(map(float, np.broadcast_to(low, len(when)))),
+            tuple(map(float, np.broadcast_to(high, len(when)))),
+            coordinate,
+        )
+        for label, quantity, when, low, high, coordinate in found
+    )
 
 
 @dataclass(frozen=True)
