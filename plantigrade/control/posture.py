@@ -1,5 +1,7 @@
 """A body that is left alone, and one that holds its posture."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.optimize import nnls
 
@@ -10,12 +12,30 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
-from plantigrade.world import Command, StablePD, State
+from plantigrade.world import Command, StablePD, State, Target, standing_on
+
+CHANGING = 0.8
+"""So long another posture takes to be reached [s]."""
 
 
 def passive(state: State) -> Command:
     """Leave every joint to its passive moments."""
     return Command()
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Angles of the hinges [rad], and torques that hold them [N m]."""
+
+    angles: Float[Array, " n_hinges"]
+    torque: Float[Array, " n_hinges"]
+
+    def towards(self, other: "Held", share: float) -> "Held":
+        """Return what lies between this and another."""
+        return Held(
+            (1 - share) * self.angles + share * other.angles,
+            (1 - share) * self.torque + share * other.torque,
+        )
 
 
 class Posture:
@@ -28,28 +48,63 @@ class Posture:
     Args:
         stiffness: Of the springs, by what is usual: by the strength of a joint.
         qpos: The posture, feet on the ground; that of the first state if absent.
+
+    Attributes:
+        targets: The stiffness; where the person stands, how far knees and hips bend, too.
     """
 
     def __init__(self, stiffness: float = 1.0, qpos: Float[Array, " nq"] | None = None):
-        self.stiffness, self.qpos = stiffness, qpos
-        self._target: Float[Array, " n_hinges"] | None = None
-        self._torque: Float[Array, " n_hinges"] | None = None
+        self.qpos = qpos
+        self._stiff = Target("stiffness", 0.0, max(3.0, stiffness), stiffness)
+        self._bends = (
+            Target("knees bent", 0.0, 60.0, 0.0, "deg"),
+            Target("bowed", 0.0, 45.0, 0.0, "deg"),
+        )
+        self.targets = (self._stiff, *(() if qpos is None else self._bends))
+        self._held: Held | None = None
+
+    @property
+    def stiffness(self) -> float:
+        """Of the springs, by what is usual."""
+        return self._stiff.value
 
     def __call__(self, state: State) -> Command:
         """Hold the posture."""
-        actuators = state.world.actuators
-        if self._target is None or self._torque is None or state.time == 0.0:
-            qpos = np.array(state.qpos if self.qpos is None else self.qpos)
-            self._target = qpos[7:]
-            self._torque = resting_torques(state.human, state.world.ground, qpos)
-            self._torque -= actuators.resistance(self._target)
+        actuators, held = state.world.actuators, self._now(state)
         return StablePD(
-            self._target,
-            torque=self._torque,
+            held.angles,
+            torque=held.torque,
             stiffness=self.stiffness * actuators.stiffness,
             damping=self.stiffness * actuators.damping,
-            signals={"posture_error": float(np.linalg.norm(state.angles - self._target))},
+            signals={"posture_error": float(np.linalg.norm(state.angles - held.angles))},
         )
+
+    def _now(self, state: State) -> Held:
+        """Return what is held now: smoothly from one posture to the next."""
+        bends = tuple(target.value for target in self._bends)
+        if self._held is None or state.time == 0.0:
+            self._held = self._from = self._to = self._at(state, bends)
+            self._since, self._bent = state.time, bends
+        if bends != self._bent:
+            self._from, self._to = self._held, self._at(state, bends)
+            self._since, self._bent = state.time, bends
+        if self._held is not self._to:
+            u = min((state.time - self._since) / CHANGING, 1.0)
+            share = u * u * (3 - 2 * u)
+            self._held = self._to if u == 1.0 else self._from.towards(self._to, share)
+        return self._held
+
+    def _at(self, state: State, bends: tuple[float, ...]) -> Held:
+        """Return the posture with knees and hips bent so far [deg], and its torques."""
+        human, ground = state.human, state.world.ground
+        qpos = np.array(state.qpos if self.qpos is None else self.qpos)
+        knee, hip = np.deg2rad(bends)
+        if knee or hip:
+            half = knee / 2
+            bent = {"knee_angle": knee, "hip_flexion": half + hip, "ankle_angle": half - hip}
+            qpos = standing_on(human, ground, bent=bent)
+        torque = resting_torques(human, ground, qpos) - state.world.actuators.resistance(qpos[7:])
+        return Held(qpos[7:], torque)
 
 
 def resting_torques(

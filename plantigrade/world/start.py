@@ -1,5 +1,7 @@
 """How a person stands at the beginning: feet on the ground, weight over the feet."""
 
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 
@@ -16,7 +18,12 @@ PRESSURE = 0.45
 
 
 def standing_on(
-    human: Human, ground: Ground, *, ahead: float = PRESSURE, width: float | None = None
+    human: Human,
+    ground: Ground,
+    *,
+    ahead: float = PRESSURE,
+    width: float | None = None,
+    bent: Mapping[str, float] | None = None,
 ) -> Float[Array, " nq"]:
     """Return quiet standing: upright, soles along the ground, the centre of mass over the feet.
 
@@ -28,6 +35,8 @@ def standing_on(
         ahead: That place, before the heels, of the length of the soles: by default some 5 cm
             before the ankles.
         width: Distance of the ankles; that of the hips if absent [m].
+        bent: Joints of both sides that are bent besides, by name without side [rad]; together
+            they leave the soles along the ground, but for a lean of the whole body.
 
     Raises:
         ParameterError: If the place is not over the feet, or the feet cannot be there.
@@ -35,6 +44,8 @@ def standing_on(
     if not 0.0 <= ahead <= 1.0:
         raise ParameterError(f"ahead={ahead:g} is not over the soles, 0 at the heels and 1 before")
     upright = human.standing() if width is None else _astride(human, width)
+    for name, angle in (bent or {}).items():
+        upright[[7 + human.hinge(f"{name}_{side}") for side in SIDES]] += angle
     sites = contact_sites(human)
     lean = 0.0
     for _ in range(5):

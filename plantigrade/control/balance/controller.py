@@ -17,12 +17,14 @@ from plantigrade.control.balance.support import goal_of
 from plantigrade.control.balance.weights import FOOT, Weights
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.whole_body import Rows, WholeBody
-from plantigrade.world import Command, StablePD, State
+from plantigrade.world import Command, Drawing, StablePD, State, Target
 
 LIGHT_DAMPING = 0.012
 """Damping about the planned rates, of a joint by its greatest torque [s]."""
 FOOT_DAMPING, FOOT_STIFFNESS = 0.5, 30.0
 """Within a foot, damping and stiffness about the plan [N m s/rad, N m/rad]."""
+SHIFTING = 0.1
+"""How fast the centre of mass is led to where a target has it [m/s]."""
 STEPPED_GAIN = 800.0
 """Stiffness with which points come to the ground once there were steps [1/s²]."""
 
@@ -34,6 +36,9 @@ class Balance:
         reference: What is to be done; the posture of the first state if absent.
         weights: What counts how much.
         stepping: Whether a step is taken where standing in place can no longer succeed.
+
+    Attributes:
+        targets: Where the centre of mass is to be, from where the reference has it.
     """
 
     rate, control_rate = 1000.0, 100.0
@@ -48,6 +53,18 @@ class Balance:
     ):
         self.reference, self.weights, self.stepping = reference, weights or Weights(), stepping
         self._world = None
+        self.targets = (
+            Target("weight forward", -6.0, 8.0, 0.0, "cm"),
+            Target("weight to the left", -12.0, 12.0, 0.0, "cm"),
+            Target("height", -15.0, 2.0, 0.0, "cm"),
+        )
+
+    def drawings(self, state: State) -> tuple[Drawing, ...]:
+        """Return where the centre of mass is to be, and the way there."""
+        if self._world is not state.world:
+            return ()
+        way = np.array([[state.body.com, self.goal]])
+        return (Drawing(name="centre of mass wanted", points=self.goal[None], lines=way),)
 
     def _begin(self, state: State) -> None:
         """Make ready for a world."""
@@ -64,6 +81,7 @@ class Balance:
         self._stiffness = np.where(within, FOOT_STIFFNESS, 0.0)
         self.recovery = Recovery(human, self.contact)
         self._speed, self._lifted = state.body.com_velocity, np.zeros(3)
+        self._shift = np.zeros(3)
 
     def __call__(self, state: State) -> Command:
         """Return torques that keep balance, and springs about the motion they lead to."""
@@ -126,7 +144,11 @@ class Balance:
     def _centre(self, body: BodyState, wanted: Wanted, standing: Standing) -> Rows:
         """Return the rows of the centre of mass."""
         w = self.weights
-        self.goal = goal_of(wanted, self.recovery.spheres(body), standing.site)
+        far = SHIFTING / self._world.control_rate
+        asked = np.array([0.01 * target.value for target in self.targets])
+        self._shift = self._shift + np.clip(asked - self._shift, -far, far)
+        now = self.recovery.spheres(body)
+        self.goal = goal_of(wanted, now, standing.site, self._shift)
         if self.recovery.stepped:
             self.goal[2] -= self.recovery.lowered(body)
         asked = w.com_gain * (self.goal - body.com) + w.com_damping * (

@@ -14,7 +14,10 @@ _OUTWARD = np.stack([np.cos(_ANGLE), np.sin(_ANGLE)])
 
 
 def goal_of(
-    wanted: Wanted, now: Float[Array, "n_sites 3"], touches: Int[Array, " k"]
+    wanted: Wanted,
+    now: Float[Array, "n_sites 3"],
+    touches: Int[Array, " k"],
+    shift: Float[Array, " 3"],
 ) -> Float[Array, " 3"]:
     """Return where the centre of mass is to be [m].
 
@@ -25,14 +28,15 @@ def goal_of(
         wanted: The reference.
         now: Where the spheres of the feet are.
         touches: Which of them touch.
+        shift: So far from where the reference has it [m].
     """
     mine = np.flatnonzero(wanted.presses)
     if not len(mine):
-        return wanted.com.copy()
-    goal = wanted.com + (now - wanted.places)[mine].mean(axis=0)
+        return wanted.com + shift
+    goal = wanted.com + shift + (now - wanted.places)[mine].mean(axis=0)
     goal[:2] = inside(now[mine, :2], goal[:2])
     on = np.intersect1d(mine, touches)
-    goal[2] = wanted.com[2] + ((now - wanted.places)[on, 2].mean() if len(on) else 0.0)
+    goal[2] = wanted.com[2] + shift[2] + ((now - wanted.places)[on, 2].mean() if len(on) else 0.0)
     return goal
 
 
