@@ -167,12 +167,11 @@ def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     # Beside a seat the body may be lower than it; the ground is everywhere.
     there = s.standing | np.array([side != "" for side in sides], bool)
     gap = np.where(there & s.spread, s.gap, np.inf)
-    height = s.spheres @ record.ground.normal - record.ground.under(s.spheres)
     away = np.linalg.norm(s.point[:, :, None] - s.spheres[:, None], axis=3).max(axis=0)
     alone = np.flatnonzero((away >= _SAME).all(axis=0))  # the others are looked at as sites
     yield Series(
         "penetration",
-        -1000.0 * np.hstack([gap, height[:, alone]]),
+        -1000.0 * np.hstack([gap, s.clearance[:, alone]]),
         tol.penetration,
         (*names, *(s.sphere_names[j] for j in alone)),
         (*sides, *(s.sphere_sides[j] for j in alone)),

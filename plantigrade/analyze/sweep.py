@@ -10,6 +10,7 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
+from plantigrade.record.moving_ground import GroundPath
 
 CARRIES = 1e-3
 """Without a plan, a site with more than this share of body weight is taken to stand."""
@@ -37,7 +38,8 @@ class Sweep:
     com: Float[Array, "n 3"]  #: Centre of mass [m]
     point: Float[Array, "n k 3"]  #: Lowest point of each site, or where a measured force acts [m]
     gap: Float[Array, "n k"]  #: Height of that point above what it stands on [m]
-    velocity: Float[Array, "n k 3"]  #: Of the material at these points [m/s]
+    #: Of the material at these points, against the ground where that moves [m/s]
+    velocity: Float[Array, "n k 3"]
     normal: Float[Array, "n k 3"]  #: Direction in which what a site stands on pushes
     momentum: Float[Array, "n 6"]  #: Linear [kg m/s] and about the centre of mass [kg m²/s]
     energy: Float[Array, " n"]  #: Kinetic and potential [J]
@@ -45,6 +47,7 @@ class Sweep:
     position: Float[Array, "n n_bodies 3"]  #: Origins of the bodies, the world first [m]
     rotation: Float[Array, "n n_bodies 3 3"]  #: Their rotations
     spheres: Float[Array, "n s 3"]  #: Lowest points of the contact spheres [m]
+    clearance: Float[Array, "n s"]  #: Their height above the ground [m]
     sphere_names: tuple[str, ...]  #: Their names
     sphere_sides: tuple[str, ...]  #: Their sides
 
@@ -77,6 +80,7 @@ def sweep(record: Record) -> Sweep:
     upward[seated] = [0.0, 0.0, 1.0]
     radius = np.array([site.radius for site in record.sites])[:, None]
     down = radius * upward
+    moved = GroundPath.of(record)
 
     wanted, explained = np.empty((n, nv)), np.zeros((n, nv))
     position, rotation = np.empty((n, nb, 3)), np.empty((n, nb, 3, 3))
@@ -100,6 +104,8 @@ def sweep(record: Record) -> Sweep:
             if ground.uneven:  # the lowest point is where the ground pushes
                 down = radius * ground.normal_at(placed)
                 down[seated] = radius[seated] * [0.0, 0.0, 1.0]
+            elif moved is not None:
+                down = radius * (moved.rotation[f] @ ground.normal)
             point[f, ~measured] = (placed - down)[~measured]
         for i in np.flatnonzero(loaded[f]):
             push, turn, at = force[f, i], torque[f, i], point[f, i]
@@ -110,6 +116,13 @@ def sweep(record: Record) -> Sweep:
     height[:, seated] = [level[record.sites[i].name] for i in seated]
     normal = ground.normal_at(point)
     normal[:, seated] = [0.0, 0.0, 1.0]
+    gap = np.einsum("nki,ki->nk", point, upward) - height
+    velocity = own[..., 3:] + cross(own[..., :3], point - com[:, None])
+    if moved is not None:  # level where it is at rest, and without a seat
+        here = moved.inward(point)
+        gap = here @ ground.normal - ground.under(here)
+        velocity -= moved.velocity_at(point)
+        normal = np.broadcast_to((moved.rotation @ ground.normal)[:, None], normal.shape)
     tau = wanted - explained
     root_force, root_moment = root_wrench_at(tau[:, :6], motion.qpos, com)
     weight = float(model.body_subtreemass[1] * np.linalg.norm(model.opt.gravity))
@@ -118,6 +131,11 @@ def sweep(record: Record) -> Sweep:
     under = [human.body(s.body) for s in spheres]
     inside = np.array([s.position for s in spheres]).reshape(-1, 3)
     centre = position[:, under] + np.einsum("nsij,sj->nsi", rotation[:, under], inside)
+    if moved is None:
+        lowest = beneath = centre - size * ground.normal_at(centre)
+    else:
+        lowest = centre - size * (moved.rotation @ ground.normal)[:, None]
+        beneath = moved.inward(lowest)
     known = np.full(n, record.contact_force is not None)
     if record.contact_known is not None:
         known &= record.contact_known.all(axis=1)
@@ -138,15 +156,16 @@ def sweep(record: Record) -> Sweep:
         root_moment=root_moment,
         com=com,
         point=point,
-        gap=np.einsum("nki,ki->nk", point, upward) - height,
-        velocity=own[..., 3:] + cross(own[..., :3], point - com[:, None]),
+        gap=gap,
+        velocity=velocity,
         normal=normal,
         momentum=momentum,
         energy=energy,
         power=power,
         position=position,
         rotation=rotation,
-        spheres=centre - size * ground.normal_at(centre),
+        spheres=lowest,
+        clearance=beneath @ ground.normal - ground.under(beneath),
         sphere_names=tuple(s.name for s in spheres),
         sphere_sides=tuple(s.side for s in spheres),
     )

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float, Int
+from plantigrade.charts import theme
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
@@ -18,11 +20,14 @@ from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.kinematics.unmeasured import bodies_of
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Record
-from plantigrade.report.shapes import Shape, shapes_of
-from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.record.moving_ground import GroundPath
+from plantigrade.report.shapes import Shape, rgb, shapes_of
+from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
 
 VIEW_RATE = 50.0  # frames per second drawn [Hz]; between them the page interpolates
 MAX_FRAMES = 6000
+PLATE, THICK = 0.8, 0.02
+"""How far a plate of ground reaches beyond the centre of mass, and half its thickness [m]."""
 CAMERA = 0.3  # width of the window that smooths the ground under the camera [s]
 LOADED = 0.02  # a foot bears load above this fraction of body weight
 
@@ -54,6 +59,7 @@ class Scene:
         total_force: Ground reaction of each side, right then left, then unknown [N].
         cop: Centre of pressure of each of them [m]; NaN where unloaded.
         estimated: Where each of them was estimated, not measured; None where nothing was.
+        plate: Whether the ground moved, and is a plate, the last of the bodies.
     """
 
     time: Float[Array, " n"]
@@ -78,6 +84,7 @@ class Scene:
     total_force: Float[Array, "n 3 3"] | None = None
     cop: Float[Array, "n 3 3"] | None = None
     estimated: Bool[Array, "n 3"] | None = None
+    plate: bool = False
 
 
 def assumed_bodies(record: Record) -> set[str]:
@@ -100,10 +107,18 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
     frames = np.arange(0, motion.n_frames, step)
     model = scene_model(record)
     positions, quats, com = poses(model, motion.qpos[frames])
+    shapes, moved = shapes_of(model, assumed_bodies(record)), GroundPath.of(record)
+    if moved is not None:
+        shapes = (*shapes, plate_shape(com, body=model.nbody))
     name = next(iter(record.references), "")
     reference = (None, None)
     if name:
         reference = poses(model, resampled(record.references[name], motion.time[frames]).qpos)[:2]
+    if moved is not None:
+        plate = moved.shift[frames], _quaternions(moved.rotation[frames])
+        positions, quats = _with(plate, (positions, quats))
+        if reference[0] is not None:
+            reference = _with(plate, reference)
     source = forces if forces is not None else record
     here = frames if source is record else nearest(source.motion.time, motion.time[frames])
     total, cop = side_forces(source)
@@ -117,7 +132,8 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
         ground=record.ground,
         floor=floor,
         level=gaussian_filter1d(floor, window, mode="nearest"),
-        shapes=shapes_of(model, assumed_bodies(record)),
+        shapes=shapes,
+        plate=moved is not None,
         positions=positions,
         quats=quats,
         com=com,
@@ -135,6 +151,30 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
         cop=_take(cop, here),
         estimated=None if estimated is None else estimated[here],
     )
+
+
+def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:
+    """Return a plate of ground that moves, under all of a way.
+
+    Args:
+        com: The centre of mass [m].
+        body: Index of the plate among the bodies.
+    """
+    low, high = com[:, :2].min(axis=0) - PLATE, com[:, :2].max(axis=0) + PLATE
+    size = np.array([*(high - low) / 2, THICK])
+    middle, straight = np.array([*(high + low) / 2, -THICK]), np.array([1.0, 0.0, 0.0, 0.0])
+    return Shape("box", size, middle, straight, rgb(theme.FLOOR), body, "ground", name="plate")
+
+
+def _quaternions(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
+    """Return rotations as quaternions ``wxyz``."""
+    return xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat())
+
+
+def _with(plate: tuple[Array, Array], bodies: tuple) -> tuple[Array, Array]:
+    """Return places and rotations of the bodies, those of the plate last."""
+    first, second = (np.concatenate([b, p[:, None]], 1) for b, p in zip(bodies, plate, strict=True))
+    return first, second
 
 
 def estimated_sides(record: Record) -> Bool[Array, "n 3"] | None:
@@ -243,7 +283,7 @@ def standing_height(scene: Scene) -> float:
     """Return how far above the ground the body reaches in its tallest frame [m]."""
     top = 0.0
     for shape in scene.shapes:
-        if shape.body:
+        if shape.body and shape.name != "plate":
             reach = float(np.max(shape.size)) if shape.kind != "mesh" else 0.0
             top = max(top, float((scene.positions[:, shape.body, 2] - scene.floor).max()) + reach)
     return float(np.clip(top + 0.1, 0.4, 3.0))

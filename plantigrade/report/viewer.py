@@ -187,7 +187,7 @@ def page_data(record: Record, scene: Scene) -> dict[str, Any]:
         "heading": heading_of(scene),
         "ground": {
             "axes": _rounded(ground.to_world.T.ravel(), 9),
-            "plane": not ground.steps,
+            "plane": not (ground.steps or scene.plate),
             "height": ground.height,
         },
         "floor": encode(scene.floor) if np.any(scene.floor) else None,

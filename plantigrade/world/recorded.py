@@ -6,13 +6,11 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.record import Record
+from plantigrade.record.moving_ground import MOVED, PLACE
 from plantigrade.world.recorder import Recorder
 
 if TYPE_CHECKING:
     import plantigrade.world.world
-
-MOVED = 1e-3
-"""Ground that moved less than this is said to have stayed [m, rad]."""
 
 
 def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Record:
@@ -42,10 +40,10 @@ def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Rec
         notes.append(
             f"The simulation diverged at {world.diverged:.2f} s; what came before is kept."
         )
-    if np.abs(signals.get("ground.place", 0.0)).max() > MOVED:
+    if np.abs(signals.get(PLACE, 0.0)).max() > MOVED:
         notes.append(
-            "The ground moved (signal ground.place: shift [m] and tilt [rad]); pages and checker "
-            "take it as it is at rest."
+            "The ground moved (signal ground.place: shift [m] and tilt [rad]): the viewer shows a "
+            "plate, the checker looks along it; drawings of the report have it at rest."
         )
     return Record(
         world.human,

@@ -1,5 +1,7 @@
 """Ropes, boxes, ground that moves, pushes at a phase: they do what mechanics says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,8 @@ from plantigrade.contact.ground import Ground
 from plantigrade.control import Posture
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.record.moving_ground import GroundPath
+from plantigrade.report.scene import build_scene
 from plantigrade.world import (
     Box,
     FloorShift,
@@ -87,6 +91,33 @@ def test_a_dropped_box_falls_on_the_head():
     assert hit[0] == "head" and push[first, 2] < 0
     falls = np.sqrt(2 * 0.5 / 9.81)
     assert record.motion.time[first] == pytest.approx(0.1 + falls, abs=0.04)
+
+
+@pytest.mark.parametrize(
+    "plate",
+    [
+        Tilting(amplitude=0.08, period=1.0),
+        Tilting(amplitude=0.08, period=1.0, direction=np.pi / 2),
+        FloorShift(distance=0.1, duration=0.3, time=0.1),
+    ],
+)
+def test_the_checker_looks_along_ground_that_moves(plate):
+    """Feet that go with a plate neither slip nor sink, lift off nor need more friction."""
+    record = world(plate, rate=600.0).simulate(Posture(), 0.8)
+    found = check(record).measures
+    for quantity in ("penetration", "hover", "slip", "friction", "adhesion"):
+        assert not found[quantity].bad, quantity
+    assert found["penetration"].value < 1.0
+    at_rest = {k: v for k, v in record.signals.items() if k != "ground.place"}
+    measures = check(replace(record, signals=at_rest)).measures
+    assert measures["slip"].bad or measures["penetration"].bad
+    moved = GroundPath.of(record)
+    assert moved is not None
+    np.testing.assert_allclose(np.linalg.det(moved.rotation), 1.0)
+    scene = build_scene(record)
+    assert scene.plate and scene.positions.shape[1] == HUMAN.model.nbody + 1
+    np.testing.assert_allclose(scene.positions[-1, -1], moved.shift[-1], atol=0.01)
+    assert not build_scene(replace(record, signals=at_rest)).plate
 
 
 def test_a_box_brings_its_momentum():

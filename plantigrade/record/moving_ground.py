@@ -1,0 +1,62 @@
+"""Ground that moves, as a record has it: level at rest, and the signal ``ground.place``."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.record.record import Record
+
+PLACE = "ground.place"
+"""Shift forward and left [m], tilt up in front and up on the left [rad], of every frame."""
+
+MOVED = 1e-3
+"""Ground that moves less is at rest [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class GroundPath:
+    """How level ground moved.
+
+    Attributes:
+        time: Time of each frame [s].
+        shift: Where its origin was, world [m].
+        rotation: How it was turned.
+    """
+
+    time: Float[Array, " n"]
+    shift: Float[Array, "n 3"]
+    rotation: Float[Array, "n 3 3"]
+
+    @classmethod
+    def of(cls, record: Record) -> "GroundPath | None":
+        """Return how the ground of a record moved; None where it did not."""
+        place = np.nan_to_num(np.asarray(record.signals.get(PLACE, [0.0]), dtype=float))
+        if np.abs(place).max(initial=0.0) <= MOVED:
+            return None
+        x, y, front, left = place.T
+        c, s, k, m = np.cos(front), np.sin(front), np.cos(left), np.sin(left)
+        zero = np.zeros_like(x)
+        # First up in front, about the axis to the right, then up on the left, about its own x.
+        rows = [[c, -s * m, -s * k], [zero, k, -m], [s, c * m, c * k]]
+        rotation = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+        return cls(record.motion.time, np.stack([x, y, zero], axis=1), rotation)
+
+    def inward(self, points: Float[Array, "n k 3"]) -> Float[Array, "n k 3"]:
+        """Return world points of every frame in axes that move with the ground [m]."""
+        return np.einsum("nij,nki->nkj", self.rotation, points - self.shift[:, None])
+
+    def velocity_at(self, points: Float[Array, "n k 3"]) -> Float[Array, "n k 3"]:
+        """Return how fast the ground moved at world points of every frame [m/s]."""
+        if len(self.time) < 3:
+            return np.zeros_like(points)
+        speed, turn = self._rates
+        return speed[:, None] + np.einsum("nij,nkj->nki", turn, points - self.shift[:, None])
+
+    @cached_property
+    def _rates(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
+        """Velocity of the origin, and what takes a place from it to its velocity beside."""
+        speed = np.gradient(self.shift, self.time, axis=0, edge_order=2)
+        rate = np.gradient(self.rotation, self.time, axis=0, edge_order=2)
+        return speed, rate @ self.rotation.transpose(0, 2, 1)
