@@ -11,6 +11,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import CROSS
 
 SMALL = 1e-9
+HALF_TURN = 1e-12  # 1 + cosine of what counts as one
+NEARLY = -0.9  # cosine beyond which a turn is made by way of a half-turn
 SAME = 1e-4  # two poses that sink as deep as each other but for this are equally good [m]
 _ONE = np.eye(3)
 
@@ -75,13 +77,16 @@ class NormalSeen:
     def _least_sinking(self, a):
         r"""Return by how much the ankle has to sink that a normal of unit length exists [m].
 
-        It is the root of :math:`|a + d\,b| = 1` nearer to zero. Two points need none where
-        :math:`|a|\le 1`. On rough ground three may have none: then the shortest normal is taken.
+        It is a root of :math:`|a + d\,b| = 1`: the one nearer to zero, of three points the one at
+        which the foot is the right way up. Two points need none where :math:`|a|\le 1`. On rough
+        ground three may have none: then the shortest normal is taken.
         """
         half, rest = a @ self.rise, (a * a).sum(axis=1) - 1.0
         root = np.sqrt(np.maximum(half * half - self.rise2 * rest, 0.0))
+        if self.k == 3:
+            return (np.sign(self.rise[2]) * root - half) / self.rise2
         d = (np.where(half < 0, -root, root) - half) / self.rise2
-        return d if self.k == 3 else np.where(rest > 0, d, 0.0)
+        return np.where(rest > 0, d, 0.0)
 
     def _better(self, one, other, seen, others, high):
         """Return of two normals the one that sinks less, or else the nearer one."""
@@ -102,13 +107,20 @@ def smallest_turn(c, d):
     """
     cosine = (c * d).sum(axis=1)
     K = (c @ CROSS).reshape(-1, 3, 3) @ d[:, :, None]
-    half = cosine < SMALL - 1.0
+    half = cosine < HALF_TURN - 1.0
     turn = cosine[:, None, None] * _ONE + (K[..., 0] @ CROSS).reshape(-1, 3, 3)
     turn += K @ (K.swapaxes(1, 2) / np.maximum(1.0 + cosine, SMALL)[:, None, None])
-    if cosine.min() < SMALL - 1.0:
-        lost = c[half]
-        axis = axes_upon(lost, np.tile(_ONE[1], (len(lost), 1)))[0][..., 0]
-        turn[half] = 2 * axis[:, :, None] * axis[:, None] - _ONE
+    near = cosine < NEARLY
+    if near.any():
+        # A half-turn about the same axis, or any where there is none, and what is left of it.
+        lost, k, ours = half[near], K[near, :, 0], c[near]
+        size = np.linalg.norm(k, axis=1)[:, None]
+        spare = axes_upon(ours, np.tile(_ONE[1], (len(ours), 1)))[0][..., 0]
+        axis = np.where(lost[:, None], spare, k / np.maximum(size, SMALL))
+        axis -= ours * (axis * ours).sum(axis=1)[:, None]
+        axis /= np.linalg.norm(axis, axis=1)[:, None]
+        left, _ = smallest_turn(-ours, d[near])
+        turn[near] = left @ (2 * axis[:, :, None] * axis[:, None] - _ONE)
     return turn, half
 
 

@@ -16,6 +16,7 @@ from plantigrade.kinematics.foot_pose import (
     FootPoser,
     marks,
 )
+from plantigrade.kinematics.normal_seen import smallest_turn
 from plantigrade.kinematics.state import PointSet, State
 from tests.models.presets import person
 
@@ -178,6 +179,24 @@ def test_out_of_reach_the_ankle_is_moved_and_the_pose_is_that_of_the_moved_one(
     hanging &= "lateral_metatarsal" not in names  # the cuboid joint may not reach that far
     if not hanging:
         assert np.abs(on_marked(side, found, names)).max() < TOUCHES
+
+
+def test_the_smallest_turn_takes_one_direction_to_the_other_even_if_it_is_half_a_turn():
+    rng = np.random.default_rng(0)
+    c = rng.normal(size=(300, 3))
+    c /= np.linalg.norm(c, axis=1)[:, None]
+    d = -c + 10.0 ** rng.uniform(-12, 0.5, (300, 1)) * rng.normal(size=(300, 3))
+    d[0] = -c[0]
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    turn, half = smallest_turn(c, d)
+    np.testing.assert_allclose((turn @ c[..., None])[..., 0], d, atol=1e-12)
+    np.testing.assert_allclose(
+        turn @ turn.swapaxes(1, 2), np.tile(np.eye(3), (300, 1, 1)), atol=1e-12
+    )
+    np.testing.assert_allclose(np.linalg.det(turn), 1.0)
+    angle = np.arccos(np.clip((c * d).sum(axis=1), -1, 1))
+    np.testing.assert_allclose(Rotation.from_matrix(turn).magnitude(), angle, atol=1e-5)
+    assert half[0] and not half[-1]
 
 
 def test_frames_are_posed_one_by_one():
