@@ -31,7 +31,7 @@ SUM = 205.0  # front + side + back [N]
 STANCES = (0.35, 0.45, 0.55, 0.65)
 """Places of the centre of mass over the soles, from the heels."""
 N_MAP = 16
-FORMULATION = "hybrid"
+FORMULATION = "torque"
 """The formulation that is held against the paper's numbers."""
 PARTS = ("paper", "stances", "map")
 

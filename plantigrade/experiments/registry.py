@@ -39,6 +39,8 @@ class Experiment:
         return importlib.import_module(name).run(**options)
 
 
+STANDING = ("out", "parts", "overwrite", "jobs")
+"""What experiments on standing take."""
 EXPERIMENTS = {
     e.name: e
     for e in (
@@ -49,7 +51,8 @@ EXPERIMENTS = {
         Experiment("gait-ablations", needs=("data",)),
         Experiment("gait-forces", needs=("data",)),
         Experiment("ground-forces", needs=("data",)),
-        Experiment("push-table", takes=("out", "parts", "overwrite", "jobs")),
+        Experiment("moving-slope", takes=STANDING),
+        Experiment("push-table", takes=STANDING),
         Experiment("random-worlds", takes=("out", "overwrite")),
         Experiment("replay", takes=("data", "out", "parts", "overwrite", "jobs")),
         Experiment("robustness", takes=("out", "overwrite", "jobs")),
@@ -57,6 +60,7 @@ EXPERIMENTS = {
         Experiment("synthesis-bench", takes=("out", "parts", "overwrite")),
         Experiment("synthesis-fidelity", takes=("out", "parts", "overwrite")),
         Experiment("synthesis-tracking", needs=("data",)),
+        Experiment("uneven-ground", takes=STANDING),
         Experiment("vault-table", takes=("out", "overwrite")),
     )
 }

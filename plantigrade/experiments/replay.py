@@ -213,7 +213,9 @@ def _rows(name: str, results: list[Result]) -> list[Row]:
     alive = [r for r in results if r["survived"]]
     share = 100.0 * len(alive) / len(results)
     rows = [at_least(name, "survived", share, SURVIVE, "%")]
-    rows.append(Row(name, "joint error", float(np.median([r["error_deg"] for r in results])), "deg"))
+    rows.append(
+        Row(name, "joint error", float(np.median([r["error_deg"] for r in results])), "deg")
+    )
     if alive:
         beside = max(float(r["off_path_m"]) for r in alive)
         rows.append(at_most(name, "beside its path at the end", beside, BACK, "m"))

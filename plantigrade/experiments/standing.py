@@ -6,19 +6,22 @@ same sixteen points (``full_sole``), so that only joints differ. One stance, one
 one rate of the physics serve all feet.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.site import GEOM
 from plantigrade.control import Balance, Hybrid, Posture
-from plantigrade.control.balance import Held
+from plantigrade.control.balance import held
 from plantigrade.models import FEET, Human
 from plantigrade.world import Controller, Disturbance, World, standing_on
 from plantigrade.world.grounds import ground_named
+from plantigrade.world.push_limits import on_feet
 
 HEIGHT, MASS, SEX, JOINTS = 1.50, 48.5, "female", "66"  # the paper does not say the sex
 RATE = 900.0
@@ -27,6 +30,8 @@ AHEAD, WIDTH = 0.55, 0.147
 """Stance: centre of mass over the soles, from the heels; ankles apart, of the height: shoulders."""
 ARMS = np.deg2rad(17.0)
 """How far the arms are from the trunk, so that they do not strike it [rad]."""
+PRESSING, SETTLED = 1.0, 1.0
+"""A point presses above this force [N]; how far it slips is told from this time on [s]."""
 ROOMS = ("models", "wbc", "world", "control")
 """Rooms whose code decides how people stand."""
 ORDER = ("multi-segment", "two-segment", "rigid")
@@ -40,29 +45,34 @@ class Formulation:
     Attributes:
         words: What it is.
         rate: Commands per second [1/s].
-        make: Makes a new controller of a person and a stance.
+        make: Makes a new controller for a world and a stance.
     """
 
     words: str
     rate: float
-    make: Callable[[Human, Float[Array, " nq"]], Controller]
+    make: Callable[[World, Float[Array, " nq"]], Controller]
 
 
 FORMULATIONS: dict[str, Formulation] = {
     "torque": Formulation(
         "torques within the strength of the joints and forces within friction cones, one program",
         90.0,
-        lambda human, stance: Balance(Held(human, stance)),
+        lambda world, stance: Balance(held(world, stance)),
+    ),
+    "stepping": Formulation(
+        "the same, and a step is taken where standing in place can no longer succeed",
+        90.0,
+        lambda world, stance: Balance(held(world, stance), stepping=True),
     ),
     "hybrid": Formulation(
         "the paper's: accelerations by least squares, hybrid dynamics, no torque limits",
         30.0,
-        lambda human, stance: Hybrid(Held(human, stance)),
+        lambda world, stance: Hybrid(held(world, stance)),
     ),
     "posture": Formulation(
         "springs and dampers at the joints alone, within the strength of the joints",
         90.0,
-        lambda human, stance: Posture(qpos=stance),
+        lambda world, stance: Posture(qpos=stance),
     ),
 }
 
@@ -109,7 +119,7 @@ class Standing:
             recording=self.recording,
             qpos=qpos,
         )
-        return world, how.make(human, qpos)
+        return world, how.make(world, qpos)
 
 
 @cache
@@ -118,6 +128,55 @@ def person(feet: str, height: float = HEIGHT, mass: float = MASS) -> Human:
     return Human.create(height, mass, SEX, JOINTS, feet, full_sole=True)
 
 
-def pressing(world: World) -> int:
-    """Return how many bones press on the ground: spheres that carry more than 1 N."""
-    return int(np.sum(np.linalg.norm(world.contact_force(), axis=1) > 1.0))
+def stand(
+    standing: Standing, disturbances: Sequence[Disturbance], duration: float
+) -> dict[str, Any]:
+    """Return what becomes of a person who stands for so long: plain figures.
+
+    ``stood``; ``time`` until a fall [s]; ``slip``, the farthest that a point which presses has
+    moved along the ground since the first second [mm]; ``points``, how many press on the average
+    of the second half; ``wobble``, the root mean square of how far the trunk leans from where it
+    did at first [deg], and ``sway``, that of the centre of mass over the ground [mm].
+    """
+    world, controller = standing(disturbances)
+    state = world.reset()
+    trunk = world.human.trunk
+    geoms = [world.model.geom(GEOM + site.name).id for site in world.sites]
+    plate = [i for i in range(world.model.nbody) if world.model.body(i).name == "platform"]
+    first_up, first_com = state.body.rotation(trunk)[:, 2], state.body.com
+    settled: np.ndarray | None = None
+    slip, points, leans, sways = 0.0, [], [], []
+    while world.time < duration - 0.5 / world.rate and on_feet(world):
+        state = world.step(controller(state))
+        pressing = np.linalg.norm(world.contact_force(), axis=1) > PRESSING
+        place = np.array(world.data.geom_xpos)[geoms]
+        if plate:
+            turn = world.data.xmat[plate[0]].reshape(3, 3)
+            place = (place - world.data.xpos[plate[0]]) @ turn
+        if world.time >= SETTLED and settled is None:
+            settled = place.copy()
+        if settled is not None and pressing.any():
+            moved = np.linalg.norm((place - settled)[pressing, :2], axis=1)
+            slip = max(slip, float(moved.max()))
+        if world.time > duration / 2:
+            points.append(int(pressing.sum()))
+        up = state.body.rotation(trunk)[:, 2]
+        leans.append(np.arccos(np.clip(up @ first_up, -1.0, 1.0)))
+        sways.append(np.linalg.norm((state.body.com - first_com)[:2]))
+    return {
+        "stood": on_feet(world),
+        "time": world.time,
+        "slip": 1e3 * slip,
+        "points": float(np.mean(points)) if points else None,
+        "wobble": float(np.rad2deg(np.sqrt(np.mean(np.square(leans))))),
+        "sway": float(1e3 * np.sqrt(np.mean(np.square(sways)))),
+    }
+
+
+def stood_in_words(result: Mapping[str, Any]) -> str:
+    """Return in one line what became of a person."""
+    if "error" in result:
+        return str(result["error"])
+    if not result["stood"]:
+        return f"fell at {result['time']:.2f} s"
+    return f"stood, {result['points']:.0f} points, trunk {result['wobble']:.1f} deg"

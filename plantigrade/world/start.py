@@ -13,6 +13,9 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.models import Human
 
+LEG = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
+WITHIN = ("mtp", "cuboid", "heel")
+"""What the names of the hinges begin with that bend on uneven ground: legs, and within the feet."""
 PRESSURE = 0.45
 """Where people carry their weight in quiet standing, from the heel, of the length of the foot."""
 
@@ -27,7 +30,9 @@ def standing_on(
 ) -> Float[Array, " nq"]:
     """Return quiet standing: upright, soles along the ground, the centre of mass over the feet.
 
-    The body leans about the ankles until its centre of mass is over its place between the feet.
+    The body leans about the ankles until its centre of mass is over its place between the feet. On
+    uneven ground ankles, and joints within the feet, turn until the soles lie on it as closely as
+    they can, and legs bend.
 
     Args:
         human: The person.
@@ -55,7 +60,55 @@ def standing_on(
         wanted = x.min() + ahead * np.ptp(x)
         ankle = float(np.mean([data.body(f"foot_{s}").xpos[2] for s in SIDES]))
         lean += float(wanted - data.subtree_com[1, 0]) / float(data.subtree_com[1, 2] - ankle)
-    return on_ground(human, ground, _leaning(human, upright, lean, ground.slope))
+    qpos = _leaning(human, upright, lean, ground.slope)
+    if ground.uneven:
+        qpos = _fitted(human, ground, on_ground(human, ground, qpos))
+    return on_ground(human, ground, qpos)
+
+
+def _fitted(human: Human, ground: Ground, flat: Float[Array, " nq"]) -> Float[Array, " nq"]:
+    """Return a standing person whose soles lie on relief: least squares of the gaps under them.
+
+    Pelvis and trunk stay upright, the feet and the centre of mass where they are over the ground.
+    """
+    legs = tuple(f"{stem}_" for stem in LEG)
+    hinges = [i for i, c in enumerate(human.coordinates) if c.startswith((*legs, *WITHIN))]
+    free = [0, 1, 2, *(6 + i for i in hinges)]
+    stiff = [0.05 if human.coordinates[i].startswith(WITHIN) else 0.02 for i in hinges]
+    sites = contact_sites(human)
+    spheres = PointSet.of(human, sites)
+    ankles = PointSet(human, [f"foot_{side}" for side in SIDES], np.zeros((2, 3)))
+    radius = np.array([[s.radius] for s in sites])
+    first = State(human, flat)
+    state = first
+    for _ in range(30):
+        normal = ground.normal_at(state.position(spheres))
+        low = state.position(spheres) - radius * normal
+        gap = (low @ ground.normal - ground.under(low)) * (normal @ ground.normal)
+        away = (first.position(ankles) - state.position(ankles))[:, :2].ravel()
+        turned = [
+            0.5 * np.cross(state.rotation(f).T, first.rotation(f).T).sum(axis=0)[2]
+            for f in (f"foot_{side}" for side in SIDES)
+        ]
+        yaw = np.array([state.angular_jacobian(f"foot_{side}")[2] for side in SIDES])
+        rows = np.vstack(
+            [
+                np.einsum("kc,kcv->kv", normal, state.jacobian(spheres)),
+                0.5 * state.jacobian(ankles)[:, :2].reshape(4, -1),
+                0.1 * yaw,
+                state.com_jacobian[:2],
+            ]
+        )[:, free]
+        rest = np.array(stiff) * (flat[7:] - state.qpos[7:])[hinges]
+        values = np.r_[-gap, 0.5 * away, 0.1 * np.array(turned), (first.com - state.com)[:2], rest]
+        held = np.zeros((len(hinges), len(free)))
+        held[:, 3:] = np.diag(stiff)
+        step = np.zeros(human.model.nv)
+        step[free] = np.linalg.lstsq(np.vstack([rows, held]), values, rcond=None)[0]
+        qpos = integrate(human.model, state.qpos, np.clip(step, -0.2, 0.2))
+        qpos[7:] = np.clip(qpos[7:], *human.limits)
+        state = State(human, qpos)
+    return np.array(state.qpos)
 
 
 def _astride(human: Human, width: float) -> Float[Array, " nq"]:

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from plantigrade.experiments import push_table
+from plantigrade.experiments import moving_slope, push_table, uneven_ground
 from plantigrade.experiments.kept_results import KeptResults
-from plantigrade.experiments.standing import Standing
+from plantigrade.experiments.standing import Standing, stand, stood_in_words
 from plantigrade.models import FEET
+from plantigrade.world import Push
 
 
 def refuse():
@@ -42,12 +43,41 @@ def test_the_table_of_pushes(monkeypatch, tmp_path):
     table = push_table.run(parts=("paper", "stances", "map"), quick=True, out=tmp_path)
     metrics, text = table.metrics(), table.text()
     assert metrics["goals"] == metrics["goals_met"] == 4
-    assert metrics["hybrid_multi_segment_sum_n"] == 240.0
-    assert "paper, two-segment" in text and "Not monotone: paper/hybrid/two-segment/front" in text
+    assert metrics["torque_multi_segment_sum_n"] == 240.0
+    assert "paper, two-segment" in text and "Not monotone: paper/torque/two-segment/front" in text
     page = (tmp_path / push_table.PAGE).read_text("utf-8")
     assert "Map of pushes" in page
     monkeypatch.setattr(push_table, "measure", refuse)  # all that is asked for is there
     assert push_table.run(quick=True, out=tmp_path).metrics() == metrics
+
+
+def stood(standing, disturbances, duration):
+    """All feet stand but the rigid one."""
+    return {
+        "stood": standing.feet != "rigid",
+        "time": 1.5,
+        "slip": 2.0,
+        "points": 20.0,
+        "wobble": 3.0,
+        "sway": 4.0,
+    }
+
+
+@pytest.mark.parametrize(("module", "goals"), [(uneven_ground, 4), (moving_slope, 1)])
+def test_the_tables_of_standing(module, goals, monkeypatch, tmp_path):
+    monkeypatch.setattr(module, "stand", stood)
+    table = module.run(quick=True, out=tmp_path)
+    metrics, text = table.metrics(), table.text()
+    assert metrics["goals"] == metrics["goals_met"] == goals
+    assert "torque, rigid" in text and "1.5" in text
+    assert (tmp_path / module.PAGE).exists()
+
+
+def test_what_becomes_of_who_stands():
+    found = stand(Standing("rigid", "posture"), (), 0.2)
+    assert found["stood"] and found["points"] > 8 and found["wobble"] < 1.0
+    fell = stand(Standing("rigid", "posture"), (Push(force=2000.0, duration=0.1),), 2.0)
+    assert not fell["stood"] and fell["time"] < 2.0 and "fell at" in stood_in_words(fell)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Balance: momentum, contact forces and torques in one program at every tick."""
 
+from plantigrade.control.balance.carried import Carried, held
 from plantigrade.control.balance.controller import Balance
 from plantigrade.control.balance.hybrid import Hybrid, HybridWeights
 from plantigrade.control.balance.reference import Followed, Held, Reference, Wanted
@@ -9,6 +10,7 @@ from plantigrade.control.balance.weights import Weights
 __all__ = [
     "MOTIONS",
     "Balance",
+    "Carried",
     "Followed",
     "Held",
     "Hybrid",
@@ -16,6 +18,7 @@ __all__ = [
     "Reference",
     "Wanted",
     "Weights",
+    "held",
     "script_named",
     "scripted",
 ]

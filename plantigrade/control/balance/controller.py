@@ -10,9 +10,10 @@ support, and with torques that the person has (:mod:`plantigrade.wbc.whole_body`
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.balance.carried import held
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
 from plantigrade.control.balance.recovery import PELVIS, Recovery
-from plantigrade.control.balance.reference import Held, Reference, Wanted
+from plantigrade.control.balance.reference import Reference, Wanted
 from plantigrade.control.balance.support import goal_of
 from plantigrade.control.balance.weights import FOOT, Weights
 from plantigrade.kinematics.state import State as BodyState
@@ -74,7 +75,7 @@ class Balance:
         self.program = WholeBody(human, armature=world.actuators.armature)
         self._weight, self._gain = w.joints(human), w.gains(human)
         self._slowing = 2 * np.sqrt(self._gain)
-        self._following = self.reference or Held(human, np.array(state.qpos))
+        self._following = self.reference or held(world, np.array(state.qpos))
         most = np.abs(np.array(human.model.jnt_actfrcrange[1:])).max(axis=1)
         within = np.array([n.startswith(FOOT) for n in human.coordinates])
         self._damping = np.where(within, FOOT_DAMPING, LIGHT_DAMPING * most)

@@ -28,7 +28,6 @@ What the paper leaves open, and what is done here:
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial import ConvexHull
@@ -36,9 +35,10 @@ from scipy.spatial import ConvexHull
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
-from plantigrade.control.balance.reference import Held, Reference, Wanted
+from plantigrade.control.balance.carried import held
+from plantigrade.control.balance.reference import Reference, Wanted
 from plantigrade.control.balance.weights import FOOT
-from plantigrade.kinematics.state import CROSS, PointSet, integrate
+from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.world import Acceleration, State
 
@@ -87,9 +87,6 @@ class HybridWeights:
 class Hybrid:
     """Keeps standing in a posture by the paper's own formulation.
 
-    Every segment with contact spheres counts as supporting. On a plate that moves the posture
-    follows it: the feet with the plate, the centre of mass above where it was.
-
     Args:
         reference: What is to be done; the posture of the first state if absent. What presses in it
             supports.
@@ -104,10 +101,10 @@ class Hybrid:
         """Return the accelerations of the hinges."""
         if self._posture is None or state.time == 0.0:
             self._posture = _Posture(
-                state, self.reference or Held(state.human, np.array(state.qpos))
+                state, self.reference or held(state.world, np.array(state.qpos))
             )
         reference = self._posture
-        reference.follow(state)
+        reference.follow(state.time)
         qacc, missed = accelerations(state, reference, self.weights)
         beyond = _beyond(state)
         signals = {
@@ -208,7 +205,7 @@ def _beyond(state: State) -> Bool[Array, " n_hinges"]:
 
 
 class _Posture:
-    """What is wanted at a time, with feet that go with the ground.
+    """What is wanted at a time.
 
     Attributes:
         qpos: The posture.
@@ -224,55 +221,35 @@ class _Posture:
     def __init__(self, state: State, reference: Reference):
         human = state.human
         self.reference, self.sites = reference, contact_sites(human)
-        self.body = BodyState(human, state.qpos)
         self._spheres = PointSet.of(human, self.sites)
         self.within = np.array([c.startswith(FOOT) for c in human.coordinates])
-        ground = _Plate(state)
-        self._moving = ground.moves
+        self._body = BodyState(human, state.qpos)
         self._wanted: Wanted | None = None
-        self._take(state, ground)
+        self._pressing: bytes | None = None
 
-    def _take(self, state: State, plate: "_Plate") -> None:
-        """Take what is wanted now."""
-        wanted = self.reference.at(state.time)
+    def follow(self, time: float) -> None:
+        """Go on to what is wanted now."""
+        wanted = self.reference.at(time)
         if wanted is self._wanted:
             return
-        human, self._wanted = state.human, wanted
-        self.start = body = self.body.moved_to(wanted.qpos, wanted.qvel)
-        self.qpos, self.qvel, self.qacc = np.array(wanted.qpos), wanted.qvel, wanted.qacc
+        self._wanted = wanted
+        self._body = body = self._body.moved_to(wanted.qpos, wanted.qvel)
+        self.qpos, self.qvel, self.qacc = wanted.qpos, wanted.qvel, wanted.qacc
         self.com, self.speed = body.com, body.com_velocity
         presses = wanted.presses
-        carried = {s.body for s, on in zip(self.sites, presses, strict=True) if on}
-        names = [name for name in human.body_names if name in carried]
-        self.segments = [human.body(name) for name in names]
-        self.points = PointSet(human, names, np.zeros((len(names), 3)))
+        if presses.tobytes() != self._pressing:
+            self._pressing, human = presses.tobytes(), body.human
+            carried = {s.body for s, on in zip(self.sites, presses, strict=True) if on}
+            names = [name for name in human.body_names if name in carried]
+            self.segments = [human.body(name) for name in names]
+            self.points = PointSet(human, names, np.zeros((len(names), 3)))
         soles = body.position(self._spheres)[presses]
         self.hull = soles[:0, :2]
         if len(soles) > 2:
             self.hull = soles[ConvexHull(soles[:, :2]).vertices, :2]
-            self.level = float(soles[:, 2].min())
-        self._place = (body.origins[self.segments] - plate.place) @ plate.turn
-        self._turn = plate.turn.T @ body.rotations[self.segments]
-        self._floor = plate.turn.T @ (self.com - plate.place)
-
-    def follow(self, state: State) -> None:
-        """Go on to what is wanted now; with a plate that moves by a step of inverse kinematics."""
-        self.plate = _Plate(state) if self._moving else _Plate(None)
-        self._take(state, self.plate)
-        if not self._moving:
-            return
-        body = self.body.moved_to(self.qpos)
-        feet, off = self._feet(body, self.plate)
-        lift = float((self.plate.place + self.plate.turn @ np.r_[self._floor[:2], 0.0])[2])
-        com = np.array([*self.start.com[:2], self.start.com[2] + lift])
-        nv = len(state.qvel)
-        upright = np.zeros((3, nv))
-        upright[:, 3:6] = np.eye(3)
-        back = -body.difference(self.start.qpos)
-        rows = np.vstack([feet, body.com_jacobian, 0.3 * upright, 0.03 * np.eye(nv)[6:]])
-        values = np.r_[off, com - body.com, 0.3 * back[3:6], 0.03 * back[6:]]
-        step = np.linalg.lstsq(rows, values, rcond=None)[0]
-        self.qpos, self.com = integrate(body.model, self.qpos, step), com
+            self.level = float(soles[:, 2].mean())
+        self._place, self._turn = body.origins[self.segments], body.rotations[self.segments]
+        self._rate = self._jacobian(body) @ wanted.qvel
 
     def moment(
         self, com: Float[Array, " 3"], acceleration: Float[Array, " 3"], mass: float, margin: float
@@ -293,32 +270,22 @@ class _Posture:
         self, state: State, gain: float
     ) -> tuple[Float[Array, "n_rows nv"], Float[Array, " n_rows"]]:
         """Return the Jacobian of the supporting segments, and what it is to give (Eq. 7)."""
-        J, off = self._feet(state.body, self.plate)
-        velocity = J @ state.qvel - self._carried(state.body)
-        bias = state.body.bias_acceleration(self.points)
-        turning = [
-            state.body.angular_bias_acceleration(self.points.human.body_names[i - 1])
-            for i in self.segments
-        ]
-        rate = np.hstack([bias, turning]).ravel()
-        return J, gain * off - 2 * np.sqrt(gain) * velocity - rate
+        body = state.body
+        J, now = self._jacobian(body), body.rotations[self.segments]
+        turned = 0.5 * _cross(now.swapaxes(1, 2), self._turn.swapaxes(1, 2)).sum(axis=1)
+        off = np.hstack([self._place - body.origins[self.segments], turned]).ravel()
+        names = body.human.body_names
+        turning = [body.angular_bias_acceleration(names[i - 1]) for i in self.segments]
+        bias = np.hstack([body.bias_acceleration(self.points), np.reshape(turning, (-1, 3))])
+        slow = 2 * np.sqrt(gain) * (self._rate - J @ state.qvel)
+        return J, gain * off + slow - bias.ravel()
 
-    def _feet(
-        self, body: BodyState, plate: "_Plate"
-    ) -> tuple[Float[Array, "n_rows nv"], Float[Array, " n_rows"]]:
-        """Return Jacobian of place and orientation of the segments, and how far they are off."""
-        turning = np.array([body.angular_jacobian(i) for i in self.segments])
+    def _jacobian(self, body: BodyState) -> Float[Array, "n_rows nv"]:
+        """Return the Jacobian of place and orientation of the segments."""
+        spins = [body.angular_jacobian(i) for i in self.segments]
+        turning = np.reshape(spins, (-1, 3, body.model.nv))
         rows = np.concatenate([body.jacobian(self.points), turning], axis=1)
-        wanted, now = plate.turn @ self._turn, body.rotations[self.segments]
-        turned = 0.5 * _cross(now.swapaxes(1, 2), wanted.swapaxes(1, 2)).sum(axis=1)
-        away = plate.place + self._place @ plate.turn.T - body.origins[self.segments]
-        return rows.reshape(-1, rows.shape[2]), np.hstack([away, turned]).ravel()
-
-    def _carried(self, body: BodyState) -> Float[Array, " n_rows"]:
-        """Return how fast the plate carries the segments."""
-        arm = body.origins[self.segments] - self.plate.place
-        spin = np.broadcast_to(self.plate.spin, arm.shape)
-        return np.hstack([self.plate.velocity + _cross(spin, arm), spin]).ravel()
+        return rows.reshape(-1, body.model.nv)
 
 
 def inside(
@@ -341,22 +308,3 @@ def inside(
             break
         point = point - depth[worst] * inward[worst]
     return point
-
-
-class _Plate:
-    """Where a plate that moves is, and how fast; the world's axes where there is none."""
-
-    def __init__(self, state: State | None):
-        self.place, self.turn, self.moves = np.zeros(3), np.eye(3), False
-        self.velocity, self.spin = np.zeros(3), np.zeros(3)
-        if state is None:
-            return
-        model, data = state.world.model, state.world.data
-        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "platform")
-        if index < 0:
-            return
-        self.moves = True
-        self.place, self.turn = data.xpos[index].copy(), data.xmat[index].reshape(3, 3).copy()
-        both = np.zeros(6)
-        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, index, both, 0)
-        self.spin, self.velocity = both[:3], both[3:]
