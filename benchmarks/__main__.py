@@ -22,6 +22,7 @@ from benchmarks import (  # noqa: E402
     live,
     processes,
     reading,
+    replay,
     synthesis,
     ticks,
     world,
@@ -34,7 +35,7 @@ OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
     *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live"),
-    "environment",
+    *("environment", "replay"),
     *("kinematics", "opensim", "reading", "fits"),
 )
 
@@ -54,6 +55,7 @@ def main() -> int:
         "world": world.rows,
         "live": live.rows,
         "environment": environment.rows,
+        "replay": replay.rows,
         "kinematics": lambda: kinematics.rows(data),
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
         "reading": lambda: reading.rows(data),

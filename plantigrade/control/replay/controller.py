@@ -90,7 +90,7 @@ class Replay:
         world = state.world
         if self.program is None or state.time == 0.0:
             self._begin(state)
-        step = 1.0 / world.control_rate
+        step = self.step = 1.0 / world.control_rate
         gait, reference = self.gait, self.reference
         body = self.body = self.body.moved_to(state.qpos, state.qvel)
         force = self._forces(state)
@@ -183,7 +183,7 @@ class Replay:
         if len(standing) != 1 or len(swinging) != 1:
             if not standing:
                 for f in swinging:
-                    f.swing.lead(self.deviation, f.touchdown - gait.phase, 0.002)
+                    f.swing.lead(self.deviation, f.touchdown - gait.phase, self.step)
                 self.error = np.zeros(2)
                 return None
             last = max((f.number for f in standing if f.number is not None), default=first)
@@ -225,7 +225,7 @@ class Replay:
         grown = np.exp(-omega * left / step.rate)
         self.error = grown * later * (step.free - BACK * self.shift[:2])
         rate = max(gait.rate, 0.2)
-        foot.swing.lead(step.offset, left / rate, 0.002)
+        foot.swing.lead(step.offset, left / rate, self.step)
         self.axes, self.swing_side = axes, side
         return step
 
