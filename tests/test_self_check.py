@@ -70,6 +70,15 @@ def test_a_simulation_pushed_on_uneven_ground(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+def test_a_vault(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = pg.vault(starts=1, evaluations=120, optimiser="evolution").save()
+    for share in FRAMES:
+        root, off = self_check(run.folder, share)
+        assert off < 1e-9 and np.abs(root).max() < 1e-9 * run.record.weight
+
+
+@pytest.mark.slow
 def test_a_reproduced_walk_moved_by_forces(demo):
     folder = demo.folder / "runs" / "demo-reproduced"
     weight = Run.load(folder).record.weight
