@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from threading import Event
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -66,6 +66,7 @@ class Cast:
     slope: Slope | None
 
 
+@runtime_checkable
 class Director(Protocol):
     """What makes the world of a session."""
 

@@ -9,6 +9,7 @@ own: it is drawn where it acts on the segment.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -143,10 +144,10 @@ def foot_svg(
     wide, high = round(scale * width), round(scale * length + 20)
     colour = STROKES[sole.side]
 
-    def x(values: Array) -> Array:
+    def x(values: Any) -> Any:
         return scale * (0.5 * width - values)
 
-    def y(values: Array) -> Array:
+    def y(values: Any) -> Any:
         return scale * (length - MARGIN - values)
 
     parts = [

@@ -165,7 +165,7 @@ def live(
     port: int = 8080,
     open: bool = True,  # noqa: A002 - the word of the command line's option
     tell: Callable[[str], None] = print,
-    save: Callable[[Run], None] | None = None,
+    save: Callable[[Run], object] | None = None,
     stop: Event | None = None,
     **options: Any,
 ) -> Run:
@@ -225,7 +225,7 @@ def _look_on(
     stop: Event,
     physics: Thread,
     tell: Callable[[str], None],
-    save: Callable[[Run], None] | None,
+    save: Callable[[Run], object] | None,
     *,
     open: bool,  # noqa: A002 - as above
 ) -> None:
@@ -247,7 +247,7 @@ def _look_on(
         page.close()
 
 
-def _save(made: Live, save: Callable[[Run], None] | None, stop: Event) -> None:
+def _save(made: Live, save: Callable[[Run], object] | None, stop: Event) -> None:
     """Save the run so far; the session pauses meanwhile."""
     session, taken = made.session, Event()
     got: list[Run] = []

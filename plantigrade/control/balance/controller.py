@@ -18,7 +18,7 @@ from plantigrade.control.balance.support import goal_of
 from plantigrade.control.balance.weights import FOOT, Weights
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.whole_body import Rows, WholeBody
-from plantigrade.world import Command, Drawing, StablePD, State, Target
+from plantigrade.world import Command, Drawing, StablePD, State, Target, World
 
 LIGHT_DAMPING = 0.012
 """Damping about the planned rates, of a joint by its greatest torque [s]."""
@@ -53,7 +53,7 @@ class Balance:
         stepping: bool = False,
     ):
         self.reference, self.weights, self.stepping = reference, weights or Weights(), stepping
-        self._world = None
+        self._world: World | None = None
         self.targets = (
             Target("weight forward", -6.0, 8.0, 0.0, "cm"),
             Target("weight to the left", -12.0, 12.0, 0.0, "cm"),
@@ -145,6 +145,7 @@ class Balance:
     def _centre(self, body: BodyState, wanted: Wanted, standing: Standing) -> Rows:
         """Return the rows of the centre of mass."""
         w = self.weights
+        assert self._world is not None  # it has begun
         far = SHIFTING / self._world.control_rate
         asked = np.array([0.01 * target.value for target in self.targets])
         self._shift = self._shift + np.clip(asked - self._shift, -far, far)

@@ -69,7 +69,7 @@ def _contact(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Figure | 
     for frame in dict.fromkeys(frames):
         feet.append(foot_svg(sole, sole.places(record, frame), own[frame], f"{time[frame]:.2f} s"))
     on = np.unique(np.linspace(first, last, POINTS).astype(int))
-    path = np.array([centre(sole.places(record, frame), own[frame]) for frame in on])
+    path = np.array([centre(sole.places(record, int(frame)), own[frame]) for frame in on])
     nothing = np.zeros(len(sole.index))
     feet.append(foot_svg(sole, sole.place, nothing, "path", path=path))
     caption = (
