@@ -159,7 +159,7 @@ class Following:
     @property
     def phase(self) -> Float[Array, " n"]:
         """Which part of the stride has passed, from 0 to 1."""
-        return self.reference.phase(self.time)
+        return np.asarray(self.reference.phase(self.time))
 
     def begin(self, which: Sequence[int], parts: Sequence[float], seeds: Sequence[int]) -> None:
         """Put some persons on the reference.
@@ -187,7 +187,8 @@ class Following:
     def seen(self) -> Float[np.ndarray, "n size"]:
         """Return what the persons see."""
         time = self.time
-        return self.observation.of(self._view, self.reference.at(time), self.reference.phase(time))
+        phase = np.asarray(self.reference.phase(time))
+        return self.observation.of(self._view, self.reference.at(time), phase)
 
     def step(
         self, action: Float[np.ndarray, "n k"]

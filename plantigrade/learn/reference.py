@@ -66,7 +66,7 @@ class Reference:
         row = table[i] + (place - i)[..., None] * (table[i + 1] - table[i])
         return Frame(row, self.human.model.nq, self.human.model.nv, laps * self.stride)
 
-    def phase(self, time: float | Float[Array, " n"]) -> Float[Array, "*n"]:
+    def phase(self, time: float | Float[Array, " n"]) -> float | Float[Array, " n"]:
         """Return which part of the stride, or of the motion, has passed, from 0 to 1."""
         u = np.asarray(time) / self.period
         return u % 1.0 if self.cyclic else np.minimum(u, 1.0)
@@ -152,7 +152,9 @@ class Frame:
 
     __slots__ = ("com", "depth", "ends", "qpos", "qvel")
 
-    def __init__(self, row: Float[Array, "*n k"], nq: int, nv: int, ahead: Float[Array, "*n"]):
+    def __init__(
+        self, row: Float[Array, "*m k"], nq: int, nv: int, ahead: float | Float[Array, " n"]
+    ):
         """Take rows apart; so far ahead [m]."""
         self.qpos, self.qvel = row[..., :nq], row[..., nq : nq + nv]
         self.com, self.ends = row[..., nq + nv : nq + nv + 3], row[..., nq + nv + 3 : -1]
