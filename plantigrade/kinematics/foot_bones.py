@@ -7,7 +7,8 @@ they are follows from the ankle and from what presses the ground
 * *heel alone*: the foot keeps the direction it was recorded in;
 * *heel and ball*: all segments lie on the ground, until the ankle begins to rise;
 * *ball and toes*: the toes lie on the ground and the ankle's height turns the foot about their
-  joints; where they would bend further than toes do in walking they roll onto their tips;
+  joints; where they would bend further than toes do in walking they roll onto their tips, and a
+  foot whose pitch was recorded keeps it;
 * *nothing*: the foot as it was recorded, its joints straight; the toes are bent as long as they
   would be in the ground otherwise.
 
@@ -105,6 +106,7 @@ def foot_path(
     ground: Ground | None = None,
     *,
     turns: bool = True,
+    pitched: bool = False,
 ) -> FootPath:
     """Return a foot's pose over a motion; smooth where what presses changes.
 
@@ -116,6 +118,8 @@ def foot_path(
         shank: Rotation from the tibia to the world.
         presses: What presses in every frame (:func:`pressing`).
         ground: The ground; level at height zero if not given.
+        pitched: Whether ``facing`` tells the pitch of the foot too: then it stays as it faces while
+            it rolls over its heel or the tips of its toes, of which the ankle's height tells less.
         turns: Whether the foot may turn; else only the segments within it do, which then lie as
             they would but not quite where.
     """
@@ -128,7 +132,9 @@ def foot_path(
     sunk = (low < 0) & (low < air.clearance[:, heel].min(axis=1))
     presses = np.where((presses == NONE) & sunk, LEAVING, presses)
     rolls = (presses == TOES) & (flat.angles[:, _MTP.start] > BEND)
-    presses = np.where(rolls, TIPS, presses)
+    presses = np.where(rolls, LEAVING if pitched else TIPS, presses)
+    if pitched:
+        presses[presses == EDGE] = NONE
     # Toes of a foot that may not turn reach down from where their joints are.
     heads = [poser.spheres.index(f"{head}_{poser.side}") for head in HEADS]
     dip = np.arcsin(np.clip(air.clearance[:, heads] / poser.toes, 0.0, 1.0))
@@ -238,8 +244,7 @@ def with_bones(
         standing = standing_height(rests, side, height, poser.standing)
         ankle[:, 2] += poser.standing - standing  # as if its foot stood on the ground
         presses = pressing(rests, side, height, standing)
-        presses[presses == EDGE] = NONE  # the recording tells how a foot comes down
-        path = foot_path(poser, time, ankle, facing, tibia, presses, turns=turns)
+        path = foot_path(poser, time, ankle, facing, tibia, presses, turns=turns, pitched=True)
         if turns:
             hinges = next(b.hinges for b in human.skeleton.bodies if b.name == f"foot_{side}")
             index = [7 + human.hinge(h.name) for h in hinges]
