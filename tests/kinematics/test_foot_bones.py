@@ -34,7 +34,7 @@ INNER = ("mtp", "cuboid", "heel")
 @pytest.fixture(scope="module")
 def walk():
     """A walk on stiff feet: time, poses and what rests."""
-    made = textbook_walk(BODY, cycles=2)
+    made = textbook_walk(BODY, cycles=1)
     qpos = made.qpos.copy()
     qpos[:, [7 + i for i, c in enumerate(BODY.coordinates) if c.startswith(INNER)]] = 0.0
     return np.arange(len(qpos)) / RATE, qpos, find_rests(sole_paths(BODY, qpos), RATE)
@@ -44,21 +44,24 @@ def hinge(qpos, name):
     return qpos[:, 7 + BODY.hinge(name)]
 
 
-def test_a_walk_on_stiff_feet_gets_toes_that_bend_and_stay_on_the_ground(walk):
-    time, qpos, rests = walk
-    bony, figures = with_bones(BODY, time, qpos, rests)
-    assert np.rad2deg(hinge(bony, "mtp_angle_r").max()) > 20
-    assert hinge(bony, "mtp_angle_r").max() <= BEND + 0.03
+def test_a_walk_on_stiff_feet_gets_toes_that_bend(walk):
+    bony, figures = with_bones(BODY, *walk)
+    bend = hinge(bony, "mtp_angle_r").max()
+    assert np.deg2rad(20) < bend <= BEND + 0.03  # where two poses are mixed, a little more
     assert figures["ankle_out_of_reach_max_mm"] < 30
-    planted = plant_feet(BODY, bony, rate=RATE, rests=rests)
-    stiff = plant_feet(BODY, qpos, rate=RATE, rests=rests)
+
+
+@pytest.mark.slow
+def test_feet_with_bones_are_planted_with_less_to_bend(walk):
+    time, qpos, rests = walk
+    bony, _ = with_bones(BODY, time, qpos, rests)
+    planted, stiff = (plant_feet(BODY, q, rate=RATE, rests=rests) for q in (bony, qpos))
     assert sole_paths(BODY, planted).penetration.max() < 0.004
-    moved = [
-        np.abs(hinge(x, c) - hinge(y, c)).mean()
-        for x, y in ((planted, bony), (stiff, qpos))
-        for c in ("mtp_angle_r", "mtp4_angle_r", "cuboid_angle_r")
-    ]
-    assert sum(moved[:3]) < sum(moved[3:]), "planting has less to bend"
+    for name in ("mtp_angle_r", "mtp4_angle_r"):
+        bent = [
+            np.abs(hinge(x, name) - hinge(y, name)) for x, y in ((planted, bony), (stiff, qpos))
+        ]
+        assert bent[0].mean() < bent[1].mean()
 
 
 def test_no_joint_jumps_where_what_presses_changes(walk):
