@@ -32,9 +32,12 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.kinematics.foot_pose import BEND, SEGMENTS, FootPoser, marks
 from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
-from plantigrade.kinematics.rests import Rest
+from plantigrade.kinematics.planting import plant_feet
+from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
+from plantigrade.motion.recording import rate_of
 
 MIXED = 0.12  # as long as a foot takes to come to its spot on the ground [s]
 MIDFOOT = 0.38
@@ -255,6 +258,35 @@ def with_bones(
         out_of_reach = max(out_of_reach, float(np.abs(path.shift).max()))
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
     return qpos, {"ankle_out_of_reach_max_mm": 1e3 * out_of_reach}
+
+
+def on_feet_with_bones(
+    human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
+) -> tuple[Human, Float[Array, "n_frames nq_bones"], dict[str, float]]:
+    """Return person and motion on multi-segment feet, which stand where the feet without did.
+
+    Any motion on level ground will do: recorded, reproduced or found by optimisation. Hinges keep
+    their angles but those of the feet, and of the legs as little as planted feet ask for.
+
+    Args:
+        human: The person, on feet of any kind.
+        time: Time of each frame, evenly spaced [s].
+        qpos: The motion.
+
+    Returns:
+        The person on multi-segment feet, the motion, and figures.
+    """
+    rate = rate_of(time)
+    rests = find_rests(sole_paths(human, qpos), rate)
+    bony = Human.from_dict({**human.to_dict(), "feet": "multi-segment", "soles": {}})
+    out = np.tile(bony.standing(), (len(qpos), 1))
+    out[:, :7] = qpos[:, :7]
+    inner = {c for side in SIDES for c in FootPoser(bony, side).coordinates}
+    for k, name in enumerate(human.coordinates):
+        if name in bony.coordinates and name not in inner:
+            out[:, 7 + bony.hinge(name)] = qpos[:, 7 + k]
+    out, figures = with_bones(bony, time, out, rests)
+    return bony, plant_feet(bony, out, rate=rate, rests=rests), figures
 
 
 def hinges_towards(

@@ -14,13 +14,14 @@ from plantigrade.kinematics.foot_bones import (
     TOES,
     ankle_angles,
     foot_path,
+    on_feet_with_bones,
     pressing,
     with_bones,
 )
 from plantigrade.kinematics.foot_pose import BEND, FootPoser
 from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.rests import Rest, contact_metrics, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import State
 from plantigrade.workflows.textbook import textbook_walk
@@ -62,6 +63,29 @@ def test_feet_with_bones_are_planted_with_less_to_bend(walk):
             np.abs(hinge(x, name) - hinge(y, name)) for x, y in ((planted, bony), (stiff, qpos))
         ]
         assert bent[0].mean() < bent[1].mean()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("feet", ["rigid", "two-segment"])
+def test_a_motion_on_feet_without_bones_goes_over_to_feet_with_bones(feet):
+    made = textbook_walk(person("42", feet), cycles=1)
+    human, qpos, figures = on_feet_with_bones(made.human, made.time, made.qpos)
+    assert human.feet == "multi-segment" and human.mass == made.human.mass
+    paths = sole_paths(human, qpos)
+    assert paths.penetration.max() < 0.005
+    rests = find_rests(paths, RATE)
+    before = find_rests(sole_paths(made.human, made.qpos), RATE)
+    assert {(r.side, r.region) for r in before} <= {(r.side, r.region) for r in rests}
+    drift = contact_metrics(paths, rests, np.zeros((len(qpos), 3)))
+    assert drift["foot_drift_max_mm"] < 15
+    for name in ("hip_flexion_r", "knee_angle_r", "arm_flex_l"):
+        one, other = qpos[:, 7 + human.hinge(name)], hinge_of(made, name)
+        assert np.sqrt(np.mean((one - other) ** 2)) < np.deg2rad(4)
+    assert figures["ankle_out_of_reach_max_mm"] < 40
+
+
+def hinge_of(made, name):
+    return made.qpos[:, 7 + made.human.hinge(name)]
 
 
 def test_no_joint_jumps_where_what_presses_changes(walk):
