@@ -6,6 +6,9 @@ foot's own direction nothing: it is taken to point along the way, level. What th
 of it is held against the angles the Oxford Foot Model stored in the file, in stance, beside those
 of today's fit of a multi-segment foot to all markers.
 
+Where the folder has published mean curves of the Oxford Foot Model, controller and stored angles
+are both held against those, too, over the mean stance: people differ from one another as well.
+
 Nothing was settled on these walks: the two numbers beside Park's equations (how far toes bend
 before they roll onto their tips, and how the midfoot goes with the ankle) are those of published
 mean curves.
@@ -34,6 +37,7 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion import Recording
+from plantigrade.motion.filters import runs
 from plantigrade.motion.recording import rate_of
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
@@ -51,6 +55,14 @@ sessions in children [Mahaffey2013]_."""
 
 STILL = 0.5  # an angle that moves less than this has no course to correlate [deg]
 STRIDE = 0.5  # the way is the ankle's path smoothed by a bell of this width [s]
+PUBLISHED = "normative/oxford_foot_model"
+MEANS = {
+    "hindfoot": "AHindfootTibiaDorsiflexion",
+    "forefoot": "AForefootHindfootDorsiflexion",
+    "hallux": "AHalluxForefootDorsiflexion",
+}
+"""Files of published mean curves, by percent of the cycle [deg]."""
+TOE_OFF = 62.0  # in those curves [% of the cycle]
 WHO = ("controller", "fit to markers")
 FIGURES = ("r", "RMSE without offset", "RMSE")
 
@@ -64,9 +76,11 @@ def run(
         "along the way. fit to markers: all of them, on a multi-segment foot. Angles in deg.",
         f"Repeatability of the Oxford Foot Model itself: {ADULTS} deg at most in adults, markers "
         f"put on anew (Wright 2011); {CHILDREN} deg on the mean in children (Mahaffey 2013).",
+        "Two numbers of the controller were taken from the published means: agreement with them is "
+        "no test of these two.",
         "What presses tells nothing of frontal and transverse angles: they are printed to show it. "
         "At push off the stored hallux turns down against the forefoot in most of these walks; "
-        "published means bend it up by 34 deg, and toes that lie on the ground agree with those.",
+        "published means bend it up by 34 deg.",
     )
     title = "Foot pose from the ankle's path against the Oxford Foot Model, stance"
     names = QUICK if quick else WALKS
@@ -78,10 +92,13 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     """Return all rows of one trial."""
     recording, boxed = fit_trial(path, FitSettings(feet="rigid"))
     _, fitted = fit_trial(path, FitSettings(feet="multi-segment"))
-    return list(angle_rows(name, recording, boxed, fitted))
+    means = path.parents[len(Path(name).parts) - 1] / PUBLISHED
+    return list(angle_rows(name, recording, boxed, fitted, means))
 
 
-def angle_rows(name: str, recording: Recording, boxed: Trial, fitted: Trial) -> Iterator[Row]:
+def angle_rows(
+    name: str, recording: Recording, boxed: Trial, fitted: Trial, means: Path | None = None
+) -> Iterator[Row]:
     """Hold every angle of controller and fit against the stored one, in stance.
 
     Args:
@@ -89,6 +106,7 @@ def angle_rows(name: str, recording: Recording, boxed: Trial, fitted: Trial) -> 
         recording: The recording as it was read.
         boxed: Its fit on rigid feet, of which the controller sees a part.
         fitted: Its fit on multi-segment feet.
+        means: Folder of published mean curves, if it is there.
     """
     assert recording.markers is not None
     time = boxed.fit.time
@@ -105,6 +123,10 @@ def angle_rows(name: str, recording: Recording, boxed: Trial, fitted: Trial) -> 
                 oxford = on_clock(recording.markers.time, stored[:, i], time)
                 oxford = np.where(stands, oxford, np.nan)
                 angle = f"{pair}_{what}"
+                if i == 0 and means is not None and (means / f"{MEANS[pair]}.txt").exists():
+                    table = np.loadtxt(means / f"{MEANS[pair]}.txt")
+                    both = {"controller": np.rad2deg(angles[0][:, 0]), "stored": oxford}
+                    yield from _beside_means(name, f"{angle}_{side}", both, table, stands)
                 span = float(np.nanmax(oxford) - np.nanmin(oxford))
                 yield Row(name, f"{angle}_{side}, span", span, "deg")
                 for who, ours in zip(WHO, angles, strict=True):
@@ -159,6 +181,24 @@ def of_fit(fitted: Trial, side: str) -> list[np.ndarray]:
     return list(np.moveaxis(rotations, 1, 0))
 
 
+def _beside_means(name: str, angle: str, curves, table, stands) -> Iterator[Row]:
+    """Hold the mean stance of a curve against a published one, the offset removed."""
+    over = np.linspace(0.0, 1.0, 101)
+    published = np.interp(TOE_OFF * over, table[:, 0], table[:, 2])
+    for who, curve in curves.items():
+        whole = [r for r in runs(stands) if np.isfinite(curve[r]).all()]
+        if whole:
+            steps = [
+                np.interp(over * (r.stop - r.start - 1), range(r.stop - r.start), curve[r])
+                for r in whole
+            ]
+            mean, of = np.mean(steps, axis=0), f"{angle}, {who} against published mean"
+            yield Row(name, f"{of}, r", correlation(mean, published))
+            yield Row(
+                name, f"{of}, RMSE without offset", rmse_offset_removed(mean, published), "deg"
+            )
+
+
 def _stance(trial: Trial, side: str) -> np.ndarray:
     """Return in which frames a foot stands, from a heel strike to the next toe off."""
     time, out, landed = trial.fit.time, np.zeros(len(trial.fit.time), bool), None
@@ -172,21 +212,31 @@ def _stance(trial: Trial, side: str) -> np.ndarray:
 
 
 def _sheets(rows: Sequence[Row]) -> Iterator[str]:
-    """Return a wide table for every trial: one line for each angle."""
-    header = (
-        "deg",
-        "span",
-        *(f"{who.split()[0]} {f}" for who in WHO for f in ("r", "rmse", "raw")),
-    )
+    """Return wide tables for every trial, one line for each angle: stored angles, then means."""
+    stored = [
+        (f"{who.split()[0]} {word}", f"{who}, {figure}")
+        for who in WHO
+        for word, figure in zip(("r", "rmse", "raw"), FIGURES, strict=True)
+    ]
+    means = [
+        (f"{who} {word}", f"{who} against published mean, {figure}")
+        for who in ("controller", "stored")
+        for word, figure in zip(("r", "rmse"), FIGURES[:2], strict=True)
+    ]
     for name in dict.fromkeys(row.subject for row in rows):
         found = {row.quantity: row.value for row in rows if row.subject == name}
-        angles = dict.fromkeys(quantity.split(", ")[0] for quantity in found if ", " in quantity)
-        lines = []
-        for angle in angles:
-            cells = [found.get(f"{angle}, span")]
-            cells += [found.get(f"{angle}, {who}, {figure}") for who in WHO for figure in FIGURES]
-            digits = (0, *(2, 1, 1) * len(WHO))
-            words = ("-" if x is None else f"{x:.{d}f}" for x, d in zip(cells, digits, strict=True))
-            lines.append((angle, *words))
-        if lines:
-            yield sheet(name, header, lines)
+        for title, columns in (
+            (name, [("span", "span"), *stored]),
+            (f"{name}, mean stance against published means", means),
+        ):
+            angles = dict.fromkeys(q.split(", ")[0] for q in found if q.endswith(columns[-1][1]))
+            lines = []
+            for angle in angles:
+                cells = [(word, found.get(f"{angle}, {what}")) for word, what in columns]
+                words = (
+                    "-" if x is None else f"{x:.{2 if word.endswith(' r') else 1}f}"
+                    for word, x in cells
+                )
+                lines.append((angle, *words))
+            if lines:
+                yield sheet(title, ("deg", *(word for word, _ in columns)), lines)

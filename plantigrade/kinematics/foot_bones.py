@@ -7,7 +7,8 @@ they are follows from the ankle and from what presses the ground
 * *heel alone*: the foot keeps the direction it was recorded in;
 * *heel and ball*: all segments lie on the ground, until the ankle begins to rise;
 * *ball and toes*: the toes lie on the ground and the ankle's height turns the foot about their
-  joints; where they would bend further than toes do in walking they roll onto their tips;
+  joints; where they would bend further than toes do in walking they roll onto their tips, and a
+  foot whose pitch was recorded keeps it;
 * *nothing*: the foot as it was recorded, its joints straight; the toes are bent as long as they
   would be in the ground otherwise.
 
@@ -31,9 +32,12 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.kinematics.foot_pose import BEND, SEGMENTS, FootPoser, marks
 from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
-from plantigrade.kinematics.rests import Rest
+from plantigrade.kinematics.planting import plant_feet
+from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
+from plantigrade.motion.recording import rate_of
 
 MIXED = 0.12  # as long as a foot takes to come to its spot on the ground [s]
 MIDFOOT = 0.38
@@ -105,6 +109,7 @@ def foot_path(
     ground: Ground | None = None,
     *,
     turns: bool = True,
+    pitched: bool = False,
 ) -> FootPath:
     """Return a foot's pose over a motion; smooth where what presses changes.
 
@@ -116,6 +121,8 @@ def foot_path(
         shank: Rotation from the tibia to the world.
         presses: What presses in every frame (:func:`pressing`).
         ground: The ground; level at height zero if not given.
+        pitched: Whether ``facing`` tells the pitch of the foot too: then it stays as it faces while
+            it rolls over its heel or the tips of its toes, of which the ankle's height tells less.
         turns: Whether the foot may turn; else only the segments within it do, which then lie as
             they would but not quite where.
     """
@@ -128,7 +135,9 @@ def foot_path(
     sunk = (low < 0) & (low < air.clearance[:, heel].min(axis=1))
     presses = np.where((presses == NONE) & sunk, LEAVING, presses)
     rolls = (presses == TOES) & (flat.angles[:, _MTP.start] > BEND)
-    presses = np.where(rolls, TIPS, presses)
+    presses = np.where(rolls, LEAVING if pitched else TIPS, presses)
+    if pitched:
+        presses[presses == EDGE] = NONE
     # Toes of a foot that may not turn reach down from where their joints are.
     heads = [poser.spheres.index(f"{head}_{poser.side}") for head in HEADS]
     dip = np.arcsin(np.clip(air.clearance[:, heads] / poser.toes, 0.0, 1.0))
@@ -238,8 +247,7 @@ def with_bones(
         standing = standing_height(rests, side, height, poser.standing)
         ankle[:, 2] += poser.standing - standing  # as if its foot stood on the ground
         presses = pressing(rests, side, height, standing)
-        presses[presses == EDGE] = NONE  # the recording tells how a foot comes down
-        path = foot_path(poser, time, ankle, facing, tibia, presses, turns=turns)
+        path = foot_path(poser, time, ankle, facing, tibia, presses, turns=turns, pitched=True)
         if turns:
             hinges = next(b.hinges for b in human.skeleton.bodies if b.name == f"foot_{side}")
             index = [7 + human.hinge(h.name) for h in hinges]
@@ -250,6 +258,35 @@ def with_bones(
         out_of_reach = max(out_of_reach, float(np.abs(path.shift).max()))
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
     return qpos, {"ankle_out_of_reach_max_mm": 1e3 * out_of_reach}
+
+
+def on_feet_with_bones(
+    human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
+) -> tuple[Human, Float[Array, "n_frames nq_bones"], dict[str, float]]:
+    """Return person and motion on multi-segment feet, which stand where the feet without did.
+
+    Any motion on level ground will do: recorded, reproduced or found by optimisation. Hinges keep
+    their angles but those of the feet, and of the legs as little as planted feet ask for.
+
+    Args:
+        human: The person, on feet of any kind.
+        time: Time of each frame, evenly spaced [s].
+        qpos: The motion.
+
+    Returns:
+        The person on multi-segment feet, the motion, and figures.
+    """
+    rate = rate_of(time)
+    rests = find_rests(sole_paths(human, qpos), rate)
+    bony = Human.from_dict({**human.to_dict(), "feet": "multi-segment", "soles": {}})
+    out = np.tile(bony.standing(), (len(qpos), 1))
+    out[:, :7] = qpos[:, :7]
+    inner = {c for side in SIDES for c in FootPoser(bony, side).coordinates}
+    for k, name in enumerate(human.coordinates):
+        if name in bony.coordinates and name not in inner:
+            out[:, 7 + bony.hinge(name)] = qpos[:, 7 + k]
+    out, figures = with_bones(bony, time, out, rests)
+    return bony, plant_feet(bony, out, rate=rate, rests=rests), figures
 
 
 def hinges_towards(

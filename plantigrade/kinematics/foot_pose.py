@@ -35,6 +35,7 @@ spheres; pose and planes are found in turns.
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -97,6 +98,16 @@ class FootPose:
     shift: Float[Array, " n"]
     clearance: Float[Array, "n n_spheres"]
     undetermined: Bool[Array, " n"]
+
+
+class _Found(NamedTuple):
+    """A pose, and where the centres of its contact spheres are [m]."""
+
+    rotation: np.ndarray
+    angles: np.ndarray
+    shift: np.ndarray
+    open: np.ndarray
+    spheres: np.ndarray
 
 
 class FootPoser:
@@ -206,19 +217,22 @@ class FootPoser:
         solve, n = self._solver(pattern), ground.normal
         if not (ground.uneven or ground.steps):
             wanted = (ground.height + self._heights)[None]
-            *found, spheres = solve(ankle, facing, n, n[None, None], wanted)
-            return FootPose(*found[:3], spheres @ n - ground.height - self._radius, found[3])
+            found = solve(ankle, facing, n, n[None, None], wanted)
+            clearance = found.spheres @ n - ground.height - self._radius
+            return FootPose(found.rotation, found.angles, found.shift, clearance, found.open)
         found, aslant = None, self._radius
         spheres = ankle[:, None] + (facing @ self._at_rest.T).swapaxes(1, 2)
         for k in range(ROUNDS):
             if k == 1:  # the spheres are near their places: the ground there is as steep as this
                 aslant = self._radius / (ground.normal_at(spheres) @ n)
             normals, wanted = self._planes(spheres, ankle, facing, found, aslant, ground)
-            *found, spheres = solve(ankle, facing, n, normals, wanted)
+            found = solve(ankle, facing, n, normals, wanted)
+            spheres = found.spheres
         assert found is not None
         gap = spheres @ n - ground.under(spheres)
         gap *= ground.normal_at(spheres) @ n
-        return FootPose(*found[:3], gap - self._radius, found[3])
+        clearance = gap - self._radius
+        return FootPose(found.rotation, found.angles, found.shift, clearance, found.open)
 
     def _planes(self, spheres, ankle, facing, found, aslant, ground: Ground):
         """Return the normal of the ground under each segment and how high each joint has to be.
@@ -227,8 +241,8 @@ class FootPoser:
         to all of them, raised until it lies above all.
         """
         axes = ground.to_world
-        rotation = facing if found is None else found[0]
-        moved = ankle if found is None else ankle + found[2][:, None] * ground.normal
+        rotation = facing if found is None else found.rotation
+        moved = ankle if found is None else ankle + found.shift[:, None] * ground.normal
         joints = moved[:, None] + (rotation @ self._pivots.T).swapaxes(1, 2)
         if found is not None:  # the fourth toe, as far as the lateral metatarsals are bent
             joints[:, LATERAL_TOES] = spheres[:, self.spheres.index(f"{FOURTH}_{self.side}")]
@@ -265,7 +279,7 @@ class FootPoser:
         """Return the function that poses frames of one pattern of marks.
 
         It takes ankle, facing, normal of the ground, normals of the segments' planes and how high
-        each pivot has to be, and returns rotation, angles, shift, what was open, and the spheres.
+        each pivot has to be.
         """
         marked = dict(zip(MARKS, (*pattern, False, False), strict=False))
         heel, lateral, medial, toes = (marked[name] for name in SEGMENTS)
@@ -296,7 +310,7 @@ class FootPoser:
             joints = origin[:, None] + self._joint @ R.swapaxes(1, 2)
             if flat is not None:
                 axes, along = axes_upon(normals, facing[:, None, :, 0], R[:, None, :, 0])
-                axes = axes if axes.shape[1] == 1 else axes[:, flat]
+                axes = axes if len(axes[0]) == 1 else axes[:, flat]
                 Q[:, flat] = axes @ self._sole_axes[flat]
                 open_ = open_ | along.any(axis=1)
             if down_again:
@@ -320,7 +334,7 @@ class FootPoser:
             else:
                 angles = np.zeros((len(ankle), 12))
             spheres = joints[:, self.segment] + (Q[:, self.segment] @ self._centres)[..., 0]
-            return R, angles, -down, open_, spheres
+            return _Found(R, angles, -down, open_, spheres)
 
         return solve
 
