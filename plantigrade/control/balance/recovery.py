@@ -19,10 +19,12 @@ FOOT, TURN, STANDS, PELVIS = 500.0, 10.0, 10.0, 20.0
 pelvis, which is kept upright."""
 SLOWED = 20.0
 """How fast a foot that is about to stand comes to rest over the ground [1/s]."""
-FELT = 5
+FELT = 3
 """Ticks in which a push is felt; their median counts, for a step on the ground is felt, too."""
-GOES_ON = 0.6
+GOES_ON = 1.0
 """Part of a push that is taken to go on until the foot comes down."""
+NOISE, MOST = 0.7, 4.0
+"""An acceleration up to the first is none, and beyond the second no push [m/s²]."""
 HANGS = 0.02
 """Spheres no higher than this count as support [m]."""
 CARRIES = 0.1
@@ -83,6 +85,12 @@ class Recovery:
         """Take by how much the centre of mass was accelerated more than planned [m/s²]."""
         self._felt = np.vstack([self._felt[1:], acceleration[:2]])
 
+    def _pushed(self) -> Float[Array, " 2"]:
+        """Return what pushes besides the ground [m/s²], where it is no noise of a landing."""
+        felt = np.median(self._felt, axis=0)
+        size = float(np.linalg.norm(felt))
+        return felt * min(max(size - NOISE, 0.0), MOST) / size if size else felt
+
     def look(self, state: State, standing: Standing) -> Standing:
         """Begin, go on with or end a step; return what carries: nothing of a foot in the air."""
         body = state.body
@@ -130,7 +138,7 @@ class Recovery:
             pressure,
             ahead / np.linalg.norm(ahead),
             self.leg,
-            GOES_ON * np.median(self._felt, axis=0),
+            GOES_ON * self._pushed(),
         )
 
     def lowered(self, body: BodyState) -> float:

@@ -9,9 +9,9 @@ after a time :math:`T` at
 with :math:`s = a / \omega^2` while something pushes with an acceleration :math:`a`.
 As long as :math:`\xi` lies within the base of support, pressure there can bring the body to rest.
 Once it has left it, nothing but a step can (or arms and trunk, for a little). The foot that is set
-down is to stand on :math:`\xi_T`; that of the two whose reach comes nearest is lifted, and its
-landing place is planned anew at every tick, for a push may still go on. A foot stays on its own
-side of the other: legs are solid.
+down is to stand a little beyond :math:`\xi_T`; that of the two whose reach comes nearest is lifted,
+and its landing place is planned anew at every tick, for a push may still go on. A foot stays on its
+own side of the other: legs are solid.
 """
 
 from collections.abc import Sequence
@@ -26,11 +26,16 @@ DURATIONS = (0.22, 0.27, 0.33, 0.4)
 """How long a foot may be in the air [s]."""
 FASTEST = 2.2
 """Mean speed of a foot in the air [m/s]."""
-OUTSIDE = 0.01
-"""So far outside the support the capture point makes a step necessary [m]."""
+OUTSIDE = -0.03
+"""So far outside the support the capture point makes a step necessary [m]: it is not waited for to
+leave. A foot can be lifted only while the other one still carries, and a push to the side takes the
+load off the one that has to stand."""
 AHEAD, BACK, ASIDE, APART = 0.85, 0.7, 0.8, 0.17
 """How far a foot may be before, behind and beside the other, and how far beside it must be, of the
 length of a leg."""
+BEYOND = 0.12
+"""So far beyond the capture point a foot is set, of the length of a leg: between two feet there is
+more room than under one, and pushes go on. (None: four steps in place of one.)"""
 LIFT = 0.06
 """Clearance of a foot in the air, of the length of a leg."""
 LATE = 0.5
@@ -87,7 +92,7 @@ class Step:
         side: Which foot is set, 0 for the right one, 1 for the left one.
         place: Where the middle of its sole comes down, over the ground [m].
         duration: When, from now on [s].
-        miss: How far the capture point will be from it [m].
+        miss: How far it is from where it should be, which is out of reach [m].
     """
 
     side: int
@@ -130,11 +135,13 @@ def planned(now: Pendulum, side: int, time: float, *, moving: bool = False) -> S
     pivot = now.pressure[other]
     grows = np.exp(now.omega * time)
     wanted = pivot - now.shift + (now.capture_point + now.shift - pivot) * grows
-    place = within_reach(now, side, wanted)
+    away = wanted - pivot
+    beyond = wanted + BEYOND * now.leg * away / max(float(np.linalg.norm(away)), 1e-9)
+    place = within_reach(now, side, beyond)
     travel = float(np.linalg.norm(place - now.feet[side]))
     if not moving and travel > FASTEST * time and time < DURATIONS[-1]:
         return None
-    return Step(side, place, time, float(np.linalg.norm(wanted - place)))
+    return Step(side, place, time, float(np.linalg.norm(beyond - place)))
 
 
 def within_reach(now: Pendulum, side: int, place: Float[Array, " 2"]) -> Float[Array, " 2"]:
