@@ -40,10 +40,10 @@ class Command(PrintOptions, Bounded):
     ranges = {"jobs": (-1, 1024, "")}
 
     name: Annotated[tyro.conf.Positional[str | None], optional("[NAME]")] = None
-    """Name of the experiment: fit-accuracy, foot-pose, foot-segments, gait-table,
+    """Name of the experiment: fit-accuracy, foot-motions, foot-pose, foot-segments, gait-table,
     gait-ablations, gait-forces, ground-forces, moving-slope, push-table, random-worlds, replay,
-    robustness, spline-table, synthesis-bench, synthesis-fidelity, synthesis-tracking,
-    uneven-ground or vault-table."""
+    robustness, spline-table, synthesis-bench, synthesis-fidelity, synthesis-tracking, uneven-
+    ground or vault-table."""
     all: Flag = False
     """Run every experiment, and write their figures to figures.json in the folder of --out; one
     that fails does not end the others."""

@@ -45,6 +45,7 @@ EXPERIMENTS = {
     e.name: e
     for e in (
         Experiment("fit-accuracy", needs=("data",)),
+        Experiment("foot-motions", takes=STANDING),
         Experiment("foot-pose", needs=("data",)),
         Experiment("foot-segments", needs=("data",)),
         Experiment("gait-table", needs=("data",)),

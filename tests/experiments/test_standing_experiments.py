@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.experiments import moving_slope, push_table, uneven_ground
+from plantigrade.experiments import foot_motions, moving_slope, push_table, uneven_ground
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.standing import Standing, stand, stood_in_words
 from plantigrade.models import FEET
@@ -78,6 +78,33 @@ def test_what_becomes_of_who_stands():
     assert found["stood"] and found["points"] > 8 and found["wobble"] < 1.0
     fell = stand(Standing("rigid", "posture"), (Push(force=2000.0, duration=0.1),), 2.0)
     assert not fell["stood"] and fell["time"] < 2.0 and "fell at" in stood_in_words(fell)
+
+
+def test_the_table_of_foot_motions(monkeypatch, tmp_path):
+    def made(name, height, mass):
+        found = {"stood": True, "time": 9.0, "on_toes": 11.0, "air": 0.2, "jump": 12.0}
+        return found | {"bones": 5, "in_order": 0.75, "most_limited": 2.0, "points": 20.0}
+
+    monkeypatch.setattr(foot_motions, "measure", made)
+    metrics = foot_motions.run(out=tmp_path).metrics()
+    assert metrics["goals"] == metrics["goals_met"] == len(foot_motions.MOTIONS) + 3
+    assert metrics["circling_sweeps_in_order_pct"] == 75.0
+    assert (tmp_path / foot_motions.PAGE).exists()
+
+
+@pytest.mark.parametrize(("ordered", "share"), [(True, 1.0), (False, 0.0)])
+def test_pressure_that_runs_over_the_toes_is_in_order(ordered, share):
+    names = [f"medial_phalanges_toe_{i}_l" for i in (1, 2, 3)]
+    names += [f"lateral_phalanges_toe_{i}_l" for i in (4, 5)] + ["heel_heel_back_medial_l"]
+    time = np.arange(0.0, 8.0, 1.0 / foot_motions.CONTROL)
+    middle = 3.0 - 2.3 * np.cos(np.pi * time)  # from the first toe to the fifth, and back
+    centres = np.array([1, 2, 3, 4, 5] if ordered else [1, 3, 2, 4, 5])
+    load = np.zeros((len(time), 6))
+    load[:, :5] = 50.0 * np.exp(-2.0 * (middle[:, None] - centres) ** 2)
+    bones, found = foot_motions.circled(load, names, 8.0)
+    assert bones == 5 and found == share
+    load[:, 5] = 30.0  # the heel stands: nothing circles
+    assert foot_motions.circled(load, names, 8.0) == (0, None)
 
 
 @pytest.mark.slow
