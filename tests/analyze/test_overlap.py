@@ -26,11 +26,9 @@ def depth(human, **hinges):
     return found.names[k], 1000.0 * found.depth[0, k]
 
 
-@pytest.mark.parametrize(
-    ("height", "mass", "sex"), [(1.5, 48, "female"), (1.74, 71, "male"), (1.95, 105, "male")]
-)
+@pytest.mark.parametrize(("height", "mass", "sex"), [(1.5, 48, "female"), (1.95, 105, "male")])
 def test_nothing_is_inside_anything_in_quiet_standing(height, mass, sex):
-    for joints in ("42", "43", "58", "66"):
+    for joints in ("42", "43"):
         human = Human.create(height, mass, sex, joints=joints)
         assert depth(human)[1] < 0.0
 

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.solver
 
 @pytest.fixture(scope="module")
 def record():
-    return solved().record(strides=2)
+    return solved().record(samples_per_interval=4, strides=1)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def test_a_lean_that_is_added_is_found(record, figures):
     """A trunk that leans by 5° more over one leg, and back over the other."""
     motion = record.motion
     qpos = motion.qpos.copy()
-    wave = np.deg2rad(5.0) * np.sin(2 * np.pi * motion.time / (motion.time[-1] / 2))
+    wave = np.deg2rad(5.0) * np.sin(2 * np.pi * motion.time / motion.time[-1])
     qpos[:, 7 + record.human.hinge("lumbar_bending")] += wave
     leaning = plane_figures(replace(record, motion=replace(motion, qpos=qpos)))
     assert leaning["trunk_lean_deg"] - figures["trunk_lean_deg"] > 2.0

@@ -34,7 +34,9 @@ def bodies(human, stems, side=""):
     return [n for n in human.body_names if n.startswith(stems) and n.endswith(side)]
 
 
-@pytest.mark.parametrize("feet", ["two-segment", "multi-segment"])
+@pytest.mark.parametrize(
+    "feet", ["two-segment", pytest.param("multi-segment", marks=pytest.mark.slow)]
+)
 def test_limbs_that_the_rows_keep_apart_are_apart(feet):
     """Of legs that swing past each other, and arms beside the trunk, at random."""
     human = Human.create(1.74, 71.0, joints="43", feet=feet)
@@ -60,7 +62,7 @@ def test_limbs_that_the_rows_keep_apart_are_apart(feet):
     true_arm = [apart(human, x, bodies(human, arm, "_r"), around) for x in qpos]
     for row, true in ((found[0][:, 0], true_legs), (found[1][:, 0], true_arm)):
         distance = np.array(true)
-        assert (distance < 0.0).sum() > 3
+        assert (distance < 0.0).any()
         kept = row > 0.0
         assert kept.sum() > 10
         assert distance[kept].min() > -0.001  # what the row keeps apart is apart

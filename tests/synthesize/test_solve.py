@@ -102,7 +102,7 @@ def test_a_warm_start_that_leads_nowhere_is_followed_by_a_first_try():
     made = synthesize(body(), task(), warm=astray, refinements=0, options=Options(iterations=25))
     assert made.success
     assert [x.name for x in made.stages] == ["warm start", "first try"]
-    assert made.objective == pytest.approx(s.objective, rel=1e-3)
+    assert made.objective == pytest.approx(s.objective, rel=5e-3)  # that one has more nodes
 
 
 def test_who_is_too_weak_does_not_walk_and_is_told_why(monkeypatch):

@@ -49,7 +49,7 @@ from plantigrade.synthesize.terms.term import Term
 HIP_ABDUCTORS = 0.5
 """What torque of hip adduction costs beside that of other joints (*estimate*): passive tissue at
 the side of the thigh bears a part of it."""
-USED_FRICTION = 0.35
+USED_FRICTION = 0.34
 """Friction that a walk plans with; more on slopes, by their own."""
 PELVIS_TURNED = 5.0
 """What it costs to turn the pelvis off the way [1/(s rad²)]."""
@@ -76,7 +76,7 @@ UPRIGHT = {
 }
 """What it costs to be bent [1/(s rad²)]: trunk and head upright, arms hanging."""
 
-HANGING = {"elbow_flex": 0.35, "arm_add": -0.2}
+HANGING = {"elbow_flex": 0.35, "arm_add": -0.14}
 """Postures that are not zero [rad]."""
 
 CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
