@@ -150,7 +150,7 @@ class Balance:
         asked = np.array([0.01 * target.value for target in self.targets])
         self._shift = self._shift + np.clip(asked - self._shift, -far, far)
         now = self.recovery.spheres(body)
-        self.goal = goal_of(wanted, now, standing.site, self._shift)
+        self.goal = goal_of(wanted, now, standing.site, self._shift, w.central)
         if self.recovery.stepped:
             self.goal[2] -= self.recovery.lowered(body)
         asked = w.com_gain * (self.goal - body.com) + w.com_damping * (

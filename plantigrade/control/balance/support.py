@@ -18,6 +18,7 @@ def goal_of(
     now: Float[Array, "n_sites 3"],
     touches: Int[Array, " k"],
     shift: Float[Array, " 3"],
+    central: float = 0.0,
 ) -> Float[Array, " 3"]:
     """Return where the centre of mass is to be [m].
 
@@ -29,11 +30,13 @@ def goal_of(
         now: Where the spheres of the feet are.
         touches: Which of them touch.
         shift: So far from where the reference has it [m].
+        central: Part of the way from there to the middle of those that press.
     """
     mine = np.flatnonzero(wanted.presses)
     if not len(mine):
         return wanted.com + shift
     goal = wanted.com + shift + (now - wanted.places)[mine].mean(axis=0)
+    goal[:2] += central * (now[mine, :2].mean(axis=0) - goal[:2])
     goal[:2] = inside(now[mine, :2], goal[:2])
     on = np.intersect1d(mine, touches)
     goal[2] = wanted.com[2] + shift[2] + ((now - wanted.places)[on, 2].mean() if len(on) else 0.0)

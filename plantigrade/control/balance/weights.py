@@ -27,6 +27,9 @@ class Weights:
 
     Attributes:
         com: Of the centre of mass [per (m/s²)²].
+        central: How far the centre of mass is to be on the way from where the reference has it to
+            the middle of the points that press; none of it leaves less room to the heels than to
+            the toes, for people stand with their weight behind the middle.
         com_gain: Stiffness of its way back [1/s²].
         com_damping: Its damping [1/s].
         momentum: Of the rate of the angular momentum, over body mass [per (m²/s²)²].
@@ -49,6 +52,7 @@ class Weights:
     """
 
     com: float = 1000.0
+    central: float = 0.25
     com_gain: float = 50.0
     com_damping: float = 14.0
     momentum: float = 1e-3
