@@ -361,9 +361,11 @@ class State:
     @property
     def bias(self) -> Float[Array, " nv"]:
         """Generalised force of gravity, centrifugal and Coriolis terms: :math:`h(q, v)`."""
-        h = np.empty(self.model.nv)
-        mujoco.mj_rne(self.model, self._data, 0, h)
-        return h
+        if "h" not in self._known:
+            h = np.empty(self.model.nv)
+            mujoco.mj_rne(self.model, self._data, 0, h)
+            self._known["h"] = h
+        return self._known["h"].copy()
 
     def inverse_dynamics(self, qacc: Float[Array, " nv"]) -> Float[Array, " nv"]:
         r"""Return the generalised force of an acceleration, without contact or joint limits.

@@ -38,7 +38,7 @@ def goal_of(
     goal = wanted.com + shift + (now - wanted.places)[mine].mean(axis=0)
     goal[:2] += central * (now[mine, :2].mean(axis=0) - goal[:2])
     goal[:2] = inside(now[mine, :2], goal[:2])
-    on = np.intersect1d(mine, touches)
+    on = touches[wanted.presses[touches]]
     goal[2] = wanted.com[2] + shift[2] + ((now - wanted.places)[on, 2].mean() if len(on) else 0.0)
     return goal
 
