@@ -87,7 +87,7 @@ CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
 """Name of a controller → how it is made."""
 
 STANDING, MOVING, FORCED, SCRIPTED = "posture", "stable-pd", "replay", "balance"
-"""What is taken where none is named: for who stands, for a motion, and for a planned one."""
+"""What is taken where none is named: for who stands, for a motion, and for one with its forces."""
 
 
 def controller_named(name: str | None, situation: Situation) -> Controller:
@@ -113,7 +113,7 @@ def usual(
         return SCRIPTED
     if motion is None:
         return STANDING
-    return FORCED if record is not None and record.contact_planned is not None else MOVING
+    return FORCED if record is not None and record.has_forces else MOVING
 
 
 def checked(name: str) -> str:
