@@ -24,6 +24,7 @@ from plantigrade.experiments.standing import (
 from plantigrade.experiments.synthesis_trial import chosen_parts
 from plantigrade.experiments.table import ResultTable, Row, equal
 from plantigrade.world import Tilting
+from plantigrade.world.start import PRESSURE
 
 FILE, PAGE = "moving-slope.json", "moving-slope.html"
 DURATION, PERIOD = 20.0, 4.0  # [s]
@@ -74,7 +75,7 @@ def _cases(way: str, quick: bool) -> Iterator[tuple[str, Callable[[], dict[str, 
                 amplitude = float(np.deg2rad(degrees))
                 plate = Tilting(amplitude=amplitude, period=PERIOD, direction=direction)
                 duration = 5.0 if quick else DURATION
-                make = partial(stand, Standing(foot, way), (plate,), duration)
+                make = partial(stand, Standing(foot, way, ahead=PRESSURE), (plate,), duration)
                 yield f"{way}/{foot}/{name}/{degrees}", make
 
 
