@@ -87,12 +87,13 @@ def measure(name: str, height: float, mass: float) -> dict[str, Any]:
         rise = max(rise, float(state.body.com[2]) - first)
     load = np.array(loads)
     on = load > PRESSING
+    on_toes, on_rest = (np.atleast_1d(on[:, which].any(axis=1)) for which in (toes, ~toes))
     bones, order = circled(load, [s.name for s in world.sites], float(wanted.time[-1]))
     return {
         "stood": on_feet(world),
         "time": world.time,
-        "on_toes": longest(on[:, toes].any(axis=1) & ~on[:, ~toes].any(axis=1)) / CONTROL,
-        "air": longest(~on.any(axis=1)) / CONTROL,
+        "on_toes": longest(on_toes & ~on_rest) / CONTROL,
+        "air": longest(~(on_toes | on_rest)) / CONTROL,
         "jump": 100.0 * rise,
         "bones": bones,
         "in_order": order,

@@ -332,7 +332,7 @@ def rows_of(results: Mapping[str, Result]) -> Iterator[Row]:
         speed = r.get("told", {}).get("speed")
         if "check" in r and (speed is None or speed <= FREE):
             yield from check_rows(key, r["check"])
-        if "planes" in r and key.startswith("speeds/"):
+        if "planes" in r and speed is not None and key.startswith("speeds/"):
             yield from plane_rows(key, r["planes"], float(speed))
         if key == f"speeds/{FREE:g} m/s periodic" and "gait" in r:
             yield from gait_rows(key, r["gait"])

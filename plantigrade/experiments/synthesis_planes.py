@@ -124,7 +124,8 @@ def plane_rows(key: str, planes: Mapping[str, Any], speed: float) -> Iterator[Ro
     figures, usual, near = planes["figures"], planes["usual"], planes["agreement"]
     if speed >= SWINGS and "arm_swing_deg" in figures:
         yield between(key, "arm against leg", figures["arm_phase_deg"], 150.0, 210.0, "deg")
-        yield between(key, "arm swing", figures["arm_swing_deg"], *usual["arm_swing_deg"], "deg")
+        low, high = usual["arm_swing_deg"]
+        yield between(key, "arm swing", figures["arm_swing_deg"], low, high, "deg")
     if not JUDGED[0] <= speed <= JUDGED[1]:
         return
     yield at_most(key, "trunk lean, either way", figures["trunk_lean_deg"], 3.0, "deg")

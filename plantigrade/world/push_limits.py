@@ -13,6 +13,7 @@ Everything is deterministic: the same test has the same limits, with any number 
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -164,7 +165,7 @@ class PushTest:
         world = self.pushed(force, direction)
         return on_feet(world) and bool(self.withstood(world))
 
-    def limit(self, direction: float, **how: float) -> PushLimit:
+    def limit(self, direction: float, **how: Any) -> PushLimit:
         """Return the largest push withstood in a direction; ``how`` goes to :func:`push_limit`."""
         return push_limit(lambda force: self(force, direction), **how)
 

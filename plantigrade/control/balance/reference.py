@@ -100,13 +100,14 @@ class Followed:
         self.com_acceleration = np.gradient(self.com_velocity, self.time, axis=0)
         own = motion.qacc
         self.qacc = np.gradient(motion.qvel, self.time, axis=0) if own is None else own
-        if presses is None:
+        if presses is not None:
+            self.presses: Array = presses
+        else:
             ground = ground or Ground()
             radius = np.array([s.radius for s in sites])
             gap = self.places @ ground.normal - ground.under(self.places) - radius
             speed = np.linalg.norm(np.gradient(self.places, self.time, axis=0), axis=2)
-            presses = (gap < LOW + gap.min()) & (speed < SLOW)
-        self.presses = presses
+            self.presses = (gap < LOW + gap.min()) & (speed < SLOW)
 
     def at(self, time: float) -> Wanted:
         """Return the motion at a time after its first frame [s]."""

@@ -329,7 +329,7 @@ class _Poses:
             qpos[:, 7 + self.hinges[k]] = np.clip(pose.angles, low, high)
             turns.append(pose.rotation)
             shifts.append(pose.shift)
-        state, stands = State(self.human, self.start), marked.any(axis=2)
+        state, stands = State(self.human, self.start), np.any(marked, axis=2)
         for i, q in enumerate(qpos):
             if i:
                 within = np.concatenate(self.hinges) + 7
