@@ -25,7 +25,7 @@ from plantigrade.world.push_limits import on_feet
 
 HEIGHT, MASS, SEX, JOINTS = 1.50, 48.5, "female", "66"  # the paper does not say the sex
 RATE = 900.0
-"""Steps of the physics [1/s]; at the paper's 1800 limits are the same within a step of the grid."""
+"""Steps of the physics [1/s]; the paper has 1800."""
 AHEAD, WIDTH = 0.60, 0.147
 """Stance: centre of mass over the soles, from the heels; ankles apart, of the height.
 
