@@ -68,6 +68,6 @@ def grid(drawings: Sequence[str], columns: int = 2) -> Figure:
         y += max(height for _, height in row) + 8
     width = max((sum(w + 10 for w, _ in row) - 10 for row in rows), default=1)
     return Figure(
-        f'<svg class="plot" xmlns="http://www.w3.org/2000/svg" width="{width}" height="{max(y, 1)}" '
-        f'viewBox="0 0 {width} {max(y, 1)}">{"".join(parts)}</svg>'
+        f'<svg class="plot" xmlns="http://www.w3.org/2000/svg" width="{width}" '
+        f'height="{max(y, 1)}" viewBox="0 0 {width} {max(y, 1)}">{"".join(parts)}</svg>'
     )
