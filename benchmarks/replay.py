@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from plantigrade.contact.ground import Ground
-from plantigrade.control import Replay
+from plantigrade.control.replay import Replay
 from plantigrade.experiments.table import Row, at_most
 from plantigrade.models import Human
 from plantigrade.motion import Motion

@@ -3,18 +3,13 @@
 The world knows none of them; anything that is called with a state and returns a command is one.
 """
 
-from plantigrade.control.balance import Balance, Hybrid
 from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.posture import Posture, passive
-from plantigrade.control.replay import Replay
 from plantigrade.control.tracking import Tracking
 
 __all__ = [
     "CONTROLLERS",
-    "Balance",
-    "Hybrid",
     "Posture",
-    "Replay",
     "Situation",
     "Tracking",
     "controller_named",

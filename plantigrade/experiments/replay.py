@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.control import Replay
+from plantigrade.control.replay import Replay
 from plantigrade.experiments.gait_walks import PEOPLE, QUICK
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.synthesis_trial import chosen_parts

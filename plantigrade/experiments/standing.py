@@ -16,8 +16,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import GEOM
-from plantigrade.control import Balance, Hybrid, Posture
-from plantigrade.control.balance import held
+from plantigrade.control import Posture
+from plantigrade.control.balance import Balance, Hybrid, held
 from plantigrade.models import FEET, Human
 from plantigrade.world import Controller, Disturbance, World, standing_on
 from plantigrade.world.grounds import ground_named

@@ -24,7 +24,6 @@ class View:
         motion: Angular velocity and velocity of the bodies, at the centre of mass of the person,
             (n, bodies, 6) [rad/s, m/s].
         turned: Orientation of the bodies, ``wxyz``, (n, bodies, 4).
-        ends: Centres of mass of hands and feet, (n, 4, 3) [m].
         turn: Maps rows of world axes to the heading of the pelvis, (n, 3, 3).
     """
 

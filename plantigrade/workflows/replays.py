@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.contact.ground import Ground
-from plantigrade.control import Replay
+from plantigrade.control.replay import Replay
 from plantigrade.record import Record
 from plantigrade.world import Command, Disturbance, Push, State, World, on_ground
 

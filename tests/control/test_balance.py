@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.control import Balance
-from plantigrade.control.balance import Weights
+from plantigrade.control.balance import Balance, Weights
 from plantigrade.control.balance.controller import momentum_rows
 from plantigrade.control.balance.support import inside
 from plantigrade.kinematics.state import State as BodyState

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.control import Hybrid
+from plantigrade.control.balance import Hybrid
 from plantigrade.control.balance.hybrid import inside
 from plantigrade.models import Human
 from plantigrade.world import Push, Tilting, World

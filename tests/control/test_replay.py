@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.constants import GRAVITY
-from plantigrade.control import Replay
+from plantigrade.control.replay import Replay
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.gait import Gait, Touchdown
 from plantigrade.control.replay.reference import STEP, period_of, reference_of

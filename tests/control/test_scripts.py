@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.site import contact_sites
-from plantigrade.control import Balance
-from plantigrade.control.balance import MOTIONS, script_named, scripted
+from plantigrade.control.balance import MOTIONS, Balance, script_named, scripted
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world import World

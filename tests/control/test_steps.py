@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.control import Balance
+from plantigrade.control.balance import Balance
 from plantigrade.control.balance.step import (
     BEYOND,
     Pendulum,

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.ground import Ground
-from plantigrade.control import Balance, Posture
+from plantigrade.control import Posture
+from plantigrade.control.balance import Balance
 from plantigrade.models import Human
 from plantigrade.world import World, standing_on
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from plantigrade.control import Replay
+from plantigrade.control.replay import Replay
 from plantigrade.record import Run
 from plantigrade.workflows.replays import Otherwise, certified, largest_push, replay_once
 

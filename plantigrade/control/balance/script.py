@@ -59,8 +59,8 @@ FARTHEST = 0.5
 ROUNDS = 12
 """Gauss-Newton steps for the first frame; each of the others takes three from the one before."""
 ANKLE, FOOT, OVER, HIGH, UPRIGHT, JOINT = 30.0, 10.0, 10.0, 10.0, 2.0, 0.3
-"""Weights of the rows of a posture: ankles, turn of the feet, centre of mass over the ground and
-its height, pelvis upright, joints as in standing."""
+"""How much the rows of a posture weigh, those of ankles, turn of the feet, centre of mass over the
+ground and its height, pelvis upright, joints as in standing."""
 
 
 @dataclass(frozen=True, eq=False)
