@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 import shlex
 import tempfile
 from pathlib import Path
@@ -127,7 +128,8 @@ def same_source(runs: Path, *names: str) -> None:
     for name in names:
         assert figures(runs / name)["source_files"] == {KEPT: raw}
         for path in (runs / name).iterdir():
-            assert tempfile.gettempdir().encode() not in path.read_bytes(), path
+            words = re.sub(rb"[A-Za-z0-9+/=]{200,}", b"", path.read_bytes())  # without its numbers
+            assert tempfile.gettempdir().encode() not in words, path
 
 
 @pytest.mark.parametrize("seed", ["-1", str(2**32)])

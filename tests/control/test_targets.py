@@ -47,11 +47,13 @@ def test_the_weight_goes_where_the_sliders_of_balance_have_it():
     control = Balance()
     world = World(HUMAN, rate=300.0, control_rate=50.0, recording=False)
     state = world.reset()
-    state, before = world.step(control(state)), state.body.com
+    while world.time < 0.8:  # to where balance has it
+        state = world.step(control(state))
+    before = state.body.com
     ahead, left, _ = control.targets
     ahead.set(2.0)
     left.set(-5.0)
-    while world.time < 1.6:
+    while world.time < 2.4:
         state = world.step(control(state))
     moved = 100.0 * (state.body.com - before)
     np.testing.assert_allclose(moved[:2], [2.0, -5.0], atol=0.8)

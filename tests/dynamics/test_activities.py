@@ -139,4 +139,4 @@ def test_rising_from_a_chair_gives_back_what_seat_and_feet_carried():
     late = record.motion.time[some] > 0.9
     for k, side in enumerate(SIDES):
         off = (found.forces.force[:, k] - record.foot(side).force[some])[late] / record.weight
-        assert (np.sqrt(np.mean(off**2, axis=0)) < [0.005, 0.02, 0.005]).all()
+        assert (np.sqrt(np.mean(off**2, axis=0)) < [0.005, 0.02, 0.015]).all()

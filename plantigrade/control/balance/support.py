@@ -29,15 +29,15 @@ def goal_of(
         wanted: The reference.
         now: Where the spheres of the feet are.
         touches: Which of them touch.
-        shift: So far from where the reference has it [m].
-        central: Part of the way from there to the middle of those that press.
+        shift: So far from there [m].
+        central: Part of the way from where the reference has it to the middle of those that press.
     """
     mine = np.flatnonzero(wanted.presses)
     if not len(mine):
         return wanted.com + shift
-    goal = wanted.com + shift + (now - wanted.places)[mine].mean(axis=0)
+    goal = wanted.com + (now - wanted.places)[mine].mean(axis=0)
     goal[:2] += central * (now[mine, :2].mean(axis=0) - goal[:2])
-    goal[:2] = inside(now[mine, :2], goal[:2])
+    goal[:2] = inside(now[mine, :2], goal[:2] + shift[:2])
     on = touches[wanted.presses[touches]]
     goal[2] = wanted.com[2] + shift[2] + ((now - wanted.places)[on, 2].mean() if len(on) else 0.0)
     return goal
