@@ -15,7 +15,8 @@ base = "squat"
 depth = 0.2
 
 [[term]]
-type = "head-stability"
+type = "upright"
+body = "head"
 turning = 0.2
 
 [[term]]

@@ -4,6 +4,7 @@ joblib does the work, here or on a cluster (ray, dask). Whatever goes wrong with
 of the result and never the end of the others.
 """
 
+import os
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 BACKENDS = ("loky", "threading", "multiprocessing", "ray", "dask")
+_PROCESSES = ("loky", "multiprocessing")  # on this machine, with folders of their own
 _GENERATING = ("loky", "threading")  # hand over each result as soon as it is ready
 
 
@@ -85,13 +87,19 @@ def run_jobs(
 def _parallel(work: Callable, items: list, jobs: int, backend: str) -> Iterator[Done]:
     with parallel_config(backend, n_jobs=jobs):
         how = "generator" if backend in _GENERATING else "list"
-        done: Any = Parallel(return_as=how)(delayed(_attempt)(work, item) for item in items)
+        folder = os.getcwd() if backend in _PROCESSES else None
+        done: Any = Parallel(return_as=how)(delayed(_attempt)(work, item, folder) for item in items)
         yield from done
 
 
-def _attempt(work: Callable[[Item], Result], item: Item) -> Done[Item, Result]:
+def _attempt(
+    work: Callable[[Item], Result], item: Item, folder: str | None = None
+) -> Done[Item, Result]:
+    """Try one item, in the folder where it was asked for: processes that wait keep their own."""
     began = time.perf_counter()
     try:
+        if folder is not None:
+            os.chdir(folder)
         return Done(item, work(item), "", time.perf_counter() - began)
     except (PlantigradeError, OSError) as error:
         problem = str(error) or type(error).__name__
