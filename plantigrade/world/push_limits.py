@@ -212,7 +212,7 @@ def directions(n: int) -> tuple[float, ...]:
 
 
 def push_map(
-    test: PushTest, towards: Sequence[float], *, jobs: int = 1, backend: str = "loky", **how: float
+    test: PushTest, towards: Sequence[float], *, jobs: int = 1, backend: str = "loky", **how: Any
 ) -> Iterator[Done[float, PushLimit]]:
     """Yield the limit in each direction, as soon as it is there.
 
