@@ -79,7 +79,7 @@ class Subject:
 
     @cached_property
     def side_forces(self) -> tuple[Array | None, Array | None]:
-        """Ground reaction and centre of pressure of the right foot, the left, an unknown side [N, m]."""
+        """Ground reaction and centre of pressure of right foot, left foot, unknown side [N, m]."""
         return side_forces(self.forces)
 
     @property
