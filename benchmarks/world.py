@@ -33,7 +33,8 @@ def rows() -> Iterator[Row]:
     for rate, goal in GOALS.items():
         world = World(human, rate=rate, control_rate=CONTROL, recording=False)
         kept = World(human, rate=rate, control_rate=CONTROL)
-        spent, recorded = (min(timed(w) for _ in range(REPEATS)) for w in (world, kept))
+        in_turn = [(timed(world), timed(kept)) for _ in range(REPEATS)]
+        spent, recorded = (min(times) for times in zip(*in_turn, strict=True))
         subject = f"66 coordinates, {rate:g} Hz, commands at {CONTROL:g} Hz"
         yield at_least(subject, "speed", SECONDS / spent, goal, "times real time")
         share = 100.0 * max(recorded - spent, 0.0) / recorded
