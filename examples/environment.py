@@ -3,9 +3,9 @@
 import numpy as np
 
 import plantigrade as pg
-from plantigrade.learn import Walk
+import plantigrade.learn
 
-env = Walk(recording=True)
+env = plantigrade.learn.Walk(recording=True)
 observation, info = env.reset(seed=0, options={"phase": 0.0})
 action = np.zeros_like(env.action_space.sample())  # a policy's answer: here always the same
 print(f"{observation.size} numbers are seen, {action.size} decided about")
