@@ -16,6 +16,8 @@ last the toes."""
 
 PUSH = "push"
 """Part of a site at which something else than the ground pushes."""
+TOUCH = "touch"
+"""Part of a site at which a body that is no foot touches the ground."""
 
 GEOM = "contact_"
 """What the names of the geoms begin with that touch the ground."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.site import PUSH, ContactSite
+from plantigrade.contact.site import PUSH, TOUCH, ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -110,7 +110,7 @@ class Recorder:
         sites = list(self.sites)
         forces, points = [touch.force], [touch.point]
         torques = [np.zeros_like(forces[0])]
-        for part, kept in (("touch", touch.others), (PUSH, self.pushes(touch))):
+        for part, kept in ((TOUCH, touch.others), (PUSH, self.pushes(touch))):
             for body in sorted({w[0] for frame in kept for w in frame}):
                 f, p, m = (np.zeros((n, 1, 3)) for _ in range(3))
                 for i, frame in enumerate(kept):

@@ -8,6 +8,7 @@ import pytest
 
 from plantigrade.analyze.quantities import QUANTITY
 from plantigrade.analyze.reproduction import ROTATIONS, compare
+from plantigrade.contact.site import PUSH, ContactSite
 from plantigrade.motion.resample import resampled
 from plantigrade.report.pages import facts_of, run_viewer
 from plantigrade.report.scene import build_scene
@@ -203,6 +204,29 @@ def test_of_a_body_that_fell_the_forces_end_with_the_fall(record):
     ticks = re.findall(r'text-anchor="middle"[^>]*>([\d.]+)</text>', section.figures[0].svg)
     assert max(map(float, ticks)) == 2.0
     assert found["Ground reaction and centre of pressure"].missing, "they are not the run's"
+
+
+def test_a_push_is_named_beside_the_feet(record):
+    made = solved(record).record
+    pushed = ContactSite(body="torso", name="push_torso", part=PUSH, measured=True)
+    force = np.tile([60.0, 0.0, 0.0], (len(made.motion.time), 1, 1))
+    all_forces = np.concatenate([made.contact_force, force], axis=1)
+    point = None
+    if made.contact_point is not None:
+        point = np.concatenate([made.contact_point, np.zeros_like(force)], axis=1)
+    planned = np.column_stack([made.contact_planned, np.ones(len(force), bool)])
+    more = replace(
+        made,
+        sites=(*made.sites, pushed),
+        contact_force=all_forces,
+        contact_point=point,
+        contact_torque=None,
+        contact_planned=planned,
+    )
+    drawing = sections(replace(solved(record), record=more))[
+        "Ground reaction and centre of pressure"
+    ].figures[1]
+    assert "push on the torso" in drawing.svg and "push_torso" not in drawing.svg
 
 
 def test_planned_sites_carry_the_weight_between_them(record):

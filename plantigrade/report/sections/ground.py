@@ -9,6 +9,7 @@ from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
 from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDES
+from plantigrade.contact.site import PUSH, TOUCH, ContactSite
 from plantigrade.motion.filters import runs
 from plantigrade.record import Record
 from plantigrade.report.scene import poses
@@ -64,8 +65,8 @@ def foot_prints(record: Record, total: Float[Array, "n 3 3"]) -> list[Outline]:
 
 def _over_time(record: Record, total: Array, axis: int) -> str:
     series = []
-    seats = tuple(site.name for site in record.sites if not site.side)
-    for row, (side, name) in enumerate({**NAMES, "": " and ".join(seats) or NAMES[""]}.items()):
+    others = " and ".join(_said(site) for site in record.sites if not site.side)
+    for row, (side, name) in enumerate({**NAMES, "": others or NAMES[""]}.items()):
         loaded = np.any(total[:, row], axis=1)
         if loaded.any():
             values = np.where(loaded, total[:, row, axis], np.nan) / record.weight
@@ -77,6 +78,13 @@ def _over_time(record: Record, total: Array, axis: int) -> str:
         zero=True,
         least=SPAN["BW"],
     )
+
+
+def _said(site: ContactSite) -> str:
+    """Return what a chart calls a site that is no foot's."""
+    if site.part == PUSH:
+        return f"push on the {site.body}"
+    return f"{site.body} on the ground" if site.part == TOUCH else site.name
 
 
 def _above(cop: Array, outlines: list[Outline]) -> Figure:
