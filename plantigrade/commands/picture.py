@@ -98,7 +98,7 @@ class Command(PrintOptions, Bounded):
     def _refuse(self) -> None:
         if self.still:
             default = Command(run_folder=self.run_folder)
-            for name in ("view", "foot", "start", "stop", "rate", "speed", "title"):
+            for name in ("foot", "rate", "speed", "title"):
                 if getattr(self, name) != getattr(default, name):
                     raise ParameterError(f"--{name} means nothing to a strip; leave out --still")
 
@@ -126,7 +126,14 @@ class Command(PrintOptions, Bounded):
         from plantigrade.report.pages import PICTURES, strip_of
         from plantigrade.report.section import Subject
 
-        svg = strip_of(Subject(run), height_px=self.height_px, background="#f6f7f9")
+        svg = strip_of(
+            Subject(run),
+            height_px=self.height_px,
+            background="#f6f7f9",
+            view=self.view,
+            start=self.start,
+            stop=self.stop,
+        )
         return svg + "\n", {"frames": min(PICTURES, run.record.motion.n_frames)}
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.constants import SIDES
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Run
+from plantigrade.report.playback import part_of
 from plantigrade.report.scene import assumed_bodies, check, nearest, scene_model
 from plantigrade.report.section import Section, Subject, draw_all, page_html
 from plantigrade.report.sections import SECTIONS
@@ -114,10 +115,35 @@ def _has_arrows(subject: Subject) -> bool:
     return bool(np.any(total)) and bool(np.isfinite(cop).any())
 
 
-def strip_of(subject: Subject, *, height_px: int = 250, background: str | None = None) -> str:
-    """Return the picture strip of a run: of one right gait cycle where it walks."""
+def strip_of(
+    subject: Subject,
+    *,
+    height_px: int = 250,
+    background: str | None = None,
+    view: str = "side",
+    start: float | None = None,
+    stop: float | None = None,
+) -> str:
+    """Return the picture strip of a run: of one right gait cycle where it walks.
+
+    Args:
+        subject: The run.
+        height_px: Height of the picture [px].
+        background: CSS colour behind it; none where None.
+        view: From where, one of :data:`~plantigrade.report.camera.VIEWS`.
+        start: First instant [s]; with neither ``start`` nor ``stop``, as above.
+        stop: Last instant [s].
+
+    Raises:
+        ParameterError: If there is no such part or view.
+    """
     record = subject.record
-    motion, frames = record.motion, _strip_frames(subject)
+    motion = record.motion
+    if start is None and stop is None:
+        frames = _strip_frames(subject)
+    else:
+        begin, end = part_of(motion.time, start, stop)
+        frames = list(nearest(motion.time, np.linspace(begin, end, PICTURES)))
     drawn: dict[str, Any] = {}
     force, point = subject.side_forces
     if force is not None and point is not None and _has_arrows(subject):
@@ -134,6 +160,7 @@ def strip_of(subject: Subject, *, height_px: int = 250, background: str | None =
         ground=record.ground,
         background=background,
         behind=None if reference is None else resampled(reference, motion.time).qpos,
+        view=view,
         **drawn,
     )
 

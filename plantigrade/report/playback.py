@@ -56,14 +56,7 @@ def playback(
     if start is None and stop is None and (stride := _stride(record)) is not None:
         begin, end, loop = stride
     else:
-        first, last = float(time[0]), float(time[-1])
-        begin = first if start is None else start
-        end = min(last, begin + LONGEST) if stop is None else stop
-        if not first - 1e-9 <= begin < end <= last + 1e-9:
-            raise ParameterError(
-                f"from {begin:g} s to {end:g} s is no part of this motion, "
-                f"which goes from {first:g} s to {last:g} s"
-            )
+        begin, end = part_of(time, start, stop, longest=LONGEST)
         loop = None
     count = int(np.clip(round((end - begin) * rate), 2, MOST))
     instants = begin + (end - begin) * np.arange(count + 1) / count
@@ -76,6 +69,35 @@ def playback(
     instants = np.concatenate([instants, np.full(still, instants[-1])])
     centre = np.concatenate([centre, np.tile(centre[-1], (still, 1))])
     return Playback(instants, (end - begin) * (len(instants) - 1) / count, centre, None)
+
+
+def part_of(
+    time: Float[Array, " n"],
+    start: float | None,
+    stop: float | None,
+    *,
+    longest: float = np.inf,
+) -> tuple[float, float]:
+    """Return the first and last instant of a part of a motion [s].
+
+    Args:
+        time: Times of the motion [s].
+        start: First instant; the motion's if None.
+        stop: Last instant; the motion's, or so long after the first, if None.
+        longest: How long it is where ``stop`` is None [s].
+
+    Raises:
+        ParameterError: If the instants lie outside the motion or in the wrong order.
+    """
+    first, last = float(time[0]), float(time[-1])
+    begin = first if start is None else start
+    end = min(last, begin + longest) if stop is None else stop
+    if not first - 1e-9 <= begin < end <= last + 1e-9:
+        raise ParameterError(
+            f"from {begin:g} s to {end:g} s is no part of this motion, "
+            f"which goes from {first:g} s to {last:g} s"
+        )
+    return begin, end
 
 
 def _stride(record: Record) -> tuple[float, float, np.ndarray] | None:

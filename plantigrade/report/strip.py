@@ -11,6 +11,7 @@ from plantigrade.charts import theme
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
+from plantigrade.report.camera import Camera
 from plantigrade.report.scene import poses, travel
 from plantigrade.report.shapes import PALE, hexadecimal, rgb, shapes_of, silhouette, whiter
 from plantigrade.spatial.conventions import rotation_matrix
@@ -18,6 +19,13 @@ from plantigrade.spatial.conventions import rotation_matrix
 GROUND = "#8a94a3"
 BREADTH = 0.25  # to each side of the middle, within which the ground's outline is taken [m]
 NEAR = 0.6  # a seat further from the body is not in its picture [m]
+SEEN = {
+    "side": "from its right",
+    "left": "from its left",
+    "front": "from the front",
+    "back": "from behind",
+    "quarter": "from ahead of its right side",
+}
 TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
 
 
@@ -45,12 +53,12 @@ def strip_svg(
     behind: Float[Array, "n nq"] | None = None,
     pale: Collection[str] = (),
     ground: Ground | None = None,
+    view: str = "side",
 ) -> str:
-    """Return an SVG of the body at several instants, seen from its right, and what carries it.
+    """Return an SVG of the body at several instants, and what carries it.
 
-    Every geom is projected along the horizontal that is square to the direction of travel; near
-    ones are drawn over far ones. A capsule or sphere is exact, an ellipsoid, cylinder or box is
-    drawn as the outline of its projection.
+    Every geom is projected along a horizontal; near ones are drawn over far ones. A capsule or
+    sphere is exact, an ellipsoid, cylinder or box is drawn as the outline of its projection.
 
     Args:
         model: The body.
@@ -65,9 +73,10 @@ def strip_svg(
         pale: Bodies that are drawn paler.
         ground: What it stands and sits on: slope, steps, bumps, relief and seats are drawn; level
             ground at height zero where None.
+        view: From where, one of :data:`~plantigrade.report.camera.VIEWS`, on eye level.
 
     Raises:
-        ParameterError: If there is no index, or one lies outside the motion.
+        ParameterError: If there is no index, one lies outside the motion, or there is no such view.
     """
     indices = [int(i) for i in indices]
     if not indices or min(indices) < 0 or max(indices) >= len(qpos):
@@ -75,23 +84,23 @@ def strip_svg(
     chosen = np.asarray(qpos)[indices]
     positions, quats, com = poses(model, chosen)
     shapes = [shape for shape in shapes_of(model, pale) if shape.body]
-    forward = travel(com)
+    along = Camera.named(view, travel(com)).right
     weight = max(float(model.body_mass.sum()) * GRAVITY, 1e-9)
 
-    bodies = [_figure(shapes, p, q, forward) for p, q in zip(positions, quats, strict=True)]
+    bodies = [_figure(shapes, p, q, along) for p, q in zip(positions, quats, strict=True)]
     drawn = [elements for elements, _ in bodies]  # in metres, the far ones first
     left, right, tops = np.array([extent for _, extent in bodies]).T
     if behind is not None:
         others = poses(model, np.asarray(behind)[indices])
         for i in range(len(indices)):
             violet = (theme.REFERENCE,) * 2
-            ghost, extent = _figure(shapes, others[0][i], others[1][i], forward, violet)
+            ghost, extent = _figure(shapes, others[0][i], others[1][i], along, violet)
             drawn[i] = ['<g opacity=".4">', *ghost, "</g>", *drawn[i]]
             left[i], right[i] = min(left[i], extent[0]), max(right[i], extent[1])
             tops[i] = max(tops[i], extent[2])
-    centre = com @ forward
+    centre = com @ along
     ground = ground or Ground()
-    boards = _boards(model, forward)
+    boards = _boards(model, along)
     for i in range(len(indices)):
         for elements, (a, b) in boards:
             if a - NEAR < centre[i] < b + NEAR:
@@ -110,7 +119,7 @@ def strip_svg(
             f'<rect x="{low:.3f}" y="{-top:.3f}" width="{high - low:.3f}" '
             f'height="{top + bottom:.3f}" fill="{background}"/>'
         )
-    profiles = [_profile(ground, c, forward, spacing) for c in com]
+    profiles = [_profile(ground, c, along, spacing) for c in com]
     if _level(ground):
         floor, z = 0.0, -ground.height
         parts.append(
@@ -131,7 +140,7 @@ def strip_svg(
         shift = places[i] - centre[i]
         parts.append(f'<g transform="translate({shift:.3f} 0)">{"".join(drawn[i])}')
         if force is not None and point is not None:
-            parts += _arrows(force[frame], point[frame], forward, weight)
+            parts += _arrows(force[frame], point[frame], along, weight)
         parts.append("</g>")
         if time is not None:
             parts.append(
@@ -142,7 +151,7 @@ def strip_svg(
     width_px = round(height_px * (high - low) / (top + bottom))
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="strip" role="img" '
-        f'aria-label="The body at {len(indices)} instants, seen from its right" '
+        f'aria-label="The body at {len(indices)} instants, seen {SEEN[view]}" '
         f'width="{width_px}" height="{height_px}" '
         f'viewBox="{low:.3f} {-top:.3f} {high - low:.3f} {top + bottom:.3f}">'
         f"{''.join(parts)}</svg>"
@@ -155,27 +164,27 @@ def _level(ground: Ground) -> bool:
 
 
 def _profile(
-    ground: Ground, com: Float[Array, " 3"], forward: Float[Array, " 3"], width: float
+    ground: Ground, com: Float[Array, " 3"], along: Float[Array, " 3"], width: float
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Return the outline of the ground under one picture, seen from the side.
+    """Return the outline of the ground under one picture, seen along a horizontal.
 
     Returns:
-        Places ahead of the centre of mass and heights, world [m]: the highest within the breadth of
+        Places beside the centre of mass and heights, world [m]: the highest within the breadth of
         a person.
     """
     ahead = np.linspace(-width / 2, width / 2, 241)
     aside = np.linspace(-BREADTH, BREADTH, 13)
-    across = np.array([-forward[1], forward[0], 0.0])
-    points = com * [1, 1, 0] + ahead[:, None, None] * forward + aside[:, None] * across
+    across = np.array([-along[1], along[0], 0.0])
+    points = com * [1, 1, 0] + ahead[:, None, None] * along + aside[:, None] * across
     up = ground.normal
     for _ in range(3):  # on a slope the place along it depends on the height
         points[..., 2] = (ground.under(points) - points[..., :2] @ up[:2]) / up[2]
     return ahead, points[..., 2].max(axis=1)
 
 
-def _boards(model: mujoco.MjModel, forward: Float[Array, " 3"]):
+def _boards(model: mujoco.MjModel, along: Float[Array, " 3"]):
     """Return the elements of each seat, with legs, and where it begins and ends along the way."""
-    plane, found = np.array([forward, [0.0, 0.0, 1.0]]), []
+    plane, found = np.array([along, [0.0, 0.0, 1.0]]), []
     for shape in shapes_of(model):
         if not shape.name.startswith("seat_"):
             continue
@@ -196,11 +205,11 @@ def _boards(model: mujoco.MjModel, forward: Float[Array, " 3"]):
     return found
 
 
-def _figure(shapes, positions, quats, forward, colours=None):
+def _figure(shapes, positions, quats, along, colours=None):
     """Return the elements of one picture, far ones first, and its extent (left, right, top)."""
     marks, spans = [], []
-    plane = np.array([forward, [0.0, 0.0, 1.0]])
-    across = np.array([forward[1], -forward[0], 0.0])  # to the right: towards the reader
+    plane = np.array([along, [0.0, 0.0, 1.0]])
+    across = np.array([along[1], -along[0], 0.0])  # to the right: towards the reader
     for shape in shapes:
         position, quat = positions[shape.body], quats[shape.body]
         points, width = silhouette(shape, position, quat, plane)
@@ -236,14 +245,14 @@ def _element(points: np.ndarray, width: float, edge: str, fill: str) -> str:
     )
 
 
-def _arrows(force, point, forward, weight):
+def _arrows(force, point, along, weight):
     """Yield ground reactions as arrows; one body weight is 0.6 m long."""
     for f, p in zip(np.nan_to_num(force), point, strict=True):
         length = 0.6 * float(np.linalg.norm(f)) / weight
         if length < 0.03 or not np.isfinite(p).all():
             continue
-        x, z = float(p @ forward), float(p[2])
-        dx, dz = 0.6 * float(f @ forward) / weight, 0.6 * float(f[2]) / weight
+        x, z = float(p @ along), float(p[2])
+        dx, dz = 0.6 * float(f @ along) / weight, 0.6 * float(f[2]) / weight
         tip_x, tip_z = x + dx, z + dz
         ux, uz = dx / length, dz / length
         back_x, back_z = tip_x - 0.07 * ux, tip_z - 0.07 * uz

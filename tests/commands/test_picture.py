@@ -47,6 +47,9 @@ def test_a_strip_of_instants(run, capsys):
     assert json.loads(capsys.readouterr().out)["frames"] == 8
     text = (run / "picture.svg").read_text(encoding="utf-8")
     assert "animate" not in text and text.count("translate(") == 8
+    for words in (["--view", "front"], ["--start", "0", "--stop", "0.5"]):
+        assert cli.main(["picture", str(run), "--still", *words]) == 0
+        assert (run / "picture.svg").read_text(encoding="utf-8") != text
 
 
 @pytest.mark.parametrize(
@@ -55,7 +58,8 @@ def test_a_strip_of_instants(run, capsys):
         (["--out", "picture.png"], "ends in .svg"),
         (["--out", "picture"], "ends in .svg"),
         (["--out", "nowhere/picture.svg"], "no folder"),
-        (["--still", "--view", "front"], "--view means nothing to a strip"),
+        (["--still", "--foot", "left"], "--foot means nothing to a strip"),
+        (["--still", "--start", "9", "--stop", "8"], "no part of this motion"),
         (["--still", "--speed", "0.5"], "--speed means nothing to a strip"),
         (["--start", "0"], ""),
         (["--start", "5"], "no part of this motion"),
