@@ -149,7 +149,7 @@ def _scripted(word: str, how: SimulateSettings, command: str) -> Start:
     human, script = how.human(), script_named(word)
     if human.feet != "multi-segment":
         raise ParameterError(
-            f"motion={word} is one of segments of the foot: add feet=multi-segment or joints=66"
+            f"motion={word} moves segments of the foot: it needs feet=multi-segment or joints=66"
         )
     follow = scripted(human, script)
     origin = Provenance(command, how.plain(), seed=how.seed)
