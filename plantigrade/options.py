@@ -34,9 +34,12 @@ def number_of(kind: type, word: str) -> Any:
         raise ValueError(f"{shown!r} is not a {what}") from None
 
 
-def optional(metavar: str):
-    """Return the marker of an option that may be absent: its word in the help, no default shown."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+def optional(metavar: str, text: str | None = None):
+    """Return the marker of an option that may be absent: its word in the help, no default shown.
+
+    ``text`` is its help, in place of the line under the field.
+    """
+    return tyro.conf.arg(metavar=metavar, help_behavior_hint="", help=text)
 
 
 Metres = Annotated[float | None, optional("METRES")]

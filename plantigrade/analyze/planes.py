@@ -5,7 +5,7 @@ vertical, rotations against the direction of walking; a swing from one side to t
 :math:`\pm a` is given as :math:`a`. The phase between two movements is that of their first
 harmonics over a stride: 180° is counter-phase.
 
-What people do (:func:`published`) comes from [Orendurff2004]_ (centre of mass), [Chung2010]_ (trunk
+What people do (:func:`published`) is after [Orendurff2004]_ (centre of mass), [Chung2010]_ (trunk
 in space, twenty adults), [Murray1967]_ (arm swing, in proportion to the dimensionless speed as in
 :mod:`plantigrade.models.upper_body`), [Fong2009]_ (friction below which people walk with care) and
 [Herr2008]_ (angular momentum). Angles, moments and powers of the legs have curves of norms.
@@ -35,7 +35,8 @@ EARLY, LATE_SWING = 30.0, 85.0
 
 COM = {"speed": (0.7, 1.6), "com_up_down_mm": (27.4, 48.3), "com_sideways_mm": (69.9, 38.5)}
 COM_SD = {"com_up_down_mm": (5.2, 9.2), "com_sideways_mm": (13.4, 14.1)}
-"""Excursions of the centre of mass at the slowest and the fastest speed [Orendurff2004]_."""
+"""Excursions of the centre of mass at the slowest and the fastest speed: an *estimate* after
+[Orendurff2004]_, not checked against its tables."""
 
 TRUNK_LEAN, TRUNK_ROTATION = (0.8, 3.0), (2.0, 5.0)
 """About the range of twenty adults at 1.2 m/s [Chung2010]_ [deg]."""
@@ -45,7 +46,7 @@ FRICTION = 0.41
 
 MOMENTUM = {"frontal": 0.06, "sagittal": 0.10, "vertical": 0.02}
 """About the range of angular momentum over a stride, of mass, speed and height of the centre of
-mass, read from a figure of [Herr2008]_."""
+mass: an *estimate* after [Herr2008]_, who print curves and no such numbers."""
 
 
 def plane_figures(record: Record) -> dict[str, float]:

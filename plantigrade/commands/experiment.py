@@ -1,6 +1,6 @@
 """Compute a table or figure: ours beside the published numbers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,7 @@ from plantigrade.bounds import Bounded
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError, RunExists
-from plantigrade.experiments.registry import EXPERIMENTS, Experiment
+from plantigrade.experiments.registry import EXPERIMENTS, Experiment, taking
 from plantigrade.options import Flag, OptionalPath, optional
 
 if TYPE_CHECKING:
@@ -33,42 +33,62 @@ COMMANDS = {
 """Whole commands whose figures stand beside those of all experiments."""
 
 
+def _listed(names: Iterable[str], word: str = "or") -> str:
+    """Return names as a sentence lists them."""
+    *first, last = names
+    return f"{', '.join(first)} {word} {last}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions, Bounded):
     """Compute a table or figure: ours beside the published numbers."""
 
     ranges = {"jobs": (-1, 1024, "")}
 
-    name: Annotated[tyro.conf.Positional[str | None], optional("[NAME]")] = None
-    """Name of the experiment: fit-accuracy, foot-motions, foot-pose, foot-segments, gait-table,
-    gait-ablations, gait-forces, ground-forces, moving-slope, push-table, random-worlds, replay,
-    robustness, spline-table, synthesis-bench, synthesis-fidelity, synthesis-tracking, uneven-
-    ground or vault-table."""
+    name: Annotated[
+        tyro.conf.Positional[str | None],
+        optional("[NAME]", f"Name of the experiment: {_listed(EXPERIMENTS)}."),
+    ] = None
+    """Name of the experiment."""
     all: Flag = False
-    """Run every experiment, and write their figures to figures.json in the folder of --out; one
-    that fails does not end the others."""
+    """Run every experiment, whether or not one fails; figures.json in --out has their figures."""
     quick: Flag = False
     """A short form: a few recordings or motions of each kind; all experiments in five minutes."""
     compare: Annotated[tuple[Path, Path] | None, optional("BEFORE.json AFTER.json")] = None
     """Run nothing, but print what differs between two files of figures that --all has written."""
     data: OptionalPath = None
     """Folder of recordings; PLANTIGRADE_DATA or ../shared/data if absent."""
-    out: OptionalPath = None
-    """Folder for figures (spline-table), for results and page (synthesis-bench and -fidelity), or
-    for all of them (--all); runs/NAME or runs/experiments if absent. Results of
-    synthesis-…, replay, robustness and random-worlds that are there are not measured again: a
-    stopped run goes on."""
+    out: Annotated[
+        Path | None,
+        optional(
+            "PATH",
+            "Folder for results, figures and page, or for all experiments (--all); runs/NAME or "
+            f"runs/experiments if absent. What {_listed(taking('out', 'overwrite'))} measured "
+            "there is not measured again: a stopped run goes on.",
+        ),
+    ] = None
+    """Folder for results, figures and pages."""
     parts: Annotated[
-        tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(name="part", metavar="PART")
+        tyro.conf.UseAppendAction[tuple[str, ...]],
+        tyro.conf.arg(
+            name="part",
+            metavar="PART",
+            help=f"Only this part of {_listed(taking('parts'))}; repeatable, and an "
+            "unknown one lists them all.",
+        ),
     ] = ()
-    """This part of synthesis-bench, synthesis-fidelity or replay only; may be given several
-    times."""
+    """Only these parts of an experiment."""
     overwrite: Flag = False
     """Measure anew what is in the folder of --out."""
 
-    jobs: Annotated[int | None, optional("N")] = None
-    """How many runs of push-table, uneven-ground, moving-slope, foot-motions, replay or robustness
-    at once; -1 for one per core, 1 if absent."""
+    jobs: Annotated[
+        int | None,
+        optional(
+            "N",
+            f"How many runs of {_listed(taking('jobs'))} at once; -1 for one per core.",
+        ),
+    ] = None
+    """How many runs at once."""
 
     def __post_init__(self):
         """Refuse what cannot be, before any work."""

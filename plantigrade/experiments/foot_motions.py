@@ -5,9 +5,8 @@ The motions of section 6.1 of [Park2020]_, from the scripts of
 shows pictures of them and no numbers.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,15 +15,14 @@ from scipy.ndimage import uniform_filter1d
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.balance import MOTIONS, Balance, script_named, scripted
 from plantigrade.experiments.kept_results import KeptResults, Result
-from plantigrade.experiments.page import Grid, write_page
+from plantigrade.experiments.measured import Cases, Measured
+from plantigrade.experiments.page import Grid
 from plantigrade.experiments.standing import HEIGHT, JOINTS, MASS, PRESSING, RATE, ROOMS, SEX
-from plantigrade.experiments.synthesis_trial import chosen_parts
-from plantigrade.experiments.table import ResultTable, Row, at_least, equal
+from plantigrade.experiments.table import Row, at_least, equal
 from plantigrade.models import Human
 from plantigrade.world import World, on_ground
 from plantigrade.world.push_limits import on_feet
 
-FILE, PAGE = "foot-motions.json", "foot-motions.html"
 CONTROL, AFTER = 90.0, 1.0  # commands [1/s]; so long they must stand after the script [s]
 SIZES = ((HEIGHT, MASS), (1.45, 45.0), (1.70, 65.0), (1.95, 110.0), (1.60, 95.0), (1.85, 62.0))
 """Stature and mass; the paper's first [m, kg]."""
@@ -39,33 +37,12 @@ NOTES = (
 )
 
 
-def run(
-    *,
-    parts: Sequence[str] = (),
-    quick: bool = False,
-    out: Path | None = None,
-    overwrite: bool = False,
-    jobs: int = 1,
-    say: Callable[[str], None] = lambda _: None,
-) -> ResultTable:
-    """Return the table of the parts, which are motions, and of all that was measured before.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    kept = KeptResults(out / FILE if out else None, say, anew=overwrite, rooms=ROOMS)
-    cases: dict[str, Callable[[], dict[str, Any]]] = {}
-    for name in chosen_parts(parts, MOTIONS, MOTIONS):
-        for height, mass in SIZES[:1] if quick else SIZES:
-            cases[f"{name}/{height:g} m, {mass:g} kg"] = partial(measure, name, height, mass)
-    kept.get_all(cases, _brief, jobs=jobs)
-    grid = table(kept)
-    errors = [f"{k}: {r['error']}" for k, r in kept.results.items() if "error" in r]
-    notes = [*NOTES, *errors, *kept.notes()]
-    found = ResultTable("Motions of the feet", list(rows(kept)), notes, [grid.text()])
-    if out is not None:
-        write_page(out / PAGE, found, [grid.section()], kept)
-    return found
+def _cases(name: str, quick: bool) -> Cases:
+    """Return a motion by people of all sizes."""
+    return {
+        f"{name}/{height:g} m, {mass:g} kg": partial(measure, name, height, mass)
+        for height, mass in (SIZES[:1] if quick else SIZES)
+    }
 
 
 def measure(name: str, height: float, mass: float) -> dict[str, Any]:
@@ -159,8 +136,6 @@ def circled(
 
 
 def _brief(r: Result) -> str:
-    if "error" in r:
-        return str(r["error"])
     return "stood" if r["stood"] else f"fell at {r['time']:.2f} s"
 
 
@@ -205,3 +180,16 @@ def rows(kept: KeptResults) -> Iterator[Row]:
             yield at_least(name, "least bones", min(r["bones"] for r in found.values()), 5)
             share = float(np.mean([r["in_order"] or 0.0 for r in found.values()]))
             yield Row(name, "sweeps in order", 100 * share, "%")
+
+
+EXPERIMENT = Measured(
+    name="foot-motions",
+    title="Motions of the feet",
+    rooms=ROOMS,
+    parts={name: partial(_cases, name) for name in MOTIONS},
+    brief=_brief,
+    grids=lambda kept: (table(kept),),
+    rows=rows,
+    notes=NOTES,
+)
+run = EXPERIMENT.run

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import platform
+import re
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
@@ -17,15 +18,18 @@ from plantigrade.errors import FileError
 from plantigrade.record.jobs import run_jobs
 
 Result = dict[str, Any]
-ROOMS = ("models", "dynamics", "synthesize")
-"""Rooms whose code makes motions."""
+ROOMS = ("synthesize",)
+"""Room whose code makes motions."""
+DRAWN = {"charts", "printable"}
+"""What shows results and decides none."""
+_IMPORTED = re.compile(r"^\s*(?:from|import) plantigrade\.(\w+)", re.MULTILINE)
 
 
 class KeptResults:
     """Results by key: found in a file (JSON; none: not kept), or made and written there at once.
 
     ``say`` is called with one line per result that is made; ``anew`` forgets what is in the file;
-    ``rooms`` are those whose code decides results.
+    ``rooms`` are those whose code decides results (:func:`code_of`).
     """
 
     def __init__(
@@ -121,13 +125,31 @@ class _Making:
         return self.cases[key]()
 
 
+def code_of(rooms: tuple[str, ...]) -> list[Path]:
+    """Return the files of rooms or modules of the package, and of all rooms that these import.
+
+    Example:
+        >>> "contact" in {path.parent.name for path in code_of(("experiments/standing",))}
+        True
+    """
+    root = Path(plantigrade.__file__).parent
+    found: dict[str, list[Path]] = {}
+    left = list(rooms)
+    while left:
+        room = left.pop()
+        if room not in found:
+            own = sorted((root / room).rglob("*.py")) or [root / f"{room}.py"]
+            found[room] = own
+            names = {n for p in own for n in _IMPORTED.findall(p.read_text(encoding="utf-8"))}
+            left += names - DRAWN
+    return sorted({path for own in found.values() for path in own})
+
+
 @cache
 def code_version(rooms: tuple[str, ...] = ROOMS) -> str:
-    """Return a word that changes with the code of rooms; by default of those that make motions."""
-    root = Path(plantigrade.__file__).parent
-    files = [p for d in rooms for p in (root / d).rglob("*.py")]
+    """Return a word that changes with the code of rooms and of what they import."""
     digest = hashlib.sha256()
-    for path in sorted(files):
+    for path in code_of(rooms):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

@@ -4,15 +4,15 @@ Fig. 11 of [Park2020]_, which says without numbers that the two-segment foot wob
 way and fails in the other.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from plantigrade.experiments.kept_results import KeptResults
-from plantigrade.experiments.page import Grid, write_page
+from plantigrade.experiments.measured import Measured
+from plantigrade.experiments.page import Grid
 from plantigrade.experiments.standing import (
     FORMULATIONS,
     ORDER,
@@ -21,16 +21,13 @@ from plantigrade.experiments.standing import (
     stand,
     stood_in_words,
 )
-from plantigrade.experiments.synthesis_trial import chosen_parts
-from plantigrade.experiments.table import ResultTable, Row, equal
+from plantigrade.experiments.table import Row, equal
 from plantigrade.world import Tilting
 from plantigrade.world.start import PRESSURE
 
-FILE, PAGE = "moving-slope.json", "moving-slope.html"
 DURATION, PERIOD = 20.0, 4.0  # [s]
 WAYS = {"fore-aft": 0.0, "lateral": np.pi / 2}
 DEGREES = (10, 15)
-PARTS = ("torque", "hybrid", "posture")
 NOTES = (
     "",
     "The plate is a body on joints, driven along a sine of 4 s that grows to its size in the first "
@@ -39,36 +36,9 @@ NOTES = (
 )
 
 
-def run(
-    *,
-    parts: Sequence[str] = (),
-    quick: bool = False,
-    out: Path | None = None,
-    overwrite: bool = False,
-    jobs: int = 1,
-    say: Callable[[str], None] = lambda _: None,
-) -> ResultTable:
-    """Return the table of the parts, which are formulations, and of all that was measured before.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    kept = KeptResults(out / FILE if out else None, say, anew=overwrite, rooms=ROOMS)
-    cases: dict[str, Callable[[], dict[str, Any]]] = {}
-    for part in chosen_parts(parts, PARTS, ("torque", "hybrid")[: 1 if quick else 2]):
-        cases |= dict(_cases(part, quick))
-    kept.get_all(cases, stood_in_words, jobs=jobs)
-    grid = table(kept)
-    errors = [f"{k}: {r['error']}" for k, r in kept.results.items() if "error" in r]
-    notes = [*NOTES, *errors, *kept.notes()]
-    found = ResultTable("Standing on a plate that sways", list(rows(kept)), notes, [grid.text()])
-    if out is not None:
-        write_page(out / PAGE, found, [grid.section()], kept)
-    return found
-
-
-def _cases(way: str, quick: bool) -> Iterator[tuple[str, Callable[[], dict[str, Any]]]]:
-    """Yield every foot on every plate."""
+def _cases(way: str, quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
+    """Return every foot on every plate."""
+    cases = {}
     for foot in ORDER:
         for degrees in DEGREES[:1] if quick else DEGREES:
             for name, direction in WAYS.items():
@@ -76,7 +46,8 @@ def _cases(way: str, quick: bool) -> Iterator[tuple[str, Callable[[], dict[str, 
                 plate = Tilting(amplitude=amplitude, period=PERIOD, direction=direction)
                 duration = 5.0 if quick else DURATION
                 make = partial(stand, Standing(foot, way, ahead=PRESSURE), (plate,), duration)
-                yield f"{way}/{foot}/{name}/{degrees}", make
+                cases[f"{way}/{foot}/{name}/{degrees}"] = make
+    return cases
 
 
 def table(kept: KeptResults) -> Grid:
@@ -111,3 +82,18 @@ def rows(kept: KeptResults) -> Iterator[Row]:
                 _, _, name, degrees = key.split("/")
                 if r["stood"]:
                     yield Row(f"{way} {foot}", f"{degrees} deg {name} trunk", r["wobble"], "deg")
+
+
+EXPERIMENT = Measured(
+    name="moving-slope",
+    title="Standing on a plate that sways",
+    rooms=ROOMS,
+    parts={way: partial(_cases, way) for way in ("torque", "hybrid", "posture")},
+    usual=("torque", "hybrid"),
+    shortly=("torque",),
+    brief=stood_in_words,
+    grids=lambda kept: (table(kept),),
+    rows=rows,
+    notes=NOTES,
+)
+run = EXPERIMENT.run

@@ -6,7 +6,6 @@ Table 1 of [Park2020]_, with what a pendulum on the same base of support would w
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,14 +14,13 @@ from plantigrade.charts import Series, path_plot
 from plantigrade.charts.figure import Figure
 from plantigrade.constants import GRAVITY
 from plantigrade.experiments.kept_results import KeptResults, Result
-from plantigrade.experiments.page import Grid, write_page
+from plantigrade.experiments.measured import Cases, Measured
+from plantigrade.experiments.page import Grid
 from plantigrade.experiments.standing import FORMULATIONS, MASS, ORDER, ROOMS, Standing
-from plantigrade.experiments.synthesis_trial import chosen_parts
-from plantigrade.experiments.table import ResultTable, Row, at_least
+from plantigrade.experiments.table import Row, at_least
 from plantigrade.report.section import Section
 from plantigrade.world.push_limits import PushTest, directions, predicted_limit
 
-FILE, PAGE = "push-table.json", "push-table.html"
 DURATION, WATCH, STEP = 0.4, 5.0, 2.5  # of a push [s], of what follows [s], of the forces [N]
 SIDES = {"front": np.pi, "side": np.pi / 2, "back": 0.0}
 """Where a push comes from, as the paper calls it → where it goes to [rad]."""
@@ -33,8 +31,6 @@ STANCES = (0.35, 0.45, 0.55, 0.65)
 N_MAP = 16
 FORMULATION = "torque"
 """The formulation that is held against the paper's numbers."""
-PARTS = ("paper", "stances", "map")
-
 NOTES = (
     "",
     f"Pushes of {DURATION:g} s at the centre of mass of the trunk of a person of {MASS:g} kg; a "
@@ -46,39 +42,6 @@ NOTES = (
     "changed the speed by 0.52 ± 0.10 m/s, 26.7 ± 7 % of body weight for 0.2 s; who stands and may "
     "not step withstands about 0.48 m/s forward (an estimate).",
 )
-
-
-def run(
-    *,
-    parts: Sequence[str] = (),
-    quick: bool = False,
-    out: Path | None = None,
-    overwrite: bool = False,
-    jobs: int = 1,
-    say: Callable[[str], None] = lambda _: None,
-) -> ResultTable:
-    """Return the table of the parts, of :data:`PARTS`, and of all that was measured before.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    kept = KeptResults(out / FILE if out else None, say, anew=overwrite, rooms=ROOMS)
-    chosen = chosen_parts(parts, PARTS, ("paper",))
-    cases: dict[str, Callable[[], dict[str, Any]]] = {}
-    for part in chosen:
-        cases |= {key: partial(measure, *case) for key, case in CASES[part](quick).items()}
-    kept.get_all(cases, _brief, jobs=jobs)
-    grids = [g for g in (table(kept), stances(kept), map_table(kept)) if g.lines]
-    rows = list(goals(kept))
-    found = ResultTable(
-        "Pushes that standing people withstand",
-        rows,
-        [*NOTES, *gaps(kept), *kept.notes()],
-        [grid.text() for grid in grids],
-    )
-    if out is not None:
-        write_page(out / PAGE, found, [*(g.section() for g in grids), *pictures(kept)], kept)
-    return found
 
 
 Case = tuple[Standing, float]
@@ -114,9 +77,6 @@ def map_cases(quick: bool) -> dict[str, Case]:
     }
 
 
-CASES = {"paper": paper_cases, "stances": stance_cases, "map": map_cases}
-
-
 def measure(standing: Standing, towards: float) -> dict[str, Any]:
     """Return the limit in a direction, and the pendulum's."""
     test = PushTest(situation=standing, duration=DURATION, watch=WATCH)
@@ -131,7 +91,7 @@ def measure(standing: Standing, towards: float) -> dict[str, Any]:
 
 
 def _brief(result: Result) -> str:
-    return str(result.get("error") or f"{result['force']:g} N (pendulum {result['pendulum']:.0f})")
+    return f"{result['force']:g} N (pendulum {result['pendulum']:.0f})"
 
 
 def _forces(kept: KeptResults, start: str, name: str = "force") -> list[float | None]:
@@ -217,8 +177,8 @@ def pictures(kept: KeptResults) -> list[Section]:
 
 
 def gaps(kept: KeptResults) -> list[str]:
-    """Return where a lighter push is not withstood, and what failed."""
-    said = [f"{key}: {r['error']}" for key, r in kept.results.items() if "error" in r]
+    """Return where a lighter push is not withstood."""
+    said = []
     for key, result in kept.results.items():
         if result.get("gaps"):
             forces = ", ".join(f"{f:g}" for f in result["gaps"])
@@ -242,3 +202,27 @@ def goals(kept: KeptResults) -> list[Row]:
             subject, _, side = key.replace("/", " ").rpartition(" ")
             rows.append(Row(subject, side, result["force"], "N"))
     return rows
+
+
+def _measured(cases: Callable[[bool], dict[str, Case]], quick: bool) -> Cases:
+    return {key: partial(measure, *case) for key, case in cases(quick).items()}
+
+
+EXPERIMENT = Measured(
+    name="push-table",
+    title="Pushes that standing people withstand",
+    rooms=ROOMS,
+    parts={
+        "paper": partial(_measured, paper_cases),
+        "stances": partial(_measured, stance_cases),
+        "map": partial(_measured, map_cases),
+    },
+    usual=("paper",),
+    brief=_brief,
+    grids=lambda kept: (table(kept), stances(kept), map_table(kept)),
+    rows=goals,
+    notes=NOTES,
+    remarks=gaps,
+    pictures=pictures,
+)
+run = EXPERIMENT.run

@@ -39,30 +39,35 @@ class Experiment:
         return importlib.import_module(name).run(**options)
 
 
-STANDING = ("out", "parts", "overwrite", "jobs")
-"""What experiments on standing take."""
+MEASURED = ("out", "parts", "overwrite", "jobs")
+"""What experiments of many kept results take."""
 EXPERIMENTS = {
     e.name: e
     for e in (
         Experiment("fit-accuracy", needs=("data",)),
-        Experiment("foot-motions", takes=STANDING),
+        Experiment("foot-motions", takes=MEASURED),
         Experiment("foot-pose", needs=("data",)),
         Experiment("foot-segments", needs=("data",)),
         Experiment("gait-table", needs=("data",)),
         Experiment("gait-ablations", needs=("data",)),
         Experiment("gait-forces", needs=("data",)),
         Experiment("ground-forces", needs=("data",)),
-        Experiment("moving-slope", takes=STANDING),
-        Experiment("push-table", takes=STANDING),
+        Experiment("moving-slope", takes=MEASURED),
+        Experiment("push-table", takes=MEASURED),
         Experiment("random-worlds", takes=("out", "overwrite")),
-        Experiment("replay", takes=("data", "out", "parts", "overwrite", "jobs")),
-        Experiment("robustness", takes=("out", "overwrite", "jobs")),
+        Experiment("replay", takes=("data", *MEASURED)),
+        Experiment("robustness", takes=MEASURED),
         Experiment("spline-table", takes=("data", "out")),
         Experiment("synthesis-bench", takes=("out", "parts", "overwrite")),
         Experiment("synthesis-fidelity", takes=("out", "parts", "overwrite")),
         Experiment("synthesis-tracking", needs=("data",)),
-        Experiment("uneven-ground", takes=STANDING),
+        Experiment("uneven-ground", takes=MEASURED),
         Experiment("vault-table", takes=("out", "overwrite")),
     )
 }
 """Every experiment by name."""
+
+
+def taking(*options: str) -> list[str]:
+    """Return the names of the experiments that take all of these options."""
+    return [name for name, e in EXPERIMENTS.items() if set(options) <= set(e.options)]

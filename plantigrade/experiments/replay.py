@@ -24,7 +24,7 @@ from plantigrade.workflows.replays import largest_push, replay_once
 from plantigrade.workflows.reproduce import reproduce
 
 FILE = "replay.json"
-ROOMS = ("models", "dynamics", "synthesize", "wbc", "world", "control")
+ROOMS = ("synthesize", "reproduce", "control", "workflows/replays")
 """Whose code decides results."""
 PARTS = ("motions", "recordings", "pushes")
 LONG, SHORT = 20.0, 5.0

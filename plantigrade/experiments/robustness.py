@@ -1,49 +1,72 @@
 """What replays survive that was not planned: other mass, friction, ground, delay, sensor noise."""
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
+from plantigrade.contact.ground import Ground, Step
 from plantigrade.experiments.kept_results import KeptResults, Result
-from plantigrade.experiments.replay import MOTIONS, ROOMS, brief, cases, synthesised
-from plantigrade.experiments.table import ResultTable, Row, at_least
+from plantigrade.experiments.measured import Cases, Measured
+from plantigrade.experiments.page import Grid
+from plantigrade.experiments.replay import MOTIONS, ROOMS, brief, synthesised
+from plantigrade.experiments.table import Row, at_least
 from plantigrade.workflows.replays import Otherwise, replay_once
 from plantigrade.world.grounds import ground_named
 
-FILE = "robustness.json"
 LONG, SHORT, STARTS = 10.0, 3.0, 5
 SURVIVE = 90.0
 NAMES = ("walk 1.0 m/s", "walk 1.3 m/s", "walk 1.6 m/s", "walk from standing", "sit-to-stand",
          "side-step", "squat", "jump")  # fmt: skip
-DISTURBED = {
-    "as planned": lambda seed: Otherwise(),
-    "10 % heavier": lambda seed: Otherwise(mass=1.1),
-    "10 % lighter": lambda seed: Otherwise(mass=0.9),
-    "friction 0.5": lambda seed: Otherwise(friction=0.5),
-    "friction 1.0": lambda seed: Otherwise(friction=1.0),
-    "bumps of 1 cm": lambda seed: Otherwise(ground=ground_named("bumps:1", seed=seed)),
-    "delay of 10 ms": lambda seed: Otherwise(delay=0.010),
-    "sensor noise": lambda seed: Otherwise(sensor_angle=0.002, sensor_rate=0.02),
+WALKS = tuple(name for name in NAMES if name.startswith("walk"))
+AHEAD = 0.5
+"""Where ground that was not planned begins [m]."""
+
+
+def _bumps(seed: int) -> Otherwise:
+    return Otherwise(ground=ground_named("bumps:1", seed=seed))
+
+
+def _ahead(rise: float) -> Callable[[int], Otherwise]:
+    """Return ground that is so much higher from :data:`AHEAD` on [m]."""
+    return lambda seed: Otherwise(ground=Ground(steps=(Step(AHEAD, rise),)))
+
+
+DISTURBED: dict[str, dict[str, Callable[[int], Otherwise]]] = {
+    "planned": {"as planned": lambda seed: Otherwise()},
+    "mass": {
+        "10 % heavier": lambda seed: Otherwise(mass=1.1),
+        "10 % lighter": lambda seed: Otherwise(mass=0.9),
+    },
+    "friction": {
+        "friction 0.5": lambda seed: Otherwise(friction=0.5),
+        "friction 1.0": lambda seed: Otherwise(friction=1.0),
+    },
+    "ground": {
+        "bumps of 1 cm": _bumps,
+        "1 cm higher ahead": _ahead(0.01),
+        "1 cm lower ahead": _ahead(-0.01),
+    },
+    "delay": {"delay of 10 ms": lambda seed: Otherwise(delay=0.010)},
+    "sensors": {"sensor noise": lambda seed: Otherwise(sensor_angle=0.002, sensor_rate=0.02)},
 }
-"""Name → what is otherwise, by the number of the start."""
+"""Part → name → what is otherwise, by the number of the start."""
+EVERY = {what: how for part in DISTURBED.values() for what, how in part.items()}
 
 NOTES = (
     "",
     "How to read it: runs from starts disturbed as in the experiment replay, one disturbance at a "
-    "time, of which the controller knows nothing; walks on level ground are repeated for 10 s. "
-    "Bumps are another random relief for each start (left out where a motion needs its own "
-    "ground). Sensor noise: 0.002 rad on angles, 0.02 rad/s and m/s on velocities, white, at "
-    "500 Hz.",
+    f"time, of which the controller knows nothing; walks on level ground are repeated for {LONG:g} "
+    "s. Bumps are another random relief for each start; ground that is higher or lower is so from "
+    f"{AHEAD:g} m ahead on, for walks (a motion with a seat keeps its own ground). Sensor noise: "
+    "0.002 rad on angles, 0.02 rad/s and m/s on velocities, white, at 500 Hz.",
 )
 
 
-def outcome(item: tuple[str, str, int, float]) -> Result:
+def outcome(name: str, what: str, seed: int, long: float) -> Result:
     """Return what became of a motion where something is otherwise."""
-    name, what, seed, long = item
-    how = DISTURBED[what](seed)
     duration = long if MOTIONS[name].repeated else None
-    found = replay_once(synthesised(name), duration, seed=seed, otherwise=how)
+    found = replay_once(synthesised(name), duration, seed=seed, otherwise=EVERY[what](seed))
     return {
         "survived": found.survived,
         "seconds": found.seconds,
@@ -51,41 +74,57 @@ def outcome(item: tuple[str, str, int, float]) -> Result:
     }
 
 
-def run(
-    *,
-    out: Path | None = None,
-    overwrite: bool = False,
-    quick: bool = False,
-    jobs: int = 1,
-    say: Callable[[str], None] = lambda _: None,
-) -> ResultTable:
-    """Carry motions out under what was not planned.
+def _fits(name: str, what: str) -> bool:
+    """Return whether a disturbance means something for a motion."""
+    if "ahead" in what:
+        return name in WALKS
+    return what != "bumps of 1 cm" or not name.startswith("sit")
 
-    Args:
-        out: Folder to keep results in.
-        overwrite: Do anew what is there.
-        quick: One walk, one start of each disturbance.
-        jobs: How many at once; -1 for one per core.
-        say: Called with a line for every result.
-    """
-    kept = KeptResults(None if out is None else out / FILE, say, anew=overwrite, rooms=ROOMS)
+
+def _cases(part: str, quick: bool) -> Cases:
+    """Return every motion under the disturbances of a part; first starts come first."""
     names, starts, long = (("walk 1.3 m/s",), 1, SHORT) if quick else (NAMES, STARTS, LONG)
-    items = {
-        f"{name}, {what}, start {seed}, {long:g} s": (name, what, seed, long)
-        for name in names
-        for what in DISTURBED
+    return {
+        f"{what}/{name}/{seed}/{long:g} s": partial(outcome, name, what, seed, long)
         for seed in range(1, starts + 1)
-        if what != "bumps of 1 cm" or not name.startswith("sit")
+        for name in names
+        for what in DISTURBED[part]
+        if _fits(name, what)
     }
-    found = kept.get_all(cases(outcome, items), brief, jobs=jobs)
-    rows = []
-    for what in DISTURBED:
-        for name in names:
-            own = [found[k] for k, item in items.items() if item[:2] == (name, what)]
-            if not own:
-                continue
-            share = 100.0 * float(np.mean([bool(r.get("survived")) for r in own]))
-            problem = next((str(r["error"]) for r in own if "error" in r), "")
-            row = at_least(name, f"survived, {what}", share, SURVIVE, "%")
-            rows.append(row if not problem else Row(name, row.quantity, share, "%", note=problem))
-    return ResultTable("Motions under what was not planned", rows, [*NOTES, *kept.notes()])
+
+
+def _survived(kept: KeptResults, what: str, name: str) -> list[bool]:
+    """Return which runs survived of a motion under a disturbance."""
+    return [bool(r.get("survived")) for r in kept.beginning(f"{what}/{name}/").values()]
+
+
+def rows(kept: KeptResults) -> Iterator[Row]:
+    """Return the share of runs that survived."""
+    for what in EVERY:
+        for name in NAMES:
+            if own := _survived(kept, what, name):
+                share = 100.0 * float(np.mean(own))
+                yield at_least(name, f"survived, {what}", share, SURVIVE, "%")
+
+
+def table(kept: KeptResults) -> Grid:
+    """Return how many runs survived, by disturbance and motion."""
+    lines = []
+    for what in EVERY:
+        counts = [_survived(kept, what, name) for name in NAMES]
+        if any(counts):
+            lines.append([what, *(f"{sum(c)} of {len(c)}" if c else "" for c in counts)])
+    return Grid("Runs that survived", ("", *NAMES), lines)
+
+
+EXPERIMENT = Measured(
+    name="robustness",
+    title="Motions under what was not planned",
+    rooms=ROOMS,
+    parts={part: partial(_cases, part) for part in DISTURBED},
+    brief=brief,
+    grids=lambda kept: (table(kept),),
+    rows=rows,
+    notes=NOTES,
+)
+run = EXPERIMENT.run

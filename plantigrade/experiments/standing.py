@@ -36,8 +36,8 @@ ARMS = np.deg2rad(17.0)
 """How far the arms are from the trunk, so that they do not strike it [rad]."""
 PRESSING, SETTLED = 1.0, 1.0
 """A point presses above this force [N]; how far it slips is told from this time on [s]."""
-ROOMS = ("models", "wbc", "world", "control")
-"""Rooms whose code decides how people stand."""
+ROOMS = ("experiments/standing",)
+"""Whose code decides how people stand."""
 ORDER = ("multi-segment", "two-segment", "rigid")
 assert set(ORDER) == set(FEET)
 
@@ -179,8 +179,6 @@ def stand(
 
 def stood_in_words(result: Mapping[str, Any]) -> str:
     """Return in one line what became of a person."""
-    if "error" in result:
-        return str(result["error"])
     if not result["stood"]:
         return f"fell at {result['time']:.2f} s"
     return f"stood, {result['points']:.0f} points, trunk {result['wobble']:.1f} deg"

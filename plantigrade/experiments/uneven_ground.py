@@ -4,15 +4,15 @@ What Fig. 9 of [Park2020]_ shows, and fields of random bumps. Everybody starts w
 on the ground as closely as their foot can be (:func:`plantigrade.world.standing_on`).
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from plantigrade.experiments.kept_results import KeptResults, Result
-from plantigrade.experiments.page import Grid, write_page
+from plantigrade.experiments.measured import Measured
+from plantigrade.experiments.page import Grid
 from plantigrade.experiments.standing import (
     FORMULATIONS,
     ORDER,
@@ -21,11 +21,9 @@ from plantigrade.experiments.standing import (
     stand,
     stood_in_words,
 )
-from plantigrade.experiments.synthesis_trial import chosen_parts
-from plantigrade.experiments.table import ResultTable, Row, at_least
+from plantigrade.experiments.table import Row, at_least
 from plantigrade.world.push_limits import PushTest
 
-FILE, PAGE = "uneven-ground.json", "uneven-ground.html"
 DURATION, SEEDS = 10.0, 20  # [s], fields of bumps
 SHAPES = {"sphere:1": "sphere of 1 m", "sphere:0.5": "sphere of 0.5 m", "dome:2": "domes of 2 cm"}
 BUMPS = "bumps:3"
@@ -33,7 +31,6 @@ SHARE = 90.0  # of the fields of bumps [%]
 PUSHES = {"front": np.pi, "side": np.pi / 2, "back": 0.0}
 PUSHED = ("sphere:1", "sphere:0.5", "dome:2")
 STEP, WATCH = 2.5, 3.0  # of the forces of pushes [N], after a push [s]
-PARTS = ("torque", "hybrid", "posture", "pushes")
 NOTES = (
     "",
     "People of 1.50 m and 48.5 kg stand for ten seconds; all feet have the same sixteen contact "
@@ -44,57 +41,28 @@ NOTES = (
 )
 
 
-def run(
-    *,
-    parts: Sequence[str] = (),
-    quick: bool = False,
-    out: Path | None = None,
-    overwrite: bool = False,
-    jobs: int = 1,
-    say: Callable[[str], None] = lambda _: None,
-) -> ResultTable:
-    """Return the table of the parts (formulations, and pushes) and of all measured before.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    kept = KeptResults(out / FILE if out else None, say, anew=overwrite, rooms=ROOMS)
-    chosen = chosen_parts(parts, PARTS, ("torque",))
-    cases: dict[str, Callable[[], dict[str, Any]]] = {}
-    for part in chosen:
-        cases |= dict(_pushes(quick) if part == "pushes" else _cases(part, quick))
-    kept.get_all(cases, _brief, jobs=jobs)
-    grids = [g for g in (table(kept), push_grid(kept)) if g.lines]
-    errors = [f"{k}: {r['error']}" for k, r in kept.results.items() if "error" in r]
-    found = ResultTable(
-        "Standing on uneven ground",
-        list(rows(kept)),
-        [*NOTES, *errors, *kept.notes()],
-        [grid.text() for grid in grids],
-    )
-    if out is not None:
-        write_page(out / PAGE, found, [grid.section() for grid in grids], kept)
-    return found
-
-
-def _cases(way: str, quick: bool) -> Iterator[tuple[str, Callable[[], dict[str, Any]]]]:
-    """Yield every foot on every ground."""
+def _cases(way: str, quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
+    """Return every foot on every ground."""
+    cases = {}
     duration = 3.0 if quick else DURATION
     for foot in ORDER:
         for ground in SHAPES:
             standing = Standing(foot, way, ground)
-            yield f"{way}/{foot}/{ground}", partial(stand, standing, (), duration)
+            cases[f"{way}/{foot}/{ground}"] = partial(stand, standing, (), duration)
         for seed in range(2 if quick else SEEDS):
             standing = Standing(foot, way, BUMPS, seed=seed)
-            yield f"{way}/{foot}/{BUMPS}/{seed}", partial(stand, standing, (), duration)
+            cases[f"{way}/{foot}/{BUMPS}/{seed}"] = partial(stand, standing, (), duration)
+    return cases
 
 
-def _pushes(quick: bool) -> Iterator[tuple[str, Callable[[], dict[str, Any]]]]:
-    """Yield pushes on these grounds."""
-    for foot in ORDER:
-        for ground in PUSHED[:1] if quick else PUSHED:
-            for side, towards in PUSHES.items():
-                yield f"pushes/{foot}/{ground}/{side}", partial(_limit, foot, ground, towards)
+def _pushes(quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
+    """Return pushes on these grounds."""
+    return {
+        f"pushes/{foot}/{ground}/{side}": partial(_limit, foot, ground, towards)
+        for foot in ORDER
+        for ground in (PUSHED[:1] if quick else PUSHED)
+        for side, towards in PUSHES.items()
+    }
 
 
 def _limit(foot: str, ground: str, towards: float) -> dict[str, Any]:
@@ -171,3 +139,18 @@ def rows(kept: KeptResults) -> Iterator[Row]:
         if "error" not in result:
             _, foot, ground, side = key.split("/")
             yield Row(f"push {foot}", f"{SHAPES[ground]} {side}", result["force"], "N")
+
+
+EXPERIMENT = Measured(
+    name="uneven-ground",
+    title="Standing on uneven ground",
+    rooms=ROOMS,
+    parts={way: partial(_cases, way) for way in ("torque", "hybrid", "posture")}
+    | {"pushes": _pushes},
+    usual=("torque",),
+    brief=_brief,
+    grids=lambda kept: (table(kept), push_grid(kept)),
+    rows=rows,
+    notes=NOTES,
+)
+run = EXPERIMENT.run

@@ -28,6 +28,7 @@ MODELS = {"six segments": False, "five segments": True}
 STARTS, FEW = 10, 2
 EVALUATIONS, QUICK = 4000, 800
 RESULTS = "results.json"
+ROOMS = ("vault",)
 REPORTED = {"elbow_touchdown_rad": 2.98, "elbow_take_off_rad": 3.14}
 DIFFERENCE = 4.10
 """Averaged angular difference between the report's model and the gymnast it was made for [%]."""
@@ -61,7 +62,7 @@ def run(
     """
     starts, evaluations = (FEW, QUICK) if quick else (STARTS, EVALUATIONS)
     path = None if out is None else out / RESULTS
-    kept = KeptResults(path, say, anew=overwrite)
+    kept = KeptResults(path, say, anew=overwrite, rooms=ROOMS)
     rows: list[Row] = []
     best: dict[str, tuple[Vault, Vaulted]] = {}
     lines: list[tuple[str, ...]] = []

@@ -21,7 +21,7 @@ def made(monkeypatch):
         return {"force": 100.0 + len(done)}
 
     monkeypatch.setattr(replay, "motion_outcome", carried)
-    monkeypatch.setattr(robustness, "outcome", carried)
+    monkeypatch.setattr(robustness, "outcome", lambda *item: carried(item))
     monkeypatch.setattr(replay, "push_outcome", pushed)
     return done
 
@@ -46,9 +46,14 @@ def test_a_part_alone(made):
     assert len(made) == 2
 
 
-def test_robustness_tells_survival_by_disturbance(made):
-    table = robustness.run(quick=True)
-    assert len(made) == len(robustness.DISTURBED)
+def test_robustness_tells_survival_by_disturbance(made, tmp_path):
+    table = robustness.run(quick=True, out=tmp_path)
+    assert [what for _, what, *_ in made] == list(robustness.EVERY)
     falls = [row for row in table.rows if row.value == 0.0]
-    assert len(falls) == len(robustness.DISTURBED) // 3
+    assert len(falls) == len(robustness.EVERY) // 3
     assert not any(row.met for row in falls)
+    assert "0 of 1" in (tmp_path / robustness.EXPERIMENT.page).read_text("utf-8")
+    made.clear()
+    table = robustness.run(parts=("ground",))
+    assert {what for _, what, *_ in made} == set(robustness.DISTURBED["ground"])
+    assert not any("ahead" in what and name == "squat" for name, what, *_ in made)

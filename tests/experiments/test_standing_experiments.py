@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from plantigrade.control.balance import MOTIONS
 from plantigrade.experiments import foot_motions, moving_slope, push_table, uneven_ground
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.standing import Standing, stand, stood_in_words
@@ -45,7 +46,7 @@ def test_the_table_of_pushes(monkeypatch, tmp_path):
     assert metrics["goals"] == metrics["goals_met"] == 4
     assert metrics["torque_multi_segment_sum_n"] == 240.0
     assert "paper, two-segment" in text and "Not monotone: paper/torque/two-segment/front" in text
-    page = (tmp_path / push_table.PAGE).read_text("utf-8")
+    page = (tmp_path / push_table.EXPERIMENT.page).read_text("utf-8")
     assert "Map of pushes" in page
     monkeypatch.setattr(push_table, "measure", refuse)  # all that is asked for is there
     assert push_table.run(quick=True, out=tmp_path).metrics() == metrics
@@ -70,7 +71,7 @@ def test_the_tables_of_standing(module, goals, monkeypatch, tmp_path):
     metrics, text = table.metrics(), table.text()
     assert metrics["goals"] == metrics["goals_met"] == goals
     assert "torque, rigid" in text and "1.5" in text
-    assert (tmp_path / module.PAGE).exists()
+    assert (tmp_path / module.EXPERIMENT.page).exists()
 
 
 def test_what_becomes_of_who_stands():
@@ -87,9 +88,9 @@ def test_the_table_of_foot_motions(monkeypatch, tmp_path):
 
     monkeypatch.setattr(foot_motions, "measure", made)
     metrics = foot_motions.run(out=tmp_path).metrics()
-    assert metrics["goals"] == metrics["goals_met"] == len(foot_motions.MOTIONS) + 3
+    assert metrics["goals"] == metrics["goals_met"] == len(MOTIONS) + 3
     assert metrics["circling_sweeps_in_order_pct"] == 75.0
-    assert (tmp_path / foot_motions.PAGE).exists()
+    assert (tmp_path / foot_motions.EXPERIMENT.page).exists()
 
 
 @pytest.mark.parametrize(("ordered", "share"), [(True, 1.0), (False, 0.0)])

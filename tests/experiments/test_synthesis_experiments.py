@@ -12,7 +12,7 @@ from plantigrade.analyze.movement import movement_figures
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.experiments import synthesis_bench as bench
 from plantigrade.experiments import synthesis_fidelity as fidelity
-from plantigrade.experiments.kept_results import KeptResults, code_version
+from plantigrade.experiments.kept_results import KeptResults, code_of, code_version
 from plantigrade.experiments.synthesis_trial import crude, tried, why
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
@@ -66,6 +66,13 @@ def test_results_of_other_code_are_named(tmp_path):
     path = tmp_path / "results.json"
     path.write_text(json.dumps({"a": {"x": 1, "code": "old"}, "b": {"code": code_version()}}))
     assert "1 of 2 results" in KeptResults(path).notes()[0]
+
+
+def test_the_code_of_an_experiment_is_what_it_is_made_of():
+    rooms = [{path.parent.name for path in code_of((room,))} for room in ("vault", "control")]
+    assert {"vault", "models"} <= rooms[0] and "control" not in rooms[0]
+    assert {"control", "replay", "wbc", "world"} <= rooms[1] and "vault" not in rooms[1]
+    assert not {"charts", "report"} & (rooms[0] | rooms[1])
 
 
 def test_a_broken_file_is_refused(tmp_path):

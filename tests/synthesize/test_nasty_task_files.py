@@ -153,3 +153,14 @@ def test_a_mesh_no_machine_has_memory_for_is_refused(task, told, rate):
     with pytest.raises(ParameterError, match=r"takes \d+ nodes of about 1 MB; allowed are 5000"):
         made.nodes()
     assert len(replace(made, nodes_per_second=5.0).nodes()) < 5000
+
+
+@pytest.mark.parametrize(
+    "text", ['[[term]]\ntype = "head-stability"\nturning = 0.1', 'without = ["head-stability"]']
+)
+def test_a_renamed_term_ends_in_its_new_name(text, tmp_path):
+    path = tmp_path / "task.toml"
+    path.write_text(f'[task]\nbase = "walk"\n{text}\n')
+    with pytest.raises(FileError, match="head-stability is now upright") as caught:
+        read_task_file(path)
+    assert len(str(caught.value).splitlines()) == 1

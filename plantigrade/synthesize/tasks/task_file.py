@@ -54,6 +54,8 @@ _KINDS: tuple[type[Term], ...] = (
 TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _KINDS}
 """Name of a term in a file → its class, whose fields are the keys."""
 
+RENAMED = {"head-stability": "upright"}
+"""Former name of a term → today's."""
 STANDING = "standing"
 _TASK = ("name", "base", "without", "nodes_per_second", "basis")
 _TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
@@ -193,9 +195,8 @@ class _Reader:
         if not isinstance(without, list) or not all(
             isinstance(n, str) and n in TERMS for n in without
         ):
-            raise self.wrong(
-                "[task] without", f"is {shown(without)}", f"a list of {', '.join(TERMS)}"
-            )
+            names = without if isinstance(without, list) else [without]
+            raise self.wrong("[task] without", f"is {shown(without)}", _known_terms(names))
         mesh = {"nodes_per_second": None if rate is None else float(rate), "basis": basis}
         return {"name": name, "base": base, "without": tuple(without), **mesh}
 
@@ -203,7 +204,7 @@ class _Reader:
         """Return kind and arguments of a term."""
         where, kind = f"[[term]] {i}", entry.get("type")
         if not isinstance(kind, str) or kind not in TERMS:
-            raise self.wrong(where, f"type is {shown(kind)}", f"there are {', '.join(TERMS)}")
+            raise self.wrong(where, f"type is {shown(kind)}", _known_terms([kind]))
         where = f"{where} ({kind})"
         given = in_radians({k: v for k, v in entry.items() if k != "type"})
         own = fields(TERMS[kind])  # type: ignore[arg-type]
@@ -229,6 +230,12 @@ class _Reader:
             if key != "side" and not is_number(value):
                 raise self.wrong(f"{where} {key}", f"is {shown(value)}", "a number is needed")
         return given
+
+
+def _known_terms(given: Sequence[Any]) -> str:
+    """Return what the names of terms may be; the new name where a former one is given."""
+    renamed = [f"{n} is now {RENAMED[n]}" for n in given if isinstance(n, str) and n in RENAMED]
+    return "; ".join(renamed) or f"there are {', '.join(TERMS)}"
 
 
 def _stance(human: Human, given: Mapping[str, Any]) -> Stance:
