@@ -342,6 +342,13 @@ class State:
         mujoco.mj_jacBody(self.model, self._position_data, None, J, self._index(body))
         return J
 
+    @property
+    def angular_momentum_jacobian(self) -> Float[Array, "3 nv"]:
+        """Matrix that gives the angular momentum about the centre of mass from the velocity."""
+        A = np.empty((3, self.model.nv))
+        mujoco.mj_angmomMat(self.model, self._position_data, A, 1)
+        return A
+
     def angular_bias_acceleration(self, body: str) -> Float[Array, " 3"]:
         """Angular acceleration of a body where the generalised one is zero [rad/s²]."""
         index, rate = self._index(body), np.empty((3, self.model.nv))

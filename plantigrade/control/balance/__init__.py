@@ -4,7 +4,8 @@ from plantigrade.control.balance.carried import Carried, held
 from plantigrade.control.balance.controller import Balance
 from plantigrade.control.balance.hybrid import Hybrid, HybridWeights
 from plantigrade.control.balance.reference import Followed, Held, Reference, Wanted
-from plantigrade.control.balance.script import MOTIONS, script_named, scripted
+from plantigrade.control.balance.script import MOTIONS, script_named
+from plantigrade.control.balance.script_motion import scripted
 from plantigrade.control.balance.weights import Weights
 
 __all__ = [

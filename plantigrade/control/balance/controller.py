@@ -11,6 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.balance.carried import held
+from plantigrade.control.balance.flight import FlightClock, landing_rows
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
 from plantigrade.control.balance.recovery import PELVIS, Recovery
 from plantigrade.control.balance.reference import Reference, Wanted
@@ -83,14 +84,17 @@ class Balance:
         self.recovery = Recovery(human, self.contact)
         self._speed, self._lifted = state.body.com_velocity, np.zeros(3)
         self._shift = np.zeros(3)
+        self._flight = FlightClock(getattr(self._following, "flights", ()))
 
     def __call__(self, state: State) -> Command:
         """Return torques that keep balance, and springs about the motion they lead to."""
         if self._world is not state.world or state.time == 0.0:
             self._begin(state)
         body, world, w = state.body, state.world, self.weights
-        wanted = self._following.at(state.time)
         standing = self.contact.read()
+        touches, falls = bool((standing.gap < 0).any()), bool(body.com_velocity[2] < 0)
+        self.clock = self._flight.at(state.time, touches, falls)
+        wanted = self._following.at(self.clock)
         if self.stepping:
             if state.time > 0.0:
                 real = (body.com_velocity - self._speed) * world.control_rate
@@ -103,6 +107,7 @@ class Balance:
             self._held(standing, wanted, J, velocity, bias),
             *self._lowered(state, wanted, standing),
             *(self.recovery.rows(state) if self.recovery.stepped else []),
+            *(landing_rows(body, wanted, self.recovery) if self._flight.airborne else []),
         ]
         weight, gain = self._weight, self._gain
         if self.recovery.stepped:

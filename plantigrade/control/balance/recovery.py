@@ -57,16 +57,16 @@ class Recovery:
         self._felt = np.zeros((FELT, 2))
         sides = [site.side for site in contact.world.sites if site.side]
         self.own = np.array([[side == s for side in sides] for s in SIDES])
-        self._foot = [human.body(f"foot_{side}") for side in SIDES]
+        self.feet = [human.body(f"foot_{side}") for side in SIDES]
         self._local = np.array(contact.model.geom_pos)[contact.geoms]
         stands = BodyState(human, human.standing())
         self._sole = np.array(
             [
                 stands.rotation(f).T @ (self.spheres(stands)[own].mean(axis=0) - stands.origin(f))
-                for f, own in zip(self._foot, self.own, strict=True)
+                for f, own in zip(self.feet, self.own, strict=True)
             ]
         )
-        hip, ankle = stands.origin(human.body("femur_r")), stands.origin(self._foot[0])
+        hip, ankle = stands.origin(human.body("femur_r")), stands.origin(self.feet[0])
         self.leg = float(np.linalg.norm(hip - ankle))
         self._apart = float(np.linalg.norm(np.diff(self.soles(stands)[:, :2], axis=0)))
         self.legs = np.array([name.startswith(LEG) for name in human.coordinates])
@@ -78,7 +78,7 @@ class Recovery:
 
     def soles(self, body: BodyState) -> Float[Array, "2 3"]:
         """Return where the middles of the soles are [m]."""
-        turn, origin = body.rotations[self._foot], body.origins[self._foot]
+        turn, origin = body.rotations[self.feet], body.origins[self.feet]
         return origin + np.einsum("kij,kj->ki", turn, self._sole)
 
     def feel(self, acceleration: Float[Array, " 3"]) -> None:
@@ -165,7 +165,7 @@ class Recovery:
         if self.swing is None:
             return [rows for k in (0, 1) for rows in self._stands(state, k)]
         side = self.swing.step.side
-        foot, place = self._foot[side], self.soles(body)[side]
+        foot, place = self.feet[side], self.soles(body)[side]
         J, velocity, bias = body.touched(np.array([foot]), place[None])
         target = np.array([*self.swing.step.place, place[2]])
         ground = state.world.ground
@@ -177,14 +177,14 @@ class Recovery:
 
     def _stands(self, state: State, side: int) -> list[Rows]:
         """Return the rows of a foot that stands, or is about to: flat, and where it is."""
-        foot, place = self._foot[side], self.soles(state.body)[side]
+        foot, place = self.feet[side], self.soles(state.body)[side]
         J, velocity, bias = state.body.touched(np.array([foot]), place[None])
         still = -SLOWED * velocity[0, :2] - bias[0, :2]
         return [self._level(state, side, STANDS), Rows(J[0, :2], still, FOOT)]
 
     def _level(self, state: State, side: int, weight: float) -> Rows:
         """Return the rows that lay a foot along the ground; one in the air faces forward, too."""
-        body, foot, ground = state.body, self._foot[side], state.world.ground
+        body, foot, ground = state.body, self.feet[side], state.world.ground
         turn, spin = body.rotation(foot), body.angular_jacobian(foot)
         normal = ground.normal_at(body.origin(foot))
         flies = self.swing is not None and self.swing.step.side == side

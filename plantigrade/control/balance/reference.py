@@ -1,5 +1,6 @@
 """What a balanced person is to do: a posture held, or a motion, and which points press."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -81,6 +82,7 @@ class Followed:
         presses: Which contact spheres of the feet press the ground in each frame; those that are
             low and slow if absent.
         ground: What the motion happened on; level if absent.
+        flights: From when to when the body is in the air, by plan [s].
     """
 
     def __init__(
@@ -89,7 +91,9 @@ class Followed:
         motion: Motion,
         presses: Bool[Array, "n n_sites"] | None = None,
         ground: Ground | None = None,
+        flights: Sequence[tuple[float, float]] = (),
     ):
+        self.flights = tuple(flights)
         sites = contact_sites(human)
         points = PointSet.of(human, sites)
         states = [(s.com, s.position(points)) for s in sweep(human, motion.qpos)]
