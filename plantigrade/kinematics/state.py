@@ -23,6 +23,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.rigid_points import CROSS, RigidPoints
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 
@@ -30,8 +31,6 @@ from plantigrade.motion.motion import Motion
 # Jacobian and its rate; for more, products of matrices are faster.
 FEW = 4
 NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
-CROSS = np.zeros((3, 9))  # v @ CROSS are the entries of the matrix of the cross product with v
-CROSS[[2, 1, 0], [3, 2, 7]], CROSS[[2, 1, 0], [1, 6, 5]] = 1.0, -1.0
 
 
 class PointSet:
@@ -261,6 +260,30 @@ class State:
             mujoco.mj_jacDot(self.model, data, own, None, at, body)
         return (rate.reshape(-1, self.model.nv) @ self.qvel).reshape(-1, 3)
 
+    def rigid_points(self, body: Int[Array, " k"], place: Float[Array, "k 3"]) -> RigidPoints:
+        """Return the material at places of bodies, and how these bodies move.
+
+        Args:
+            body: Index of the body of each place.
+            place: Where it is now, world [m].
+        """
+        data, moved = self._data, self._engine.moved
+        there = np.zeros(self.model.nbody, dtype=int)
+        there[body] = 1
+        bodies = there.nonzero()[0]
+        there[bodies] = np.arange(len(bodies))
+        own, origin = moved[bodies], data.xpos[bodies]
+        J = own[:, None, :] * data.cdof.T
+        velocity = data.cvel[bodies]
+        bias = own @ (data.cdof_dot * self.qvel[:, None])
+        # MuJoCo has these at the centre of mass; far from the points, sums of them lose digits.
+        away = ((data.subtree_com[1] - origin) @ CROSS).reshape(-1, 3, 3)
+        J[:, 3:] += away @ J[:, :3]
+        velocity[:, 3:] += np.matmul(away, velocity[:, :3, None])[:, :, 0]
+        bias[:, 3:] += np.matmul(away, bias[:, :3, None])[:, :, 0]
+        owner = there[body]
+        return RigidPoints(owner, place - origin[owner], J, velocity, bias)
+
     def touched(
         self, body: Int[Array, " k"], place: Float[Array, "k 3"]
     ) -> tuple[Float[Array, "k 3 nv"], Float[Array, "k 3"], Float[Array, "k 3"]]:
@@ -270,23 +293,8 @@ class State:
             body: Index of the body of each place.
             place: Where it is now, world [m].
         """
-        data, rate = self._data, np.empty((2, 3, self.model.nv))
-        turned = ((data.subtree_com[1] - place) @ CROSS).reshape(-1, 3) @ data.cdof[:, :3].T
-        J = turned.reshape(len(place), 3, self.model.nv)
-        J += data.cdof[:, 3:].T
-        J *= self._engine.moved[body][:, None, :]
-        bias = np.empty((self.model.nbody, 2, 3))
-        for b in set(body.tolist()):
-            mujoco.mj_jacDot(self.model, data, rate[0], rate[1], data.xpos[b], b)
-            bias[b] = rate @ self.qvel
-        arm, spin = place - data.xpos[body], data.cvel[body, :3]
-        linear, angular = bias[body, 0], bias[body, 1]
-        inward = np.einsum("ki,ki->k", spin, arm)[:, None] * spin
-        inward -= np.einsum("ki,ki->k", spin, spin)[:, None] * arm
-        turning = (
-            angular[:, [1, 2, 0]] * arm[:, [2, 0, 1]] - angular[:, [2, 0, 1]] * arm[:, [1, 2, 0]]
-        )
-        return J, J @ self.qvel, linear + turning + inward
+        points = self.rigid_points(body, place)
+        return points.jacobian, points.velocity, points.bias
 
     def _few(self, points: PointSet) -> dict[str, Any]:
         """Return all there is to know of a few points, by name."""

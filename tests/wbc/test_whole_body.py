@@ -9,7 +9,11 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
-from plantigrade.wbc.whole_body import EDGES, Rows, Touching, WholeBody
+from plantigrade.wbc import torque_limits
+from plantigrade.wbc.rows import PointRows, Rows, cost
+from plantigrade.wbc.shares import ShareProgram, ShareSolver
+from plantigrade.wbc.touching import EDGES, Touching
+from plantigrade.wbc.whole_body import WholeBody
 
 
 @pytest.fixture(scope="module", params=["42", "66"])
@@ -122,6 +126,56 @@ def test_torques_stop_at_their_limits(state):
         needed -= state.generalised_force(int(body), place, force, np.zeros(3))
     assert np.allclose(needed[:6], 0.0, atol=1e-5)
     assert np.allclose(answer.torque, needed[6:], atol=1e-3)
+
+
+@pytest.mark.parametrize("flies", [False, True])
+@pytest.mark.parametrize("weight", [0.0, 1e-4])
+def test_exchanges_find_what_the_solver_of_quadratic_programs_finds(
+    state, flies, weight, monkeypatch
+):
+    where = Touching() if flies else touching(state)
+    rng = np.random.default_rng(4)
+    wanted = rng.uniform(-60, 60, state.human.model.nv)
+    limits, answers = 0.2 * np.array(state.human.model.jnt_actfrcrange[1:]).T, []
+    for exchanges in (torque_limits.EXCHANGES, 0):
+        monkeypatch.setattr(torque_limits, "EXCHANGES", exchanges)
+        program = WholeBody(state.human, limits=limits)
+        program.solve(state, where, wanted=0.8 * wanted, torque_weight=weight)
+        answers.append(program.solve(state, where, wanted=wanted, torque_weight=weight))
+    one, other = answers
+    assert one.ok and other.ok
+    assert one.limited == other.limited >= 2
+    assert np.allclose(one.qacc, other.qacc, atol=2e-3)
+    assert np.allclose(one.torque, other.torque, atol=2e-3)
+
+
+def test_rows_of_points_cost_what_they_cost_one_by_one(state):
+    where, rng = touching(state), np.random.default_rng(5)
+    points = state.rigid_points(where.body, where.place)
+    chosen, right = rng.random(len(where)) < 0.6, rng.normal(size=(len(where), 3))
+    nothing = np.zeros(state.human.model.nv)
+    together = cost([PointRows(points, chosen, right, 30.0)], nothing, 0.0)
+    J = points.jacobian[chosen].reshape(-1, len(nothing))
+    one_by_one = cost([Rows(J, right[chosen].ravel(), 30.0)], nothing, 0.0)
+    for a, b in zip(together, one_by_one, strict=True):
+        assert np.allclose(a, b, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_shares_meet_the_conditions_of_their_minimum(seed):
+    rng = np.random.default_rng(seed)
+    solver = ShareSolver()
+    for _ in range(5):  # each from the active set of another one
+        K, root = rng.normal(size=(6, 40)), rng.normal(size=(6, 6))
+        q, own = 30.0 * rng.normal(size=40), np.full(40, 1e-2)
+        S, u = root.T @ root, rng.normal(size=6)
+        program = ShareProgram(K, S, np.eye(6), u, own, q)
+        share, price, found = solver.solve(program)
+        assert found
+        assert np.allclose(price, S @ (K @ share - u), atol=1e-5)
+        slope = K.T @ S @ (K @ share - u) + own * share + q
+        assert (share >= 0).all() and (slope[share > 0] < 1e-5).all() and (slope > -1e-5).all()
+        assert 0 < np.count_nonzero(share) < 40
 
 
 def test_wanted_forces_and_torques_come_back(state):

@@ -17,8 +17,10 @@ from plantigrade.control.balance.recovery import PELVIS, Recovery
 from plantigrade.control.balance.reference import Reference, Wanted
 from plantigrade.control.balance.support import goal_of
 from plantigrade.control.balance.weights import FOOT, Weights
+from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State as BodyState
-from plantigrade.wbc.whole_body import Rows, WholeBody
+from plantigrade.wbc.rows import PointRows, Rows
+from plantigrade.wbc.whole_body import WholeBody
 from plantigrade.world import Command, Drawing, StablePD, State, Target, World
 
 LIGHT_DAMPING = 0.012
@@ -100,11 +102,11 @@ class Balance:
                 real = (body.com_velocity - self._speed) * world.control_rate
                 self.recovery.feel(real - self._lifted)
             standing = self.recovery.look(state, standing)
-        J, velocity, bias = body.touched(standing.touching.body, standing.touching.place)
+        points = body.rigid_points(standing.touching.body, standing.touching.place)
         tasks = [
             self._centre(body, wanted, standing),
             momentum_rows(body, w),
-            self._held(standing, wanted, J, velocity, bias),
+            self._held(standing, wanted, points),
             *self._lowered(state, wanted, standing),
             *(self.recovery.rows(state) if self.recovery.stepped else []),
             *(landing_rows(body, wanted, self.recovery) if self._flight.airborne else []),
@@ -122,7 +124,7 @@ class Balance:
             weight=weight,
             force_weight=np.where(wanted.presses[standing.site], w.force, w.unasked),
             passive=passive,
-            jacobian=J,
+            points=points,
         )
         self._speed = body.com_velocity
         self._lifted = body.com_jacobian @ answer.qacc + body.com_bias_acceleration
@@ -166,18 +168,16 @@ class Balance:
             asked[:2] = self.recovery.centre(body, standing)
         return Rows(body.com_jacobian, asked - body.com_bias_acceleration, w.com)
 
-    def _held(self, standing, wanted, J, velocity, bias) -> Rows | None:
+    def _held(self, standing: Standing, wanted: Wanted, points: RigidPoints) -> PointRows | None:
         """Return the rows of the points that are to stay where they are."""
-        k, w = len(standing.site), self.weights
-        stays = wanted.presses[standing.site]
-        if not k or not stays.any():
+        w, stays = self.weights, wanted.presses[standing.site]
+        if not stays.any():
             return None
         damping = 2 * np.sqrt(w.contact_gain)
-        asked = damping * (standing.drift - velocity)
+        asked = damping * (standing.drift - points.velocity) - points.bias
         fall = w.contact_gain * np.maximum(standing.gap, 0.0)
         asked -= fall[:, None] * standing.touching.normal
-        nv = J.shape[2]
-        return Rows(J[stays].reshape(-1, nv), (asked - bias)[stays].ravel(), w.contact)
+        return PointRows(points, stays, asked, w.contact)
 
     def _lowered(self, state: State, wanted: Wanted, standing: Standing) -> list[Rows]:
         """Return the rows of points that are to come to the ground."""

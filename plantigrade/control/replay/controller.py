@@ -246,7 +246,7 @@ class Replay:
                 just = reference.at(own.touchdown + JUST)
                 on[self.side_of == i] = just["on"][self.side_of == i] > 0.5
         active, held = self._touching(on, height)
-        J, velocity, bias = body.touched(self.points.body[active], low[active])
+        points = body.rigid_points(self.points.body[active], low[active])
         wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel)
         mass = self.human.mass
         rows = [tasks.com_rows(body.mass_matrix, body.bias, mass, self.gravity,
@@ -270,9 +270,8 @@ class Replay:
                     tasks.place_rows(Jf[i], bias_f[i], push, place - foot[i], pace - speed_f[i])
                 )
         if held.any():
-            some = active[held]
-            gap = height[some] - self._lifted()[some]
-            rows.append(tasks.held_rows(J[held], bias[held], velocity[held], gap, normal))
+            gap = height[active] - self._lifted()[active]
+            rows.append(tasks.held_rows(points, held, gap, normal))
         touching = Touching(
             self.points.body[active],
             low[active],
@@ -295,7 +294,7 @@ class Replay:
             torque=ref["tau"] - passive,
             torque_weight=self.weights.torque,
             passive=passive,
-            jacobian=J,
+            points=points,
         )
         ahead = 0.5 * (step + 1.0 / state.world.rate)
         apart = state.angles - ref["q"][7:]

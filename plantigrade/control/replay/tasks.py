@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.models import Human
-from plantigrade.wbc.whole_body import Rows
+from plantigrade.wbc.rows import PointRows, Rows
 
 SPINE, LIGHT, LEG, TOES = 1.0, 0.25, 0.6, 0.3
 """Weights of joints: spine; arms and neck; hips, knees and ankles; toes and bones of the foot."""
@@ -92,10 +93,11 @@ def turn_rows(J, bias, wanted, error, rate_error, *, normal=None) -> Rows:
     return Rows(across @ J, across @ right, STANCE_TURN**2)
 
 
-def held_rows(J, bias, velocity, gap, normal) -> Rows:
+def held_rows(points: RigidPoints, held, gap, normal) -> PointRows:
     """Return rows that hold points on the ground still."""
-    right = -40.0 * velocity - 400.0 * np.maximum(gap, 0.0)[:, None] * normal - bias
-    return Rows(J.reshape(-1, J.shape[2]), right.ravel(), HELD**2)
+    right = -40.0 * points.velocity - points.bias
+    right -= 400.0 * np.maximum(gap, 0.0)[:, None] * normal
+    return PointRows(points, held, right, HELD**2)
 
 
 def com_rows(M, h, mass: float, gravity, wanted) -> Rows:

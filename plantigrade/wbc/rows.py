@@ -1,0 +1,121 @@
+r"""What tasks ask of the generalised acceleration, and what they cost."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.kinematics.rigid_points import RigidPoints
+
+
+@runtime_checkable
+class Asked(Protocol):
+    r"""Something that is asked, at a cost :math:`\dot v^T A^T W A \dot v - 2 \dot v^T A^T W b`."""
+
+    @property
+    def matrix(self) -> Array:
+        """What it looks at, :math:`A`."""
+        ...
+
+    @property
+    def weighted(self) -> Array:
+        """The same with weights, :math:`W A`."""
+        ...
+
+    @property
+    def pull(self) -> Array:
+        """What is wanted, with weights, :math:`W b`."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    r"""What a task asks of the generalised acceleration: :math:`A \dot v = b`, as far as it can.
+
+    Attributes:
+        matrix: :math:`A`.
+        right: :math:`b`.
+        weight: Cost of a squared unit of what is missed, of each row or of all.
+    """
+
+    matrix: Float[Array, "n_rows nv"]
+    right: Float[Array, " n_rows"]
+    weight: float | Float[Array, " n_rows"] = 1.0
+
+    @property
+    def weighted(self) -> Float[Array, "n_rows nv"]:
+        """Each row times its weight."""
+        w = self.weight
+        return (w[:, None] if isinstance(w, np.ndarray) else w) * self.matrix
+
+    @property
+    def pull(self) -> Float[Array, " n_rows"]:
+        """What is wanted, times its weight."""
+        return self.weight * self.right
+
+
+@dataclass(frozen=True, eq=False)
+class PointRows:
+    """Accelerations that material points are to have, multiplied out for each of their bodies.
+
+    However many points a body has, its motion has six rows.
+
+    Attributes:
+        points: The points.
+        chosen: Which of them are asked for.
+        right: Their accelerations, less those that they have by themselves [m/s²].
+        weight: Cost of a squared unit of what is missed.
+    """
+
+    points: RigidPoints
+    chosen: Bool[Array, " k"]
+    right: Float[Array, "k 3"]
+    weight: float
+
+    @property
+    def matrix(self) -> Float[Array, "d nv"]:
+        """Jacobian of the bodies."""
+        J = self.points.body_jacobian
+        return J.reshape(-1, J.shape[2])
+
+    @cached_property
+    def _counted(self) -> Float[Array, "n_bodies k"]:
+        """What a point counts in its body's sums."""
+        return self.points.membership * (self.weight * self.chosen)
+
+    @property
+    def weighted(self) -> Float[Array, "d nv"]:
+        """The same, by what the points make of the bodies' motion."""
+        P = self.points.lever
+        squares = np.matmul(P.transpose(0, 2, 1), P).reshape(-1, 36)
+        metric = (self._counted @ squares).reshape(-1, 6, 6)
+        return np.matmul(metric, self.points.body_jacobian).reshape(self.matrix.shape)
+
+    @property
+    def pull(self) -> Float[Array, " d"]:
+        """What is wanted of the points, as wanted of the bodies."""
+        each = np.matmul(self.right[:, None], self.points.lever)[:, 0]
+        return (self._counted @ each).ravel()
+
+
+def cost(
+    tasks: Sequence[Asked], wanted: Float[Array, " nv"], weight: float | Float[Array, " nv"]
+) -> tuple[Float[Array, "nv nv"], Float[Array, " nv"]]:
+    """Return the cost of a generalised acceleration: its Hessian, and the right side.
+
+    Args:
+        tasks: What is asked.
+        wanted: What every coordinate is to have.
+        weight: Cost of a squared unit off that.
+    """
+    nv = len(wanted)
+    own = weight if isinstance(weight, np.ndarray) else np.full(nv, float(weight))
+    if not tasks:
+        return np.diag(own), own * wanted
+    A = np.concatenate([task.matrix for task in tasks])
+    H = A.T @ np.concatenate([task.weighted for task in tasks])
+    H.flat[:: nv + 1] += own
+    return H, np.concatenate([task.pull for task in tasks]) @ A + own * wanted

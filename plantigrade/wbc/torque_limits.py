@@ -1,0 +1,119 @@
+r"""Torques that stop at their limits.
+
+A torque at its limit moves joint accelerations off those that are best for the shares: by
+:math:`A_T^T \nu`, with :math:`A_T` the row of this torque in the metric of the cost. That it gives
+just its limit is one more cost of the shares (:meth:`ShareProgram.and_rows`). Which torques are at
+a limit is found as in :mod:`plantigrade.wbc.shares`, by exchanges from those of the call before:
+one beyond its limit is held at it, one whose :math:`\nu` pulls beyond the limit is let go. Where
+this goes in circles, DAQP is asked ([Arnstrom2022]_).
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.wbc.reduced import Reduced
+from plantigrade.wbc.shares import ShareProgram, ShareSolver
+
+OVER = 1e-6
+"""Torque beyond its limit that is none, as a part of the limits' range."""
+EXCHANGES = 8
+"""Exchanges of torques at their limits, at most."""
+PULL = 1e-9
+"""A pull back into the limits that is none."""
+ROUNDS = 8
+"""So often, at most, DAQP is asked again with torques that have passed their limits meanwhile."""
+WARM = 3
+"""DAQP's word for a bound that is active at the lower end."""
+
+
+class TorqueLimits:
+    """Solves programs whose torques have limits, each from where the last one ended.
+
+    Args:
+        low: Least torque of each hinge [N m].
+        high: Greatest.
+
+    Attributes:
+        at: 1 for torques at the upper limit, -1 at the lower one, 0 for others.
+    """
+
+    def __init__(self, low: Float[Array, " n"], high: Float[Array, " n"]):
+        self.low, self.high = low, high
+        slack = OVER * (high - low)
+        self._least, self._most = low - slack, high + slack
+        self.at: Int[Array, " n"] = np.zeros(len(low), dtype=int)
+        self._shares = ShareSolver()
+
+    def solve(
+        self, reduced: Reduced, program: ShareProgram
+    ) -> tuple[Float[Array, " m"], Float[Array, " nv"], Float[Array, " n"], str]:
+        """Return shares, accelerations, torques, and ``"ok"`` or why they are none."""
+        at = self.at
+        for _ in range(EXCHANGES):
+            which = at.nonzero()[0]
+            if len(which):
+                share, along, pull, done = self._held(reduced, program, which, at)
+            else:
+                (share, _, done), along, pull = self._shares.solve(program), 0.0, None
+            if not done:
+                break
+            qacc, tau = reduced.accelerations(share, along)
+            new = (tau > self._most).astype(int) - (tau < self._least)
+            new[which] = at[which]
+            if pull is not None:
+                new[which[pull * at[which] > PULL]] = 0
+            if (new == at).all():
+                self.at = at
+                return share, qacc, tau, "ok"
+            at = new
+        share, along, status = self._asked(reduced, program, at != 0)
+        return share, *reduced.accelerations(share, along), status
+
+    def _held(self, reduced: Reduced, program: ShareProgram, which: Array, at: Array):
+        """Return the answer with some torques at their limits, and how these pull."""
+        held, rows, still = reduced.torques(which)
+        room = np.where(at > 0, self.high, self.low)[which] - still
+        share, price, done = self._shares.solve(program.and_rows(rows, held.T @ held, room))
+        pull = -price[-len(which) :]
+        return share, held @ pull, pull, done
+
+    def _asked(self, reduced: Reduced, program: ShareProgram, asked: Array):
+        r"""Return what DAQP finds: shares, accelerations along the joints, and its word.
+
+        It minimises :math:`u^T u + \lambda^T Q \lambda + 2 q^T \lambda`. Only limits that were
+        passed are asked for, until none is; :math:`u` has no part across their rows.
+        """
+        import daqp
+
+        free = self._shares.free
+        m = len(program.q)
+        Q = program.K.T @ program.S @ program.K + np.diag(program.diagonal)
+        share, along, at = np.zeros(m), np.zeros(len(asked)), np.zeros(len(asked), dtype=int)
+        status = "not solved: torques pass their limits in turn"
+        for _ in range(ROUNDS):
+            which = np.flatnonzero(asked)
+            held, rows, still = reduced.torques(which)
+            span, corner = np.linalg.qr(held)
+            k = span.shape[1]
+            H, A = np.eye(k + m), np.hstack([corner.T, rows])
+            H[k:, k:] = Q
+            wide = np.full(k, 1e30)
+            upper = np.concatenate([wide, np.full(m, 1e30), self.high[which] - still])
+            lower = np.concatenate([-wide, np.zeros(m), self.low[which] - still])
+            sense = np.zeros(len(upper), dtype=np.int32)
+            sense[k : k + m][~free if len(free) == m else slice(0)] = WARM
+            x, _, flag, info = daqp.solve(H, np.r_[np.zeros(k), program.q], A, upper, lower, sense)
+            if flag < 1 or not np.isfinite(x).all():
+                status = f"not solved (DAQP says {flag})"
+                break
+            share, along = np.maximum(x[k:], 0.0), span @ x[:k]
+            at[:] = 0
+            at[which] = np.sign(np.asarray(info["lam"])[k + m :])
+            _, tau = reduced.accelerations(share, along)
+            more = ((tau > self._most) | (tau < self._least)) & ~asked
+            if not more.any():
+                status = "ok"
+                break
+            asked = asked | more
+        self.at = at
+        return share, along, status

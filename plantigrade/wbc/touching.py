@@ -1,0 +1,67 @@
+"""Where a body touches, in which directions the ground can push there, and what is asked of it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.constants import FRICTION
+from plantigrade.kinematics.rigid_points import RigidPoints
+
+EDGES = 4
+"""Edges of a friction pyramid."""
+_CORNER = 2 * np.pi * (np.arange(EDGES) + 0.5) / EDGES
+_ASIDE = np.array([np.cos(_CORNER), np.sin(_CORNER)])
+
+
+def _no_places() -> Array:
+    return np.zeros((0, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Where the body touches.
+
+    Attributes:
+        body: Index of the body of each point.
+        place: Where it is, world [m].
+        normal: Direction in which the ground pushes there, world.
+        friction: Coefficient of friction.
+    """
+
+    body: Int[Array, " k"] = field(default_factory=lambda: np.zeros(0, dtype=int))
+    place: Float[Array, "k 3"] = field(default_factory=_no_places)
+    normal: Float[Array, "k 3"] = field(default_factory=_no_places)
+    friction: float = FRICTION
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.body)
+
+    def edges(self) -> Float[Array, "k 3 n_edges"]:
+        """Return the edges of the friction pyramids: one part along the normal."""
+        n, aside = self.normal, self.friction * _ASIDE
+        # Of any normal, two directions across it (Duff et al., 2017).
+        sign = np.where(n[:, 2] < 0, -1.0, 1.0)
+        level = n[:, :2].copy()
+        level[:, 0] *= sign
+        along = level @ aside
+        edges = np.empty((len(n), 3, EDGES))
+        edges[:, :2] = n[:, :2, None] * (1.0 - along / (sign + n[:, 2])[:, None])[:, None]
+        edges[:, 0] += aside[0]
+        edges[:, 1] += sign[:, None] * aside[1]
+        edges[:, 2] = n[:, 2, None] - along
+        return edges
+
+
+def wrenches(points: RigidPoints, edges: Float[Array, "k 3 n_edges"]) -> Float[Array, "d m"]:
+    """Return what forces along edges do to the bodies of their points.
+
+    Six rows for each body, moments about its origin first; as many columns for each point
+    as it has edges.
+    """
+    k, bodies = len(points), len(points.body_velocity)
+    whole = np.zeros((bodies, 6, k, edges.shape[2]))
+    pushed = np.matmul(points.lever.transpose(0, 2, 1), edges)
+    whole[points.owner, :, np.arange(k)] = pushed
+    return whole.reshape(6 * bodies, k * edges.shape[2])
