@@ -104,13 +104,9 @@ def sagittal_springs(
     Returns:
         Moments [N m], and by how much each falls with its own angle, never negative [N m/rad].
     """
-    moments, stiffness = np.empty_like(angles), np.empty_like(angles)
-    for i, (terms, offset) in enumerate(_terms(*(angles * _DEG))):
-        values = [sign * np.exp(power) for sign, _, power in terms]
-        moments[i] = sum(values) + offset
-        rates = zip(values, terms, strict=True)
-        stiffness[i] = -_DEG * sum(value * own for value, (_, own, _) in rates)
-    return factor * moments, factor * stiffness
+    values = np.exp(_POWERS @ (angles * _DEG) + _POWERS_AT_ZERO)
+    moments = _SIGNS @ values + _OFFSETS
+    return factor * moments, -_DEG * factor * (_SLOPES @ values)
 
 
 def _terms(H: Any, K: Any, A: Any) -> tuple[tuple[tuple, float], ...]:
@@ -133,6 +129,22 @@ def _terms(H: Any, K: Any, A: Any) -> tuple[tuple[tuple, float], ...]:
         (-1.0, 0.0843, 2.1016 + 0.0843 * A - 0.0176 * K),
     )
     return (hip, 8.072), (knee, -4.820), (ankle, 1.792)
+
+
+def _as_matrices() -> tuple[Array, Array, Array, Array, Array]:
+    """Return the exponents by angle and at zero, and how moments and slopes are sums of terms."""
+    at_zero, *at_one = (_terms(*x) for x in np.vstack([np.zeros(3), np.eye(3)]))
+    joint = np.repeat(np.arange(3), [len(terms) for terms, _ in at_zero])
+    flat = [term for terms, _ in at_zero for term in terms]
+    zero = np.array([power for *_, power in flat])
+    one = [[power for terms, _ in found for *_, power in terms] for found in at_one]
+    own = (joint == np.arange(3)[:, None]) * np.array([sign for sign, *_ in flat])
+    slopes = own * np.array([slope for _, slope, _ in flat])
+    offsets = np.array([offset for _, offset in at_zero])
+    return np.array(one).T - zero[:, None], zero[:, None], own, slopes, offsets[:, None]
+
+
+_POWERS, _POWERS_AT_ZERO, _SIGNS, _SLOPES, _OFFSETS = _as_matrices()
 
 
 def _exponential(q: Any):

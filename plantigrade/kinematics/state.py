@@ -273,7 +273,7 @@ class State:
         bodies = there.nonzero()[0]
         there[bodies] = np.arange(len(bodies))
         own, origin = moved[bodies], data.xpos[bodies]
-        J = own[:, None, :] * data.cdof.T
+        J = own[:, None, :] * np.ascontiguousarray(data.cdof.T)
         velocity = data.cvel[bodies]
         bias = own @ (data.cdof_dot * self.qvel[:, None])
         # MuJoCo has these at the centre of mass; far from the points, sums of them lose digits.
