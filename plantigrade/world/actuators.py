@@ -64,7 +64,7 @@ class Actuators:
         self._hinges = slice(6, 6 + self.n)
         self._nothing, self._ones = np.zeros(self.n), np.ones(self.n)
         self.armature = model.dof_armature[self._hinges].copy()
-        self._human, self._sagittal = human, list[int]()
+        self._human, self._sagittal = human, np.zeros(0, dtype=int)
         self._factor = scale(human.mass, human.height) if passive else 0.0
         if passive:
             self._resist(human)
@@ -99,7 +99,7 @@ class Actuators:
             self.model.qpos_spring[7 + i] = 0.0
         names = [f"{stem}_{side}" for side in SIDES for stem in SAGITTAL]
         if set(names) <= set(human.coordinates):
-            self._sagittal = [human.hinge(name) for name in names]
+            self._sagittal = np.array([human.hinge(name) for name in names])
             self._range = human.limits[:, self._sagittal] + [[-BEYOND], [BEYOND]]
 
     def command(self, command: Commanded, data: mujoco.MjData) -> Command:
@@ -225,19 +225,20 @@ class Actuators:
             rates: Their rates [rad/s].
         """
         moments = -self._spring * angles - self._loose * rates
-        if self._sagittal:
-            q = np.clip(angles[self._sagittal], *self._range)
+        if len(self._sagittal):
+            now = angles[self._sagittal]
+            q = np.minimum(np.maximum(now, self._range[0]), self._range[1])
             tangent, stiffness = sagittal_springs(q.reshape(-1, 3).T, self._factor)
-            off = angles[self._sagittal] - q
+            off = now - q
             moments[self._sagittal] += tangent.T.ravel() - stiffness.T.ravel() * off
         return moments
 
     def _passive(self, data: mujoco.MjData) -> None:
         """Put tangents of the passive moments of hips, knees and ankles into springs."""
-        if not self._sagittal:
+        if not len(self._sagittal):
             return
         hinges = self._sagittal
-        q = np.clip(data.qpos[7:][hinges], *self._range)
+        q = np.minimum(np.maximum(data.qpos[7:][hinges], self._range[0]), self._range[1])
         moments, stiffness = sagittal_springs(q.reshape(-1, 3).T, self._factor)
         self.model.jnt_stiffness[1:][hinges] = stiffness.T.ravel()
         self.model.qpos_spring[7:][hinges] = q

@@ -7,6 +7,8 @@ can give, inside friction cones and therefore with the centre of pressure inside
 support, and with torques that the person has (:mod:`plantigrade.wbc.whole_body`).
 """
 
+from math import hypot
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
@@ -127,7 +129,7 @@ class Balance:
             points=points,
         )
         self._speed = body.com_velocity
-        self._lifted = body.com_jacobian @ answer.qacc + body.com_bias_acceleration
+        self._lifted = body.mass_matrix[:3] @ answer.qacc / body.mass + body.com_bias_acceleration
         step = 1.0 / world.control_rate
         rate = state.rates + 0.5 * step * answer.qacc[6:]
         target = state.angles + 0.5 * step * rate
@@ -136,7 +138,7 @@ class Balance:
         torque -= self._damping * (rate - state.rates)
         error = body.com - self.goal
         signals = {
-            "com_error": float(np.linalg.norm(error[:2])),
+            "com_error": hypot(*error[:2]),
             "contacts": float(len(standing.site)),
             "limited": float(answer.limited),
             "solved": float(answer.ok),
@@ -154,8 +156,8 @@ class Balance:
         w = self.weights
         assert self._world is not None  # it has begun
         far = SHIFTING / self._world.control_rate
-        asked = np.array([0.01 * target.value for target in self.targets])
-        self._shift = self._shift + np.clip(asked - self._shift, -far, far)
+        off = np.array([0.01 * target.value for target in self.targets]) - self._shift
+        self._shift = self._shift + np.minimum(np.maximum(off, -far), far)
         now = self.recovery.spheres(body)
         self.goal = goal_of(wanted, now, standing.site, self._shift, w.central)
         if self.recovery.stepped:
@@ -166,7 +168,7 @@ class Balance:
         asked += wanted.com_acceleration
         if self.recovery.swing is not None:
             asked[:2] = self.recovery.centre(body, standing)
-        return Rows(body.com_jacobian, asked - body.com_bias_acceleration, w.com)
+        return Rows(body.mass_matrix[:3] / body.mass, asked - body.com_bias_acceleration, w.com)
 
     def _held(self, standing: Standing, wanted: Wanted, points: RigidPoints) -> PointRows | None:
         """Return the rows of the points that are to stay where they are."""
@@ -206,12 +208,10 @@ def momentum_rows(body: BodyState, weights: Weights) -> Rows:
     With the rows of the equations of motion of the root, linear :math:`l` and angular :math:`a`,
     :math:`\dot L = R (M_a \dot v + h_a) - (c - p) \times (M_l \dot v + h_l)`.
     """
-    M, h = body.mass_matrix[:6], body.bias[:6]
-    arm = body.com - body.qpos[:3]
-    x, y, z = arm
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn = body.rotation(1)
-    A = turn @ M[3:] - cross @ M[:3]
-    known = turn @ h[3:] - cross @ h[:3]
-    asked = -weights.momentum_damping * body.angular_momentum - known
-    return Rows(A / body.mass, asked / body.mass, weights.momentum)
+    x, y, z = body.com - body.qpos[:3]
+    lever = np.empty((3, 6))
+    lever[:, :3], lever[:, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], body.rotation(1)
+    lever /= body.mass
+    asked = -weights.momentum_damping / body.mass * body.angular_momentum
+    asked -= lever @ body.bias[:6]
+    return Rows(lever @ body.mass_matrix[:6], asked, weights.momentum)

@@ -55,33 +55,33 @@ class GroundContact:
         self.body = np.array(self.model.geom_bodyid)[self.geoms]
         self._site = np.full(self.model.ngeom, -1)
         self._site[self.geoms] = np.arange(len(names))
-        self._most = len(world.human.body_names)
+        self._owner = np.array(self.model.geom_bodyid)
+        self._outside = (self._owner == 0) | (self._owner > len(world.human.body_names))
         self.model.geom_gap[self.geoms] = NEAR
 
     def read(self) -> Standing:
         """Return what touches now: of every sphere its deepest contact with the ground."""
-        data, body = self.world.data, self.model.geom_bodyid
-        geom = np.array(data.contact.geom).reshape(-1, 2)
-        site, other = self._site[geom], body[geom]
-        outside = (other == 0) | (other > self._most)
-        second = (site[:, 1] >= 0) & outside[:, 0]
-        which = np.flatnonzero(second | ((site[:, 0] >= 0) & outside[:, 1]))
-        which = which[np.argsort(-np.array(data.contact.dist)[which])]
+        contact = self.world.data.contact
+        geom = contact.geom
+        # The foot may be the first geom of a contact or the second.
+        which, second = ((self._site[geom] >= 0) & self._outside[geom[:, ::-1]]).nonzero()
+        order = np.argsort(-contact.dist[which])
+        which, second = which[order], second[order]
         deepest = np.full(len(self.geoms), -1)
-        deepest[np.where(second[which], site[which, 1], site[which, 0])] = which
-        own = np.flatnonzero(deepest >= 0)
-        which = deepest[own]
-        sign = np.where(second[which], 1.0, -1.0)[:, None]
-        normal = sign * np.array(data.contact.frame)[which, :3]
-        place = np.array(data.contact.pos)[which]
-        under = np.where(second[which], other[which, 0], other[which, 1])
+        deepest[self._site[geom[which, second]]] = np.arange(len(which))
+        own = (deepest >= 0).nonzero()[0]
+        which, second = which[deepest[own]], second[deepest[own]]
+        normal = (2.0 * second[:, None] - 1.0) * contact.frame[which, :3]
+        place = contact.pos[which]
         touching = Touching(self.body[own], place, normal, self.friction)
-        gap = np.array(data.contact.dist)[which]
-        return Standing(own, touching, gap, self._drift(under, place))
+        under = self._owner[geom[which, 1 - second]]
+        return Standing(own, touching, contact.dist[which], self._drift(under, place))
 
     def _drift(self, body: Array, place: Array) -> Array:
         """Return the velocity of bodies at places."""
         drift, velocity = np.zeros((len(body), 3)), np.zeros(6)
+        if not body.any():
+            return drift
         kind = mujoco.mjtObj.mjOBJ_XBODY
         for b in set(body[body > 0].tolist()):
             mine = body == b

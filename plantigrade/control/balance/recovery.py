@@ -7,6 +7,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
 from plantigrade.control.balance.step import EARLY, OUTSIDE, Pendulum, Swing, plan_step
 from plantigrade.control.balance.support import beyond, inside
+from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.wbc.whole_body import Rows
@@ -58,7 +59,9 @@ class Recovery:
         sides = [site.side for site in contact.world.sites if site.side]
         self.own = np.array([[side == s for side in sides] for s in SIDES])
         self.feet = [human.body(f"foot_{side}") for side in SIDES]
-        self._local = np.array(contact.model.geom_pos)[contact.geoms]
+        owners = [human.body_names[i - 1] for i in contact.body]
+        local = np.array(contact.model.geom_pos)[contact.geoms]
+        self._points = PointSet(human, owners, local)
         stands = BodyState(human, human.standing())
         self._sole = np.array(
             [
@@ -73,8 +76,7 @@ class Recovery:
 
     def spheres(self, body: BodyState) -> Float[Array, "n_sites 3"]:
         """Return where the spheres of the feet are [m]."""
-        of = self.contact.body
-        return body.origins[of] + np.einsum("kij,kj->ki", body.rotations[of], self._local)
+        return body.position(self._points)
 
     def soles(self, body: BodyState) -> Float[Array, "2 3"]:
         """Return where the middles of the soles are [m]."""

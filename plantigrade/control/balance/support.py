@@ -32,14 +32,16 @@ def goal_of(
         shift: So far from there [m].
         central: Part of the way from where the reference has it to the middle of those that press.
     """
-    mine = np.flatnonzero(wanted.presses)
+    mine = wanted.presses.nonzero()[0]
     if not len(mine):
         return wanted.com + shift
-    goal = wanted.com + (now - wanted.places)[mine].mean(axis=0)
-    goal[:2] += central * (now[mine, :2].mean(axis=0) - goal[:2])
-    goal[:2] = inside(now[mine, :2], goal[:2] + shift[:2])
+    pressing, evenly = now[mine], np.full(len(mine), 1.0 / len(mine))
+    goal = wanted.com + evenly @ (pressing - wanted.places[mine])
+    goal[:2] += central * (evenly @ pressing[:, :2] - goal[:2])
+    goal[:2] = inside(pressing[:, :2], goal[:2] + shift[:2])
     on = touches[wanted.presses[touches]]
-    goal[2] = wanted.com[2] + shift[2] + ((now - wanted.places)[on, 2].mean() if len(on) else 0.0)
+    rise = (now[on, 2] - wanted.places[on, 2]).sum() / len(on) if len(on) else 0.0
+    goal[2] = wanted.com[2] + shift[2] + rise
     return goal
 
 
@@ -51,7 +53,7 @@ def inside(
     What they span is drawn in by a margin, or by half of the way to the middle where that is less;
     its edge is that of its tangents in :data:`TANGENTS` directions.
     """
-    middle = points.mean(axis=0)
+    middle = points.sum(axis=0) / len(points)
     far = ((points - middle) @ _OUTWARD).max(axis=0)
     far -= np.minimum(margin, 0.5 * far)
     off = (place - middle) @ _OUTWARD
