@@ -9,7 +9,7 @@ from plantigrade.control.replay import tasks
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.gait import JUST, Gait
 from plantigrade.control.replay.planner import BACK, LandingBox, Step, decayed, next_step
-from plantigrade.control.replay.reference import Reference, reference_of, world_sites
+from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -69,6 +69,7 @@ class Replay:
         self.points = PointSet.of(human, self.sites)
         self.radius = np.array([[s.radius] for s in self.sites])
         self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
+        self.of_side = [(self.side_of == i).nonzero()[0] for i in range(SEAT + 1)]
         self.seated = np.array([not s.side for s in self.reference.schedule.stances], float)
         self.normal = self.ground.normal
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
@@ -83,7 +84,7 @@ class Replay:
         self.program: WholeBody | None = None
         self.gait = Gait(self.reference, record.weight)
         self.off: Array = np.zeros(2)
-        self._kept: tuple[float, dict[str, Array]] = (np.nan, {})
+        self._kept: tuple[float, Instant | None] = (np.nan, None)
 
     def __call__(self, state: State) -> Command:
         """Return what the joints are to do for one control step."""
@@ -93,16 +94,15 @@ class Replay:
         step = self.step = 1.0 / world.control_rate
         gait, reference = self.gait, self.reference
         body = self.body = self.body.moved_to(state.qpos, state.qvel)
-        force = self._forces(state)
         foot = body.position(self.feet)
         low = body.position(self.points) - self.radius * self.normal
-        load = np.array([force[self.side_of == i, :].sum(axis=0) @ self.normal for i in (0, 1)])
+        load = self._loads(state)
         ref = reference.at(gait.phase)
         height = low @ self.normal - self.ground.under(low)
-        height[self.side_of == SEAT] = 0.0
+        height[self.of_side[SEAT]] = 0.0
         beside = foot - ref["foot"]
         for i in (0, 1):
-            beside[i, 2] = height[self.side_of == i].min()
+            beside[i, 2] = height[self.of_side[i]].min()
         gait.look(state.time, step, load, beside, heading(ref["q"][3:7]))
         plan = self._plan(body, ref)
         gait.advance(state.time, step, 1.0 if plan is None else plan.rate)
@@ -141,29 +141,20 @@ class Replay:
             )
         self.gait = Gait(self.reference, self.record.weight)
         self.program = WholeBody(self.human, armature=world.actuators.armature)
+        self.side_of_geom = np.append(self.side_of, -1)[world.contacts.site_of]
 
-    def _forces(self, state: State) -> Float[Array, "k 3"]:
-        """Return the forces of the ground on the spheres, those of a step of the physics [N].
+    def _loads(self, state: State) -> Float[Array, " 2"]:
+        """Return what each foot carries along the normal, in a step of the physics [N]."""
+        contact = state.world.data.contact
+        owner = self.side_of_geom[contact.geom]
+        which = ((owner.max(axis=1) >= 0) & (contact.efc_address >= 0)).nonzero()[0]
+        local = state.world.data.efc_force[contact.efc_address[which][:, None] + AXES]
+        along = contact.frame[which].reshape(-1, 3, 3) @ self.normal
+        push = (local * along).sum(axis=1)
+        push[owner[which, 1] < 0] *= -1.0  # the force is that on the second geom
+        return np.bincount(owner[which].max(axis=1), push, SEAT + 1)[:SEAT]
 
-        As :attr:`State.contact_force`, which is made for many steps at a time.
-        """
-        world, force = state.world, np.zeros((len(self.sites), 3))
-        contact = world.data.contact
-        address = contact.efc_address
-        if not len(address):
-            return force
-        owner = world.contacts.site_of[contact.geom]
-        which = np.flatnonzero((owner.max(axis=1) >= 0) & (address >= 0))
-        if len(which):
-            local = world.data.efc_force[address[which][:, None] + AXES]
-            frame = contact.frame[which].reshape(-1, 3, 3)
-            pushed = np.matmul(local[:, None, :], frame)[:, 0]
-            second = owner[which, 1] >= 0
-            pushed[~second] *= -1.0
-            np.add.at(force, owner[which].max(axis=1), pushed)
-        return force
-
-    def _plan(self, body: BodyState, ref: dict[str, Array]) -> Step | None:
+    def _plan(self, body: BodyState, ref: Instant) -> Step | None:
         """Return where and when the swinging foot lands; None where no single foot swings."""
         gait, reference = self.gait, self.reference
         omega = reference.omega
@@ -229,11 +220,13 @@ class Replay:
         self.axes, self.swing_side = axes, side
         return step
 
-    def _then(self, phase: float) -> dict[str, Array]:
+    def _then(self, phase: float) -> Instant:
         """Return the motion at a touchdown, which is asked for at every tick until then."""
-        if self._kept[0] != phase:
-            self._kept = (phase, self.reference.at(phase))
-        return self._kept[1]
+        when, kept = self._kept
+        if kept is None or when != phase:
+            kept = self.reference.at(phase)
+            self._kept = (phase, kept)
+        return kept
 
     def _command(self, state, body, ref, plan, low, height, foot, step) -> Command:
         """Return the command of the whole-body program."""
@@ -254,12 +247,11 @@ class Replay:
         Jf, speed_f, bias_f = (
             f(self.feet) for f in (body.jacobian, body.velocity, body.bias_acceleration)
         )
-        turned = body.rotations
         for i, own in enumerate(gait.feet):
             name = f"foot_{own.side}"
             at = int(self.feet.body[i])
             Jr, Br = body.angular_jacobian(at), body.angular_bias_acceleration(name)
-            error = tasks.turn_error(ref["turn"][i], turned[at].ravel())
+            error = tasks.turn_error(ref["turn"][i], body.rotation(at).ravel())
             spin = Jr @ qvel
             goal, speed = rate**2 * ref["turn_acceleration"][i], rate * ref["turn_velocity"][i]
             planes = normal if own.stands else None
@@ -345,7 +337,7 @@ class Replay:
         dz = ref["com"][2] + self.shift[2] + self._rise(self.shift) - c[2]
         up = rate**2 * ref["com_acceleration"][2] + k * dz
         up += d * (rate * ref["com_velocity"][2] - v[2])
-        wanted[2] = np.clip(up, *HEIGHTS)
+        wanted[2] = min(max(up, HEIGHTS[0]), HEIGHTS[1])
         return wanted
 
     def _rise(self, moved: Array) -> float:
@@ -359,7 +351,7 @@ class Replay:
         low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
         nominal = pressure + self.shift[:2]
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
-        return np.clip(wanted, low, high) - pressure
+        return np.minimum(np.maximum(wanted, low), high) - pressure
 
     def _swing(self, own, i: int, ref, rate: float, foot) -> tuple[Array, Array, Array]:
         """Return place, velocity and acceleration that a swinging foot is to have."""

@@ -26,6 +26,25 @@ MOVING = 0.2
 """A motion whose ends are slower than this does not repeat itself [m/s]."""
 
 
+class Instant:
+    """A motion at one phase: arrays by name, cut out of a row where they are asked for.
+
+    Args:
+        row: All numbers.
+        columns: Name → columns and shape.
+    """
+
+    def __init__(
+        self, row: Float[Array, " n_columns"], columns: dict[str, tuple[slice, tuple[int, ...]]]
+    ):
+        self._row, self._columns = row, columns
+
+    def __getitem__(self, name: str) -> Array:
+        """Return what has a name."""
+        cut, shape = self._columns[name]
+        return self._row[cut].reshape(shape)
+
+
 @dataclass(frozen=True, eq=False)
 class Reference:
     """Tables of a motion.
@@ -52,7 +71,7 @@ class Reference:
     advance: Float[Array, " 3"]
     ends: bool
 
-    def at(self, phase: float) -> dict[str, Array]:
+    def at(self, phase: float) -> "Instant":
         """Return everything at a phase: arrays by name."""
         cycle, phase = self.wrapped(phase)
         place = min(max(phase / STEP, 0.0), len(self.table) - 1.000001)
@@ -61,7 +80,7 @@ class Reference:
         row = (1.0 - u) * self.table[i] + u * self.table[i + 1]
         if cycle:
             row += self.moved @ (cycle * self.advance)
-        return {name: row[cut].reshape(shape) for name, (cut, shape) in self.columns.items()}
+        return Instant(row, self.columns)
 
     def wrapped(self, phase: float) -> tuple[int, float]:
         """Return which period a phase is in, and the phase in it."""

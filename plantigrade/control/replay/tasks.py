@@ -1,11 +1,13 @@
 """What a replay asks of the whole body at an instant: rows, weights and forces of its program."""
 
 from dataclasses import dataclass
+from math import hypot
 
 import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.replay.reference import Instant
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
@@ -26,6 +28,7 @@ PLACE_GAINS, TURN_GAINS = (400.0, 40.0), (200.0, 28.0)
 """Stiffness and damping by mass [1/s², 1/s]."""
 FARTHEST = 0.15
 """A foot's error counts no further than this [m]."""
+_ONE = np.eye(3)
 LEGS = ("hip_", "knee_", "ankle_", "subtalar_")
 TRUNK = ("lumbar_", "thor")
 
@@ -70,15 +73,15 @@ def turn_error(wanted: Float[Array, " 9"], now: Float[Array, " 9"]) -> Float[Arr
 
 def root_error(wanted: Float[Array, " 4"], now: Float[Array, " 4"]) -> Float[Array, " 3"]:
     """Return the rotation vector that leads one quaternion to another, in axes of the second."""
-    error = np.empty(3)
-    mujoco.mju_subQuat(error, wanted / np.linalg.norm(wanted), np.array(now))
+    error, goal = np.empty(3), wanted.copy()
+    mujoco.mju_normalize4(goal)
+    mujoco.mju_subQuat(error, goal, now)
     return error
 
 
 def place_rows(J, bias, wanted, error, rate_error) -> Rows:
     """Return rows that lead a point: its acceleration with stiffness and damping."""
-    size = float(np.linalg.norm(error))
-    error = error * min(1.0, FARTHEST / max(size, 1e-9))
+    error = error * min(1.0, FARTHEST / max(hypot(*error), 1e-9))
     k, d = PLACE_GAINS
     return Rows(J, wanted + k * error + d * rate_error - bias, FOOT**2)
 
@@ -89,7 +92,7 @@ def turn_rows(J, bias, wanted, error, rate_error, *, normal=None) -> Rows:
     right = wanted + k * error + d * rate_error - bias
     if normal is None:
         return Rows(J, right, SWING_TURN**2)
-    across = np.eye(3) - np.outer(normal, normal)
+    across = _ONE - normal[:, None] * normal
     return Rows(across @ J, across @ right, STANCE_TURN**2)
 
 
@@ -126,7 +129,7 @@ class Weights:
         return cls(np.concatenate([root, joints]) ** 2, (TORQUE / np.maximum(-low, high)) ** 2)
 
 
-def wanted_accelerations(ref: dict[str, Array], rate: float, qpos: Array, qvel: Array) -> Array:
+def wanted_accelerations(ref: Instant, rate: float, qpos: Array, qvel: Array) -> Array:
     """Return the accelerations of pelvis and joints that lead back to the motion."""
     wanted = rate**2 * ref["a"]
     late = rate * ref["v"] - qvel
