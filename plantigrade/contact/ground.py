@@ -21,6 +21,16 @@ FARTHEST = 1e6
 HEEL, TOE = 0.13, 0.27
 """From the ankle of a footprint back and forth to an edge below it [m]: a foot and 5 cm."""
 
+STEEP = 1e-6
+"""Height of a sphere over its widest circle, by its radius, below which it is a wall."""
+
+
+def _fixed(numbers: list) -> Array:
+    """Return an array that nobody can change."""
+    array = np.array(numbers, dtype=float)
+    array.flags.writeable = False
+    return array
+
 
 @dataclass(frozen=True)
 class Step:
@@ -98,16 +108,24 @@ class HeightField:
 
     def at(self, x: Float[Array, "*n"], y: Float[Array, "*n"]) -> Float[Array, "*n"]:
         """Return the height at places; zero beside the rectangle [m]."""
+        return self.rise(x, y)[0]
+
+    def rise(
+        self, x: Float[Array, "*n"], y: Float[Array, "*n"]
+    ) -> tuple[Float[Array, "*n"], Float[Array, "*n 2"]]:
+        """Return the height at places [m], and how it rises along x and y; zero beside it."""
         z = self._grid
         u = (x - self.corner[0]) / self.spacing[0]
         v = (y - self.corner[1]) / self.spacing[1]
         inside = (u >= 0) & (u <= z.shape[1] - 1) & (v >= 0) & (v <= z.shape[0] - 1)
-        i = np.clip(np.floor(u).astype(int), 0, z.shape[1] - 2)
-        j = np.clip(np.floor(v).astype(int), 0, z.shape[0] - 2)
+        i = np.minimum(np.maximum(np.floor(u).astype(int), 0), z.shape[1] - 2)
+        j = np.minimum(np.maximum(np.floor(v).astype(int), 0), z.shape[0] - 2)
         a, b = u - i, v - j
         low = (1 - a) * z[j, i] + a * z[j, i + 1]
         high = (1 - a) * z[j + 1, i] + a * z[j + 1, i + 1]
-        return np.where(inside, (1 - b) * low + b * high, 0.0)
+        along = (1 - b) * (z[j, i + 1] - z[j, i]) + b * (z[j + 1, i + 1] - z[j + 1, i])
+        slope = np.stack([along / self.spacing[0], (high - low) / self.spacing[1]], axis=-1)
+        return np.where(inside, (1 - b) * low + b * high, 0.0), inside[..., None] * slope
 
 
 @dataclass(frozen=True)
@@ -165,16 +183,16 @@ class Ground:
         height = prints[0][1] if prints else 0.0
         return cls(height, plan.slope, tuple(steps), seats, friction)
 
-    @property
+    @cached_property
     def normal(self) -> Float[Array, " 3"]:
-        """Direction in which the ground pushes, world."""
-        return np.array([-np.sin(self.slope), 0.0, np.cos(self.slope)])
+        """Direction in which the ground pushes, world; read only."""
+        return _fixed([-np.sin(self.slope), 0.0, np.cos(self.slope)])
 
-    @property
+    @cached_property
     def to_world(self) -> Float[Array, "3 3"]:
-        """Rotation from the axes of the ground (x uphill, z off the ground) to world axes."""
+        """Rotation from the axes of the ground (x uphill, z off the ground) to world; read only."""
         c, s = np.cos(self.slope), np.sin(self.slope)
-        return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+        return _fixed([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
     def along(
         self, x: Float[Array, "..."], margin: Float[Array, "..."] | float = 0.0
@@ -183,6 +201,8 @@ class Ground:
 
         Treads are no narrower than a foot.
         """
+        if not self.steps:
+            return np.full(np.shape(x - margin), float(self.height))
         heights = np.array([self.height, *(step.height for step in self.steps)])
         edges = np.array([step.x for step in self.steps])
         near = (x - margin, x + margin)
@@ -190,22 +210,27 @@ class Ground:
 
     def under(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
         """Return the height of the ground along its normal, under world points [m]."""
+        if not (self.steps or self.uneven):
+            return np.full(points.shape[:-1], float(self.height))
         x = points @ self.to_world
         level = self.along(x[..., 0])
         return np.asarray(np.maximum(level, self._relief(x))) if self.uneven else level
 
     def normal_at(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
         """Return in which direction the ground under world points pushes, world."""
-        normal = np.broadcast_to(self.normal, points.shape).copy()
+        normal = np.empty(points.shape)
+        normal[:] = self.normal
         if not self.uneven:
             return normal
-        x, small = points @ self.to_world, 1e-6
-        rise = [
-            (self._relief(x + d) - self._relief(x - d)) / (2 * small) for d in small * np.eye(3)[:2]
-        ]
-        tilted = np.stack([-rise[0], -rise[1], np.ones_like(rise[0])], axis=-1) @ self.to_world.T
-        tilted /= np.linalg.norm(tilted, axis=-1, keepdims=True)
-        return np.where((self._relief(x) >= self.along(x[..., 0]))[..., None], tilted, normal)
+        x = points @ self.to_world
+        height, slope = self._relief_and_slope(x)
+        tilted = np.ones(points.shape)
+        tilted[..., :2] = -slope
+        tilted /= np.sqrt((tilted * tilted).sum(axis=-1, keepdims=True))
+        tilted = tilted @ self.to_world.T
+        if not self.steps:  # relief lies nowhere below the ground
+            return tilted
+        return np.where((height >= self.along(x[..., 0]))[..., None], tilted, normal)
 
     @property
     def uneven(self) -> bool:
@@ -214,14 +239,24 @@ class Ground:
 
     def _relief(self, x: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
         """Return the height of bumps and field, no steps among them, axes of the ground [m]."""
-        z = np.full(x.shape[:-1], self.height)
+        return self._relief_and_slope(x)[0]
+
+    def _relief_and_slope(
+        self, x: Float[Array, "*n 3"]
+    ) -> tuple[Float[Array, "*n"], Float[Array, "*n 2"]]:
+        """Return the same, and how it rises along x and y."""
+        z, slope = np.full(x.shape[:-1], float(self.height)), np.zeros((*x.shape[:-1], 2))
         if self.field is not None:
-            z += self.field.at(x[..., 0], x[..., 1])
+            rise, slope = self.field.rise(x[..., 0], x[..., 1])
+            z += rise
         for bump in self.bumps:
-            aside = np.linalg.norm(x[..., :2] - np.array(bump.centre[:2]), axis=-1)
-            cap = bump.centre[2] + np.sqrt(np.maximum(bump.radius**2 - aside**2, 0.0))
-            z = np.where(aside < bump.radius, np.maximum(z, cap), z)
-        return z
+            off = x[..., :2] - np.array(bump.centre[:2])
+            inside = bump.radius**2 - (off * off).sum(axis=-1)
+            tall = np.sqrt(np.maximum(inside, (STEEP * bump.radius) ** 2))
+            above = (inside > 0.0) & (bump.centre[2] + tall > z)
+            z = np.where(above, bump.centre[2] + tall, z)
+            slope = np.where(above[..., None], off / -tall[..., None], slope)
+        return z, slope
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ground as JSON can hold it; see :meth:`from_dict`."""

@@ -18,6 +18,7 @@ too far stops at the minimum on its way, which lets it go in no circles (semismo
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import get_lapack_funcs
@@ -30,6 +31,13 @@ STEPS = 40
 """Newton steps, at most."""
 NONE = 1e-7
 """A share that is none: internal forces hardly cost anything, and are known no better."""
+
+
+@lru_cache(maxsize=128)
+def _one(n: int) -> Float[Array, "n n"]:
+    one = np.eye(n)
+    one.flags.writeable = False
+    return one
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +60,17 @@ class ShareProgram:
     diagonal: Float[Array, " m"]
     q: Float[Array, " m"]
 
+    @classmethod
+    def of(
+        cls,
+        K: Float[Array, "c m"],
+        S: Float[Array, "c c"],
+        diagonal: Float[Array, " m"],
+        q: Float[Array, " m"],
+    ) -> "ShareProgram":
+        """Return the program whose shares would best carry nothing."""
+        return cls(K, S, _one(len(S)), np.zeros(len(S)), diagonal, q)
+
     def and_rows(
         self, rows: Float[Array, "k m"], give: Float[Array, "k k"], wanted: Float[Array, " k"]
     ) -> "ShareProgram":
@@ -63,7 +82,7 @@ class ShareProgram:
             wanted: Where it is zero.
         """
         c, k = len(self.K), len(rows)
-        S, E = np.eye(c + k), np.zeros((c + k, c + k))
+        S, E = _one(c + k).copy(), np.zeros((c + k, c + k))
         S[:c, :c], E[:c, :c], E[c:, c:] = self.S, self.E, give
         K, u = np.concatenate([self.K, rows]), np.concatenate([self.u, wanted])
         return ShareProgram(K, S, E, u, self.diagonal, self.q)

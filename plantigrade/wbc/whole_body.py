@@ -154,8 +154,7 @@ class WholeBody:
         q = reduced.q @ reduced.K
         if force is not None:
             q -= own * self._shares(touching, edges, force).ravel()
-        c = len(reduced.S)
-        program = ShareProgram(reduced.K, reduced.S, np.eye(c), np.zeros(c), own, q)
+        program = ShareProgram.of(reduced.K, reduced.S, own, q)
         share, qacc, tau, status = self._limits.solve(reduced, program)
         share = share.reshape(k, EDGES)
         tau = np.minimum(np.maximum(tau, self.low), self.high)

@@ -1,6 +1,7 @@
 """The controller that carries out a motion: reference, planner, whole-body program, world."""
 
-import mujoco
+from math import hypot
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
@@ -72,6 +73,7 @@ class Replay:
         self.of_side = [(self.side_of == i).nonzero()[0] for i in range(SEAT + 1)]
         self.seated = np.array([not s.side for s in self.reference.schedule.stances], float)
         self.normal = self.ground.normal
+        self.normals = np.tile(self.normal, (len(self.points), 1))
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
         self.weights = tasks.Weights.of(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
@@ -267,7 +269,7 @@ class Replay:
         touching = Touching(
             self.points.body[active],
             low[active],
-            np.broadcast_to(normal, (len(active), 3)),
+            self.normals[: len(active)],
             self.friction,
         )
         weight = np.where(held, tasks.PLANNED, tasks.UNPLANNED) ** 2
@@ -383,8 +385,8 @@ class Replay:
 
 def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
     """Return the horizontal directions ahead and to the left of a pelvis, as columns."""
-    turn = np.empty(9)
-    mujoco.mju_quat2Mat(turn, quat / np.linalg.norm(quat))
-    ahead = turn.reshape(3, 3)[:2, 0]
-    ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
-    return np.array([[ahead[0], -ahead[1]], [ahead[1], ahead[0]]])
+    w, x, y, z = quat.tolist()
+    ahead, left = w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z)
+    size = max(hypot(ahead, left), 1e-9)
+    c, s = ahead / size, left / size
+    return np.array([[c, -s], [s, c]])
