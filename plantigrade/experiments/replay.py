@@ -24,7 +24,7 @@ from plantigrade.workflows.replays import largest_push, replay_once
 from plantigrade.workflows.reproduce import reproduce
 
 FILE = "replay.json"
-ROOMS = ("synthesize", "reproduce", "control", "workflows/replays")
+ROOMS = ("synthesize", "reproduce", "control", "workflows/replays", "workflows/otherwise")
 """Whose code decides results."""
 PARTS = ("motions", "recordings", "pushes")
 LONG, SHORT = 20.0, 5.0

@@ -11,7 +11,8 @@ from plantigrade.experiments.measured import Cases, Measured
 from plantigrade.experiments.page import Grid
 from plantigrade.experiments.replay import MOTIONS, ROOMS, brief, synthesised
 from plantigrade.experiments.table import Row, at_least
-from plantigrade.workflows.replays import Otherwise, replay_once
+from plantigrade.workflows.otherwise import Otherwise
+from plantigrade.workflows.replays import replay_once
 from plantigrade.world.grounds import ground_named
 
 LONG, SHORT, STARTS = 10.0, 3.0, 5
@@ -48,7 +49,7 @@ DISTURBED: dict[str, dict[str, Callable[[int], Otherwise]]] = {
         "1 cm lower ahead": _ahead(-0.01),
     },
     "delay": {"delay of 10 ms": lambda seed: Otherwise(delay=0.010)},
-    "sensors": {"sensor noise": lambda seed: Otherwise(sensor_angle=0.002, sensor_rate=0.02)},
+    "sensors": {"sensor noise": lambda seed: Otherwise(sensors=0.002)},
 }
 """Part → name → what is otherwise, by the number of the start."""
 EVERY = {what: how for part in DISTURBED.values() for what, how in part.items()}

@@ -17,6 +17,7 @@ from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import LONGEST_CYCLE, SHORTEST_CYCLE, cut_cycles
+from plantigrade.options import shown
 from plantigrade.record import Record, Run
 from plantigrade.spatial.conventions import (
     PELVIS,
@@ -76,7 +77,8 @@ class Reference:
         """Return the reference of a run, its folder, or a record; of the textbook walk if absent.
 
         Raises:
-            ParameterError: If the ground is not level and even, or the motion is too short.
+            ParameterError: If it is something else, the ground is not level and even, or the motion
+                is too short.
             FileError: If there is no such run.
         """
         if isinstance(source, Reference):
@@ -86,8 +88,12 @@ class Reference:
         if isinstance(source, str | Path):
             source = Run.load(source)
         record = source.record if isinstance(source, Run) else source
+        if not isinstance(record, Record):
+            raise ParameterError(
+                f"a reference is a run, its folder or a record, not {shown(record)}"
+            )
         ground = record.ground
-        if ground.slope or ground.steps or ground.seats:
+        if ground.slope or ground.steps or ground.uneven or ground.seats:
             raise ParameterError("a reference is walked on level ground, without steps and seats")
         return cls.of_motion(record.human, record.motion)
 

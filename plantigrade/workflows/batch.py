@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from plantigrade import __version__
+from plantigrade.control.balance import script_named
 from plantigrade.errors import FileError, ParameterError, RunExists
 from plantigrade.extras import require
 from plantigrade.options import as_path
@@ -139,7 +140,9 @@ def simulate_many(
     every = variants(how, vary or {}, seeds, standing=source is None)
     made = [settings_of(how, each) for each in every]
     for each, _ in made:
-        around(each)  # refuses what is no ground or push, before any work
+        around(each)  # refuses what is no ground, push or motion, before any work
+        if each.motion is not None:
+            script_named(each.motion)
     shown = [plain(each) for each in every]
     folder = None if out is None else as_path(out, "the folder of a batch").expanduser()
     if folder is not None:
@@ -205,7 +208,7 @@ def _begin(
     if source is None or isinstance(source, Run):
         return source
     path = as_path(source, "what is simulated")
-    if (path / METRICS).is_file():
+    if path.is_dir():
         if how.known:
             raise ParameterError(
                 f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from plantigrade.analyze.trial import Trial
@@ -15,6 +14,7 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Situation
 from plantigrade.control.balance import Followed, script_named, scripted
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.options import as_path
@@ -23,6 +23,7 @@ from plantigrade.record.folder import METRICS
 from plantigrade.record.provenance import source_files
 from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
+from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.world import (
     Controller,
@@ -32,7 +33,6 @@ from plantigrade.world import (
     Rope,
     ThrownBox,
     World,
-    on_ground,
     standing_on,
 )
 from plantigrade.world.grounds import ground_named, platform_named
@@ -40,8 +40,8 @@ from plantigrade.world.world import CONTROL_RATE, RATE
 
 SETTLING = 1.0
 """So long a person stands before the first frame, until soles and springs are at rest [s]."""
-FARTHEST = 0.05
-"""A start whose feet are farther from the ground than this is a flight, and left as it is [m]."""
+STILL, NEAR = 0.05, 0.05
+"""It has, if its centre of mass is then slower [m/s] and has moved less than this [m]."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +76,11 @@ class Start:
 
     def standing(self, ground: Ground) -> Array:
         """Return how they stand on a ground, where they stand."""
-        return moved(self.human, ground, standing_on(self.human, ground), self.place)
+        return standing_on(self.human, ground, place=self.place)
 
 
-def around(how: SimulateSettings) -> tuple[Ground | None, tuple[Disturbance, ...]]:
-    """Return the ground that is named, None for that of the motion, and what acts besides.
+def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
+    """Return what is otherwise than planned, its ground with it, and what acts besides.
 
     Raises:
         ParameterError: If there is no such ground, or a word is no push, rope, box or shift.
@@ -95,10 +95,19 @@ def around(how: SimulateSettings) -> tuple[Ground | None, tuple[Disturbance, ...
         shift = FloorShift.written(how.shift)
         if how.ground not in (None, "flat"):
             raise ParameterError(f"only a flat floor shifts, not ground={how.ground!r}")
-        return ground_named("flat"), (shift, *pushes)
-    level = "flat" if plate else how.ground
-    named = None if level is None else ground_named(level, seed=how.seed)
-    return named, (pushes if plate is None else (plate, *pushes))
+        acting: tuple[Disturbance, ...] = (shift, *pushes)
+    else:
+        acting = pushes if plate is None else (plate, *pushes)
+    level = how.ground if len(acting) == len(pushes) else "flat"
+    otherwise = Otherwise(
+        mass=1.0 + 0.01 * how.mass_error_pct,
+        friction=how.friction,
+        ground=None if level is None else ground_named(level, seed=how.seed),
+        delay=how.delay,
+        sensors=float(np.deg2rad(how.sensor_noise_deg)),
+        start=how.start_noise,
+    )
+    return otherwise, acting
 
 
 def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
@@ -118,7 +127,7 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         return Start(human, Ground(), "standing", Provenance(command, how.plain(), seed=how.seed))
     if not isinstance(source, Run):
         path = as_path(source, "what is simulated")
-        if not (path / METRICS).is_file():
+        if not path.is_dir():
             recording, trial = fit_trial(path, how, step)
             origin = fit_provenance(recording, how, command, how.seed)
             return _of_trial(recording.source.name, trial, origin)
@@ -187,14 +196,15 @@ def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
     )
 
 
-def state_of(begin: Start, ground: Ground, how: SimulateSettings) -> tuple[Array, Array]:
-    """Return where the person starts, and how fast."""
+def state_of(begin: Start, otherwise: Otherwise, how: SimulateSettings) -> tuple[Array, Array]:
+    """Return where the person starts, and how fast.
+
+    Who has no motion stands: laid on the ground, and settled, the soles pressed into it as far as
+    they will be, unless a held posture does not come to rest there.
+    """
     if begin.motion is not None:
-        qpos = begin.motion.qpos[0]
-        placed = on_ground(begin.human, ground, qpos)
-        near = abs(placed[2] - qpos[2]) <= FARTHEST or how.ground is not None
-        return placed if near else qpos, begin.motion.qvel[0]
-    # Settled: the soles pressed into the ground as far as they will be.
+        return otherwise.beginning(begin.human, begin.motion, begin.ground, how.seed)
+    ground = otherwise.under(begin.ground)
     stands = begin.standing(ground)
     world = World(
         begin.human,
@@ -207,43 +217,31 @@ def state_of(begin: Start, ground: Ground, how: SimulateSettings) -> tuple[Array
     hold, state = Posture(how.stiffness, stands), world.reset()
     while world.time < SETTLING and world.fall is None and world.diverged is None:
         state = world.step(hold(state))
-    if world.fall is not None or world.diverged is not None:  # nobody can stand there: so be it
-        return stands, np.zeros(begin.human.model.nv)
-    return np.array(state.qpos), np.array(state.qvel)
-
-
-def moved(human: Human, ground: Ground, qpos: Array, place: tuple[float, float, float]) -> Array:
-    """Return a configuration at another place [m], turned about the vertical [rad]."""
-    x, y, turn = place
-    if place == (0.0, 0.0, 0.0):
-        return qpos
-    c, s = np.cos(turn), np.sin(turn)
-    there = np.array(qpos)
-    there[:2] = [x + c * qpos[0] - s * qpos[1], y + s * qpos[0] + c * qpos[1]]
-    mujoco.mju_mulQuat(
-        there[3:7], np.array([np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)]), qpos[3:7]
-    )
-    return on_ground(human, ground, there)
+    first = BodyState(begin.human, stands).com
+    moved, speed = state.body.com - first, state.body.com_velocity
+    if np.linalg.norm(moved) < NEAR and np.linalg.norm(speed) < STILL:  # not where it diverged
+        return np.array(state.qpos), otherwise.disturbed(state.qvel, how.seed)
+    return stands, otherwise.disturbed(np.zeros(begin.human.model.nv), how.seed)
 
 
 def world_of(
     begin: Start,
-    ground: Ground,
+    otherwise: Otherwise,
     how: SimulateSettings,
     acting: Sequence[Disturbance],
     controller: Controller | None = None,
 ) -> World:
-    """Return the world in which somebody starts on a ground, at the rates of their controller."""
-    qpos, qvel = state_of(begin, ground, how)
+    """Return the world in which somebody starts, at the rates of their controller."""
+    qpos, qvel = state_of(begin, otherwise, how)
     rate = how.rate or getattr(controller, "rate", RATE)
     wanted = getattr(controller, "control_rate", CONTROL_RATE)
     if hasattr(controller, "control_rate") and how.rate:  # as near to it as the physics allow
         wanted = how.rate / np.ceil(how.rate / wanted)
     control_rate = how.control_rate or float(wanted)
     frames = None if how.control_rate or how.rate else getattr(controller, "record_rate", None)
-    return World(
+    world = World(
         begin.human,
-        ground,
+        otherwise.under(begin.ground),
         acting,
         rate=rate,
         control_rate=control_rate,
@@ -254,3 +252,5 @@ def world_of(
         qpos=qpos,
         qvel=qvel,
     )
+    otherwise.change(world)
+    return world

@@ -22,6 +22,7 @@ from plantigrade.record import Run
 from plantigrade.report.live_world import LiveWorld
 from plantigrade.workflows.beginning import Start, around, situation, start_of, world_of
 from plantigrade.workflows.fit import Step, silent
+from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.simulate import run_of
 from plantigrade.world import Controller, Disturbance, Platform
@@ -41,7 +42,7 @@ class Stage:
 
     Args:
         begin: Who starts.
-        ground: On what.
+        otherwise: What is otherwise than planned, the ground with it.
         how: The settings.
         acting: What acts besides.
         own: Controller of one's own; one of the table if absent.
@@ -50,12 +51,13 @@ class Stage:
     def __init__(
         self,
         begin: Start,
-        ground: Ground,
+        otherwise: Otherwise,
         how: SimulateSettings,
         acting: Sequence[Disturbance] = (),
         own: Controller | None = None,
     ):
-        self.first, self.ground, self.how = begin, ground, how
+        self.first, self.otherwise, self.how = begin, otherwise, how
+        self.ground = ground = otherwise.under(begin.ground)
         self.acting, self.own = tuple(acting), own
         self.begin = begin
         moving = any(isinstance(d, Platform) for d in acting)
@@ -83,11 +85,11 @@ class Stage:
         acting = (*(() if slope is None else (slope,)), *self.acting, hand)
 
         def controller(name: str) -> Controller:
-            if self.own is not None and name == self.choice.controller:
-                return self.own
-            return controller_named(name, situation(begin, self.ground, self.how))
+            own = self.own if name == self.choice.controller else None
+            own = own or controller_named(name, situation(begin, self.ground, self.how))
+            return self.otherwise.seen(own)
 
-        world = world_of(begin, self.ground, self.how, acting, controller(choice.controller))
+        world = world_of(begin, self.otherwise, self.how, acting, controller(choice.controller))
         self.begin = begin
         return Cast(world=world, controller=controller, slope=slope)
 
@@ -128,7 +130,8 @@ class Live:
         record = replace(record, notes=(*record.notes, BY_HAND))
         seconds = clock.perf_counter() - self.began
         word = session.choice.controller
-        return run_of(stage.begin, stage.how, session.world, record, word, seconds)
+        begin, otherwise = stage.begin, stage.otherwise
+        return run_of(begin, otherwise, stage.how, session.world, record, word, seconds)
 
 
 def prepare(
@@ -149,11 +152,10 @@ def prepare(
     if isinstance(controller, str):
         options["controller"] = controller
     how = SimulateSettings.given("simulate", settings, options)
-    named, acting = around(how)
+    otherwise, acting = around(how)
     begin = start_of(source, how, step, command)
-    ground = begin.ground if named is None else named
     own = controller if callable(controller) else None
-    stage = Stage(begin, ground, how, (*acting, *disturbances), own)
+    stage = Stage(begin, otherwise, how, (*acting, *disturbances), own)
     session = Session(stage, stage.choice, until=how.duration)
     return Live(session=session, stage=stage, began=clock.perf_counter())
 

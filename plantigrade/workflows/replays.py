@@ -1,47 +1,27 @@
 """Replays of a motion, one after the other: does it survive, and what push does it survive?"""
 
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import mujoco
 import numpy as np
 
-from plantigrade.contact.ground import Ground
 from plantigrade.control.replay import Replay
 from plantigrade.record import Record
-from plantigrade.world import Command, Disturbance, Push, State, World, on_ground
+from plantigrade.workflows.otherwise import Otherwise
+from plantigrade.world import Command, Disturbance, Push, World
 
 NOISE = 0.05
 """Of disturbed starts: standard deviation of every velocity [m/s, rad/s]."""
 HOLD = 1.0
 """So long a motion that ends at rest is held [s]."""
-FLOATING = 0.05
-"""A start this far off the ground is a flight, and left as it is [m]."""
 PUSH = 0.2
 """Length of a push [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Otherwise:
-    """What is otherwise than the motion was planned for.
-
-    Attributes:
-        mass: Of every segment, by what was planned.
-        friction: Of the ground; None: as planned.
-        ground: Another ground; None: as planned.
-        delay: Of every command [s].
-        sensor_angle: Standard deviation of what is seen of the angles [rad].
-        sensor_rate: Likewise of their rates, and of the pelvis [rad/s, m/s].
-    """
-
-    mass: float = 1.0
-    friction: float | None = None
-    ground: Ground | None = None
-    delay: float = 0.0
-    sensor_angle: float = 0.0
-    sensor_rate: float = 0.0
+TRIED, AFTER = (50.0, 100.0), 1.5
+"""Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
+LATEST = 2.0
+"""A push of a certificate comes no later [s]."""
+DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}
 
 
 @dataclass(frozen=True)
@@ -83,20 +63,13 @@ def replay_once(
         otherwise: What is otherwise than planned.
     """
     controller = record if isinstance(record, Replay) else Replay(record)
-    record, how = controller.record, otherwise or Otherwise()
+    record = controller.record
+    how = replace(otherwise or Otherwise(), start=noise if seed else 0.0)
     motion = record.motion
-    ground = record.ground if how.ground is None else how.ground
-    if how.friction is not None:
-        ground = replace(ground, friction=how.friction)
-    qpos, qvel = motion.qpos[0], motion.qvel[0].copy()
-    placed = on_ground(record.human, ground, qpos)
-    if abs(placed[2] - qpos[2]) <= FLOATING:
-        qpos = placed
-    if seed:
-        qvel += noise * np.random.default_rng(seed).standard_normal(len(qvel))
+    qpos, qvel = how.beginning(record.human, motion, record.ground, seed)
     world = World(
         record.human,
-        ground,
+        how.under(record.ground),
         acting,
         rate=controller.rate,
         control_rate=controller.control_rate,
@@ -106,46 +79,20 @@ def replay_once(
         qvel=qvel,
         seed=seed,
     )
-    if how.mass != 1.0:
-        heavier(world, how.mass)
+    how.change(world)
     if duration is None:
         duration = motion.duration + HOLD * controller.reference.ends
-    acts, state = seen(controller, how, world), world.reset()
+    acts, state = how.seen(controller), world.reset()
     squares: list[float] = []
     while world.time < duration - 1e-6 and world.fall is None and world.diverged is None:
         command = acts(state)
+        assert isinstance(command, Command)  # of a replay
         squares.append(float(np.square(command.signals["tracking_error"])))
         state = world.step(command)
     survived = world.fall is None and world.diverged is None
     figures = controller.figures()
     error = float(np.sqrt(np.mean(squares)))
     return Outcome(survived, world.time, error, float(figures["off_path_end_m"]), figures)
-
-
-def heavier(world: World, factor: float) -> None:
-    """Make the person of a world heavier, as the controller does not know."""
-    own = slice(1, len(world.human.body_names) + 1)
-    world.model.body_mass[own] *= factor
-    world.model.body_inertia[own] *= factor
-    mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
-
-
-def seen(controller: Replay, how: Otherwise, world: World) -> Callable[[State], Command]:
-    """Return a controller that sees with noise and acts with delay."""
-    late = round(how.delay * world.control_rate)
-    waiting: deque[Command] = deque()
-
-    def acts(state: State) -> Command:
-        if how.sensor_angle or how.sensor_rate:
-            n = len(state.qvel)
-            rates = state.qvel + how.sensor_rate * world.random.standard_normal(n)
-            angles = state.qpos.copy()
-            angles[7:] += how.sensor_angle * world.random.standard_normal(n - 6)
-            state.qpos, state.qvel = angles, rates
-        waiting.append(controller(state))
-        return waiting.popleft() if len(waiting) > late else waiting[0]
-
-    return acts
 
 
 def largest_push(
@@ -206,13 +153,6 @@ def certificate(record: Record, duration: float | None = None) -> dict[str, Any]
     }
 
 
-TRIED, AFTER = (50.0, 100.0), 1.5
-"""Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
-LATEST = 2.0
-"""A push of a certificate comes no later [s]."""
-DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}
-
-
 def certified(figures: dict[str, Any]) -> str:
     """Return the certificate of a motion in one sentence."""
     if not figures["replay_survived"]:
@@ -234,10 +174,3 @@ def certified(figures: dict[str, Any]) -> str:
         f"Carried out in the physical world it survives, {off:.1f}° off the motion and "
         f"{beside:.0f} cm beside its path at the end; on the way it survives {held}."
     )
-
-
-TRIED, AFTER = (50.0, 100.0), 1.5
-"""Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
-LATEST = 2.0
-"""A push of a certificate comes no later [s]."""
-DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}

@@ -129,6 +129,11 @@ class SimulateSettings(FitSettings):
         "control_rate": (1, 20000, "1/s"),
         "torque_rise": (0, 10, "s"),
         "stiffness": (0, 100, "times what is usual"),
+        "mass_error_pct": (-50, 100, "%"),
+        "friction": (0.01, 10, ""),
+        "delay": (0, 0.5, "s"),
+        "sensor_noise_deg": (0, 10, "deg"),
+        "start_noise": (0, 10, "rad/s, m/s"),
         "seed": SEEDS,
     }
 
@@ -158,6 +163,16 @@ class SimulateSettings(FitSettings):
     """How long a motor takes from nothing to its greatest torque [s]; at once if zero."""
     stiffness: float = 1.0
     """Stiffness of posture and stable-pd; 1 is four times the strength of a joint per radian."""
+    mass_error_pct: float = 0.0
+    """So much heavier is the person than the controller knows [%]; lighter if negative."""
+    friction: Number = None
+    """Coefficient of friction of the ground; as planned if absent."""
+    delay: float = 0.0
+    """So late comes every command [s]."""
+    sensor_noise_deg: float = 0.0
+    """Noise of the angles the controller sees, standard deviation [deg]; rates: 10/s times it."""
+    start_noise: float = 0.0
+    """Noise that every velocity of the start has, standard deviation [rad/s, m/s]."""
     seed: int = 0
     """Seed of everything random."""
 

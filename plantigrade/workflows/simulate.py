@@ -15,6 +15,7 @@ from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from plantigrade.workflows.beginning import Start, around, situation, start_of, world_of
 from plantigrade.workflows.fit import Step, personal_figures, silent
+from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, World
@@ -67,9 +68,9 @@ def simulate(
     if isinstance(controller, str):
         options["controller"] = controller
     how = SimulateSettings.given("simulate", settings, options)
-    named, acting = around(how)
+    otherwise, acting = around(how)
     begin = start_of(source, how, step, command)
-    ground = begin.ground if named is None else named
+    ground = otherwise.under(begin.ground)
     moved_by = controller if callable(controller) else None
     word = how.controller or usual(begin.motion, begin.record, begin.script)
     if moved_by is None:
@@ -78,12 +79,13 @@ def simulate(
         word = getattr(controller, "__name__", type(controller).__name__)
     with step("simulating"):
         began = clock.perf_counter()
-        world = world_of(begin, ground, how, (*acting, *disturbances), moved_by)
-        record = world.simulate(moved_by, _duration(begin, how))
+        world = world_of(begin, otherwise, how, (*acting, *disturbances), moved_by)
+        record = world.simulate(otherwise.seen(moved_by), _duration(begin, how))
         seconds = clock.perf_counter() - began
     said = getattr(moved_by, "said", tuple)()
     record = replace(record, notes=(*record.notes, *said))
-    return run_of(begin, how, world, record, word, seconds, getattr(moved_by, "figures", dict)())
+    more = getattr(moved_by, "figures", dict)()
+    return run_of(begin, otherwise, how, world, record, word, seconds, more)
 
 
 def _duration(begin: Start, how: SimulateSettings) -> float:
@@ -94,6 +96,7 @@ def _duration(begin: Start, how: SimulateSettings) -> float:
 
 def run_of(
     begin: Start,
+    otherwise: Otherwise,
     how: SimulateSettings,
     world: World,
     record: Record,
@@ -102,7 +105,7 @@ def run_of(
     more: Mapping[str, Any] | None = None,
 ) -> Run:
     """Return the run of a simulation; ``more`` are figures of the controller."""
-    status = "ok"
+    record, status = otherwise.told(record), "ok"
     if world.fall is not None:
         status = f"the person {world.fall}"
     if world.diverged is not None:
@@ -127,7 +130,7 @@ def run_of(
         replace(record, references=references, notes=notes),
         "simulate",
         title=f"{begin.name}, simulated",
-        sentence=_sentence(begin, how, world, record, word),
+        sentence=_sentence(begin, how, world, record, word, otherwise.words),
         status=status,
         figures=figures,
         provenance=begin.provenance,
@@ -152,7 +155,9 @@ def figures_of(record: Record) -> dict[str, float]:
     return figures
 
 
-def _sentence(begin: Start, how: SimulateSettings, world: World, record: Record, word: str) -> str:
+def _sentence(
+    begin: Start, how: SimulateSettings, world: World, record: Record, word: str, otherwise: str
+) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
@@ -162,7 +167,7 @@ def _sentence(begin: Start, how: SimulateSettings, world: World, record: Record,
         for what, words in kinds.items()
         if words
     )
-    pushes += ", on a floor that shifts" if how.shift else ""
+    pushes += (", on a floor that shifts" if how.shift else "") + otherwise
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
         f"freedom and {human.feet} feet, moved by {word}{pushes}: {record.motion.duration:.2f} s "

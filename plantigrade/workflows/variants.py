@@ -38,8 +38,8 @@ def variants(
         standing: Whether the person is made from the settings, and may vary.
 
     Raises:
-        ParameterError: If an option does not exist or is no word of its type, or there are too
-            many combinations.
+        ParameterError: If an option does not exist, is no word of its type or has a value twice,
+            or there are too many combinations.
     """
     allowed = (*OWN, *_PERSON) if standing else OWN
     refuse_unknown("a batch", vary, allowed)
@@ -52,6 +52,8 @@ def variants(
         if isinstance(values, str) or not len(values):
             raise ParameterError(f"{name} varies: give a list of its values, not {values!r:.40}")
         axes[name] = [typed(name, value) for value in values]
+        if any(value in axes[name][:i] for i, value in enumerate(axes[name])):
+            raise ParameterError(f"{name} varies: it has one of its values twice")
     if seeds > 1:
         axes["seed"] = [how.seed + i for i in range(seeds)]
     count = 1

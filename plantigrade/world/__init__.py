@@ -11,7 +11,7 @@ from plantigrade.world.disturbance import Disturbance, PhasePush, Push
 from plantigrade.world.falls import Fall
 from plantigrade.world.offers import Drawing, Target
 from plantigrade.world.platform import FloorShift, Platform, Tilting
-from plantigrade.world.start import on_ground, standing_on
+from plantigrade.world.start import laid, on_ground, standing_on
 from plantigrade.world.state import State
 from plantigrade.world.things import Box, Rope, ThrownBox
 from plantigrade.world.world import Controller, World
@@ -37,6 +37,7 @@ __all__ = [
     "Tilting",
     "Torque",
     "World",
+    "laid",
     "on_ground",
     "standing_on",
 ]

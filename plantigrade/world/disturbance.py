@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.bounds import number
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -19,6 +20,8 @@ LIFTED, LOADED = 0.01, 0.05
 """A foot is off the ground below the one, and on it above the other [body weights]."""
 SWING = 0.1
 """A foot that strikes was off the ground for so long [s]."""
+STRONGEST, LATEST, TURNS = 1e5, 3600.0, 100.0
+"""Greatest force [N], latest time [s] and greatest angle [rad] of what acts."""
 
 
 def trunk(human: Human, body: str = "") -> int:
@@ -87,7 +90,7 @@ class Push(Disturbance):
         body: Name of the body; the upper trunk if empty.
 
     Raises:
-        ParameterError: If a number is not finite, or the duration not positive.
+        ParameterError: If a number is out of range.
     """
 
     force: float
@@ -98,10 +101,10 @@ class Push(Disturbance):
 
     def __post_init__(self):
         """Refuse what is no push."""
-        if not np.isfinite([self.force, self.duration, self.direction, self.time]).all():
-            raise ParameterError(f"{self} has a number that is not finite")
-        if not self.duration > 0 or self.time < 0:
-            raise ParameterError(f"{self} must last longer than 0 s and begin at 0 s or later")
+        number("force", self.force, -STRONGEST, STRONGEST, "N", "a push")
+        number("duration", self.duration, 1e-3, LATEST, "s", "a push")
+        number("direction", self.direction, -TURNS, TURNS, "rad", "a push")
+        number("time", self.time, 0, LATEST, "s", "a push")
 
     @staticmethod
     def written(word: str) -> "Push":

@@ -12,10 +12,11 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.bounds import number
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.world.disturbance import Disturbance, written_numbers
+from plantigrade.world.disturbance import LATEST, TURNS, Disturbance, written_numbers
 
 if TYPE_CHECKING:
     import plantigrade.world.world
@@ -148,7 +149,7 @@ class FloorShift(Platform):
         time: When it begins [s].
 
     Raises:
-        ParameterError: If a number is not finite, or the duration not positive.
+        ParameterError: If a number is out of range.
     """
 
     distance: float
@@ -158,9 +159,10 @@ class FloorShift(Platform):
 
     def __post_init__(self):
         """Refuse what is no shift."""
-        numbers = [self.distance, self.duration, self.direction, self.time]
-        if not (np.isfinite(numbers).all() and self.duration >= 0.02 and self.time >= 0):
-            raise ParameterError(f"{self}: a floor shifts in at least 0.02 s, at 0 s or later")
+        number("distance", self.distance, -HALF / 2, HALF / 2, "m", "a shift")
+        number("duration", self.duration, 0.02, LATEST, "s", "a shift")
+        number("direction", self.direction, -TURNS, TURNS, "rad", "a shift")
+        number("time", self.time, 0, LATEST, "s", "a shift")
 
     @staticmethod
     def written(word: str) -> "FloorShift":

@@ -155,6 +155,7 @@ def _gathered(wrenches: list[Wrench]) -> tuple[Array, Array, Array]:
     """Return force, point and free moment of several forces on one body."""
     force = np.sum([f for _, f, _ in wrenches], axis=0)
     load = np.array([np.linalg.norm(f) for _, f, _ in wrenches])
+    load = load if load.any() else np.ones(len(load))
     point = load @ np.array([p for _, _, p in wrenches]) / load.sum()
     moment = np.sum([np.cross(p - point, f) for _, f, p in wrenches], axis=0)
     return force, point, moment

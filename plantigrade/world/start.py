@@ -13,7 +13,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.models import Human
 
-LEG = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
+LEG = ("hip_", "knee_angle", "ankle_angle", "subtalar_angle")
 WITHIN = ("mtp", "cuboid", "heel")
 """What the names of the hinges begin with that bend on uneven ground: legs, and within the feet."""
 PRESSURE = 0.45
@@ -27,12 +27,12 @@ def standing_on(
     ahead: float = PRESSURE,
     width: float | None = None,
     bent: Mapping[str, float] | None = None,
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Float[Array, " nq"]:
     """Return quiet standing: upright, soles along the ground, the centre of mass over the feet.
 
-    The body leans about the ankles until its centre of mass is over its place between the feet. On
-    uneven ground ankles, and joints within the feet, turn until the soles lie on it as closely as
-    they can, and legs bend.
+    The body leans about the ankles until its centre of mass is over its place between the feet,
+    and its soles are laid on the ground there (:func:`laid`).
 
     Args:
         human: The person.
@@ -42,9 +42,11 @@ def standing_on(
         width: Distance of the ankles; that of the hips if absent [m].
         bent: Joints of both sides that are bent besides, by name without side [rad]; together
             they leave the soles along the ground, but for a lean of the whole body.
+        place: Where they stand: forward and left [m], and how far they are turned to the left
+            [rad].
 
     Raises:
-        ParameterError: If the place is not over the feet, or the feet cannot be there.
+        ParameterError: If the stance is not over the feet, or the feet cannot be there.
     """
     if not 0.0 <= ahead <= 1.0:
         raise ParameterError(f"ahead={ahead:g} is not over the soles, 0 at the heels and 1 before")
@@ -52,27 +54,34 @@ def standing_on(
     for name, angle in (bent or {}).items():
         upright[[7 + human.hinge(f"{name}_{side}") for side in SIDES]] += angle
     sites = contact_sites(human)
-    lean = 0.0
+    lean, slope = 0.0, ground.slope * float(np.cos(place[2]))
     for _ in range(5):
-        qpos = _leaning(human, upright, lean, ground.slope)
+        qpos = _leaning(human, upright, lean, slope)
         data = _placed(human, qpos)
         x = np.array([data.geom(GEOM + s.name).xpos[0] for s in sites])
         wanted = x.min() + ahead * np.ptp(x)
         ankle = float(np.mean([data.body(f"foot_{s}").xpos[2] for s in SIDES]))
         lean += float(wanted - data.subtree_com[1, 0]) / float(data.subtree_com[1, 2] - ankle)
-    qpos = _leaning(human, upright, lean, ground.slope)
-    if ground.uneven:
-        qpos = _fitted(human, ground, on_ground(human, ground, qpos))
+    qpos = moved(_leaning(human, upright, lean, slope), place)
+    if ground.uneven or slope != ground.slope:
+        return laid(human, ground, qpos)
     return on_ground(human, ground, qpos)
 
 
-def _fitted(human: Human, ground: Ground, flat: Float[Array, " nq"]) -> Float[Array, " nq"]:
-    """Return a standing person whose soles lie on relief: least squares of the gaps under them.
+def laid(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:
+    """Return a person who stands on both feet, their soles laid on a ground.
 
-    Pelvis and trunk stay upright, the feet and the centre of mass where they are over the ground.
+    Legs bend, ankles and joints within the feet turn until the soles lie on it as closely as they
+    can: least squares of the gaps under them. Pelvis and trunk stay as they are, the feet and the
+    centre of mass where they are over the ground.
+
+    Args:
+        human: The person.
+        ground: What they stand on.
+        qpos: How they stand, on ground that may be another one.
     """
-    legs = tuple(f"{stem}_" for stem in LEG)
-    hinges = [i for i, c in enumerate(human.coordinates) if c.startswith((*legs, *WITHIN))]
+    flat = on_ground(human, ground, qpos)
+    hinges = [i for i, c in enumerate(human.coordinates) if c.startswith((*LEG, *WITHIN))]
     free = [0, 1, 2, *(6 + i for i in hinges)]
     stiff = [0.05 if human.coordinates[i].startswith(WITHIN) else 0.02 for i in hinges]
     sites = contact_sites(human)
@@ -108,7 +117,18 @@ def _fitted(human: Human, ground: Ground, flat: Float[Array, " nq"]) -> Float[Ar
         qpos = integrate(human.model, state.qpos, np.clip(step, -0.2, 0.2))
         qpos[7:] = np.clip(qpos[7:], *human.limits)
         state = State(human, qpos)
-    return np.array(state.qpos)
+    return on_ground(human, ground, np.array(state.qpos))
+
+
+def moved(qpos: Float[Array, " nq"], place: tuple[float, float, float]) -> Float[Array, " nq"]:
+    """Return a configuration at another place [m], turned about the vertical of the start [rad]."""
+    x, y, turn = place
+    c, s = np.cos(turn), np.sin(turn)
+    there = qpos.copy()
+    there[:2] = [x + c * qpos[0] - s * qpos[1], y + s * qpos[0] + c * qpos[1]]
+    about = np.array([np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)])
+    mujoco.mju_mulQuat(there[3:7], about, qpos[3:7])
+    return there
 
 
 def _astride(human: Human, width: float) -> Float[Array, " nq"]:

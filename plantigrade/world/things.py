@@ -7,10 +7,18 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.bounds import number
 from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.world.disturbance import Disturbance, trunk, written_numbers
+from plantigrade.world.disturbance import (
+    LATEST,
+    STRONGEST,
+    TURNS,
+    Disturbance,
+    trunk,
+    written_numbers,
+)
 from plantigrade.world.scene import LIMBS
 
 if TYPE_CHECKING:
@@ -24,6 +32,8 @@ PARCEL = 250.0
 """Density of a box [kg/m³]."""
 AWAY = 50.0
 """Height at which a box waits until it is thrown [m]."""
+FARTHEST, FASTEST = 1e3, 50.0
+"""Farthest place and greatest speed of a thing [m, m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +48,7 @@ class Rope(Disturbance):
         body: Name of the body at whose centre of mass it is tied; the upper trunk if empty.
 
     Raises:
-        ParameterError: If a number is not finite, or the tension negative.
+        ParameterError: If a number is out of range.
     """
 
     interval = 0.01
@@ -50,10 +60,11 @@ class Rope(Disturbance):
 
     def __post_init__(self):
         """Refuse what is no rope."""
-        if not (np.isfinite([self.force, *self.anchor, self.time]).all() and self.duration > 0):
-            raise ParameterError(f"{self} has a number that is not finite, or no duration")
-        if self.force < 0:
-            raise ParameterError(f"force={self.force:g} N: a rope only pulls")
+        number("force", self.force, 0, STRONGEST, "N", "a rope, which only pulls")
+        for place in self.anchor:
+            number("anchor", place, -FARTHEST, FARTHEST, "m", "a rope")
+        number("time", self.time, 0, LATEST, "s", "a rope")
+        number("duration", self.duration, 1e-3, np.inf, "s", "a rope")
 
     @staticmethod
     def written(word: str) -> "Rope":
@@ -100,7 +111,7 @@ class Box(Disturbance):
         size: Its edges [m].
 
     Raises:
-        ParameterError: If a number is not finite, or mass or size not positive.
+        ParameterError: If a number is out of range.
     """
 
     position: tuple[float, float, float]
@@ -111,9 +122,15 @@ class Box(Disturbance):
 
     def __post_init__(self):
         """Refuse what is no box."""
-        numbers = [*self.position, *self.velocity, self.time, self.mass, *self.size]
-        if not (np.isfinite(numbers).all() and min(self.mass, *self.size) > 0 and self.time >= 0):
-            raise ParameterError(f"{self} has a number that is not finite or not positive")
+        number("mass", self.mass, 1e-3, 500, "kg", "a box")
+        number("time", self.time, 0, LATEST, "s", "a box")
+        for name, low, high, unit in (
+            ("size", 1e-3, 10, "m"),
+            ("position", -FARTHEST, FARTHEST, "m"),
+            ("velocity", -FASTEST, FASTEST, "m/s"),
+        ):
+            for value in getattr(self, name):
+                number(name, value, low, high, unit, "a box")
 
     def add(self, spec: mujoco.MjSpec, human: Human) -> None:
         """Add the box, far away."""
@@ -187,9 +204,10 @@ class ThrownBox(Box):
     def __post_init__(self):
         """Refuse what does not fly."""
         super().__post_init__()
-        if not np.isfinite(self.direction) or not (self.speed == 0 or 2 <= self.speed <= 50):
+        number("direction", self.direction, -TURNS, TURNS, "rad", "a box")
+        if not (self.speed == 0 or 2 <= self.speed <= FASTEST):
             raise ParameterError(
-                f"speed={self.speed:g} m/s of a box must be 0 (dropped) or from 2 to 50"
+                f"speed={self.speed:g} m/s of a box must be 0 (dropped) or from 2 to {FASTEST:g}"
             )
 
     @staticmethod

@@ -1,13 +1,18 @@
 """``plantigrade simulate`` as a user calls it: standing, falling, a run, and what it refuses."""
 
 import json
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 import plantigrade as pg
 from plantigrade.commands import main as cli
 from plantigrade.errors import ParameterError
+from plantigrade.record import Run
+from plantigrade.workflows.live import prepare
 
+STORED = Path(__file__).parents[1] / "stored"
 SMALL = ("--joints", "42", "--feet", "rigid", "--rate", "300")
 
 
@@ -56,8 +61,16 @@ def test_a_controller_of_ones_own(folder):
     [
         (["--push", "1,2"], "NEWTON,SECONDS,DIRECTION_DEG,AT_S"),
         (["--rope", "1,2"], "NEWTON,X,Y,Z,AT_S"),
+        (["--rope", "50,1e9,2,1,0"], "anchor must be"),
+        (["--rope", "50,0,2,1,-1"], "time must be"),
+        (["--box", "1e9,5,0,0"], "mass must be"),
         (["--box", "1,1,0,0"], "must be 0 (dropped) or from 2 to 50"),
         (["--shift", "1"], "METRES,SECONDS,DIRECTION_DEG,AT_S"),
+        (["--shift", "1e9,0.2,0,0"], "distance must be"),
+        (["--vary", "motion", "hill"], "no motion 'hill'"),
+        (["--vary", "ground", "flat", "flat"], "one of its values twice"),
+        (["--mass-error-pct", "nan"], "mass_error_pct must be"),
+        (["--delay", "1"], "delay must be"),
         (["--shift", "0.1,0.2,0,1", "--ground", "stones"], "only a flat floor shifts"),
         (["--ground", "hill"], "there are flat, slope:DEG"),
         (["--controller", "stable-pd"], "follows a motion"),
@@ -77,6 +90,46 @@ def test_what_else_acts_is_said_and_felt(folder):
     assert pulled.record.signals["world.push"][:-1, 1].min() > 40.0
     assert pulled.record.signals["ground.place"][-1, 0] == pytest.approx(0.05, abs=1e-3)
     assert ", pulled once, on a floor that shifts:" in pulled.sentence
+
+
+def test_what_is_otherwise_than_planned_is_said_and_felt():
+    run = Run.load(STORED / "side-step")
+    small = {"duration": 0.05, "controller": "stable-pd", "rate": 600.0, "seed": 3}
+    plain, heavy = (pg.simulate(run, mass_error_pct=x, **small) for x in (0.0, 20.0))
+    assert heavy.record.human.mass == pytest.approx(1.2 * run.record.human.mass)
+    assert ", 20 % heavier than planned:" in heavy.sentence
+    verdict = pg.check(heavy.record)  # the equations of motion of who really moved
+    assert max(verdict.measures[f"root_{q}"].value for q in ("force", "moment")) < 0.05
+    other = {"delay": 0.01, "sensor_noise_deg": 0.2, "start_noise": 0.05, "friction": 0.1}
+    found = {name: pg.simulate(run, **{name: x}, **small) for name, x in other.items()}
+    assert found["friction"].record.ground.friction == 0.1
+    start = {name: each.record.motion.qvel[0] for name, each in found.items()}
+    assert 0.03 < np.std(start.pop("start_noise") - plain.record.motion.qvel[0]) < 0.07
+    assert all((v == plain.record.motion.qvel[0]).all() for v in start.values())
+    ends = {each.record.motion.qpos[-1].tobytes() for each in (plain, heavy, *found.values())}
+    assert len(ends) >= 5  # nobody slips in so short a time
+    noisy = pg.simulate(run, sensor_noise_deg=0.2, **small)
+    assert noisy.record.motion.qpos[-1].tobytes() in ends
+
+
+def test_a_motion_from_standing_starts_with_its_soles_on_another_ground():
+    run = Run.load(STORED / "side-step")
+    started = pg.simulate(run, ground="slope:10", duration=0.02)
+    ankles = [started.record.motion[f"ankle_angle_{side}"][0] for side in "rl"]
+    planned = [run.record.motion[f"ankle_angle_{side}"][0] for side in "rl"]
+    np.testing.assert_allclose(np.subtract(ankles, planned), np.deg2rad(10.0), atol=0.03)
+
+
+def test_a_live_session_knows_what_is_otherwise():
+    made = prepare(Run.load(STORED / "side-step"), mass_error_pct=10.0, delay=0.01, friction=0.6)
+    session, own = made.session, made.stage.begin.human.mass
+    mine = slice(1, 1 + len(session.world.human.body_names))
+    assert session.world.model.body_mass[mine].sum() == pytest.approx(1.1 * own)
+    assert session.friction == 0.6 and session.choice.controller == "replay"
+    session.step()
+    session.restart()
+    session.step()
+    assert made.run().record.human.mass == pytest.approx(1.1 * own)
 
 
 def test_a_run_has_its_own_person(folder):

@@ -227,6 +227,13 @@ def test_what_cannot_be_is_refused(reference, options, said):
         Walk(reference, **options)
 
 
+@pytest.mark.wrong_types
+@pytest.mark.parametrize("reference", [3, {}, [1.0], SMALL])
+def test_what_is_no_reference_is_refused(reference):
+    with pytest.raises(ParameterError, match="a reference is a run, its folder or a record"):
+        Walk(reference)
+
+
 def test_many_are_what_each_is_alone(reference):
     """The same starts and decisions; who falls begins anew in the same step."""
     envs = gymnasium.make_vec(learn.WALK, num_envs=3, reference=reference, duration=0.4)

@@ -6,7 +6,8 @@ import pytest
 
 from plantigrade.control.replay import Replay
 from plantigrade.record import Run
-from plantigrade.workflows.replays import Otherwise, certified, largest_push, replay_once
+from plantigrade.workflows.otherwise import Otherwise
+from plantigrade.workflows.replays import certified, largest_push, replay_once
 
 STORED = Path(__file__).parents[1] / "stored"
 
@@ -27,7 +28,7 @@ def test_what_is_otherwise_than_planned_reaches_the_world(controller):
     cases = (
         Otherwise(mass=1.1),
         Otherwise(delay=0.01),
-        Otherwise(sensor_angle=0.01, sensor_rate=0.05),
+        Otherwise(sensors=0.01),
     )
     for how in cases:
         assert replay_once(controller, 0.02, otherwise=how).error != plain.error

@@ -51,9 +51,9 @@ def test_a_rope_pulls_towards_its_anchor_while_it_pulls():
         (Rope, "-80,2,0,1,0", "only pulls"),
         (ThrownBox, "2,5,left,1", "KG,M_PER_S"),
         (ThrownBox, "2,0.5,0,1", "0 .dropped. or from 2 to 50"),
-        (ThrownBox, "-2,5,0,1", "not positive"),
+        (ThrownBox, "-2,5,0,1", "mass must be"),
         (FloorShift, "0.1,0.2,0", "METRES,SECONDS"),
-        (FloorShift, "0.1,0,0,1", "at least 0.02 s"),
+        (FloorShift, "0.1,0,0,1", "duration must be 0.02"),
     ],
 )
 def test_a_word_that_is_none_is_refused_with_how_to_write_it(kind, word, said):

@@ -6,9 +6,11 @@ import pytest
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM, contact_sites
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
-from plantigrade.world import World, on_ground, standing_on
+from plantigrade.world import World, laid, on_ground, standing_on
 from plantigrade.world.grounds import ground_named
+from plantigrade.world.start import moved
 
 HUMAN = Human.create(joints="42", feet="rigid")
 
@@ -42,6 +44,39 @@ def test_every_ground_is_what_its_name_says():
 def test_what_is_no_ground_is_refused(word):
     with pytest.raises(ParameterError, match="ground|needs a number|takes no number"):
         ground_named(word)
+
+
+def gaps(ground: Ground, qpos) -> np.ndarray:
+    """Distances of the contact spheres from a ground, along its normal there."""
+    radius = np.array([[s.radius] for s in contact_sites(HUMAN)])
+    centre = State(HUMAN, qpos).position(PointSet.of(HUMAN, contact_sites(HUMAN)))
+    low = centre - radius * ground.normal_at(centre)
+    return low @ ground.normal - ground.under(low)
+
+
+@pytest.mark.parametrize("word", ["slope:12", "bumps:3"])
+@pytest.mark.parametrize("turn", [0.5 * np.pi, np.pi])
+def test_who_stands_elsewhere_and_turned_has_the_soles_on_the_ground_there(word, turn):
+    ground, place = ground_named(word, seed=3), (1.0, -0.5, turn)
+    qpos, level = standing_on(HUMAN, ground, place=place), standing_on(HUMAN, Ground())
+    lifted = on_ground(HUMAN, ground, moved(level, place))
+    found, expected = State(HUMAN, qpos), State(HUMAN, lifted)
+    np.testing.assert_allclose(found.com[:2], expected.com[:2], atol=0.01)
+    for foot in ("foot_r", "foot_l"):
+        i = HUMAN.body(foot)
+        np.testing.assert_allclose(found.origins[i, :2], expected.origins[i, :2], atol=0.03)
+        assert found.rotation(foot)[:, 0] @ expected.rotation(foot)[:, 0] > 0.97
+    assert np.ptp(gaps(ground, qpos)) < 0.6 * np.ptp(gaps(ground, lifted))
+    if "slope" in word:
+        assert np.ptp(gaps(ground, qpos)) < 4e-3
+
+
+def test_a_posture_is_laid_on_other_ground():
+    flat, slope = standing_on(HUMAN, Ground()), ground_named("slope:10")
+    assert np.ptp(gaps(slope, on_ground(HUMAN, slope, flat))) > 0.03
+    there = laid(HUMAN, slope, flat)
+    assert np.ptp(gaps(slope, there)) < 2e-3
+    np.testing.assert_allclose(State(HUMAN, there).com[:2], State(HUMAN, flat).com[:2], atol=0.01)
 
 
 @pytest.mark.parametrize("word", ["flat", "slope:8", "sphere:1", "dome:1", "stones"])
