@@ -44,8 +44,8 @@ from plantigrade.toml import parse_toml, read_toml
 
 MOTIONS = ("tiptoe", "tilt-inside", "tilt-outside", "circling", "one-foot", "jump")
 """Scripts that come with the package."""
-LONGEST = 600.0
-"""Longest script [s]."""
+SHORTEST, LONGEST = 0.1, 600.0
+"""Shortest and longest script [s]."""
 FARTHEST = 0.5
 """Farthest an ankle or the body may be from where it stands [m]."""
 
@@ -121,8 +121,10 @@ def _script(told: Mapping[str, Any], name: str) -> Script:
         if not isinstance(row, Mapping):
             raise ParameterError(f"{where} is no table")
         frames.append(_frame(row, frames[-1], where))
-    if frames[-1].time <= 0:
-        raise ParameterError(f"{name} ends at {frames[-1].time:g} s")
+    if frames[-1].time < SHORTEST:
+        raise ParameterError(
+            f"{name} ends at {frames[-1].time:g} s; a script lasts {SHORTEST:g} s at least"
+        )
     return Script(str(told.get("title", name)), tuple(frames))
 
 
@@ -149,6 +151,11 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
                 names = told["presses"]
                 if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
                     raise ParameterError(f"{where}: presses is a list of {', '.join(MARKS)}")
+                if wrong := set(names) - set(MARKS):
+                    raise ParameterError(
+                        f"{where}: no segment {', '.join(sorted(wrong))}; there are "
+                        f"{', '.join(MARKS)}"
+                    )
                 presses[foot] = marks(*names)
     body = before.body
     if "body" in row:
