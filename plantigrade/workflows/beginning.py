@@ -1,7 +1,7 @@
 """How a simulation starts: who, on what, where, how fast."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,8 @@ from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Situation
-from plantigrade.control.balance import Followed, script_named, scripted
+from plantigrade.control.balance import Followed, feasible_motion, script_named, scripted
+from plantigrade.control.choices import SCRIPTED
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -59,7 +60,7 @@ class Start:
         notes: What the user should know of it.
         place: Where somebody stands who has no motion [m], and which way they look [rad].
         record: The motion with its forces.
-        script: The foot motion they are to do.
+        script: What they are to do in balance: a foot motion, or a motion brought over their feet.
     """
 
     human: Human
@@ -122,6 +123,23 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         if source is not None:
             raise ParameterError("motion is a script of its own: leave out the recording or run")
         return _scripted(how.motion, how, command)
+    begin = _moving(source, how, step, command)
+    return _over_the_feet(begin) if how.controller == SCRIPTED and begin.motion else begin
+
+
+def _over_the_feet(begin: Start) -> Start:
+    """Return a start whose motion is one that the feet can carry."""
+    assert begin.motion is not None
+    asked = Followed(begin.human, begin.motion, ground=begin.ground)
+    motion = feasible_motion(begin.human, asked)
+    script = Followed(begin.human, motion, asked.presses)
+    moved = 1e3 * float(np.linalg.norm((script.com - asked.com)[:, :2], axis=1).max())
+    said = f"The centre of mass was moved by up to {moved:.0f} mm to where the feet carry it."
+    return replace(begin, motion=motion, script=script, notes=(*begin.notes, said))
+
+
+def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
+    """Return who starts without a script."""
     if source is None:
         human = how.human()
         return Start(human, Ground(), "standing", Provenance(command, how.plain(), seed=how.seed))

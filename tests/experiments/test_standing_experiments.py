@@ -83,13 +83,14 @@ def test_what_becomes_of_who_stands():
 
 def test_the_table_of_foot_motions(monkeypatch, tmp_path):
     def made(name, height, mass):
-        found = {"stood": True, "time": 9.0, "on_toes": 11.0, "air": 0.2, "jump": 12.0}
-        return found | {"bones": 5, "in_order": 0.75, "most_limited": 2.0, "points": 20.0}
+        found = {"stood": True, "time": 9.0, "on_toes": 11.0, "air": 0.2, "rise": 12.0}
+        found |= {"flight": 9.0, "sweeps": 4}
+        return found | {"bones": 5, "in_order": 1.0, "most_limited": 2.0, "points": 20.0}
 
     monkeypatch.setattr(foot_motions, "measure", made)
     metrics = foot_motions.run(out=tmp_path).metrics()
-    assert metrics["goals"] == metrics["goals_met"] == len(MOTIONS) + 3
-    assert metrics["circling_sweeps_in_order_pct"] == 75.0
+    assert metrics["goals"] == metrics["goals_met"] == len(MOTIONS) + 4
+    assert metrics["jump_least_flight_cm"] == 9.0
     assert (tmp_path / foot_motions.EXPERIMENT.page).exists()
 
 
@@ -102,10 +103,12 @@ def test_pressure_that_runs_over_the_toes_is_in_order(ordered, share):
     centres = np.array([1, 2, 3, 4, 5] if ordered else [1, 3, 2, 4, 5])
     load = np.zeros((len(time), 6))
     load[:, :5] = 50.0 * np.exp(-2.0 * (middle[:, None] - centres) ** 2)
-    bones, found = foot_motions.circled(load, names, 8.0)
-    assert bones == 5 and found == share
-    load[:, 5] = 30.0  # the heel stands: nothing circles
-    assert foot_motions.circled(load, names, 8.0) == (0, None)
+    bones, sweeps, found = foot_motions.circled(load, names, 8.0)
+    assert bones == 5 and found == share and (sweeps == 8 or not ordered)
+    load[time < 1.5, 5] = 30.0  # the heel stands
+    assert foot_motions.circled(load, names, 8.0)[1] < 8
+    load[:, 5] = 30.0  # nothing circles
+    assert foot_motions.circled(load, names, 8.0) == (0, 0, 0.0)
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from plantigrade.control.balance.carried import Carried, held
 from plantigrade.control.balance.controller import Balance
+from plantigrade.control.balance.feasible import feasible_motion
 from plantigrade.control.balance.hybrid import Hybrid, HybridWeights
 from plantigrade.control.balance.reference import Followed, Held, Reference, Wanted
 from plantigrade.control.balance.script import MOTIONS, script_named
@@ -19,6 +20,7 @@ __all__ = [
     "Reference",
     "Wanted",
     "Weights",
+    "feasible_motion",
     "held",
     "script_named",
     "scripted",

@@ -14,10 +14,10 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.control.balance.carried import held
 from plantigrade.control.balance.flight import FlightClock, landing_rows
+from plantigrade.control.balance.goal import goal_of
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
 from plantigrade.control.balance.recovery import PELVIS, Recovery
 from plantigrade.control.balance.reference import Reference, Wanted
-from plantigrade.control.balance.support import goal_of
 from plantigrade.control.balance.weights import FOOT, Weights
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State as BodyState
@@ -117,6 +117,12 @@ class Balance:
         if self.recovery.stepped:
             weight, gain = weight.copy(), gain.copy()
             weight[3:6], gain[6:][self.recovery.legs] = PELVIS, 0.0
+        asked = wanted.presses[standing.site]
+        cost = np.where(
+            asked,
+            w.force * np.broadcast_to(wanted.dear, wanted.presses.shape)[standing.site],
+            w.unasked,
+        )
         passive = world.actuators.passive(state.angles, state.rates)
         answer = self.program.solve(
             body,
@@ -124,7 +130,7 @@ class Balance:
             [t for t in tasks if t is not None],
             wanted=self._tracked(body, wanted, gain),
             weight=weight,
-            force_weight=np.where(wanted.presses[standing.site], w.force, w.unasked),
+            force_weight=cost,
             passive=passive,
             points=points,
         )

@@ -58,6 +58,7 @@ class GroundContact:
         self._owner = np.array(self.model.geom_bodyid)
         self._outside = (self._owner == 0) | (self._owner > len(world.human.body_names))
         self.model.geom_gap[self.geoms] = NEAR
+        mujoco.mj_collision(self.model, world.data)  # those near it, at the first tick already
 
     def read(self) -> Standing:
         """Return what touches now: of every sphere its deepest contact with the ground."""

@@ -45,6 +45,7 @@ class Postures:
         ]
         self.order = [np.array([names.index(n) for n in p.spheres]) for p in self.posers]
         self.n_sites = len(names)
+        self.side = np.array([name[-1] for name in names])
 
     def spheres_of(self, marked: Bool[Array, "n 2 n_marks"]) -> Bool[Array, "n n_sites"]:
         """Return which spheres belong to segments that press."""
@@ -145,3 +146,13 @@ class Postures:
         low, high = self.human.limits
         q[7:] = np.clip(q[7:], low, high)
         return q
+
+
+def rates_of(human: Human, qpos: Float[Array, "n nq"], rate: float) -> Float[Array, "n nv"]:
+    """Return the velocities of configurations, so many of them a second [1/s]."""
+    state = State(human, qpos[0])
+    steps = np.array(
+        [state.moved_to(b).difference(a) for a, b in zip(qpos[:-1], qpos[1:], strict=True)]
+    )
+    ends = np.vstack([steps[:1], steps, steps[-1:]])
+    return rate * 0.5 * (ends[:-1] + ends[1:])

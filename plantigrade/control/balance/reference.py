@@ -30,6 +30,7 @@ class Wanted:
         com_acceleration: Its acceleration [m/s²].
         places: Where the contact spheres of the feet are [m].
         presses: Which of them are to be on the ground.
+        dear: How much more than usual a force of each costs.
     """
 
     qpos: Float[Array, " nq"]
@@ -40,6 +41,7 @@ class Wanted:
     com_acceleration: Float[Array, " 3"]
     places: Float[Array, "n_sites 3"]
     presses: Bool[Array, " n_sites"]
+    dear: float | Float[Array, " n_sites"] = 1.0
 
 
 @runtime_checkable
@@ -83,6 +85,9 @@ class Followed:
             low and slow if absent.
         ground: What the motion happened on; level if absent.
         flights: From when to when the body is in the air, by plan [s].
+
+    Attributes:
+        dear: How much more than usual the force of every sphere costs in each frame.
     """
 
     def __init__(
@@ -100,8 +105,6 @@ class Followed:
         self.motion, self.time = motion, motion.time - motion.time[0]
         self.com = np.array([com for com, _ in states])
         self.places = np.array([places for _, places in states])
-        self.com_velocity = np.gradient(self.com, self.time, axis=0)
-        self.com_acceleration = np.gradient(self.com_velocity, self.time, axis=0)
         own = motion.qacc
         self.qacc = np.gradient(motion.qvel, self.time, axis=0) if own is None else own
         if presses is not None:
@@ -112,6 +115,10 @@ class Followed:
             gap = self.places @ ground.normal - ground.under(self.places) - radius
             speed = np.linalg.norm(np.gradient(self.places, self.time, axis=0), axis=2)
             self.presses = (gap < LOW + gap.min()) & (speed < SLOW)
+        self.com_velocity = np.gradient(self.com, self.time, axis=0)
+        self.com_acceleration = np.gradient(self.com_velocity, self.time, axis=0)
+
+        self.dear = np.ones(self.presses.shape)
 
     def at(self, time: float) -> Wanted:
         """Return the motion at a time after its first frame [s]."""
@@ -136,4 +143,5 @@ class Followed:
             moves * between(self.com_acceleration),
             between(self.places),
             self.presses[i + 1 if u > 0.5 else i],
+            self.dear[i + 1 if u > 0.5 else i],
         )

@@ -15,7 +15,9 @@ far the ankle is from where it is in standing, forward, to the left and up, in m
 1.74 m; and ``presses``, the segments on the ground (names of
 :data:`~plantigrade.kinematics.foot_pose.MARKS`), ``[]`` for a foot in the air. What a frame does
 not say stays as it was; before the first one the person stands. ``body`` moves the centre of mass
-likewise, from where it would be by itself. On the way from one frame to the next those segments
+likewise, from where it would be by itself. ``toward`` says where within what presses of a foot the
+pressure is to be, forward and to the left, from -1 to 1: ``[0, 1]`` for its left border. A foot
+that was not told presses as evenly as it can. On the way from one frame to the next those segments
 press that do at both ends. Between frames where no foot does the body flies for just so long
 (:mod:`plantigrade.control.balance.paths`): the one before it is the take-off, the one after it the
 landing, and those beside them are how deep it crouches. A script that asks for more force than
@@ -42,8 +44,8 @@ from plantigrade.toml import parse_toml, read_toml
 
 MOTIONS = ("tiptoe", "tilt-inside", "tilt-outside", "circling", "one-foot", "jump")
 """Scripts that come with the package."""
-LONGEST = 600.0
-"""Longest script [s]."""
+SHORTEST, LONGEST = 0.1, 600.0
+"""Shortest and longest script [s]."""
 FARTHEST = 0.5
 """Farthest an ankle or the body may be from where it stands [m]."""
 
@@ -57,12 +59,15 @@ class Frame:
         ankle: How far each ankle, right first, is from where it is in standing [m].
         presses: Which of :data:`~plantigrade.kinematics.foot_pose.MARKS` press, for each foot.
         body: How far the centre of mass is from where it would be by itself [m].
+        toward: Where within what presses each foot presses most, forward and to the left, from -1
+            to 1; NaN where that is left open.
     """
 
     time: float
     ankle: Float[Array, "2 3"]
     presses: Bool[Array, "2 n_marks"]
     body: Float[Array, " 3"]
+    toward: Float[Array, "2 2"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,14 +115,16 @@ def _script(told: Mapping[str, Any], name: str) -> Script:
     if not isinstance(rows, list) or not rows:
         raise ParameterError(f"{name} has no [[frame]]")
     flat = np.tile(marks(*SEGMENTS), (2, 1))
-    frames = [Frame(0.0, np.zeros((2, 3)), flat, np.zeros(3))]
+    frames = [Frame(0.0, np.zeros((2, 3)), flat, np.zeros(3), np.full((2, 2), np.nan))]
     for i, row in enumerate(rows):
         where = f"{name}, frame {i + 1}"
         if not isinstance(row, Mapping):
             raise ParameterError(f"{where} is no table")
         frames.append(_frame(row, frames[-1], where))
-    if frames[-1].time <= 0:
-        raise ParameterError(f"{name} ends at {frames[-1].time:g} s")
+    if frames[-1].time < SHORTEST:
+        raise ParameterError(
+            f"{name} ends at {frames[-1].time:g} s; a script lasts {SHORTEST:g} s at least"
+        )
     return Script(str(told.get("title", name)), tuple(frames))
 
 
@@ -126,31 +133,43 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
     if unknown := set(row) - {"time", "right", "left", "both", "body"}:
         raise ParameterError(f"{where} says {', '.join(sorted(unknown))}")
     time = row.get("time")
-    if not isinstance(time, int | float) or not before.time < time <= LONGEST:
+    if not _is_number(time) or not before.time < time <= LONGEST:
         raise ParameterError(
             f"{where}: time={time!r} must be after {before.time:g} s and at most {LONGEST:g} s"
         )
-    ankle, presses = before.ankle.copy(), before.presses.copy()
+    ankle, presses, toward = before.ankle.copy(), before.presses.copy(), before.toward.copy()
     for word, feet in (("both", (0, 1)), ("right", (0,)), ("left", (1,))):
         told = row.get(word, {})
-        if not isinstance(told, Mapping) or set(told) - {"ankle", "presses"}:
-            raise ParameterError(f"{where}: {word} may say ankle and presses")
+        if not isinstance(told, Mapping) or set(told) - {"ankle", "presses", "toward"}:
+            raise ParameterError(f"{where}: {word} may say ankle, presses and toward")
         for foot in feet:
             if "ankle" in told:
-                ankle[foot] = _place(told["ankle"], f"{where}: ankle")
+                ankle[foot] = _numbers(told["ankle"], 3, FARTHEST, f"{where}: ankle [m]")
+            if "toward" in told:
+                toward[foot] = _numbers(told["toward"], 2, 1.0, f"{where}: toward")
             if "presses" in told:
                 names = told["presses"]
                 if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
                     raise ParameterError(f"{where}: presses is a list of {', '.join(MARKS)}")
+                if wrong := set(names) - set(MARKS):
+                    raise ParameterError(
+                        f"{where}: no segment {', '.join(sorted(wrong))}; there are "
+                        f"{', '.join(MARKS)}"
+                    )
                 presses[foot] = marks(*names)
-    body = _place(row["body"], f"{where}: body") if "body" in row else before.body
-    return Frame(float(time), ankle, presses, body)
+    body = before.body
+    if "body" in row:
+        body = _numbers(row["body"], 3, FARTHEST, f"{where}: body [m]")
+    return Frame(float(time), ankle, presses, body, toward)
 
 
-def _place(told: Any, where: str) -> Array:
-    numbers = isinstance(told, list) and all(isinstance(x, int | float) for x in told)
-    if not numbers or len(told) != 3 or not np.abs(told).max() <= FARTHEST:
-        raise ParameterError(
-            f"{where} is three numbers [m], none beyond {FARTHEST:g}, not {told!r}"
-        )
+def _is_number(told: Any) -> bool:
+    return isinstance(told, int | float) and not isinstance(told, bool)
+
+
+def _numbers(told: Any, n: int, most: float, where: str) -> Array:
+    numbers = isinstance(told, list) and all(_is_number(x) for x in told)
+    if not numbers or len(told) != n or not np.abs(told).max() <= most:
+        count = {2: "two", 3: "three"}[n]
+        raise ParameterError(f"{where} is {count} numbers, none beyond {most:g}, not {told!r}")
     return np.array(told, dtype=float)

@@ -3,13 +3,13 @@
 import numpy as np
 
 from plantigrade.arrays import Array
+from plantigrade.constants import SIDES
 from plantigrade.control.balance.paths import flights_of, lifted, rise, through
-from plantigrade.control.balance.postures import Postures
+from plantigrade.control.balance.postures import Postures, rates_of
 from plantigrade.control.balance.reference import Followed
 from plantigrade.control.balance.script import Frame, Script
 from plantigrade.control.balance.support import inside
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 
@@ -19,6 +19,10 @@ RATE = 50.0
 """Frames of a scripted motion [1/s]."""
 FLAT = 0.003
 """A heel that is to rise has left the ground when its ankle is so far up [m]."""
+NARROW = np.array([0.5, 0.15])
+"""How far around where a foot presses most it presses, along and across what presses of it."""
+DEAREST = 7.0
+"""Logarithm of the greatest cost of a force elsewhere, by that of one there."""
 
 
 def scripted(human: Human, script: Script) -> Followed:
@@ -60,19 +64,34 @@ def scripted(human: Human, script: Script) -> Followed:
                 marked[own] = np.where(low[..., None], presses[flat], marked[own])
     goal = np.column_stack([over, pose.high + high])
     qpos = pose.path(ankle, marked, goal, 1.0 / RATE)
-    motion = Motion(time, qpos, _rates(human, qpos), human.joint_names)
+    motion = Motion(time, qpos, rates_of(human, qpos, RATE), human.joint_names)
     spheres = pose.spheres_of(marked)
-    return Followed(human, motion, spheres, flights=[(at[a], at[b]) for a, b in flights])
+    follow = Followed(human, motion, spheres, flights=[(at[a], at[b]) for a, b in flights])
+    toward = np.array([f.toward for f in frames])
+    for k, side in enumerate(SIDES):
+        if not np.isnan(toward[:, k]).all():
+            own = spheres & (pose.side == side)
+            follow.dear *= _dear(follow.places, own, _toward(at, toward[:, k], time, segment))
+    return follow
 
 
-def _rates(human: Human, qpos: Array) -> Array:
-    """Return the velocities of a motion sampled at :data:`RATE`."""
-    state = State(human, qpos[0])
-    steps = np.array(
-        [state.moved_to(b).difference(a) for a, b in zip(qpos[:-1], qpos[1:], strict=True)]
-    )
-    ends = np.vstack([steps[:1], steps, steps[-1:]])
-    return RATE * 0.5 * (ends[:-1] + ends[1:])
+def _toward(at: Array, toward: Array, time: Array, segment: Array) -> Array:
+    """Return where a foot presses most at every time; NaN where that is open."""
+    told = ~np.isnan(toward).any(axis=1)
+    path = through(at, np.where(told[:, None], toward, 0.0), time)
+    return np.where((told[segment] & told[segment + 1])[:, None], path, np.nan)
+
+
+def _dear(places: Array, own: Array, toward: Array) -> Array:
+    """Return how much more a force costs that is far from where its foot presses most."""
+    dear = np.ones(own.shape)
+    for i in np.flatnonzero(own.any(axis=1) & ~np.isnan(toward).any(axis=1)):
+        points = places[i, own[i], :2]
+        low, high = points.min(axis=0), points.max(axis=0)
+        place = 0.5 * (low + high + toward[i] * (high - low))
+        off = (points - place) / (NARROW * (high - low))
+        dear[i, own[i]] = np.exp(np.minimum(0.5 * (off**2).sum(axis=1), DEAREST))
+    return dear
 
 
 def _targets(

@@ -1,0 +1,82 @@
+"""Motions brought to where the feet can carry them."""
+
+import numpy as np
+import pytest
+
+from plantigrade.constants import GRAVITY
+from plantigrade.contact.site import contact_sites
+from plantigrade.control.balance import Followed, feasible_motion
+from plantigrade.control.balance.feasible import feasible_path
+from plantigrade.control.balance.support import beyond
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.workflows import simulate
+
+SOLE = np.array([[-0.1, -0.05, 0.0], [-0.1, 0.05, 0.0], [0.15, -0.05, 0.0], [0.15, 0.05, 0.0]])
+
+
+def pressures(time, com):
+    """Return where the pressure of a pendulum is."""
+    step = time[1] - time[0]
+    bend = np.diff(com, 2, axis=0) / step**2
+    inner = com[1:-1]
+    return inner[:, :2] - (inner[:, 2:] / (GRAVITY + bend[:, 2:])) * bend[:, :2]
+
+
+def swaying(far, rate=100.0, seconds=4.0):
+    """Return a person who sways at 0.5 Hz so far forward and back, and what carries them [m]."""
+    time = np.arange(round(rate * seconds)) / rate
+    com = np.zeros((len(time), 3))
+    com[:, 0], com[:, 2] = 0.02 + far * np.sin(np.pi * time), 1.0
+    places = np.tile(SOLE, (len(time), 1, 1))
+    return time, com, places, np.ones((len(time), 4), dtype=bool)
+
+
+def test_a_motion_that_the_feet_carry_is_left_as_it_is():
+    time, com, places, presses = swaying(0.02)
+    path = feasible_path(time, com, places, presses)
+    assert np.abs(path - com)[50:-50].max() < 1e-3
+
+
+def test_one_they_do_not_carry_has_its_pressure_inside_and_changes_no_more_than_that():
+    time, com, places, presses = swaying(0.12)
+    path = feasible_path(time, com, places, presses)
+    before, after = pressures(time, com), pressures(time, path)
+    outside = max(beyond(SOLE[:, :2], p) for p in before)
+    assert outside > 0.05
+    assert max(beyond(SOLE[:, :2], p) for p in after) < 0.0
+    assert np.abs(path - com).max() < outside + 0.02
+    assert np.array_equal(path[:, 2], com[:, 2])
+
+
+def test_where_nothing_presses_nothing_is_asked():
+    time, com, places, presses = swaying(0.12)
+    path = feasible_path(time, com, places, ~presses)
+    assert np.abs(path - com).max() < 1e-3
+    assert np.array_equal(feasible_path(time[:2], com[:2], places[:2], presses[:2]), com[:2])
+
+
+def test_postures_follow_and_the_feet_stay():
+    human = Human.create()
+    qpos = np.tile(human.standing(), (40, 1))
+    motion = Motion(np.arange(40) / 50.0, qpos, np.zeros((40, human.model.nv)), human.joint_names)
+    presses = np.tile([site.side == "l" for site in contact_sites(human)], (40, 1))
+    asked = Followed(human, motion, presses)
+    moved = Followed(human, feasible_motion(human, asked), presses)
+    left = asked.places[0][presses[0], :2]
+    assert beyond(left, asked.com[0, :2]) > 0.03  # who lifts the right foot falls
+    assert max(beyond(left, com[:2]) for com in moved.com) < 0.0
+    assert np.abs(moved.places - asked.places).max() < 0.003
+    assert np.abs(moved.com[:, 2] - asked.com[:, 2]).max() < 0.01
+
+
+@pytest.mark.slow
+def test_a_recorded_balance_on_one_leg_is_held(data):
+    run = simulate(
+        data / "cmu_asfamc" / "49_18.amc",
+        controller="balance",
+        feet="multi-segment",
+        duration=4.0,
+    )
+    assert run.ok
+    assert any("carry" in note for note in run.record.notes)
