@@ -11,8 +11,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.replay.planner import SwingOffset
 from plantigrade.control.replay.reference import Reference
+from plantigrade.control.replay.swing import SwingOffset
 
 TOUCH, LOADED = 0.035, 0.028
 """A foot touches, or its place is known, from this load on [body weights]."""
@@ -57,6 +57,11 @@ class Foot:
     lowered: float = 0.0
     waited: float = 0.0
     early: bool = False
+
+    @property
+    def left(self) -> float:
+        """1 for the left foot, -1 for the right."""
+        return 1.0 if self.side == "l" else -1.0
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.control.replay.clearance import Clearance, held_out
+from plantigrade.control.replay.edges import lifts
 from plantigrade.control.replay.offsets import offset_weights
 from plantigrade.control.replay.schedule import Schedule, Stance, carrying, stances_of
 from plantigrade.errors import ParameterError
@@ -122,6 +123,8 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
     ends = period is None and float(np.abs(qvel[-1]).max()) < MOVING
     swept = sweep_tables(record, sites, qpos, qvel)
     load = loads(record, sites, swept, force)
+    if record.ground.steps:
+        lift_over_edges(record, sites, swept, load)
     total = force.sum(axis=1)
     known = bool(force.any())
     com_acceleration = np.gradient(swept["com_velocity"], STEP, axis=0)
@@ -330,6 +333,16 @@ def sweep_tables(record: Record, sites, qpos: Array, qvel: Array) -> dict[str, A
     moving = np.gradient(out["low"], STEP, axis=0)
     out["site_speed"] = np.linalg.norm(moving, axis=2)
     return out
+
+
+def lift_over_edges(record: Record, sites, swept: dict[str, Array], load: Array) -> None:
+    """Lead swinging feet clear of the edges of steps."""
+    stands = carrying(load, record.weight, STEP, periodic=False)
+    for i, side in enumerate(SIDES):
+        own = np.array([s.side == side for s in sites])
+        lift = lifts(record.ground, swept["low"][:, own], stands[:, own].any(axis=1), STEP)
+        swept["foot"][:, i, 2] += lift
+        swept["foot_velocity"][:, i, 2] += np.gradient(lift, STEP)
 
 
 def schedule_of(
