@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.balance import Balance, Followed, Hybrid
+from plantigrade.control.pendulum import Pendulum
 from plantigrade.control.posture import Posture, passive
 from plantigrade.control.replay import Replay
 from plantigrade.control.tracking import Tracking
@@ -83,6 +84,7 @@ CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
     "hybrid": lambda at: Hybrid(),
     "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
     "replay": lambda at: Replay(at.recorded("replay")),
+    "pendulum": lambda at: Pendulum(at.recorded("pendulum")),
 }
 """Name of a controller → how it is made."""
 

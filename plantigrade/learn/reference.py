@@ -1,38 +1,22 @@
 """A walk as a reference that goes on for ever: one stride, closed, with how far it leads."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import gaussian_filter1d
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.kinematics.stride import Stride, stride_of
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.motion.cycles import LONGEST_CYCLE, SHORTEST_CYCLE, cut_cycles
 from plantigrade.options import shown
 from plantigrade.record import Record, Run
-from plantigrade.spatial.conventions import (
-    PELVIS,
-    pelvis_angles_to_quaternion,
-    pelvis_rates_to_free_joint,
-)
 
-RATE = 120.0
-"""Rows of the table per second, at least; between them it is linear [1/s]."""
-SEAM = 1.0 / 60.0
-"""Standard deviation of the Gaussian that smooths a closed stride [s]."""
-OPEN = np.deg2rad(10.0)
-"""Root mean square of the hinges by which both ends of one stride differ at most [rad]."""
-SHORT = 0.2
-"""A stride that leads nowhere is on a belt: less than this [m]."""
 HANDS = ("hand", "radius", "forearm", "fingers")
 """Bodies of an arm that may be its end, the best first."""
 
@@ -117,32 +101,14 @@ class Reference:
     def of_motion(cls, human: Human, motion: Motion) -> "Reference":
         """Return the reference of a motion: its most even stride, or the whole if there is none.
 
-        Where gait events cut no stride, a motion whose both ends are nearly one posture is one. A
-        walk on a belt gets the belt's way. The ends of the stride are closed by what they differ,
-        spread over all of it.
+        As :func:`~plantigrade.kinematics.stride.stride_of` closes it.
 
         Raises:
             ParameterError: If the motion is of another person, or too short.
         """
-        if motion.joint_names != human.joint_names or motion.n_frames < 4:
-            raise ParameterError("a reference needs four frames or more of a motion of this person")
-        own = motion.time
-        motion = _off_the_belt(human, motion)
-        strides = [(c.start, c.stop) for c in cut_cycles(motion.events)]
-        strides = [s for s in strides if s[0] >= own[0] - 1e-9 and s[1] <= own[-1] + 1e-9]
-        if not strides and SHORTEST_CYCLE <= motion.duration <= LONGEST_CYCLE:
-            strides = [(float(own[0]), float(own[-1]))]
-        cut = [_coordinates(human, motion, start, stop) for start, stop in strides]
-        opening = [float(np.sqrt(np.mean((x[-1, 6:] - x[0, 6:]) ** 2))) for x in cut]
-        if cut and min(opening) < OPEN:
-            best = int(np.argmin(opening))
-            period = strides[best][1] - strides[best][0]
-            values, stride = _closed(cut[best], period)
-            return cls(human, period, stride, True, _table(human, values, period, cyclic=True))
-        values = _coordinates(human, motion, float(own[0]), float(own[-1]))
-        values[:, :2] -= values[0, :2]
-        table = _table(human, values, motion.duration, cyclic=False)
-        return cls(human, motion.duration, 0.0, False, table)
+        stride = stride_of(human, motion)
+        period = float(stride.time[-1])
+        return cls(human, period, stride.length, stride.cyclic, _table(human, stride))
 
 
 class Frame:
@@ -189,84 +155,17 @@ def headings(quat: Float[Array, "n 4"]) -> Float[Array, "n 3 3"]:
     return turn
 
 
-def _off_the_belt(human: Human, motion: Motion) -> Motion:
-    """Return a motion that gets on, if it was on a belt."""
-    if np.linalg.norm(motion.qpos[-1, :2] - motion.qpos[0, :2]) > SHORT * motion.duration:
-        return motion
-    data, model = mujoco.MjData(human.model), human.model
-    toes = [max(i for i, b in enumerate(human.body_names) if b[-2:] == f"_{s}") for s in SIDES]
-    feet = [human.body(f"foot_{s}") for s in SIDES]
-    places = np.zeros((motion.n_frames, 2, 2, 3))
-    for k, qpos in enumerate(motion.qpos):
-        data.qpos[:] = qpos
-        mujoco.mj_kinematics(model, data)
-        places[k, 0], places[k, 1] = data.xpos[feet], data.xpos[np.array(toes) + 1]
-    qpos = motion.qpos.copy()
-    qpos[:, :3] -= moving_ground(motion.time, places[:, 0], places[:, 1])
-    return replace(motion, qpos=qpos)
-
-
-def _coordinates(
-    human: Human, motion: Motion, start: float, stop: float
-) -> Float[Array, "n_rows nv"]:
-    """Return place and angles of the pelvis and the hinges, walking along x."""
-    n = max(int(np.ceil((stop - start) * RATE)), 8)
-    part = motion.at(np.clip(np.linspace(start, stop, n + 1), motion.time[0], motion.time[-1]))
-    names, values = human.to_coordinates(part.qpos)
-    angles = np.unwrap(values[:, :3], axis=0)
-    place = part.qpos[:, :3] - [*part.qpos[0, :2], 0.0]
-    way = place[-1, :2]
-    turn = float(np.arctan2(way[1], way[0])) if np.linalg.norm(way) > SHORT else 0.0
-    c, s = np.cos(turn), np.sin(turn)
-    place[:, :2] = place[:, :2] @ np.array([[c, -s], [s, c]])
-    angles[:, PELVIS.index("pelvis_rotation")] -= turn
-    middle = angles[:, 2].mean()
-    angles[:, 2] -= 2 * np.pi * np.round(middle / (2 * np.pi))
-    return np.hstack([place, angles, values[:, 6:]])
-
-
-def _closed(
-    values: Float[Array, "n_rows nv"], period: float
-) -> tuple[Float[Array, "n_rows nv"], float]:
-    """Return one stride without its way, both ends alike, and the way [m]."""
-    n = len(values) - 1
-    u = np.linspace(0.0, 1.0, n + 1)[:, None]
-    stride = float(values[-1, 0] - values[0, 0])
-    drift = values[-1] - values[0]
-    shut = values - drift * (u - 0.5 * (np.arange(values.shape[1]) > 0))
-    smooth = gaussian_filter1d(shut[:-1], SEAM * n / period, axis=0, mode="wrap")
-    smooth[:, 1] -= smooth[:, 1].mean()
-    smooth = np.vstack([smooth, smooth[:1]])
-    smooth[:, 0] += stride * u[:, 0] - smooth[0, 0]
-    return smooth, stride
-
-
-def _table(
-    human: Human, values: Float[Array, "n_rows nv"], period: float, *, cyclic: bool
-) -> Float[Array, "n_rows n_columns"]:
+def _table(human: Human, stride: Stride) -> Float[Array, "n_rows n_columns"]:
     """Return all that is compared with, in every row."""
-    n, model = len(values) - 1, human.model
-    time = np.linspace(0.0, period, n + 1)
-    way = np.zeros_like(values)
-    if cyclic:
-        way[:, 0] = (values[-1, 0] - values[0, 0]) * time / period
-    ends = "periodic" if cyclic else "natural"
-    spline = CubicSpline(time, values - way, axis=0, bc_type=ends)
-    rate, bend = spline(time, 1), spline(time, 2)
-    rate[:, 0] += way[-1, 0] / period
-    turn, _ = pelvis_rates_to_free_joint(values[:, 3:6], rate[:, 3:6], bend[:, 3:6])
-    quat = pelvis_angles_to_quaternion(values[:, 3:6])
-    quat[1:] *= np.cumprod(np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0))[:, None]
-    qpos = np.hstack([values[:, :3], quat, values[:, 6:]])
-    qpos[:, 2] -= np.median(lowest(human, qpos))
-    qvel = np.hstack([rate[:, :3], turn, rate[:, 6:]])
+    qpos, model = stride.qpos, human.model
     data, limbs = mujoco.MjData(model), list(limb_ends(human))
-    com, places = np.zeros((n + 1, 3)), np.zeros((n + 1, 3 * len(limbs)))
-    for k in range(n + 1):
+    com, places = np.zeros((len(qpos), 3)), np.zeros((len(qpos), 3 * len(limbs)))
+    for k in range(len(qpos)):
         data.qpos[:] = qpos[k]
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         com[k] = data.subtree_com[1]
         turn = headings(qpos[k : k + 1, 3:7])[0]
         places[k] = ((data.xipos[limbs] - data.xpos[1]) @ turn).ravel()
-    return np.hstack([qpos, qvel, com, places, np.maximum(-lowest(human, qpos), 0.0)[:, None]])
+    depth = np.maximum(-lowest(human, qpos), 0.0)[:, None]
+    return np.hstack([qpos, stride.qvel, com, places, depth])

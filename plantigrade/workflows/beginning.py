@@ -14,6 +14,7 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Situation
 from plantigrade.control.balance import Followed, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
+from plantigrade.control.pendulum import walk_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -114,11 +115,21 @@ def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
 def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
     """Return who starts: of a recording, a run or its folder; somebody who stands without one.
 
+    A walk that a pendulum is to carry out starts with the stride that it repeats.
+
     Raises:
         ParameterError: If a run is given, and a person too.
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
+    begin = _start_of(source, how, step, command)
+    if how.controller != "pendulum" or begin.record is None:
+        return begin
+    walk = walk_of(begin.record)
+    return replace(begin, record=walk, motion=walk.motion, ground=walk.ground, notes=walk.notes)
+
+
+def _start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
     if how.motion is not None:
         if source is not None:
             raise ParameterError("motion is a script of its own: leave out the recording or run")

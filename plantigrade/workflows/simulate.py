@@ -22,6 +22,8 @@ from plantigrade.world import Controller, Disturbance, World
 
 STANDS = 5.0
 """How long a person stands where no duration is named [s]."""
+WALKS = 10.0
+"""How long a walk is repeated where no duration is named [s]."""
 SHORTEST = 0.01
 """Shortest simulation of a motion [s]."""
 FOLLOWED = "motion"
@@ -91,7 +93,9 @@ def simulate(
 def _duration(begin: Start, how: SimulateSettings) -> float:
     if how.duration is not None:
         return how.duration
-    return STANDS if begin.motion is None else max(begin.motion.duration, SHORTEST)
+    if begin.motion is None:
+        return STANDS
+    return max(begin.motion.duration, WALKS if how.controller == "pendulum" else SHORTEST)
 
 
 def run_of(

@@ -18,6 +18,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.record import Record
+from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.whole_body import Touching, WholeBody
 from plantigrade.world import Command, StablePD, State
 
@@ -282,9 +283,9 @@ class Replay:
         active, held = self._touching(on, height)
         points = body.rigid_points(self.points.body[active], low[active])
         wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel)
-        mass = self.human.mass
-        rows = [tasks.com_rows(body.mass_matrix, body.bias, mass, self.gravity,
-                               self._com_acceleration(body, ref, rate, low, active))]  # fmt: skip
+        centre = self._com_acceleration(body, ref, rate, low, active)
+        M, h = body.mass_matrix, body.bias
+        rows: list[Rows | PointRows] = [tasks.com_rows(M, h, self.human.mass, self.gravity, centre)]
         Jf, speed_f, bias_f = (
             f(self.feet) for f in (body.jacobian, body.velocity, body.bias_acceleration)
         )

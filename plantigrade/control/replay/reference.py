@@ -339,8 +339,10 @@ def lift_over_edges(record: Record, sites, swept: dict[str, Array], load: Array)
     """Lead swinging feet clear of the edges of steps."""
     stands = carrying(load, record.weight, STEP, periodic=False)
     for i, side in enumerate(SIDES):
-        own = np.array([s.side == side for s in sites])
-        lift = lifts(record.ground, swept["low"][:, own], stands[:, own].any(axis=1), STEP)
+        own = np.flatnonzero([s.side == side for s in sites])
+        lift = lifts(
+            record.ground, swept["low"][:, own], np.atleast_1d(stands[:, own].any(axis=1)), STEP
+        )
         swept["foot"][:, i, 2] += lift
         swept["foot_velocity"][:, i, 2] += np.gradient(lift, STEP)
 

@@ -1,0 +1,413 @@
+"""The controller that walks as recorded: pendulum, landing, wanted velocities, torques."""
+
+import numpy as np
+
+from plantigrade.arrays import Array
+from plantigrade.constants import SIDES
+from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw, Reach, Strike, landing
+from plantigrade.control.pendulum.velocities import BoxProgram
+from plantigrade.control.pendulum.wanted import (
+    Weights,
+    com_rows,
+    held_rows,
+    joint_rows,
+    place_rows,
+    turn_rows,
+)
+from plantigrade.control.pendulum.words import walk_figures, walk_told
+from plantigrade.control.replay.clearance import clearance_of
+from plantigrade.control.replay.gait import Gait
+from plantigrade.control.replay.planner import decayed
+from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
+from plantigrade.control.replay.tasks import root_error, turn_error
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import State as BodyState
+from plantigrade.record import Record
+from plantigrade.wbc.whole_body import Rows, Touching
+from plantigrade.world import Command, Drawing, StablePD, State, World
+
+FIRM = 3.0
+"""Feedback of the divergent component by the centre of pressure, by its own rate."""
+INSIDE = 0.01
+"""The centre of pressure stays so far inside of what touches [m]."""
+GRIP = 0.75
+"""Part of the friction that is counted on."""
+SOFT = 0.012
+"""Damping of the joints about the planned rate, by their strength [s]."""
+TOUCHING, PLANNED = 0.002, 0.006
+"""Points this near to the ground touch: any of a standing foot, and those planned to [m]."""
+VERTICAL = (5.0, 0.06)
+"""The height of the mass is led back at this rate [1/s], in this time [s]."""
+HEIGHTS = (-7.0, 12.0)
+"""Limits of its vertical acceleration [m/s²]."""
+FASTER = 2.5
+"""Rate by which the recording's own velocities are scaled, at most."""
+BACK = 0.85
+"""What is left of a foot's offset from the path after a step."""
+ASTRAY = 0.4
+"""Who is farther than this from where the recording would be by now does not hurry back more
+[leg lengths]; along the path what is lost beyond it stays lost."""
+JUST = 0.006
+"""A foot that is down early stands as it does so long after its touchdown [s]."""
+NARROW, BESIDE = 0.08, 0.30
+"""A foot that passes the other, nearer fore and aft than the second, is at least so far to its
+side, unless it is recorded nearer [leg lengths]."""
+REGAIN = 0.15
+"""Rate at which a lasting offset from the path is countered [1/s]."""
+APART, WIDER = 0.005, 0.12
+"""Legs that overlap in the recording are led so far apart [m], up to this [leg lengths]."""
+
+
+class Pendulum:
+    """Walk as recorded, and stay on the feet.
+
+    Args:
+        record: The walk; a closed stride is repeated for ever
+            (:func:`plantigrade.control.pendulum.cycle.walk_of`), any other motion ends.
+        law: Name of the law by which feet land, one of
+            :data:`~plantigrade.control.pendulum.landing.LAWS`.
+
+    Attributes:
+        rate: Steps of the physics per second that it wants [1/s].
+        control_rate: Commands per second that it wants [1/s].
+        record_rate: Frames per second that are enough [1/s].
+        landing: Where and when the swinging foot is to land; None in double support.
+
+    Raises:
+        ParameterError: If there is no such law, or the motion has less than two frames.
+    """
+
+    rate, control_rate, record_rate = 1000.0, 200.0, 100.0
+
+    def __init__(self, record: Record, law: str = "divergent"):
+        if law not in LAWS:
+            raise ParameterError(f"no landing law {law!r}; there are {', '.join(LAWS)}")
+        self.record, self.human = record, record.human
+        self.law: LandingLaw = LAWS[law]
+        self.clearance = clearance_of(record)
+        self.reference: Reference = reference_of(record, self.clearance)
+        human, self.sites = self.human, world_sites(record)
+        self.points = PointSet.of(human, self.sites)
+        self.radius = np.array([[s.radius] for s in self.sites])
+        self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
+        self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
+        self.weights = Weights.of(human)
+        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
+        self.damping = SOFT * np.maximum(-low, high)
+        rest = BodyState(human, human.standing())
+        hip = rest.origin(f"femur_{SIDES[0]}")
+        self.leg = float(hip[2] - rest.origin(f"foot_{SIDES[0]}")[2])
+        self.gravity = np.array(human.model.opt.gravity)
+        self._world: World | None = None
+        self.landing: Landing | None = None
+        self.landings: list[tuple[float, str, float, float]] = []
+
+    def said(self) -> tuple[str, ...]:
+        """Return what it did in the last simulation, one sentence each."""
+        return walk_told(self.landings, self.speeds())
+
+    def figures(self) -> dict[str, float]:
+        """Return figures of the last simulation."""
+        return walk_figures(self.landings, self.speeds())
+
+    def speeds(self) -> tuple[float, float, float]:
+        """Return mean speed, that of the recording, and how far beside the line it ended."""
+        if self._world is None:
+            return 0.0, 0.0, 0.0
+        period = self.reference.period or self.reference.duration
+        way = self.reference.advance[:2] / period
+        own = float(np.linalg.norm(way))
+        ahead = way / own if own > 1e-6 else np.array([1.0, 0.0])
+        went = (self._com - self._from) if self._now > 0.0 else np.zeros(2)
+        side = float(ahead[0] * went[1] - ahead[1] * went[0])
+        return float(went @ ahead) / max(self._now, 1e-9), own, side
+
+    def drawings(self, state: State) -> tuple[Drawing, ...]:
+        """Return the pendulum, and where the swinging foot is to land."""
+        if self._world is not state.world or self._now == 0.0:
+            return ()
+        com = state.body.com
+        stands = [self._foot[i] for i, f in enumerate(self.gait.feet) if f.stands]
+        legs = np.array([[com, foot] for foot in stands]).reshape(-1, 2, 3)
+        drawn = [Drawing(name="pendulum", points=com[None], lines=legs)]
+        if self.landing is not None:
+            place = np.append(self.landing.place, 0.0)
+            place[2] = self._level(place)
+            drawn.append(Drawing(name="landing", points=place[None], colour="#ef6c00"))
+        return tuple(drawn)
+
+    def _begin(self, state: State) -> None:
+        """Start anew."""
+        world = self._world = state.world
+        if world.human.model.nv != self.human.model.nv:
+            raise ParameterError(
+                f"the walk is of a person with {self.human.model.nv} degrees of freedom; the one "
+                f"in the world has {world.human.model.nv}"
+            )
+        self.ground = world.ground
+        self.normal = self.ground.normal
+        self.friction = GRIP * self.ground.friction
+        self.gait = Gait(self.reference, self.record.weight)
+        self.program = BoxProgram(self.human, world.actuators.armature)
+        self.landing, self.landings = None, []
+        self.path, self.lead = np.zeros(2), np.zeros(2)
+        self.error, self.shift = np.zeros(2), np.zeros(3)
+        self._from, self._now = state.body.com[:2].copy(), 0.0
+        self._com = self._from
+        self._then: tuple[float, Instant | None] = (np.nan, None)
+
+    def _level(self, place: Array) -> float:
+        """Return the height of the ground at a place [m]."""
+        n = self.normal
+        return float((self.ground.under(place) - n[0] * place[0] - n[1] * place[1]) / n[2])
+
+    def __call__(self, state: State) -> Command:
+        """Return what the joints are to do for one control step."""
+        if self._world is not state.world or state.time == 0.0:
+            self._begin(state)
+        step = self.step = 1.0 / state.world.control_rate
+        gait, reference, body = self.gait, self.reference, state.body
+        force = state.contact_force
+        foot = self._foot = body.position(self.feet)
+        low = body.position(self.points) - self.radius * self.normal
+        load = np.array([force[self.side_of == i].sum(axis=0) @ self.normal for i in (0, 1)])
+        ref = reference.at(gait.phase)
+        height = low @ self.normal - self.ground.under(low)
+        beside = foot - ref["foot"]
+        for i in (0, 1):
+            beside[i, 2] = height[self.side_of == i].min()
+        landed = len(gait.touchdowns)
+        gait.look(state.time, step, load, beside, np.eye(2))
+        if len(gait.touchdowns) > landed:
+            self._landed(state.time)
+        self._com, self._now = body.com[:2].copy(), state.time
+        self.landing = self._plan(body, ref)
+        gait.advance(state.time, step, 1.0 if self.landing is None else self.landing.rate)
+        ref = reference.at(gait.phase)
+        return self._command(state, body, ref, low, height, foot)
+
+    def _landed(self, time: float) -> None:
+        """Keep what a touchdown was beside what was predicted."""
+        side = self.gait.touchdowns[-1].side
+        off = 0.0
+        if self.landing is not None:
+            off = float(np.linalg.norm(self._foot[SIDES.index(side), :2] - self.landing.place))
+        short = 0.0 if self.landing is None else self.landing.short
+        self.landings.append((time, side, off, short))
+
+    def _plan(self, body: BodyState, ref: Instant) -> Landing | None:
+        """Return where and when the swinging foot lands; None where no single foot swings."""
+        gait, reference = self.gait, self.reference
+        omega = reference.omega
+        xi = (body.com + body.com_velocity / omega)[:2]
+        xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
+        first, alpha, beta = reference.schedule.weights(gait.phase)
+        standing = gait.standing
+        own = [f.number - first for f in standing if f.number is not None]
+        offsets = gait.offsets(first, len(alpha))
+        share = np.zeros(len(alpha))
+        share[own] = alpha[own]
+        if share.sum() < 1e-6:
+            share[own] = 1.0
+        self.shift = share @ offsets / max(share.sum(), 1e-9)
+        path = self._path()
+        swinging = [f for f in gait.feet if not f.stands and f.number is not None]
+        if len(standing) != 1 or len(swinging) != 1:
+            deviation = xi - xi_ref - path
+            if not standing:
+                for f in swinging:
+                    f.swing.lead(deviation + path, f.touchdown - gait.phase, self.step)
+                self.error = np.zeros(2)
+                return None
+            last = max((f.number for f in standing if f.number is not None), default=first)
+            known = np.arange(first, first + len(beta)) <= last
+            later = decayed(beta[~known], BACK) * BACK
+            newest = gait.offset(last)[:2] - path
+            self.error = deviation - beta[known] @ (offsets[known, :2] - path) - later * newest
+            return None
+        foot, other = swinging[0], standing[0]
+        assert foot.number is not None and other.number is not None
+        left = max(foot.touchdown - gait.phase, 0.01)
+        when, then = self._then
+        if then is None or when != foot.touchdown:
+            then = reference.at(foot.touchdown)
+            self._then = (foot.touchdown, then)
+        head, _, weights = reference.schedule.weights(foot.touchdown)
+        before = np.arange(head, head + len(weights)) < foot.number
+        i, k = SIDES.index(foot.side), SIDES.index(other.side)
+        height = float(then["com"][2] - then["foot"][k, 2])
+        strike = Strike(
+            com=then["com"][:2] + path,
+            velocity=then["com_velocity"][:2],
+            height=height,
+            stands=then["foot"][k, :2] + path,
+            lands=then["foot"][i, :2] + path,
+            axes=np.eye(2),
+            omega=omega,
+            kept=float(weights[before].sum()),
+            later=decayed(weights[~before], BACK),
+            slope=(float(self.ground.slope), 0.0),
+        )
+        side = 1.0 if foot.side == "l" else -1.0
+        apart = side * float(strike.lands[1] - strike.stands[1])
+        reach = Reach(self.leg, side, np.eye(2), min(NARROW * self.leg, apart))
+        # The recording's own effective pivot, where the foot really stands.
+        grown = np.exp(omega * left)
+        xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
+        pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
+        stands = then["foot"][k, :2] + gait.offset(other.number)[:2]
+        found = landing(
+            self.law, body.com[:2], body.com_velocity[:2], pivot, stands, left, strike, reach
+        )
+        home = strike.lands + BACK * (self.shift[:2] - path)
+        self.error = np.exp(-omega * found.after) * strike.later * (found.free - home)
+        offset = found.place - then["foot"][i, :2]
+        foot.swing.lead(offset, left / max(gait.rate, 0.2), self.step)
+        return found
+
+    def _path(self) -> Array:
+        """Return the place that feet are led back to, beside the recording's own [m].
+
+        A recording is no walk of this body: it would stay beside its path. What it is beside it for
+        long is led the other way.
+        """
+        far = ASTRAY * self.leg
+        off = self.shift[:2] - self.path
+        self.path[0] += off[0] - np.clip(off[0], -far, far)
+        self.lead -= self.step * REGAIN * np.clip(off, -far, far)
+        self.lead = np.clip(self.lead, -far, far)
+        return self.shift[:2] - np.clip(off, -far, far) + self.lead
+
+    def _command(self, state, body, ref, low, height, foot) -> Command:
+        """Return the command of the boxed program."""
+        gait, normal = self.gait, self.normal
+        rate = min(gait.rate, FASTER)
+        on = np.zeros(len(self.sites), dtype=bool)
+        for i, own in enumerate(gait.feet):
+            row, mine = ref, self.side_of == i
+            if own.early:
+                row = self.reference.at(max(gait.phase, own.touchdown + JUST))
+            on[mine] = row["on"][mine] > 0.5
+        stands = np.array([*(f.stands for f in gait.feet), False])[self.side_of]
+        planned = on & stands & (height < PLANNED)
+        active = np.flatnonzero(planned | (stands & (height < TOUCHING)))
+        held = planned[active]
+        J, velocity, bias = body.touched(self.points.body[active], low[active])
+        rows: list[Rows] = [
+            com_rows(
+                body.mass_matrix,
+                body.bias,
+                body.mass,
+                self.gravity,
+                self._com_acceleration(body, ref, rate, low, active),
+            ),
+            self._joints(body, ref, rate),
+        ]
+        turned = body.rotations
+        Jf, speed, drift = (
+            f(self.feet) for f in (body.jacobian, body.velocity, body.bias_acceleration)
+        )
+        for i, own in enumerate(gait.feet):
+            at = int(self.feet.body[i])
+            Jr, Br = body.angular_jacobian(at), body.angular_bias_acceleration(f"foot_{own.side}")
+            error = turn_error(ref["turn"][i], turned[at].ravel())
+            goal = rate * ref["turn_velocity"][i]
+            push = rate**2 * ref["turn_acceleration"][i]
+            spin = Jr @ body.qvel
+            rows.append(turn_rows(Jr, Br, spin, error, goal, push, normal if own.stands else None))
+            if not own.stands:
+                place, pace, push = self._swing(own, i, ref, rate, foot)
+                rows.append(place_rows(Jf[i], drift[i], speed[i], place - foot[i], pace, push))
+        if held.any():
+            gap = height[active[held]]
+            rows.append(held_rows(J[held], bias[held], velocity[held], gap, normal))
+        touching = Touching(
+            self.points.body[active],
+            low[active],
+            np.broadcast_to(normal, (len(active), 3)),
+            self.friction,
+        )
+        passive = state.world.actuators.passive(state.angles, state.rates)
+        answer = self.program.solve(body, touching, rows, passive=passive, jacobian=J, held=held)
+        half = 0.5 * (self.step + 1.0 / state.world.rate)
+        apart = state.angles - ref["q"][7:]
+        found = self.landing
+        place = np.full(2, np.nan) if found is None else found.place
+        return StablePD(
+            state.angles,
+            body.qvel[6:] + half * answer.qacc[6:],
+            torque=answer.torque,
+            stiffness=0.0,
+            damping=self.damping,
+            signals={
+                "tracking_error": float(np.sqrt(np.mean(apart**2))),
+                "phase": gait.phase,
+                "phase_rate": gait.rate,
+                "capture_error": float(np.linalg.norm(self.error)),
+                "landing": place,
+                "landing_time": np.nan if found is None else found.after,
+                "limited": float(answer.limited),
+                "solved": float(answer.ok),
+            },
+        )
+
+    def _joints(self, body: BodyState, ref: Instant, rate: float) -> Rows:
+        """Return the rows of joints and pelvis: rates along the bell."""
+        error = ref["q"][7:] - body.qpos[7:]
+        turn = root_error(ref["q"][3:7], body.qpos[3:7])
+        return joint_rows(
+            body.qvel, np.concatenate([turn, error]), rate * ref["v"], rate**2 * ref["a"],
+            self.weights,
+        )  # fmt: skip
+
+    def _com_acceleration(self, body, ref, rate, low, active) -> Array:
+        """Return the acceleration of the centre of mass that is wanted."""
+        omega = self.reference.omega
+        moved = self.shift[:2] + (1.0 + FIRM / omega) * self.error
+        if len(active):
+            moved = self._inside(ref["pressure"][:2], moved, low[active, :2])
+        c, v = body.com, body.com_velocity
+        wanted = np.array(ref["com_acceleration"])
+        wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
+        k, time = VERTICAL
+        off = ref["com"][2] + self._level(c) - c[2]
+        pace = rate * ref["com_velocity"][2] - self.normal[0] / self.normal[2] * v[0] + k * off
+        up = rate**2 * ref["com_acceleration"][2] + (pace - v[2]) / time
+        wanted[2] = np.clip(up, *HEIGHTS)
+        return wanted
+
+    def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:
+        """Return a shift of the centre of pressure that stays among what touches."""
+        low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
+        nominal = pressure + self.shift[:2]
+        low, high = np.minimum(low, nominal), np.maximum(high, nominal)
+        return np.clip(pressure + moved, low, high) - pressure
+
+    def _swing(self, own, i: int, ref, rate: float, foot) -> tuple[Array, Array, Array]:
+        """Return place, velocity and acceleration that a swinging foot is to have.
+
+        The recorded path, rescaled to the predicted step; its height is kept above the ground.
+        """
+        place = np.array(ref["foot"][i])
+        pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
+        place[:2] += own.swing.offset
+        pace[:2] += own.swing.velocity
+        push[:2] += own.swing.acceleration
+        place[2] += self._level(place)
+        pace[2] -= self.normal[0] / self.normal[2] * pace[0]
+        if own.lowered:
+            place[2] -= own.lowered
+            pace[2] = -0.4
+        others = self.gait.standing
+        if others:
+            k = SIDES.index(others[0].side)
+            side = 1.0 if own.side == "l" else -1.0
+            ahead, aside = place[:2] - foot[k, :2]
+            planned = abs(float((ref["foot"][i] - ref["foot"][k])[1]))
+            narrow = min(NARROW * self.leg, planned)
+            if self.clearance.legs > 0.0:  # the recording's own legs overlap
+                narrow = max(narrow, min(planned + self.clearance.legs + APART, WIDER * self.leg))
+            if abs(ahead) < BESIDE * self.leg and side * aside < narrow:
+                place[1] += side * (narrow - side * aside)
+        return place, pace, push

@@ -1,0 +1,267 @@
+r"""Where the swinging foot is to land: two laws behind one interface, and what is in reach.
+
+Both laws ask what the recording has when its foot strikes, and put the foot where the mass, as it
+will be then, goes on as the recorded one does. Undisturbed, they return the recorded place.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.control.pendulum.pendulum import (
+    carried,
+    energy,
+    leg_length,
+    strike_angle,
+)
+
+RATES = np.array([0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
+"""Rates at which a step may be finished, of the recording's own."""
+FORWARD, SIDEWAYS, SOONER = 0.16, 0.065, 36.0
+"""Cost of a step: places along and across that cost 1 [leg lengths], and of ln(rate)², as of
+a replay."""
+UNREACHED = 1e4
+"""Cost of a place that is out of reach, per square metre."""
+FARTHEST, WIDEST, NARROWEST = 1.1, 0.75, 0.06
+"""Reach from the standing foot: ahead, to its side, and at least to its side [leg lengths]."""
+PASSED, CROSSED = 0.3, 0.15
+"""A foot this far ahead or behind may cross over the other, so far [leg lengths]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Strike:
+    """What the recording has when its foot strikes; world axes, horizontal.
+
+    Attributes:
+        com: The mass [m].
+        velocity: Its velocity [m/s].
+        height: Its height over the standing foot [m].
+        stands: The standing foot [m].
+        lands: The foot that strikes [m].
+        axes: Ahead and to the left, as columns.
+        omega: Root of gravity by height [1/s].
+        kept: How much the standing foot still moves the pendulum, of what all feet do.
+        later: How much the foot that lands does, with those after it; the rest if absent.
+        slope: How far the ground rises along each axis [rad].
+    """
+
+    com: Float[Array, " 2"]
+    velocity: Float[Array, " 2"]
+    height: float
+    stands: Float[Array, " 2"]
+    lands: Float[Array, " 2"]
+    axes: Float[Array, "2 2"]
+    omega: float
+    kept: float = 0.0
+    later: float = 1.0
+    slope: tuple[float, float] = (0.0, 0.0)
+
+
+@runtime_checkable
+class LandingLaw(Protocol):
+    """Where a foot is to land."""
+
+    def place(
+        self,
+        com: Float[Array, "m 2"],
+        velocity: Float[Array, "m 2"],
+        stands: Float[Array, " 2"],
+        strike: Strike,
+    ) -> Float[Array, "m 2"]:
+        """Return landing places for states of the mass at the strike.
+
+        Args:
+            com: The mass when the foot strikes [m].
+            velocity: Its velocity then [m/s].
+            stands: The standing foot [m].
+            strike: What the recording has then.
+        """
+        ...
+
+
+class DivergentLaw:
+    r"""The extrapolated centre of mass is to be as far ahead of the foot as in the recording.
+
+    :math:`\xi = x + \dot x / \omega` [Hof2005]_. A constant offset of the foot from it makes any
+    walk of a linear pendulum stable in one step ([Hof2008]_). While both feet stand, the old one
+    carries on for a part ``kept`` of what the pendulum still feels of it.
+    """
+
+    def place(
+        self,
+        com: Float[Array, "m 2"],
+        velocity: Float[Array, "m 2"],
+        stands: Float[Array, " 2"],
+        strike: Strike,
+    ) -> Float[Array, "m 2"]:
+        """Return landing places for states of the mass at the strike."""
+        off = com + velocity / strike.omega - strike.com - strike.velocity / strike.omega
+        off = (off - strike.kept * (stands - strike.stands)) / strike.later
+        return strike.lands + off
+
+
+@dataclass(frozen=True)
+class EnergyLaw:
+    r"""After the strike the mass is to have the energy that the recorded one has: Eqs. 5 to 8.
+
+    The paper takes :math:`\theta_{SW2}` and :math:`V_{SW2}` from the recording; but a person
+    pushes off and loses less than Eq. 3 says, so that Eq. 5 does not hold of any recording. Here
+    the goal is what Eqs. 5 to 7 leave of the recording's own strike, so that they return the
+    recorded step. The equations know squares of speeds alone: of a mass that moves the other way
+    than the recorded one, the foot goes along with its extrapolated centre, from where it lands at
+    no speed.
+
+    In the frontal plane the mass swings out to the foot and back. Its energy fixes how near it
+    comes, not when it is back, and steps come at the recording's times: nothing brings a swing that
+    is late into step again, and walks with Eq. 5 in both planes fall sideways within seconds.
+    Therefore the frontal plane is left to :class:`DivergentLaw`, unless ``frontal``.
+
+    Attributes:
+        frontal: Whether Eq. 5 decides in the frontal plane, too, as in the paper.
+    """
+
+    frontal: bool = False
+
+    def place(
+        self,
+        com: Float[Array, "m 2"],
+        velocity: Float[Array, "m 2"],
+        stands: Float[Array, " 2"],
+        strike: Strike,
+    ) -> Float[Array, "m 2"]:
+        """Return landing places for states of the mass at the strike."""
+        along = DivergentLaw().place(com, velocity, stands, strike) @ strike.axes
+        for i, axis in enumerate(strike.axes.T):
+            if i == 0 or self.frontal:
+                along[:, i] = _in_plane(
+                    com @ axis,
+                    velocity @ axis,
+                    float(stands @ axis),
+                    strike,
+                    axis,
+                    strike.slope[i],
+                )
+        return along @ strike.axes.T
+
+
+def _in_plane(com, speed, stands: float, strike: Strike, axis, slope: float) -> Array:
+    """Return the landing place along one axis."""
+    own = float(strike.velocity @ axis)
+    way = 1.0 if own >= 0.0 else -1.0
+    h = strike.height
+    ahead = way * float((strike.lands - strike.com) @ axis)
+    behind = way * float((strike.com - strike.stands) @ axis)
+    trailing, leading = np.arctan2(behind, h), np.arctan2(ahead, h)
+    tilt = way * slope
+    goal = float(energy(abs(own), trailing, leading, leg_length(h, trailing, leading, tilt)))
+    now = np.arctan2(way * (com - stands), h)
+    with_it = np.maximum(way * speed, 0.0)
+    angle = strike_angle(with_it, now, h, goal, tilt)
+    back = np.minimum(way * speed, 0.0) / strike.omega
+    return com + way * (h * np.tan(angle) + back)
+
+
+LAWS: dict[str, LandingLaw] = {
+    "divergent": DivergentLaw(),
+    "energy": EnergyLaw(),
+    "energy-both": EnergyLaw(frontal=True),
+}
+"""Name of a law → the law."""
+
+
+@dataclass(frozen=True, eq=False)
+class Landing:
+    """Where and when the swinging foot is to land.
+
+    Attributes:
+        place: Where, within reach, world [m].
+        free: Where the law has it [m].
+        after: In how much time [s].
+        rate: Rate of the recording at which that is.
+        com: The mass then [m].
+        crosses: Whether the foot crosses over the other.
+    """
+
+    place: Float[Array, " 2"]
+    free: Float[Array, " 2"]
+    after: float
+    rate: float
+    com: Float[Array, " 2"]
+    crosses: bool
+
+    @property
+    def short(self) -> float:
+        """How far the place is from where the law has it [m]."""
+        return float(np.linalg.norm(self.free - self.place))
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """Where a foot can land, from the one that stands.
+
+    Attributes:
+        leg: Length of the leg [m].
+        side: 1 for the left foot, -1 for the right.
+        axes: Ahead and to the left, as columns.
+        narrowest: Least distance to its side [m].
+    """
+
+    leg: float
+    side: float
+    axes: Float[Array, "2 2"]
+    narrowest: float
+
+    def within(self, place: Float[Array, "m 2"], stands: Float[Array, " 2"]) -> Float[Array, "m 2"]:
+        """Return the nearest places in reach; a step too long is shortened along itself."""
+        way = (place - stands) @ self.axes
+        ahead = np.clip(way[:, 0], -FARTHEST * self.leg, FARTHEST * self.leg)
+        far = np.abs(ahead) > PASSED * self.leg
+        inner = np.where(far, -CROSSED * self.leg, self.narrowest)
+        aside = np.clip(self.side * way[:, 1], inner, WIDEST * self.leg)
+        return stands + np.stack([ahead, self.side * aside], axis=1) @ self.axes.T
+
+    def crosses(self, place: Float[Array, " 2"], stands: Float[Array, " 2"]) -> bool:
+        """Return whether a place is beyond the standing foot."""
+        return bool(self.side * float((place - stands) @ self.axes[:, 1]) < 0.0)
+
+
+def landing(
+    law: LandingLaw,
+    com: Float[Array, " 2"],
+    velocity: Float[Array, " 2"],
+    pivot: Float[Array, " 2"],
+    stands: Float[Array, " 2"],
+    left: float,
+    strike: Strike,
+    reach: Reach,
+    rates: Float[Array, " m"] = RATES,
+) -> Landing:
+    """Return where and when the swinging foot is to land.
+
+    The mass is carried over the pivot to every time at which the foot could strike; the law says
+    where it should. What is out of reach, far from the recorded step, or far from its time, costs.
+
+    Args:
+        law: Says where.
+        com: The mass now [m].
+        velocity: Its velocity [m/s].
+        pivot: About which it falls until then [m].
+        stands: The standing foot [m].
+        left: Until the recording's foot strikes [s].
+        strike: What the recording has then.
+        reach: Where the foot can land.
+        rates: Rates of the recording to choose from.
+    """
+    time = left / rates
+    there, speed = carried(com, velocity, pivot, strike.omega, time[:, None])
+    free = law.place(there, speed, stands, strike)
+    place = reach.within(free, stands)
+    recorded = strike.lands - strike.stands
+    off = (free - stands - recorded) @ strike.axes / (reach.leg * np.array([FORWARD, SIDEWAYS]))
+    beyond = ((free - place) ** 2).sum(axis=1)
+    cost = (off**2).sum(axis=1) + SOONER * np.log(rates) ** 2 + UNREACHED * beyond
+    i = int(np.argmin(cost))
+    crosses = reach.crosses(place[i], stands)
+    return Landing(place[i], free[i], float(time[i]), float(rates[i]), there[i], crosses)

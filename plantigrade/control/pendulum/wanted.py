@@ -1,0 +1,101 @@
+"""What is wanted of the body, as velocities: joints, pelvis, feet, what touches, the mass.
+
+Every row asks that a velocity be reached in a time, so its acceleration is what is missing by that
+time, and what the recording itself has.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.control.pendulum.velocities import REACHED, bell
+from plantigrade.control.replay.tasks import joint_weights
+from plantigrade.models import Human
+from plantigrade.wbc.whole_body import Rows
+
+PELVIS, SWING, SWING_TURN, STANCE_TURN, HELD = 3.0, 10.0, 2.0, 0.5, 30.0
+"""Weights: turn of the pelvis, place and turn of a swinging foot, turn of a standing one, what
+touches."""
+COM = np.array([12.0, 12.0, 5.0])
+"""Weights of the acceleration of the centre of mass."""
+PLACE, TURN, PELVIS_TURN = (10.0, 0.025), (7.0, 0.036), (5.0, 0.05)
+"""Velocity by error [1/s], and in which time it is reached [s]: of a swinging foot, of the turn of
+feet and of the pelvis. Together they are stiffness and damping of a critically damped spring."""
+FARTHEST = 0.15
+"""A foot's error counts no further than this [m]."""
+STILL = 0.025
+"""In this time what touches is to be still [s]."""
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What joints count, and how fast they go.
+
+    Attributes:
+        weight: Cost of an acceleration missed, squared: turn of the pelvis, then hinges.
+        pace: Factor of the bell, one constant a joint (``c_i`` of [Tsai2010]_, whose table the
+            printed text lacks; one for all of them here).
+    """
+
+    weight: Float[Array, " n"]
+    pace: Float[Array, " n_hinges"]
+
+    @classmethod
+    def of(cls, human: Human) -> "Weights":
+        """Return those of a person."""
+        joints = joint_weights(human)
+        weight = np.concatenate([np.full(3, PELVIS), joints]) ** 2
+        return cls(weight, np.ones(len(joints)))
+
+
+def joint_rows(qvel, error, velocity, acceleration, weights: Weights) -> Rows:
+    """Return rows of pelvis and joints: rates along the bell, and the recording's own.
+
+    Args:
+        qvel: Generalised velocity.
+        error: Rotation of the pelvis in its axes, and angles, to where they should be [rad].
+        velocity: Generalised velocity of the recording.
+        acceleration: Its generalised acceleration.
+        weights: What they count.
+    """
+    n = len(error)
+    wanted = velocity[3:].copy()
+    wanted[:3] += PELVIS_TURN[0] * error[:3]
+    wanted[3:] += weights.pace * bell(error[3:])
+    A = np.zeros((n, n + 3))
+    A[np.arange(n), np.arange(3, n + 3)] = 1.0
+    right = (
+        acceleration[3:]
+        + (wanted - qvel[3:]) / np.r_[np.full(3, PELVIS_TURN[1]), np.full(n - 3, REACHED)]
+    )
+    return Rows(A, right, weights.weight)
+
+
+def place_rows(J, bias, speed, error, velocity, acceleration) -> Rows:
+    """Return rows that lead a point."""
+    size = float(np.linalg.norm(error))
+    error = error * min(1.0, FARTHEST / max(size, 1e-9))
+    wanted = velocity + PLACE[0] * error
+    return Rows(J, acceleration + (wanted - speed) / PLACE[1] - bias, SWING**2)
+
+
+def turn_rows(J, bias, spin, error, velocity, acceleration, normal=None) -> Rows:
+    """Return rows that turn a foot; one that stands is left to its own heading."""
+    right = acceleration + (velocity + TURN[0] * error - spin) / TURN[1] - bias
+    if normal is None:
+        return Rows(J, right, SWING_TURN**2)
+    across = np.eye(3) - np.outer(normal, normal)
+    return Rows(across @ J, across @ right, STANCE_TURN**2)
+
+
+def held_rows(J, bias, velocity, gap, normal) -> Rows:
+    """Return rows that bring points to rest on the ground."""
+    wanted = -10.0 * np.maximum(gap, 0.0)[:, None] * normal
+    right = (wanted - velocity) / STILL - bias
+    return Rows(J.reshape(-1, J.shape[2]), right.ravel(), HELD**2)
+
+
+def com_rows(M, h, mass: float, gravity, wanted) -> Rows:
+    """Return rows of the acceleration of the centre of mass: the root's own equations."""
+    return Rows(M[:3] / mass, wanted - (h[:3] / mass + gravity), COM**2)

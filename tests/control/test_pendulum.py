@@ -1,0 +1,350 @@
+"""Walking by an inverted pendulum: its physics, landing laws, boxed program, and the whole."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from plantigrade.arrays import Array
+from plantigrade.constants import GRAVITY
+from plantigrade.contact.site import contact_sites
+from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum.landing import LAWS, DivergentLaw, EnergyLaw, Reach, Strike
+from plantigrade.control.pendulum.landing import landing as predicted
+from plantigrade.control.pendulum.pendulum import (
+    carried,
+    energy,
+    leg_length,
+    lost,
+    strike_angle,
+    struck,
+    swung,
+)
+from plantigrade.control.pendulum.velocities import BoxProgram, bell
+from plantigrade.control.pendulum.words import walk_figures, walk_told
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.textbook_walk import textbook_walk
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.record import Record
+from plantigrade.wbc.whole_body import Rows, Touching
+from plantigrade.workflows.simulate import simulate
+from plantigrade.world import Push, World
+
+LEG = 0.95
+
+
+def fallen(angle: float, rate: float, seconds: float, length: float = LEG):
+    """Return angle and rate of a pendulum after a time, integrated."""
+    ode = solve_ivp(
+        lambda t, y: [y[1], GRAVITY / length * np.sin(y[0])],
+        (0.0, seconds),
+        [angle, rate],
+        rtol=1e-10,
+        atol=1e-12,
+    )
+    return ode.y[:, -1]
+
+
+def test_single_stance_keeps_the_energy_of_the_integrated_pendulum():
+    angle, rate = fallen(-0.3, 1.4, 0.4)
+    assert angle > 0.0  # it passed the top
+    np.testing.assert_allclose(swung(1.4, -0.3, angle, LEG), rate, rtol=1e-8)
+    assert np.isnan(swung(0.2, -0.3, 0.0, LEG))  # too slow for the top
+
+
+def test_the_mass_at_constant_height_is_carried_as_the_linear_pendulum():
+    omega = float(np.sqrt(GRAVITY / LEG))
+    place, speed = carried(np.array([0.1, -0.02]), np.array([0.4, 0.1]), np.zeros(2), omega, 0.3)
+    ode = solve_ivp(
+        lambda t, y: [*y[2:], *(omega**2 * y[:2])],
+        (0, 0.3),
+        [0.1, -0.02, 0.4, 0.1],
+        rtol=1e-10,
+        atol=1e-12,
+    )
+    np.testing.assert_allclose([*place, *speed], ode.y[:, -1], rtol=1e-7)
+    # Its orbital energy stays.
+    for x, v, x0, v0 in zip(place, speed, (0.1, -0.02), (0.4, 0.1), strict=True):
+        assert v**2 - (omega * x) ** 2 == pytest.approx(v0**2 - (omega * x0) ** 2)
+
+
+def test_a_strike_takes_what_moves_along_the_new_leg():
+    between = 0.7
+    # Velocity across the old leg, split along and across the new one.
+    velocity = 1.3 * np.array([np.cos(0.3), -np.sin(0.3)])
+    across = np.array([np.cos(0.4), np.sin(0.4)])
+    assert struck(1.3, between) == pytest.approx(velocity @ across)
+    kinetic = 0.5 * 70.0 * (1.3**2 - struck(1.3, between) ** 2)
+    assert lost(70.0, 1.3, between) == pytest.approx(kinetic)
+
+
+def test_the_leg_that_strikes_a_slope_reaches_from_the_mass_to_the_slope():
+    slope, trailing, leading, height = 0.2, 0.25, 0.35, 1.0
+    length = float(leg_length(height, trailing, leading, slope))
+    mass = np.array([height * np.tan(trailing), height])
+    foot = mass + length * np.array([np.sin(leading), -np.cos(leading)])
+    assert foot[1] == pytest.approx(np.tan(slope) * foot[0])
+    level = float(leg_length(height, trailing, leading))
+    assert level == pytest.approx(height / np.cos(leading))
+
+
+@pytest.mark.parametrize("slope", [-0.15, 0.0, 0.15])
+def test_the_angle_found_leaves_the_energy_that_was_asked_for(slope):
+    speed, trailing, leading = 1.5, 0.3, 0.33
+    goal = float(energy(speed, trailing, leading, leg_length(1.0, trailing, leading, slope)))
+    found = strike_angle(speed, trailing, 1.0, goal, slope)
+    assert float(found) == pytest.approx(leading, abs=1e-9)
+    faster = strike_angle(np.array([1.5, 1.7, 1.9]), trailing, 1.0, goal, slope)
+    assert (np.diff(faster) > 0.01).all()  # who is faster steps farther
+    # However fast it was, the mass then passes any angle as fast as the recorded one.
+    for speed, angle in zip((1.5, 1.7, 1.9), faster, strict=True):
+        length = float(leg_length(1.0, trailing, angle, slope))
+        rate = float(struck(speed, trailing + angle)) / length
+        later = swung(rate, -angle, -0.1, length)
+        kept = 0.5 * later**2 + GRAVITY / length * np.cos(0.1)
+        assert float(kept) == pytest.approx(goal, rel=1e-9)
+    assert strike_angle(0.0, trailing, 1.0, 12.0, slope) < 1e-6  # too slow for any step
+
+
+OMEGA, PERIOD = float(np.sqrt(GRAVITY / LEG)), 0.5
+
+
+@pytest.fixture(scope="module")
+def strike() -> Strike:
+    """The strike of a periodic walk of the linear pendulum: 0.6 m ahead, 0.12 m apart."""
+    step = np.array([0.6, 0.12])
+    c, s = np.cosh(OMEGA * PERIOD), np.sinh(OMEGA * PERIOD)
+    start = 0.5 * np.array([-0.6, 0.12])  # in the middle between the feet
+    speed = OMEGA / s * np.array([0.3 * (c + 1), 0.06 * (1 - c)])
+    com, velocity = carried(start, speed, np.zeros(2), OMEGA, PERIOD)
+    return Strike(com, velocity, LEG, np.zeros(2), step, np.eye(2), OMEGA)
+
+
+def walked(law, strike: Strike, steps: int, com, velocity) -> tuple[Array, Array]:
+    """Return how places of the feet go on from a state at a strike: without a double stance."""
+    stands, side, feet = strike.stands, 1.0, []
+    for _ in range(steps):
+        mirror = np.array([1.0, side])
+        mine = replace(
+            strike,
+            com=stands + mirror * (strike.com - strike.stands),
+            velocity=mirror * strike.velocity,
+            stands=stands,
+            lands=stands + mirror * (strike.lands - strike.stands),
+        )
+        stands = law.place(com[None], velocity[None], stands, mine)[0]
+        feet.append(stands)
+        com, velocity = carried(com, velocity, stands, OMEGA, PERIOD)
+        side = -side
+    return np.array(feet), velocity
+
+
+@pytest.mark.parametrize("name", list(LAWS))
+def test_undisturbed_both_laws_walk_the_periodic_orbit(name, strike):
+    feet, velocity = walked(LAWS[name], strike, 6, strike.com, strike.velocity)
+    np.testing.assert_allclose(np.diff(feet[:, 0]), 0.6, atol=1e-6)
+    np.testing.assert_allclose(np.diff(feet[:, 1]), [-0.12, 0.12, -0.12, 0.12, -0.12], atol=1e-6)
+    np.testing.assert_allclose(velocity, strike.velocity, atol=1e-5)
+
+
+def test_after_a_push_the_extrapolated_centre_brings_the_orbit_back(strike):
+    push = np.array([0.3, 0.1])
+    _, velocity = walked(DivergentLaw(), strike, 8, strike.com, strike.velocity + push)
+    np.testing.assert_allclose(velocity, strike.velocity, atol=1e-6)
+    # The energy law steps farther, too, but less: it counts on what the strike takes.
+    pushed = (strike.com[None], (strike.velocity + push)[None], strike.stands, strike)
+    far = [law.place(*pushed)[0] - strike.lands for law in (EnergyLaw(True), DivergentLaw())]
+    assert 0.0 < far[0][0] < far[1][0] and 0.0 < far[0][1] < far[1][1]
+
+
+def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(strike):
+    reach = Reach(0.9, 1.0, np.eye(2), 0.06)
+    half = np.array([0.0, -0.02])
+    slow = predicted(
+        DivergentLaw(), half, strike.velocity, np.zeros(2), np.zeros(2), 0.2, strike, reach
+    )
+    fast = predicted(
+        DivergentLaw(), half, strike.velocity + [1.2, 0.0], np.zeros(2), np.zeros(2), 0.2, strike,
+        reach,
+    )  # fmt: skip
+    assert fast.rate > slow.rate and fast.after < slow.after
+    assert fast.place[0] > slow.place[0]
+    far = reach.within(np.array([[3.0, 0.1], [0.1, -0.3], [0.5, -0.1], [0.0, 2.0]]), np.zeros(2))
+    np.testing.assert_allclose(far[0], [1.1 * 0.9, 0.1])
+    np.testing.assert_allclose(far[1], [0.1, 0.06])  # beside the other foot: not through it
+    np.testing.assert_allclose(far[2], [0.5, -0.1])  # ahead of it a foot may cross
+    assert far[3, 1] == pytest.approx(0.75 * 0.9)
+    assert reach.crosses(far[2], np.zeros(2)) and not reach.crosses(far[1], np.zeros(2))
+
+
+def test_the_bell_is_steep_near_its_goal_and_falls_far_off():
+    error = np.linspace(-2.5, 2.5, 501)
+    rate = bell(error)
+    np.testing.assert_allclose(rate, -rate[::-1])
+    assert np.all(error * rate >= 0.0)
+    near = bell(np.array([0.01, 0.02]))
+    assert near[1] == pytest.approx(2 * near[0])
+    assert 0.5 < abs(error[np.argmax(rate)]) < 1.5 and rate[-1] < 0.6 * rate.max()
+    assert rate[-1] > 0.0
+
+
+@pytest.fixture(scope="module")
+def boxed():
+    """A person who stands and is asked to bow: program, state, points, rows."""
+    human = Human.create(1.7, 65.0, "female", "42", "rigid")
+    state = BodyState(human, human.standing())
+    sites = [s for s in contact_sites(human) if s.side]
+    points = PointSet.of(human, sites)
+    place = state.position(points)
+    place[:, 2] -= [s.radius for s in sites]
+    touching = Touching(points.body, place, np.tile([0.0, 0.0, 1.0], (len(sites), 1)), 0.6)
+    J, _, bias = state.touched(points.body, place)
+    nv = human.model.nv
+    wanted = np.zeros(nv)
+    wanted[6 + human.hinge("lumbar_extension")] = -3.0
+    rows = [
+        Rows(np.eye(nv)[3:], wanted[3:], 0.4),
+        Rows(J.reshape(-1, nv), -bias.ravel(), 900.0),
+    ]
+    return BoxProgram(human, 0.02), state, touching, rows
+
+
+def test_the_boxed_program_is_the_complementarity_problem_of_motors_and_contacts(boxed):
+    program, state, touching, rows = boxed
+    problem = program.matrices(state, touching, rows)
+    x, status = problem.daqp()
+    assert status == "ok"
+    slack = problem.H @ x + problem.g
+    free = (x > problem.low + 1e-9) & (x < problem.high - 1e-9)
+    assert free.any() and (~free).any()  # some edges of friction pyramids carry nothing
+    scale = np.abs(problem.g).max()
+    assert np.abs(slack[free]).max() < 1e-6 * scale
+    assert slack[x <= problem.low + 1e-9].min() > -1e-6 * scale
+    answer = program.solve(state, touching, rows)
+    # Accelerations, torques and forces are one solution of the equations of motion.
+    M, J = state.mass_matrix.copy(), state.touched(touching.body, touching.place)[0]
+    M[np.arange(6, len(M)), np.arange(6, len(M))] += 0.02
+    given = np.einsum("kcv,kc->v", J, answer.force)
+    given[6:] += answer.torque
+    np.testing.assert_allclose(M @ answer.qacc + state.bias, given, atol=1e-6)
+    assert answer.force[:, 2].sum() == pytest.approx(65.0 * GRAVITY, rel=0.1)
+
+
+def test_projected_gauss_seidel_agrees_with_the_active_set_method(boxed):
+    program, state, touching, _ = boxed
+    rates = np.zeros(len(program.low))
+    rates[program.human.hinge("lumbar_extension")] = -1.0
+    some = [0, len(touching) - 1]  # one point of each foot
+    few_points = Touching(touching.body[some], touching.place[some], touching.normal[some], 0.6)
+    problem = program.motors(state, few_points, rates)
+    exact, status = problem.daqp()
+    found, sweeps = problem.gauss_seidel()
+    assert status == "ok" and sweeps > 1
+    cost = [0.5 * x @ problem.H @ x + problem.g @ x for x in (exact, found)]
+    assert cost[1] == pytest.approx(cost[0], rel=1e-6)
+    # What several points could carry alike, they do; the motion is the same.
+    np.testing.assert_allclose(problem.X @ found, problem.X @ exact, atol=0.02)
+    again, few = problem.gauss_seidel(exact)
+    assert few < sweeps
+    # Motors have their rates: this one is as strong as it must be.
+    answer = problem.answer()
+    assert answer.limited == 0
+
+
+def test_a_torque_at_its_limit_gives_what_it_can_and_the_others_know_it(boxed):
+    program, state, touching, rows = boxed
+    weak = BoxProgram(program.human, 0.02)
+    weak.high = np.minimum(weak.high, 5.0)
+    weak.low = np.maximum(weak.low, -5.0)
+    answer = weak.solve(state, touching, rows)
+    assert answer.ok and answer.limited > 0
+    assert np.abs(answer.torque).max() <= 5.0 + 1e-9
+
+
+def test_words_and_figures_of_a_walk():
+    landings = [(0.5, "r", 0.01, 0.0), (1.0, "l", 0.03, 0.2)]
+    told = walk_told(landings, (1.2, 1.3, -0.15))
+    assert "Walked at 1.20 m/s, the recording at 1.30 m/s; ended 15 cm right" in told[0]
+    assert "1 of them was shortened" in told[1]
+    figures = walk_figures(landings, (1.2, 1.3, -0.15))
+    assert figures["landings"] == 2 and figures["landing_error_median_m"] == pytest.approx(0.02)
+    assert walk_told([], (0.0, 0.0, 0.0)) == ()
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """The textbook walk of a person, a stride of it closed."""
+    human = Human.create(1.7, 65.0, "female", "42", "two-segment")
+    textbook = textbook_walk(human, speed=1.2, rate=60.0, cycles=2)
+    rest = np.zeros((len(textbook.time), human.model.nv))
+    motion = Motion(textbook.time, textbook.qpos, rest, human.joint_names, events=textbook.events)
+    return walk_of(Record(human, motion))
+
+
+@pytest.fixture(scope="module")
+def begun(walk):
+    """The controller, the world and the state after the first step."""
+    controller, motion = Pendulum(walk), walk.motion
+    world = World(
+        walk.human,
+        walk.ground,
+        rate=controller.rate,
+        control_rate=controller.control_rate,
+        recording=False,
+        qpos=motion.qpos[0],
+        qvel=motion.qvel[0],
+    )
+    state = world.reset()
+    while world.time < 0.6:
+        command = controller(state)
+        assert command.signals["solved"] == 1.0
+        state = world.step(command)
+    return controller, world, state
+
+
+def test_a_stride_is_closed_and_what_repeats_itself_or_has_no_stride_is_left_alone(walk):
+    motion = walk.motion
+    np.testing.assert_allclose(motion.qpos[-1, 3:], motion.qpos[0, 3:], atol=1e-9)
+    assert motion.qpos[-1, 0] - motion.qpos[0, 0] == pytest.approx(1.2 * motion.duration, rel=0.1)
+    assert walk_of(walk) is walk
+    part = walk.motion.frames(np.arange(walk.motion.n_frames // 3))
+    whole = walk_of(replace(walk, motion=part))
+    assert "walked once, as it is" in whole.notes[-1]
+
+
+def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun):
+    controller, world, state = begun
+    assert world.fall is None
+    assert len(controller.landings) >= 1
+    assert controller.landings[0][2] < 0.06
+    assert "pendulum" in {d.name for d in controller.drawings(state)}
+    figures = controller.figures()
+    assert figures["landings"] == len(controller.landings)
+    assert figures["recorded_speed_m_s"] == pytest.approx(1.2, rel=0.1)
+    assert "steps, in the median" in controller.said()[0]
+
+
+@pytest.mark.slow
+def test_a_recorded_walk_goes_on_at_its_speed_after_a_push(data):
+    push = Push(force=80.0, duration=0.2, direction=np.pi / 2, time=1.0)
+    path = data / "cmu_asfamc" / "07_01.amc"
+    run = simulate(path, controller="pendulum", duration=4.0, disturbances=(push,))
+    assert run.status == "ok"
+    figures = run.figures
+    assert figures["speed_m_s"] == pytest.approx(figures["recorded_speed_m_s"], rel=0.1)
+    assert abs(figures["aside_m"]) < 0.4 and figures["landings"] >= 7
+    solved = run.record.signals["controller.solved"]
+    assert np.all(solved == 1.0)
+    assert any(note.startswith("Walked at") for note in run.record.notes)
+
+
+def test_another_law_or_another_person_is_refused(walk):
+    with pytest.raises(ParameterError, match="no landing law 'moon'; there are divergent"):
+        Pendulum(walk, "moon")
+    other = World(Human.create(1.7, 65.0, joints="66"), recording=False)
+    with pytest.raises(ParameterError, match="degrees of freedom"):
+        Pendulum(walk)(other.reset())
