@@ -56,8 +56,9 @@ class Clock:
     @property
     def share(self) -> float:
         """What was simulated in the last second, by what was to be; 1 while it is paused."""
-        wanted = sum(wanted for _, wanted, _ in self._kept)
-        return 1.0 - sum(lost for *_, lost in self._kept) / wanted if wanted > 0.0 else 1.0
+        kept = tuple(self._kept)  # the physics goes on meanwhile
+        wanted = sum(wanted for _, wanted, _ in kept)
+        return 1.0 - sum(lost for *_, lost in kept) / wanted if wanted > 0.0 else 1.0
 
 
 class Pace:

@@ -14,6 +14,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.contact.site import GEOM
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.live.clock import Clock, Pace
 from plantigrade.live.frame import Frame, History
@@ -23,6 +24,7 @@ from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
 from plantigrade.world import Controller, Disturbance, Target, World
 from plantigrade.world.offers import drawings_of, targets_of
+from plantigrade.world.scene import GROUND
 
 SPEEDS = (1.0, 0.5, 0.25, 0.1)
 """Simulated per real time."""
@@ -30,8 +32,6 @@ RATE = 60.0
 """Frames per second."""
 LONGEST = 600.0
 """A session is kept so long; then it pauses [s]."""
-GROUND = ("contact_", "floor", "bump", "relief")
-"""How the names of geoms begin whose friction is that of the ground."""
 CORE = 0.3
 """Friction of trunk and limbs; the ground's where that is less."""
 
@@ -98,6 +98,7 @@ class Session:
 
     Attributes:
         choice: What is chosen now.
+        until: When it pauses by itself [s].
         speed: Simulated per real time.
         paused: Whether it stands still.
         frame: What is to be drawn.
@@ -177,7 +178,7 @@ class Session:
         self._step()
 
     def restart(self) -> None:
-        """Start anew; what was recorded is lost, the slope is level again."""
+        """Start anew; what was recorded is lost, slope and friction are as at first."""
         self._take(self.choice, self._cast)
         self.message = ""
 
@@ -234,7 +235,7 @@ class Session:
         model = self.world.model
         for i in range(model.ngeom):
             name = model.geom(i).name
-            if name.startswith(GROUND):
+            if name.startswith((GEOM, *GROUND)):
                 model.geom_friction[i, 0] = friction
             elif name.startswith("core_"):
                 model.geom_friction[i, 0] = min(CORE, friction)

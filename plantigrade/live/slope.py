@@ -1,9 +1,14 @@
 """Ground that tilts as somebody wants it to."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.world.platform import Platform
+
+if TYPE_CHECKING:
+    import plantigrade.world.world
 
 QUICK = 4.0
 """How fast the plate follows what is wanted [rad/s]: half the way in 0.4 s."""
@@ -20,7 +25,7 @@ class Slope(Platform):
         self.wanted = np.zeros(2)
         self._still()
 
-    def reset(self, world) -> None:
+    def reset(self, world: "plantigrade.world.world.World") -> None:
         """Lie level: a person who starts stands on level ground."""
         self.wanted = np.zeros(2)
         self._still()

@@ -12,8 +12,8 @@ from plantigrade.report.contact_plate import Sole, plate_svg
 
 POINTS = 125
 """Points of a curve."""
-FIRST = ("ankle_angle_r", "ankle_angle_l")
-"""Joints whose curves are shown first."""
+FIRST = "ankle_angle_r"
+"""Joint whose curves are shown first, with that of the other side."""
 HEIGHT = 150
 """Of a plot [px]."""
 
@@ -33,7 +33,7 @@ class Beside:
         with self._panel.add_tab("Feet and curves"):
             self._plate = gui.add_html("")
             joints = session.world.human.coordinates
-            self._joint = gui.add_dropdown("Joint", [*joints], initial_value=FIRST[0])
+            self._joint = gui.add_dropdown("Joint", [*joints], initial_value=FIRST)
             self._angle = self._plot("angle [°]", ("right", "left"))
             self._torque = self._plot("torque [N m]", ("right", "left"))
             self._force = self._plot("vertical force [BW]", ("right", "left"))
@@ -47,7 +47,7 @@ class Beside:
         self._soles = [Sole.of(human, self.session.world.sites, side) for side in SIDES]
         before = self._joint.value
         self._joint.options = human.coordinates
-        self._joint.value = before if before in human.coordinates else FIRST[0]
+        self._joint.value = before if before in human.coordinates else FIRST
 
     def update(self, frame: Frame) -> None:
         """Draw the feet and the last seconds."""
@@ -85,6 +85,7 @@ class Beside:
         )
 
     def _curve(self, plot: Any, time: np.ndarray, values: np.ndarray) -> None:
+        values = values.round(3)  # or the axis would be that of the noise at rest
         columns = [values[:, min(i, values.shape[1] - 1)] for i in range(2)]
         plot.data = (time, *(np.ascontiguousarray(column) for column in columns))
 

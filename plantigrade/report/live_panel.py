@@ -61,10 +61,12 @@ class Panel:
             self._cross = gui.add_slider(
                 "Slope sideways [°]", -15.0, 15.0, 0.5, 0.0, disabled=level
             )
-            self._friction = gui.add_slider("Friction", 0.05, 1.5, 0.05, session.friction)
+            friction = session.friction
+            least, most = min(0.05, friction), max(1.5, friction)
+            self._friction = gui.add_slider("Friction", least, most, 0.05, friction)
         for slider in (self._slope, self._cross):
-            slider.on_update(lambda event: event.client is None or self._ask(self._tilt))
-        self._friction.on_update(lambda event: event.client is None or self._ask(self._rub))
+            slider.on_update(lambda event: event.client is None or self._tilt())
+        self._friction.on_update(lambda event: event.client is None or self._rub())
         self._folder = gui.add_folder("Controller")
         with self._folder:
             names = [*CONTROLLERS]
@@ -120,6 +122,8 @@ class Panel:
         if said != self.status:
             self.status = said
             self._line.content = f'<div style="padding:0 1em;font-size:13px">{said}</div>'
+        if session.asked:  # somebody has just set what is not yet done
+            return
         self._pause.value = session.paused
         if session.choice != self._choice:
             self._choice = session.choice
@@ -127,15 +131,17 @@ class Panel:
             self._feet.value, self._joints.value = session.choice.feet, session.choice.joints
         if session.targets != self._of:
             self._offer(session.targets)
+        ground = [(self._friction, session.friction)]
         if session.slope_wanted is not None:
-            for slider, value in zip((self._slope, self._cross), session.slope_wanted, strict=True):
-                if abs(slider.value - np.rad2deg(value)) > 0.26:
-                    slider.value = float(np.rad2deg(value))
+            ground += zip((self._slope, self._cross), np.rad2deg(session.slope_wanted), strict=True)
+        for slider, value in ground:
+            if abs(slider.value - value) > 0.52 * slider.step:
+                slider.value = float(value)
 
     def _run_controls(self, can_save: bool) -> None:
         gui, session = self.server.gui, self.session
         self._pause = gui.add_checkbox("Paused", session.paused)
-        self._pause.on_update(lambda event: event.client is None or self._ask(self._hold_on))
+        self._pause.on_update(lambda event: event.client is None or self._hold_on())
         speeds = {f"{speed:g}×": speed for speed in SPEEDS}
         slow = gui.add_dropdown("Speed", [*speeds])
 
@@ -162,7 +168,8 @@ class Panel:
         self.session.ask(action)
 
     def _hold_on(self) -> None:
-        self.session.paused = bool(self._pause.value)
+        paused = bool(self._pause.value)
+        self._ask(lambda: setattr(self.session, "paused", paused))
 
     def _strengthen(self) -> None:
         self.session.hand.most = float(self._force.value)
@@ -172,10 +179,12 @@ class Panel:
         self._ask(lambda: self.session.push(way, long))
 
     def _tilt(self) -> None:
-        self.session.tilt(*(float(np.deg2rad(s.value)) for s in (self._slope, self._cross)))
+        slope = [float(np.deg2rad(s.value)) for s in (self._slope, self._cross)]
+        self._ask(lambda: self.session.tilt(*slope))
 
     def _rub(self) -> None:
-        self.session.rub(float(self._friction.value))
+        friction = float(self._friction.value)
+        self._ask(lambda: self.session.rub(friction))
 
     def _choose(self) -> None:
         wanted = Choice(self._controller.value, self._feet.value, self._joints.value)

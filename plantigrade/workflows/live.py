@@ -253,9 +253,11 @@ def _save(made: Live, save: Callable[[Run], object] | None, stop: Event) -> None
     """Save the run so far; the session pauses meanwhile."""
     session, taken = made.session, Event()
     got: list[Run] = []
+    paused = True
 
     def take() -> None:
-        session.paused = True
+        nonlocal paused
+        paused, session.paused = session.paused, True
         try:
             got.append(made.run())
         finally:
@@ -271,3 +273,4 @@ def _save(made: Live, save: Callable[[Run], object] | None, stop: Event) -> None
             session.message = "Saved."
         except PlantigradeError as error:
             session.message = str(error)
+    session.ask(lambda: setattr(session, "paused", paused))

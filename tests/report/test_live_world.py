@@ -1,5 +1,7 @@
 """The page of a live session, in a real browser: what is sent from it moves the body."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from plantigrade.world import Drawing, StablePD, Target
 from tests.browser import wait_for
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
+SMALL = SimulateSettings(rate=300.0, control_rate=50.0)
 CLICK = "[...document.querySelectorAll('button')].find(b => b.innerText === {!r}).click()"
 
 
@@ -24,7 +27,7 @@ CLICK = "[...document.querySelectorAll('button')].find(b => b.innerText === {!r}
 def page():
     """A page of a person who stands, not yet opened."""
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, Ground(), SimulateSettings(rate=300.0, control_rate=50.0))
+    stage = Stage(begin, Ground(), SMALL)
     live = LiveWorld(Session(stage, stage.choice), Clock(), port=8460, can_save=True)
     yield live
     live.close()
@@ -103,9 +106,38 @@ def test_controls_follow_the_session(page):
     assert "fell at" in shown(page)
 
 
+def test_what_is_set_on_the_page_is_not_taken_back_before_it_is_done(page):
+    """Somebody moves sliders and ticks a box while figures of a moment ago are still shown."""
+    panel, session = page.panel, page.session
+    panel.update(session.frame)
+    for handle, value in (
+        (panel._slope, 4.0),
+        (panel._friction, 0.3),
+        (panel._pause, True),
+    ):
+        handle._impl.value = value  # as viser does with what a browser sends
+        for told in handle._impl.update_cb:
+            told(SimpleNamespace(client="a browser", target=handle))
+        panel.update(session.frame)
+        assert handle.value == value
+    session.advance(0.0)
+    np.testing.assert_allclose(session.slope_wanted, np.deg2rad([4.0, 0.0]))
+    assert session.friction == 0.3 and session.paused
+    session.restart()
+    panel.update(session.frame)
+    assert (panel._slope.value, panel._friction.value) == (0.0, Ground().friction)
+
+
+def test_ground_of_any_friction_has_a_page():
+    ice = Ground(friction=0.01)
+    stage = Stage(Start(HUMAN, ice, "standing", Provenance("", {})), ice, SMALL)
+    page = LiveWorld(Session(stage, stage.choice), Clock(), port=8462)
+    page.close()
+
+
 def test_targets_and_drawings_of_a_controller_are_on_the_page():
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    how = SimulateSettings(rate=300.0, control_rate=50.0)
+    how = SMALL
     stage = Stage(begin, Ground(), how, own=Pointing())
     page = LiveWorld(Session(stage, stage.choice), Clock(), port=8461)
     try:

@@ -46,6 +46,7 @@ def test_the_button_saves_the_run_so_far(monkeypatch):
                 self.wants_saving.set()
             else:
                 said.append(self.session.message)
+                moved.append(not self.session.paused or bool(self.session.asked))
                 stop.set()
 
     monkeypatch.setattr(module, "LiveWorld", Pressed)
@@ -55,10 +56,10 @@ def test_the_button_saves_the_run_so_far(monkeypatch):
         if len(saved) == 2:
             raise FileError("there", "is full")
 
-    stop, saved, said = Event(), [], []
+    stop, saved, said, moved = Event(), [], [], []
     live(open=False, port=8471, stop=stop, tell=lambda _: None, save=save, **SMALL)
     run, _ = saved
-    assert "is full" in said[0]  # and the session went on
+    assert "is full" in said[0] and moved[0]  # and the session went on
     assert run.kind == "simulate" and run.record.motion.n_frames >= 1
 
 
