@@ -57,6 +57,7 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "measured.force": (NUMBERS, ("frames", 2, 3)),
     "measured.moment": (NUMBERS, ("frames", "moments")),
     "measured.moment_names": (WORDS, ("moments",)),
+    "ground.place": (NUMBERS, ("frames", 4)),
     "vault.joints": (WORDS, ("joints",)),
     "vault.activation": (NUMBERS, ("frames", "joints")),
     "vault.changed": (WORDS, ("changes",)),

@@ -123,7 +123,7 @@ class LiveViewer:
             # and no answer of a slow browser can pull it back.
             at = frame if self._follow.value else 0
             self._world.position = -np.array([*scene.com[at, :2], scene.level[at]])
-            for handle, body in self._bodies:
+            for handle, body in (*self._bodies, *self._plate):
                 handle.position = scene.positions[frame, body]
                 handle.wxyz = scene.quats[frame, body]
             if scene.reference_positions is not None and scene.reference_quats is not None:
@@ -149,9 +149,11 @@ class LiveViewer:
         server.initial_camera.position = tuple(target + away)
         server.initial_camera.look_at = tuple(target)
         self._world = server.scene.add_frame("/world", show_axes=False)
-        add_ground(server, scene.ground, scene.shapes)
-        bodies = [s for s in scene.shapes if s.body > 0]
+        if not scene.plate:
+            add_ground(server, scene.ground, scene.shapes)
+        bodies = [s for s in scene.shapes if s.body > 0 and not s.is_plate]
         self._bodies = add_bodies(server, "/world/body", bodies)
+        self._plate = add_bodies(server, "/world/plate", [s for s in scene.shapes if s.is_plate])
         seats = [s for s in scene.shapes if s.body == 0 and not s.is_ground]
         add_bodies(server, "/world/seats", seats)
         self._reference = []

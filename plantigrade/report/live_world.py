@@ -28,7 +28,7 @@ from plantigrade.report.live_parts import (
     in_bytes,
     open_server,
 )
-from plantigrade.report.shapes import Shape, convex_hull, shapes_of
+from plantigrade.report.shapes import PLATE, Shape, convex_hull, shapes_of
 from plantigrade.world import Drawing, World
 
 PANEL = 8
@@ -37,8 +37,6 @@ IDLE = 0.05
 """Without a new frame it looks what else is new after so long [s]."""
 STILL = 2e-4
 """What moves less than this is not drawn anew [m, rad]."""
-PLATE = "floor_plate"
-"""Geom of ground that moves; a grid is drawn in its place."""
 RAISED = 0.003
 """Lines on the ground are drawn so far above it [m]."""
 
@@ -138,7 +136,7 @@ class LiveWorld:
             scene.remove_by_name("/world")
         self._world = world
         self._root = scene.add_frame("/world", show_axes=False)
-        shapes = [s for s in shapes_of(world.model) if s.name != PLATE]
+        shapes = [s for s in shapes_of(world.model) if not s.is_plate]  # a grid in its place
         plates = [i for i in range(world.model.ngeom) if world.model.geom(i).name == PLATE]
         self._handles = add_bodies(
             server, "/world/body", [s for s in shapes if s.body > 0], made=self._can_be_dragged

@@ -21,12 +21,12 @@ from plantigrade.kinematics.unmeasured import bodies_of
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
-from plantigrade.report.shapes import Shape, rgb, shapes_of
+from plantigrade.report.shapes import PLATE, Shape, rgb, shapes_of
 from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
 
 VIEW_RATE = 50.0  # frames per second drawn [Hz]; between them the page interpolates
 MAX_FRAMES = 6000
-PLATE, THICK = 0.8, 0.02
+REACH, THICK = 0.8, 0.02
 """How far a plate of ground reaches beyond the centre of mass, and half its thickness [m]."""
 CAMERA = 0.3  # width of the window that smooths the ground under the camera [s]
 LOADED = 0.02  # a foot bears load above this fraction of body weight
@@ -160,10 +160,10 @@ def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:
         com: The centre of mass [m].
         body: Index of the plate among the bodies.
     """
-    low, high = com[:, :2].min(axis=0) - PLATE, com[:, :2].max(axis=0) + PLATE
+    low, high = com[:, :2].min(axis=0) - REACH, com[:, :2].max(axis=0) + REACH
     size = np.array([*(high - low) / 2, THICK])
     middle, straight = np.array([*(high + low) / 2, -THICK]), np.array([1.0, 0.0, 0.0, 0.0])
-    return Shape("box", size, middle, straight, rgb(theme.FLOOR), body, "ground", name="plate")
+    return Shape("box", size, middle, straight, rgb(theme.FLOOR), body, "ground", name=PLATE)
 
 
 def _quaternions(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
@@ -283,7 +283,7 @@ def standing_height(scene: Scene) -> float:
     """Return how far above the ground the body reaches in its tallest frame [m]."""
     top = 0.0
     for shape in scene.shapes:
-        if shape.body and shape.name != "plate":
+        if shape.body and not shape.is_plate:
             reach = float(np.max(shape.size)) if shape.kind != "mesh" else 0.0
             top = max(top, float((scene.positions[:, shape.body, 2] - scene.floor).max()) + reach)
     return float(np.clip(top + 0.1, 0.4, 3.0))

@@ -18,6 +18,8 @@ _KINDS = {
 PALE = 0.55  # share of white in what is drawn paler
 GROUND = ("floor", "bump", "relief")
 """How the names of the ground's geoms begin in :mod:`plantigrade.contact.scene`."""
+PLATE = "floor_plate"
+"""Name of the geom of ground that moves, as in :mod:`plantigrade.world.platform`."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,6 @@ class Shape:
             or the model sets none.
         body: Index of the body.
         body_name: Its name.
-        name: Of the geom itself.
         vertices: Of a mesh, in the shape's frame [m].
         faces: Of a mesh.
         name: Of the geom.
@@ -61,6 +62,11 @@ class Shape:
     def is_ground(self) -> bool:
         """Whether it is walked on: a tread, a bump or relief."""
         return self.body == 0 and self.name.startswith(GROUND)
+
+    @property
+    def is_plate(self) -> bool:
+        """Whether it is ground that moves."""
+        return self.name == PLATE
 
     @property
     def shade(self) -> float:

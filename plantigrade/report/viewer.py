@@ -80,6 +80,7 @@ def viewer_html(
         "force": has_cop and bool(np.any(scene.total_force)),
         "cop": has_cop,
         "estimated": has_cop and scene.estimated is not None,
+        "plate": scene.plate,
     }
     template = Environment(autoescape=True).from_string(template_text("viewer.html"))
     payload = page_data(record, scene) | {"curves": curves}
@@ -151,6 +152,8 @@ def page_data(record: Record, scene: Scene) -> dict[str, Any]:
         }
         if shape.is_ground:
             item["ground"] = shape.shade
+        if shape.is_plate:
+            item["plate"] = True
         if shape.vertices is not None and shape.faces is not None:
             item |= {"vertices": _rounded(shape.vertices), "faces": shape.faces.tolist()}
         shapes.append(item)

@@ -49,6 +49,7 @@ def signals(record: Record) -> dict[str, np.ndarray]:
         "measured.force": np.zeros((n, 2, 3)),
         "measured.moment": np.zeros((n, 1)),
         "measured.moment_names": np.array(["knee_angle_r"]),
+        "ground.place": np.full((n, 4), 0.01),
         "vault.joints": np.array(["shoulder", "hip"]),
         "vault.activation": np.zeros((n, 2)),
         "vault.changed": np.array(["speed", "speed"]),

@@ -111,6 +111,23 @@ def test_the_grid_lies_on_the_slope(record):
         viewer.close()
 
 
+def test_ground_that_moves_is_a_plate_and_no_part_of_the_body(record):
+    place = np.linspace([0.0, 0.0, 0.0, 0.0], [0.2, 0.0, 0.1, 0.0], record.motion.n_frames)
+    signals = {**record.signals, "ground.place": place}
+    viewer = LiveViewer(replace(record, signals=signals), port=8439)
+    try:
+        drawn = nodes(viewer)
+        assert "/world/ground" not in drawn
+        (plate,) = [name for name in drawn if "_ground/" in name]
+        assert plate.startswith("/world/plate/")
+        (handle, body), last = viewer._plate[0], len(viewer.scene.time) - 1
+        viewer.show(last)
+        np.testing.assert_allclose(handle.position, viewer.scene.positions[last, body], atol=1e-6)
+        assert handle.position[0] > 0.19
+    finally:
+        viewer.close()
+
+
 def test_the_last_frame_stays_and_the_speed_is_true(live, monkeypatch):
     """Three late looks at the clock: no time is lost, and none is made up."""
     from plantigrade.report import live as module

@@ -118,11 +118,11 @@ function shapeBuffer(shapes, simple) {
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(faces), gl.STATIC_DRAW);
   return { vao, count: faces.length };
 }
-function setBody() { buffers.body = shapeBuffer(D.shapes.filter((s) => s.body), quality.simple); }
+function setBody() { buffers.body = shapeBuffer(D.shapes.filter((s) => s.body && !s.plate), quality.simple); }
 function setUp() {
   Object.keys(SHADERS).forEach(build);
   setBody();
-  buffers.fixed = shapeBuffer(D.shapes.filter((s) => !s.body && !s.ground));
+  buffers.fixed = shapeBuffer(D.shapes.filter((s) => s.plate || !s.body && !s.ground));
   buffers.ground = shapeBuffer(D.shapes.filter((s) => s.ground).map((s) => ({ ...s, colour: [s.ground, 0, 0] })));
   const unit = {
     sphere: revolve(arcs(1, 0, 5), 14),
