@@ -99,7 +99,7 @@ class Rope(Disturbance):
                 world.push(body, self.force / far * way)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Box(Disturbance):
     """A box that is dropped or thrown.
 
@@ -182,7 +182,7 @@ class Box(Disturbance):
         return np.array(self.position), np.array(self.velocity)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ThrownBox(Box):
     """A box that is thrown at the upper trunk, or dropped on the head.
 

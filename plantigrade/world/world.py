@@ -127,13 +127,9 @@ class World:
         self.contacts = Contacts(human, self.model, self.sites)
         self._falls = FallWatch(human, self.model)
         self._body = BodyState(human, human.standing())
-        self._qpos = standing_on(human, self.ground) if qpos is None else _finite("qpos", qpos)
-        self._qvel = np.zeros(human.model.nv) if qvel is None else _finite("qvel", qvel)
-        if (len(self._qpos), len(self._qvel)) != (human.model.nq, human.model.nv):
-            raise ParameterError(
-                f"this person has {human.model.nq} positions and {human.model.nv} velocities, not "
-                f"{len(self._qpos)} and {len(self._qvel)}"
-            )
+        nq, nv = human.model.nq, human.model.nv
+        self._qpos = standing_on(human, self.ground) if qpos is None else _finite("qpos", qpos, nq)
+        self._qvel = np.zeros(nv) if qvel is None else _finite("qvel", qvel, nv)
         self.reset()
 
     @property
@@ -154,13 +150,17 @@ class World:
             seed: Seed of :attr:`random`; the same as before if absent.
             qpos: Where the person starts; as the world was made if absent.
             qvel: How fast, likewise.
+
+        Raises:
+            ParameterError: If that is no state of this person.
         """
         self.seed = self.seed if seed is None else seed
         self.random = np.random.default_rng(self.seed)
         human, data = self.human, self.data
         mujoco.mj_resetData(self.model, data)
-        data.qpos[: human.model.nq] = self._qpos if qpos is None else _finite("qpos", qpos)
-        data.qvel[: human.model.nv] = self._qvel if qvel is None else _finite("qvel", qvel)
+        nq, nv = human.model.nq, human.model.nv
+        data.qpos[:nq] = self._qpos if qpos is None else _finite("qpos", qpos, nq)
+        data.qvel[:nv] = self._qvel if qvel is None else _finite("qvel", qvel, nv)
         self.actuators.reset()
         self._steps, self._pushed, self._signals = 0, [], {}
         self.memory: dict[Any, Any] = {}
@@ -356,9 +356,9 @@ def _multiple(rate: float, slower: float, name: str) -> int:
     return times
 
 
-def _finite(name: str, values: Float[Array, " n"]) -> Float[Array, " n"]:
-    """Return numbers as an array of their own; refuse what is not finite."""
+def _finite(name: str, values: Float[Array, " k"], n: int) -> Float[Array, " n"]:
+    """Return so many numbers as an array of their own; refuse what is not finite."""
     numbers = np.array(values, dtype=float)
-    if numbers.ndim != 1 or not np.isfinite(numbers).all():
-        raise ParameterError(f"{name} must be finite numbers in one row")
+    if numbers.shape != (n,) or not np.isfinite(numbers).all():
+        raise ParameterError(f"{name} of this person must be {n} finite numbers in one row")
     return numbers

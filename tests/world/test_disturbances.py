@@ -25,6 +25,7 @@ from plantigrade.world import (
 )
 from plantigrade.world.disturbance import Steps
 from plantigrade.world.grounds import ground_named, platform_named
+from plantigrade.world.things import AWAY
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 
@@ -138,6 +139,18 @@ def test_a_box_brings_its_momentum():
     lost = 3.0 * (np.array(box.velocity) - thrown.data.qvel[place])
     assert gained[0] < -5.0
     np.testing.assert_allclose(gained, lost, atol=0.02)
+
+
+def test_of_two_equal_boxes_each_waits_and_flies():
+    thrown = world(*(ThrownBox(speed=5.0, time=0.1) for _ in range(2)), recording=False)
+    thrown.reset()
+    while thrown.time < 0.1:
+        thrown.step()
+    heights = [thrown.data.body(f"box_{i}").xpos[2] for i in range(2)]
+    np.testing.assert_allclose(heights, AWAY, atol=0.01)
+    for _ in range(5):
+        thrown.step()
+    assert max(thrown.data.body(f"box_{i}").xpos[2] for i in range(2)) < 2.0
 
 
 def test_what_a_box_does_is_in_the_record_and_no_fall():

@@ -213,7 +213,7 @@ def test_what_is_no_command_is_refused(command, words):
     [
         ({"rate": 1000.0, "control_rate": 300.0}, "whole multiple.* such as"),
         ({"rate": 100.0, "control_rate": 200.0}, "at most rate"),
-        ({"qpos": np.zeros(3)}, "positions and"),
+        ({"qpos": np.zeros(3)}, "must be .* numbers in one row"),
         ({"qpos": np.full(36, np.nan)}, "finite"),
     ],
 )
