@@ -17,6 +17,7 @@ from plantigrade.models import Human
 from plantigrade.record import Provenance
 from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
+from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.world import Drawing, StablePD, Target
 
@@ -27,7 +28,7 @@ HOW = SimulateSettings(rate=300.0, control_rate=50.0)
 @pytest.fixture(scope="module")
 def stage():
     """What makes the worlds."""
-    return Stage(Start(HUMAN, Ground(), "standing", Provenance("", {})), Ground(), HOW)
+    return Stage(Start(HUMAN, Ground(), "standing", Provenance("", {})), Otherwise(), HOW)
 
 
 @pytest.fixture
@@ -161,7 +162,7 @@ def test_what_cannot_be_is_said_and_nothing_changes(session):
 
 def test_the_targets_and_drawings_of_a_controller_are_offered():
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, Ground(), HOW, own=Offering())
+    stage = Stage(begin, Otherwise(), HOW, own=Offering())
     session = Session(stage, stage.choice)
     assert session.choice.controller == "Offering"
     (bend,) = session.targets
@@ -176,7 +177,7 @@ def test_the_targets_and_drawings_of_a_controller_are_offered():
 
 
 def test_a_controller_that_fails_pauses_and_says_so(stage):
-    broken = Stage(stage.first, Ground(), HOW, own=lambda state: np.zeros(3))
+    broken = Stage(stage.first, Otherwise(), HOW, own=lambda state: np.zeros(3))
     session = Session(broken, broken.choice)
     session.advance(0.1)
     assert session.paused and session.world.time == 0.0 and "torque" in session.message
@@ -235,7 +236,7 @@ def test_a_controller_that_wants_commands_more_often_starts_anew(stage, monkeypa
         control_rate = 150.0
 
     how = SimulateSettings(rate=300.0)
-    stage = Stage(stage.first, Ground(), how)
+    stage = Stage(stage.first, Otherwise(), how)
     monkeypatch.setattr(
         "plantigrade.control.choices.CONTROLLERS",
         {"posture": lambda at: Posture(), "fast": lambda at: Fast()},

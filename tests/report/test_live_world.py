@@ -14,6 +14,7 @@ from plantigrade.report.live_parts import ARROW
 from plantigrade.report.live_world import LiveWorld
 from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
+from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.world import Drawing, StablePD, Target
 from tests.browser import wait_for
@@ -27,7 +28,7 @@ CLICK = "[...document.querySelectorAll('button')].find(b => b.innerText === {!r}
 def page():
     """A page of a person who stands, not yet opened."""
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, Ground(), SMALL)
+    stage = Stage(begin, Otherwise(), SMALL)
     live = LiveWorld(Session(stage, stage.choice), Clock(), port=8460, can_save=True)
     yield live
     live.close()
@@ -130,7 +131,7 @@ def test_what_is_set_on_the_page_is_not_taken_back_before_it_is_done(page):
 
 def test_ground_of_any_friction_has_a_page():
     ice = Ground(friction=0.01)
-    stage = Stage(Start(HUMAN, ice, "standing", Provenance("", {})), ice, SMALL)
+    stage = Stage(Start(HUMAN, ice, "standing", Provenance("", {})), Otherwise(), SMALL)
     page = LiveWorld(Session(stage, stage.choice), Clock(), port=8462)
     page.close()
 
@@ -138,7 +139,7 @@ def test_ground_of_any_friction_has_a_page():
 def test_targets_and_drawings_of_a_controller_are_on_the_page():
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
     how = SMALL
-    stage = Stage(begin, Ground(), how, own=Pointing())
+    stage = Stage(begin, Otherwise(), how, own=Pointing())
     page = LiveWorld(Session(stage, stage.choice), Clock(), port=8461)
     try:
         page.panel.update(page.session.frame)
