@@ -123,7 +123,7 @@ def part_of_stride(name: str, part: Any) -> float | None:
     """
     if part is None:
         return None
-    if not isinstance(part, Real) or not 0.0 <= part <= 1.0:
+    if not isinstance(part, Real) or not 0.0 <= float(part) <= 1.0:
         raise ParameterError(f"{name}={shown(part)} must be a part of a stride, from 0 to 1")
     return float(part)
 
