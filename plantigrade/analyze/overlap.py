@@ -70,7 +70,6 @@ def overlap(
     first, second, pair, names = _pairs(human)
     depth = np.full((len(position), len(names)), -np.inf)
     data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
     carrier = model.geom_bodyid
     turn = np.empty((model.ngeom, 9))
     for g in range(model.ngeom):

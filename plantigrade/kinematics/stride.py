@@ -28,7 +28,7 @@ SEAM = 1.0 / 60.0
 OPEN = np.deg2rad(10.0)
 """Root mean square of the hinges by which both ends of one stride differ at most [rad]."""
 SHORT = 0.2
-"""A stride that leads nowhere is on a belt: less than this [m]."""
+"""Slower than this a motion is on a belt [m/s]; shorter than this a way has no direction [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +62,12 @@ def stride_of(human: Human, motion: Motion) -> Stride:
     over all of it, so that no seam is left.
 
     Raises:
-        ParameterError: If the motion is of another person, or too short.
+        ParameterError: If the motion is of another person, too short, or has gaps.
     """
     if motion.joint_names != human.joint_names or motion.n_frames < 4:
         raise ParameterError("a reference needs four frames or more of a motion of this person")
+    if not np.isfinite(motion.qpos).all():
+        raise ParameterError("a reference needs a motion without gaps: qpos has missing values")
     own = motion.time
     motion = _off_the_belt(human, motion)
     strides = [(c.start, c.stop) for c in cut_cycles(motion.events)]

@@ -21,7 +21,7 @@ import numpy as np
 
 from plantigrade.errors import ParameterError
 from plantigrade.extras import require
-from plantigrade.learn.following import DIVERGED, Following, Rules
+from plantigrade.learn.following import DIVERGED, Following, Rules, part_of_stride
 from plantigrade.options import refuse_unknown
 from plantigrade.record import Record
 from plantigrade.world import World
@@ -76,10 +76,13 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         Args:
             seed: Seed of the random numbers of this environment, from now on.
             options: ``{"phase": …}``: at which part of the stride, from 0 to 1.
+
+        Raises:
+            ParameterError: If the phase is none.
         """
         super().reset(seed=seed)
-        where = (options or {}).get("phase", self.following.rules.start)
-        part = self.np_random.random() if where is None else float(where)
+        where = _start(self.following, options)
+        part = self.np_random.random() if where is None else where
         self.following.begin([0], [part], [int(self.np_random.integers(2**31))])
         return self.following.seen()[0], {"phase": self.phase}
 
@@ -87,6 +90,9 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         """Let one decision act, held for one control step.
 
         ``info`` has the terms of the reward by name, ``phase``, and ``end``: why the episode ended.
+
+        Raises:
+            ParameterError: If the action has another size, or is not finite.
         """
         rewards, (end,), over, terms = self.following.step(np.asarray(action)[None])
         info: dict[str, Any] = {name: float(value[0]) for name, value in terms.items()}
@@ -145,18 +151,30 @@ class Walks(gymnasium.vector.VectorEnv):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Start all episodes; ``seed`` is that of the random numbers of all, from now on."""
+        """Start all episodes.
+
+        Args:
+            seed: Seed of the random numbers of all, from now on.
+            options: As of :meth:`Walk.reset`, for all of them.
+
+        Raises:
+            ParameterError: As :meth:`Walk.reset`.
+        """
         if isinstance(seed, list):
             known = [s for s in seed if s is not None]
             seed = int(np.random.SeedSequence(known).generate_state(1)[0]) if known else None
         super().reset(seed=seed)
-        self._begin(list(range(self.num_envs)))
+        self._begin(list(range(self.num_envs)), _start(self.following, options))
         return self.following.seen(), {"phase": self.following.phase}
 
     def step(
         self, actions: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Let one decision of everybody act, held for one control step."""
+        """Let one decision of everybody act, held for one control step.
+
+        Raises:
+            ParameterError: As :meth:`Walk.step`.
+        """
         rewards, ends, truncated, terms = self.following.step(actions)
         terminated = np.array([bool(end) for end in ends])
         seen, phase = self.following.seen(), self.following.phase
@@ -170,12 +188,11 @@ class Walks(gymnasium.vector.VectorEnv):
             infos["final_obs"], infos["_final_obs"] = seen, done
             infos["final_info"] = {"end": np.array(ends, dtype=object), "_end": done}
             infos["_final_info"] = done
-            self._begin(which)
+            self._begin(which, self.following.rules.start)
             seen = self.following.seen()
         return seen, rewards, terminated, truncated, infos
 
-    def _begin(self, which: list[int]) -> None:
-        start = self.following.rules.start
+    def _begin(self, which: list[int], start: float | None) -> None:
         parts = self.np_random.random(len(which)) if start is None else [start] * len(which)
         seeds = self.np_random.integers(2**31, size=len(which))
         self.following.begin(which, [float(p) for p in parts], [int(s) for s in seeds])
@@ -187,6 +204,11 @@ def spaces(following: Following) -> tuple[Any, Any]:
     one = np.ones(len(following.action), dtype=np.float32)
     box = gymnasium.spaces.Box
     return box(-wide, wide, dtype=np.float32), box(-one, one, dtype=np.float32)
+
+
+def _start(following: Following, options: dict[str, Any] | None) -> float | None:
+    """Return at which part of the stride episodes begin; None where it is random."""
+    return part_of_stride("phase", (options or {}).get("phase", following.rules.start))
 
 
 def _rules(reference: Any, rules: dict[str, Any]) -> Rules:

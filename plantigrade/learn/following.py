@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from plantigrade.learn.observation import Observation
 from plantigrade.learn.reference import Reference
 from plantigrade.learn.reward import LEAN_WEIGHTS, Reward, Weights
 from plantigrade.learn.view import View
+from plantigrade.options import shown
 from plantigrade.record import Record, Run
 from plantigrade.world import Disturbance, StablePD, World, on_ground
 from plantigrade.world.grounds import ground_named, platform_named
@@ -88,8 +90,9 @@ class Rules:
             raise ParameterError(f"form={self.form!r} must be one of {', '.join(FORMS)}")
         if not self.duration > 0:
             raise ParameterError(f"duration={self.duration:g} s must be positive")
-        if self.start is not None and not 0.0 <= self.start <= 1.0:
-            raise ParameterError(f"start={self.start:g} must be a part of a stride, from 0 to 1")
+        if self.reach is not None and not 0.0 < self.reach < np.inf:
+            raise ParameterError(f"reach={self.reach:g} rad must be positive")
+        part_of_stride("start", self.start)
 
     def world(self, human: Any) -> World:
         """Return a world of such an episode."""
@@ -110,6 +113,19 @@ class Rules:
         world.model.opt.solver = mujoco.mjtSolver.mjSOL_PGS
         world.model.opt.iterations = SWEEPS
         return world
+
+
+def part_of_stride(name: str, part: Any) -> float | None:
+    """Return where an episode begins, or None where that is random.
+
+    Raises:
+        ParameterError: If it is no number from 0 to 1.
+    """
+    if part is None:
+        return None
+    if not isinstance(part, Real) or not 0.0 <= float(part) <= 1.0:
+        raise ParameterError(f"{name}={shown(part)} must be a part of a stride, from 0 to 1")
+    return float(part)
 
 
 class Following:
@@ -136,7 +152,7 @@ class Following:
             rules.base or (Gains() if lean else PAPER_GAINS),
             all_joints=not lean,
             variable=not lean if rules.gains is None else rules.gains,
-            reach=rules.reach or (0.6 if lean else 1.0),
+            reach=(0.6 if lean else 1.0) if rules.reach is None else rules.reach,
             lead=lean,
         )
         self.observation = Observation(human, lean=lean)
@@ -198,8 +214,14 @@ class Following:
         Returns:
             Rewards; why each episode has ended, empty if it has not; whether each is over without
             that; the terms of the rewards.
+
+        Raises:
+            ParameterError: If there is not a row of finite numbers for everybody.
         """
         bounded = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
+        persons, size = len(self.worlds), len(self.action)
+        if bounded.shape != (persons, size) or not np.isfinite(bounded).all():
+            raise ParameterError(f"an action must be {size} finite numbers, for {persons} persons")
         time = self.time + 1.0 / self.worlds[0].control_rate
         frame = self.reference.at(time)
         self._move(bounded, frame)

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.stride import Stride, stride_of
@@ -62,7 +62,7 @@ class Reference:
 
         Raises:
             ParameterError: If it is something else, the ground is not level and even, or the motion
-                is too short.
+                is too short or has gaps.
             FileError: If there is no such run.
         """
         if isinstance(source, Reference):
@@ -91,7 +91,7 @@ class Reference:
                 what people prefer [m/s].
         """
         d = human.dimensions
-        speed = speed or 0.4 * float(np.sqrt(9.81 * (d.thigh + d.shank + d.ankle_height)))
+        speed = speed or 0.4 * float(np.sqrt(GRAVITY * (d.thigh + d.shank + d.ankle_height)))
         walk = textbook_walk(human, speed=speed, rate=60.0, cycles=2)
         rest = np.zeros((len(walk.time), human.model.nv))
         motion = Motion(walk.time, walk.qpos, rest, human.joint_names, events=walk.events)
@@ -104,7 +104,7 @@ class Reference:
         As :func:`~plantigrade.kinematics.stride.stride_of` closes it.
 
         Raises:
-            ParameterError: If the motion is of another person, or too short.
+            ParameterError: If the motion is of another person, too short, or has gaps.
         """
         stride = stride_of(human, motion)
         period = float(stride.time[-1])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, SolverError
 from plantigrade.record.jobs import run_jobs
 from plantigrade.vault.approach import NAMES
 from plantigrade.vault.search import Found, Search
@@ -79,13 +79,17 @@ def sensitivity(
 
     Returns:
         Two changes for each of :data:`~plantigrade.vault.approach.NAMES`, down and up.
+
+    Raises:
+        SolverError: If one could not be done.
     """
     tasks = [(name, sign * SHARE) for name in NAMES for sign in (-1, 1)]
-    found_all = []
+    changes = []
     for done in run_jobs(_Change(vault, found, most), tasks, **(parallel or {})):
-        nothing = Changed(done.item[0], done.item[1], np.nan, np.nan)
-        found_all.append(nothing if done.result is None else done.result)
-    return tuple(found_all)
+        if done.result is None:
+            raise SolverError(f"a changed approach could not be searched: {done.problem}")
+        changes.append(done.result)
+    return tuple(changes)
 
 
 def ranking(changes: tuple[Changed, ...], rise: float) -> tuple[tuple[str, float], ...]:

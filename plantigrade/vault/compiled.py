@@ -22,8 +22,6 @@ from plantigrade.batched.tables import (
     Program,
 )
 
-VERSION = 1  # of the code that is made; raise it whenever that changes
-
 
 class Stepper:
     """Repeats a step ``(y, u_now, u_then, h) -> (y_next, extras)`` until the hands leave.
@@ -80,7 +78,7 @@ class Stepper:
 
     def _load(self) -> None:
         text = _loop(Program.of(self._step), self.ny, self.nu, self.ne, self._leave)
-        name = f"steps {VERSION} {hash_of(text)} for {llvm.target()}"
+        name = f"steps for {llvm.target()}\n{text}"
         content = code_cache.read(name)
         if content is None:
             content = llvm.emitted(text)
@@ -90,13 +88,6 @@ class Stepper:
         address = self._engine.get_function_address("run")
         self._run = ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(address)
         self._library = np.array(llvm.addresses(LIBRARY_NAMES), dtype=np.uint64)
-
-
-def hash_of(text: str) -> str:
-    """Return a word that changes with a text."""
-    import hashlib
-
-    return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
 def _loop(program: Program, ny: int, nu: int, ne: int, leave: int) -> str:

@@ -296,7 +296,7 @@ class VaultSettings(Table, Approach, Settings):
     starts: int = 10
     """Searches of each optimiser, each from its own first guess."""
     evaluations: int = 4000
-    """Vaults that one search may try."""
+    """Vaults that one search may try; evolution ends its generation, and tries some more."""
     seed: int = 0
     """Seed of the first guesses."""
 

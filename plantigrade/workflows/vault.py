@@ -183,12 +183,11 @@ def recorded(gymnast: Vault, found: Found) -> Vaulted:
 def figures_of(vaulted: Vaulted) -> dict[str, Any]:
     """Return what a vault shows."""
     contact, vault = vaulted.contact, vaulted.vault
-    theta = vaulted.coordinates[0]
+    angles = vaulted.angles
     weight = vault.segments.human.mass * GRAVITY
     forward, up = contact.extras[-1, 2], contact.extras[-1, 3]
     hinge, share = vaulted.held
-    turn = np.rad2deg(-theta[:, 2]) - 90.0
-    elbow = np.pi - theta[:, 4]
+    turn, elbow = np.rad2deg(angles[:, 0]), angles[:, 2]
     return {
         "take_off_speed_m_s": float(up),
         "take_off_forward_m_s": float(forward),

@@ -11,6 +11,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import plantigrade.learn as learn
+from plantigrade.contact.ground import Bump
 from plantigrade.errors import MissingExtra, ParameterError
 from plantigrade.learn import PAPER_GAINS, Reference, Walk, Walks
 from plantigrade.learn.action import Action
@@ -220,6 +221,8 @@ def test_an_episode_can_be_looked_at_and_starts_on_rough_ground(reference):
         ({"rate": 100.0}, "whole multiple"),
         ({"ground": "hill"}, "no ground 'hill'"),
         ({"grounds": "flat"}, "did you mean 'ground'"),
+        ({"reach": 0.0}, "reach=0 rad must be positive"),
+        ({"reach": np.nan}, "reach=nan rad must be positive"),
     ],
 )
 def test_what_cannot_be_is_refused(reference, options, said):
@@ -232,6 +235,20 @@ def test_what_cannot_be_is_refused(reference, options, said):
 def test_what_is_no_reference_is_refused(reference):
     with pytest.raises(ParameterError, match="a reference is a run, its folder or a record"):
         Walk(reference)
+
+
+@pytest.mark.parametrize("phase", [-0.1, 1.5, np.nan, "half"])
+def test_an_episode_begins_within_the_stride(lean, phase):
+    with pytest.raises(ParameterError, match="phase=.* from 0 to 1"):
+        lean.reset(options={"phase": phase})
+
+
+@pytest.mark.parametrize("wrong", [np.zeros(3), np.full(36, np.nan)])
+def test_a_decision_is_a_finite_number_for_every_joint(lean, wrong):
+    """MuJoCo would put zero torque in the place of NaN, and go on."""
+    lean.reset(seed=0)
+    with pytest.raises(ParameterError, match="finite numbers, for 1 persons"):
+        lean.step(wrong)
 
 
 def test_many_are_what_each_is_alone(reference):
@@ -254,6 +271,7 @@ def test_many_are_what_each_is_alone(reference):
             assert rewards[i] == pytest.approx(reward) and over == [terminated[i], truncated[i]]
             assert infos["pose"][i] == pytest.approx(info["pose"])
     assert truncated.all() and infos["_final_obs"].all() and not np.allclose(seen[0], last)
+    assert envs.reset(options={"phase": 0.25})[1]["phase"] == pytest.approx(0.25)
     again, _ = envs.reset(seed=5)
     other, _ = envs.reset(seed=[5, None, 7])
     assert not np.allclose(again, other)
@@ -278,6 +296,13 @@ def test_a_reference_is_walked_by_this_person_on_level_ground(reference):
     record = Record(SMALL, motion)
     with pytest.raises(ParameterError, match="level ground"):
         Reference.of(replace(record, ground=replace(record.ground, slope=0.1)))
+    rough = replace(record.ground, bumps=(Bump((0.0, 0.0, -0.5), 0.52),))
+    with pytest.raises(ParameterError, match="level ground"):
+        Reference.of(replace(record, ground=rough))
+    gap = motion.qpos.copy()
+    gap[2, 9] = np.nan
+    with pytest.raises(ParameterError, match="without gaps"):
+        Reference.of_motion(SMALL, replace(motion, qpos=gap))
     with pytest.raises(ParameterError, match="of this person"):
         Reference.of_motion(Human.create(joints="43"), motion)
 

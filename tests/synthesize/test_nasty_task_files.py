@@ -10,6 +10,7 @@ from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.models import Human
 from plantigrade.models.markers import place_markers, read_marker_set
 from plantigrade.synthesize import make_task, read_task_file
+from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.tasks.settings import settings_for
 from plantigrade.toml import LIMIT, parse_toml, read_toml
 from tests import nasty
@@ -164,3 +165,20 @@ def test_a_renamed_term_ends_in_its_new_name(text, tmp_path):
     with pytest.raises(FileError, match="head-stability is now upright") as caught:
         read_task_file(path)
     assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("term", "cost"),
+    [
+        ('type = "facing"\nweight = inf', "coordinates"),
+        ('type = "endurance"\nweight = -3.0', "endurance"),
+        ('type = "jerk"\nweight = -1.0', "jerk"),
+        ('type = "work"\nweight = inf', "work rate"),
+    ],
+)
+def test_a_cost_without_a_least_value_is_refused(term, cost, tmp_path):
+    path = tmp_path / "task.toml"
+    path.write_text(f'[task]\nbase = "squat"\n[[term]]\n{term}\n')
+    task = read_task_file(path).task(HUMAN)
+    with pytest.raises(ParameterError, match=f"cost of {cost} must be finite, zero or more"):
+        task.problem(ContactBody.for_plan(HUMAN, task.plan), task.nodes())

@@ -162,7 +162,12 @@ class ProblemBuilder:
         weight: Float[Array, "..."] | float,
         target: Float[Array, "..."] | float = 0.0,
     ) -> None:
-        r"""Add :math:`\tfrac12 w (r - \bar r)^2` to the cost, times the time of each node."""
+        r"""Add :math:`\tfrac12 w (r - \bar r)^2` to the cost, times the time of each node.
+
+        Raises:
+            ParameterError: If a weight is negative or not finite.
+        """
+        _check_weight(weight, family.name)
         w = np.broadcast_to(weight, family.weight.shape) * self.weights[:, None]
         both = family.weight + w
         safe = np.where(both > 0, both, 1.0)
@@ -188,7 +193,17 @@ class ProblemBuilder:
         family.upper[grid] = np.where(fixed, high, np.minimum(high, upper))
 
     def problem(self, basis: Basis, closure: PeriodicClosure | None = None) -> Problem:
-        """Return the problem; families without limits and costs are left out."""
+        """Return the problem; families without limits and costs are left out.
+
+        Raises:
+            ParameterError: If a weight is negative or not finite; that of a linear cost, the gain
+                of a family, may be negative.
+        """
+        _check_weight(self.force_steps, "rates of contact forces")
+        _check_weight(self.jerk, "jerk")
+        for family in self._families.values():
+            for part in family.parts or (family,):
+                _check_weight(np.abs(part.gain), part.name)
         used = tuple(f for f in self._families.values() if f.matters.any())
         return Problem(
             basis,
@@ -202,6 +217,12 @@ class ProblemBuilder:
             closure,
             self.jerk if self.jerk.any() else np.zeros(0),
         )
+
+
+def _check_weight(weight: Float[Array, "..."] | float, cost: str) -> None:
+    """Refuse a weight by which a cost has no least value."""
+    if not np.all(np.isfinite(weight) & (np.asarray(weight) >= 0.0)):
+        raise ParameterError(f"weights of the cost of {cost} must be finite, zero or more")
 
 
 def _check(body: ContactBody, plan: ContactPlan) -> None:
