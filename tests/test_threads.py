@@ -4,6 +4,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import plantigrade as pg
 from plantigrade.threads import on_one_thread
+from plantigrade.world import World
 
 
 def threads() -> set[int]:
@@ -22,9 +23,7 @@ def test_work_is_done_on_one_thread_and_the_libraries_are_left_as_they_were():
 def test_a_world_moves_a_person_on_one_thread():
     seen = []
     with threadpool_limits(2):
-        pg.World(pg.Human.create(), recording=True).simulate(
-            lambda state: seen.append(threads()), 0.02
-        )
+        World(pg.Human.create()).simulate(lambda state: seen.append(threads()), 0.02)
     assert seen and all(each == {1} for each in seen)
 
 
