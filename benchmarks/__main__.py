@@ -15,6 +15,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 from benchmarks import (  # noqa: E402
     compiled,
+    controllers,
     environment,
     feet,
     fits,
@@ -22,7 +23,6 @@ from benchmarks import (  # noqa: E402
     live,
     processes,
     reading,
-    replay,
     synthesis,
     ticks,
     world,
@@ -35,7 +35,7 @@ OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
     *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live"),
-    *("environment", "replay"),
+    *("environment", "controllers"),
     *("kinematics", "opensim", "reading", "fits"),
 )
 
@@ -55,7 +55,7 @@ def main() -> int:
         "world": world.rows,
         "live": live.rows,
         "environment": environment.rows,
-        "replay": replay.rows,
+        "controllers": controllers.rows,
         "kinematics": lambda: kinematics.rows(data),
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
         "reading": lambda: reading.rows(data),

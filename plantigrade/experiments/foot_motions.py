@@ -21,6 +21,7 @@ from plantigrade.experiments.standing import HEIGHT, JOINTS, MASS, PRESSING, RAT
 from plantigrade.experiments.table import Row, at_least, equal
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
+from plantigrade.threads import on_one_thread
 from plantigrade.world import World, on_ground
 from plantigrade.world.push_limits import on_feet
 
@@ -52,6 +53,7 @@ def _cases(name: str, quick: bool) -> Cases:
     }
 
 
+@on_one_thread
 def measure(name: str, height: float, mass: float) -> dict[str, Any]:
     """Return what becomes of a motion: plain figures."""
     human = Human.create(height, mass, SEX, JOINTS, "multi-segment")

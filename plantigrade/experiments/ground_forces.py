@@ -28,9 +28,9 @@ from plantigrade.experiments.table import ResultTable, Row, over_trials, sheet
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion.filters import lowpass
+from plantigrade.threads import on_one_thread
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
-from plantigrade.workflows.threads import on_one_thread
 
 QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
 MASSES = {f"opensim/opencap_subject4/{name}.trc": 60.2 for name in ("STS1", "DJ1")}

@@ -19,6 +19,7 @@ from plantigrade.contact.site import GEOM
 from plantigrade.control import Posture
 from plantigrade.control.balance import Balance, Hybrid, held
 from plantigrade.models import FEET, Human
+from plantigrade.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, World, standing_on
 from plantigrade.world.grounds import ground_named
 from plantigrade.world.push_limits import on_feet
@@ -132,6 +133,7 @@ def person(feet: str, height: float = HEIGHT, mass: float = MASS) -> Human:
     return Human.create(height, mass, SEX, JOINTS, feet, full_sole=True)
 
 
+@on_one_thread
 def stand(
     standing: Standing, disturbances: Sequence[Disturbance], duration: float
 ) -> dict[str, Any]:

@@ -161,6 +161,7 @@ class FootPoser:
         # What has to be how high: heel, cuboid, third toe, fourth toe, edge of the heel, toe tips.
         fourth = self._joint[LATERAL] + self._joint[LATERAL_TOES]
         self._pivots = np.array([*self._joint[:3], fourth, edge, tip])
+        self._carries = np.array([HEEL, LATERAL, MEDIAL_TOES, LATERAL_TOES, HEEL, MEDIAL_TOES])
         self._heights = np.array([*(h for _, h in soles), back[0].radius, tips[0].radius])
         self._at_rest = np.concatenate(
             [self._origin(k) + centre for k, centre in enumerate(centres)]
@@ -247,33 +248,34 @@ class FootPoser:
         if found is not None:  # the fourth toe, as far as the lateral metatarsals are bent
             joints[:, LATERAL_TOES] = spheres[:, self.spheres.index(f"{FOURTH}_{self.side}")]
         below = ground.under(spheres)
-        seen, at = spheres @ axes, joints @ axes
-        normals = np.empty((len(ankle), 4, 3))
-        wanted = np.empty((len(ankle), 6))
-        for k in range(4):
-            mine = self._under[k]
-            x, z = seen[:, mine, :2], below[:, mine]
-            middle, level = x.mean(axis=1), z.mean(axis=1)
-            slope = _slope(x - middle[:, None], z - level[:, None])
-            up = np.concatenate([-slope, np.ones((len(x), 1))], axis=1)
-            length = np.linalg.norm(up, axis=1)
-            # A sphere on a slope touches it beside its lowest point, which is the higher for it.
-            z = z + aslant[..., mine] - self._radius[mine] * length[:, None]
-            rise = z - level[:, None] - ((x - middle[:, None]) @ slope[:, :, None])[..., 0]
-            normals[:, k] = (up / length[:, None]) @ axes.T
-            base = level + rise.max(axis=1)
-            for pivot in {HEEL: (k, EDGE), MEDIAL_TOES: (k, TIPS)}.get(k, (k,)):
-                here = base + ((at[:, pivot, :2] - middle) * slope).sum(axis=1)
-                wanted[:, pivot] = here + self._heights[pivot] * length
-        return normals, wanted
+        near = np.array(ankle)  # of places far from the origin squares lose digits
+        x, at = ((spheres - near[:, None]) @ axes)[..., :2], (joints - near[:, None]) @ axes
+        share, outside = self._under
+        middle, level = share @ x, (share @ below[..., None])[..., 0]
+        slope = _slopes(share, x, below, middle, level)
+        up = np.ones((len(ankle), 4, 3))
+        up[..., :2] = -slope
+        length = np.sqrt((up * up).sum(axis=-1))
+        # A sphere on a slope touches it beside its lowest point, which is the higher for it.
+        high = (below + aslant)[:, None] - self._radius * length[..., None]
+        high -= slope @ x.swapaxes(1, 2) + outside
+        base = high.max(axis=2)  # of the plane, over the ankle
+        k = self._carries
+        wanted = (
+            base[:, k] + (at[..., :2] * slope[:, k]).sum(axis=-1) + self._heights * length[:, k]
+        )
+        return (up / length[..., None]) @ axes.T, wanted
 
     @cached_property
-    def _under(self) -> list[np.ndarray]:
-        """The spheres that tell each segment's plane; the lateral rays lie on their heads too."""
-        own = [np.flatnonzero(self.segment == k) for k in range(4)]
-        heads = [i for i in own[LATERAL_TOES] if "_metatarsal_" in self.spheres[i]]
-        own[LATERAL] = np.array([*own[LATERAL], *heads])
-        return own
+    def _under(self) -> tuple[np.ndarray, np.ndarray]:
+        """The spheres that tell each segment's plane: what each counts, and those that do not.
+
+        The lateral rays lie on their heads too. Where a sphere is none of a segment's, the second
+        is infinite.
+        """
+        own = self.segment == np.arange(4)[:, None]
+        own[LATERAL] |= own[LATERAL_TOES] & np.array(["_metatarsal_" in s for s in self.spheres])
+        return own / own.sum(axis=1, keepdims=True), np.where(own, 0.0, np.inf)
 
     def _prepared(self, pattern: tuple[bool, ...]):
         """Return the function that poses frames of one pattern of marks.
@@ -353,13 +355,25 @@ def _bent(angle: float) -> np.ndarray:
     return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
-def _slope(x, z):
-    """Return the slope of the plane through the origin that is closest to heights z at places x."""
-    a, c = (x * x).sum(axis=1).T
-    b = (x[..., 0] * x[..., 1]).sum(axis=1)
-    f, g = (x * z[..., None]).sum(axis=1).T
+def _slopes(share, x, z, middle, level):
+    """Return the slopes of the planes that are closest to heights z at places x.
+
+    Args:
+        share: What each place counts for each plane, (k, m); one in all.
+        x: The places, (n, m, 2).
+        z: The heights, (n, m).
+        middle: Their means, (n, k, 2).
+        level: Those of the heights, (n, k).
+    """
+    off = np.empty((*level.shape, len(share[0]), 3))
+    off[..., :2] = x[:, None] - middle[:, :, None]
+    off[..., 2] = z[:, None] - level[..., None]
+    M = (share[..., None] * off[..., :2]).swapaxes(-1, -2) @ off
+    a, b, f, c, g = M[..., 0, 0], M[..., 0, 1], M[..., 0, 2], M[..., 1, 1], M[..., 1, 2]
+    slope = np.empty(middle.shape)
     det = a * c - b * b
-    return np.stack([c * f - b * g, a * g - b * f], axis=-1) / det[:, None]
+    slope[..., 0], slope[..., 1] = (c * f - b * g) / det, (a * g - b * f) / det
+    return slope
 
 
 def _sole(spheres: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, float]:

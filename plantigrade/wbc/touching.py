@@ -1,6 +1,7 @@
 """Where a body touches, in which directions the ground can push there, and what is asked of it."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -40,18 +41,34 @@ class Touching:
 
     def edges(self) -> Float[Array, "k 3 n_edges"]:
         """Return the edges of the friction pyramids: one part along the normal."""
-        n, aside = self.normal, self.friction * _ASIDE
-        # Of any normal, two directions across it (Duff et al., 2017).
-        sign = np.where(n[:, 2] < 0, -1.0, 1.0)
-        level = n[:, :2].copy()
-        level[:, 0] *= sign
-        along = level @ aside
-        edges = np.empty((len(n), 3, EDGES))
-        edges[:, :2] = n[:, :2, None] * (1.0 - along / (sign + n[:, 2])[:, None])[:, None]
-        edges[:, 0] += aside[0]
-        edges[:, 1] += sign[:, None] * aside[1]
-        edges[:, 2] = n[:, 2, None] - along
-        return edges
+        n = self.normal
+        if len(n) and (n == n[0]).all():
+            edges = np.empty((len(n), 3, EDGES))
+            edges[:] = _level(tuple(n[0].tolist()), self.friction)
+            return edges
+        return _pyramids(n, self.friction)
+
+
+def _pyramids(n: Float[Array, "k 3"], friction: float) -> Float[Array, "k 3 n_edges"]:
+    """Return the edges of pyramids about normals."""
+    aside = friction * _ASIDE
+    # Of any normal, two directions across it (Duff et al., 2017).
+    sign = np.where(n[:, 2] < 0, -1.0, 1.0)
+    level = n[:, :2].copy()
+    level[:, 0] *= sign
+    along = level @ aside
+    edges = np.empty((len(n), 3, EDGES))
+    edges[:, :2] = n[:, :2, None] * (1.0 - along / (sign + n[:, 2])[:, None])[:, None]
+    edges[:, 0] += aside[0]
+    edges[:, 1] += sign[:, None] * aside[1]
+    edges[:, 2] = n[:, 2, None] - along
+    return edges
+
+
+@lru_cache(maxsize=8)
+def _level(normal: tuple[float, float, float], friction: float) -> Float[Array, "1 3 n_edges"]:
+    """Return the pyramid of level ground, which is everywhere the same."""
+    return _pyramids(np.array([normal]), friction)
 
 
 def wrenches(points: RigidPoints, edges: Float[Array, "k 3 n_edges"]) -> Float[Array, "d m"]:

@@ -36,8 +36,8 @@ from plantigrade.motion.recording import Subject
 from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
+from plantigrade.threads import on_one_thread
 from plantigrade.workflows.settings import FitSettings, Settings
-from plantigrade.workflows.threads import on_one_thread
 
 Step = Callable[[str], contextlib.AbstractContextManager]
 """Opened around each step of a job, with what is done in it: shows progress."""

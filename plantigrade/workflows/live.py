@@ -20,6 +20,7 @@ from plantigrade.live.slope import Slope
 from plantigrade.models import Human
 from plantigrade.record import Run
 from plantigrade.report.live_world import LiveWorld
+from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, situation, start_of, world_of
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.otherwise import Otherwise
@@ -195,7 +196,7 @@ def live(
 
     def simulate() -> None:
         try:
-            run(session, stop, keeps)
+            on_one_thread(run)(session, stop, keeps)
         except BaseException as error:
             failed.append(error)
             stop.set()

@@ -12,6 +12,7 @@ from plantigrade.record import Run
 from plantigrade.synthesize.solve import Progress
 from plantigrade.synthesize.tasks.settings import TASKS
 from plantigrade.synthesize.tasks.task_file import read_task_file
+from plantigrade.threads import on_one_thread
 from plantigrade.workflows.fit import silent
 from plantigrade.workflows.settings import (
     PAPER,
@@ -22,7 +23,6 @@ from plantigrade.workflows.settings import (
     TrackSettings,
 )
 from plantigrade.workflows.synthesize import Origin, synthesize_paper, synthesize_task
-from plantigrade.workflows.threads import on_one_thread
 from plantigrade.workflows.track import track
 
 

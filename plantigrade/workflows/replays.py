@@ -8,6 +8,7 @@ import numpy as np
 
 from plantigrade.control.replay import Replay
 from plantigrade.record import Record
+from plantigrade.threads import on_one_thread
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.world import Command, Disturbance, Push, World
 
@@ -43,6 +44,7 @@ class Outcome:
     figures: dict[str, float]
 
 
+@on_one_thread
 def replay_once(
     record: Record | Replay,
     duration: float | None = None,

@@ -18,6 +18,7 @@ from plantigrade.record import Record, Run
 from plantigrade.reproduce.gait import gait_tasks
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.result import rebuild
+from plantigrade.threads import on_one_thread
 from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.fit import (
     Step,
@@ -28,7 +29,6 @@ from plantigrade.workflows.fit import (
     silent,
 )
 from plantigrade.workflows.settings import ReproduceSettings
-from plantigrade.workflows.threads import on_one_thread
 from plantigrade.workflows.walks import RecordedWalk, walk_to_reproduce
 
 TREADMILL = 0.5

@@ -13,11 +13,11 @@ from plantigrade.control import controller_named
 from plantigrade.control.choices import STANDING, usual
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
+from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, situation, start_of, world_of
 from plantigrade.workflows.fit import Step, personal_figures, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
-from plantigrade.workflows.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, World
 
 STANDS = 5.0

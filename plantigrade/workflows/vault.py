@@ -10,6 +10,7 @@ from plantigrade.analyze.check import check
 from plantigrade.constants import GRAVITY
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Run
+from plantigrade.threads import on_one_thread
 from plantigrade.vault.approach import NAMES, Approach
 from plantigrade.vault.changes import Changed, ranking, sensitivity
 from plantigrade.vault.result import Vaulted, angular_difference
@@ -19,7 +20,6 @@ from plantigrade.vault.simulation import LONGEST, Vault
 from plantigrade.vault.table import Table
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.settings import VaultSettings
-from plantigrade.workflows.threads import on_one_thread
 
 HEIGHT, MASS = 1.66, 63.0
 """Of the gymnast where nothing is said [m, kg]: about the mean of elite men, an estimate."""

@@ -22,6 +22,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import GEOM
 from plantigrade.errors import ParameterError
 from plantigrade.record.jobs import Done, run_jobs
+from plantigrade.threads import on_one_thread
 from plantigrade.world.disturbance import Disturbance, Push, trunk
 from plantigrade.world.world import Controller, World
 
@@ -135,6 +136,7 @@ class PushTest:
     push: Callable[[float, float], Push] | None = None
     withstood: Callable[[World], bool] = on_feet
 
+    @on_one_thread
     def pushed(self, force: float, direction: float) -> World:
         """Return the world after a push: at its end, or where the person fell.
 

@@ -25,6 +25,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Record
+from plantigrade.threads import on_one_thread
 from plantigrade.world.actuators import Actuators
 from plantigrade.world.command import Commanded
 from plantigrade.world.contacts import Contacts
@@ -243,6 +244,7 @@ class World:
         if self._alone:
             data.xfrc_applied[:] = 0.0
 
+    @on_one_thread
     def simulate(
         self, controller: Controller, duration: float, *, seed: int | None = None
     ) -> Record:

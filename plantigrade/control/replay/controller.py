@@ -1,6 +1,6 @@
 """The controller that carries out a motion: reference, planner, whole-body program, world."""
 
-from math import hypot
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -173,16 +173,16 @@ class Replay:
     def _return(self, body: BodyState, ref: Instant) -> None:
         """Move the path that is walked back to the planned one, slowly."""
         off = (body.com - ref["com"])[:2]
-        size = float(np.linalg.norm(off))
+        size = hypot(*off)
         self.path = self.path - self.step * off * min(RETURN, RETURNING / max(size, 1e-9))
         away = off - self.path
-        far = float(np.linalg.norm(away))
+        far = hypot(*away)
         if far > FAR:
             self.path = self.path + away * (1.0 - FAR / far)
 
     def _hurried(self) -> float:
         """Return the rate at which the weight goes over to the other foot."""
-        far = float(np.linalg.norm(self.error))
+        far = hypot(*self.error)
         if far < MISSED[0] or self.reference.schedule.after("r", self.gait.phase) is None:
             return 1.0
         return 1.0 + HURRIED * min((far - MISSED[0]) / (MISSED[1] - MISSED[0]), 1.0)
@@ -280,7 +280,8 @@ class Replay:
             if own.early:
                 just = reference.at(own.touchdown + JUST)
                 on[self.side_of == i] = just["on"][self.side_of == i] > 0.5
-        active, held = self._touching(on, height)
+        gap = height - self._lifted()
+        active, held = self._touching(on, gap)
         points = body.rigid_points(self.points.body[active], low[active])
         wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel)
         centre = self._com_acceleration(body, ref, rate, low, active)
@@ -289,7 +290,7 @@ class Replay:
         Jf, speed_f, bias_f = (
             f(self.feet) for f in (body.jacobian, body.velocity, body.bias_acceleration)
         )
-        hanging = self.side_of[on & (height - self._lifted() > PLANNED)]
+        hanging = self.side_of[on & (gap > PLANNED)]
         for i, own in enumerate(gait.feet):
             name = f"foot_{own.side}"
             at = int(self.feet.body[i])
@@ -308,8 +309,7 @@ class Replay:
                     tasks.place_rows(Jf[i], bias_f[i], push, place - foot[i], pace - speed_f[i])
                 )
         if held.any():
-            gap = height[active] - self._lifted()[active]
-            rows.append(tasks.held_rows(points, held, gap, normal))
+            rows.append(tasks.held_rows(points, held, gap[active], normal))
         touching = Touching(
             self.points.body[active],
             low[active],
@@ -344,7 +344,7 @@ class Replay:
             stiffness=0.0,
             damping=self.damping,
             signals={
-                "tracking_error": float(np.sqrt(np.mean(apart**2))),
+                "tracking_error": sqrt(apart @ apart / len(apart)),
                 "phase": gait.phase,
                 "phase_rate": gait.rate,
                 "off_path": self.off,
@@ -352,14 +352,13 @@ class Replay:
             },
         )
 
-    def _touching(self, on: Array, height: Array) -> tuple[Array, Array]:
+    def _touching(self, on: Array, gap: Array) -> tuple[Array, Array]:
         """Return which points touch, and which of them are held."""
         gait = self.gait
         stands = np.array([*(f.stands for f in gait.feet), True])[self.side_of]
-        gap = height - self._lifted()
         planned = on & stands & (gap < PLANNED)
         touching = planned | (stands & (gap < TOUCHING) & (self.side_of != SEAT))
-        active = np.flatnonzero(touching)
+        active = touching.nonzero()[0]
         return active, planned[active]
 
     def _lifted(self) -> Array:

@@ -3,7 +3,8 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import plantigrade as pg
-from plantigrade.workflows.threads import on_one_thread
+from plantigrade.threads import on_one_thread
+from plantigrade.world import World
 
 
 def threads() -> set[int]:
@@ -17,6 +18,13 @@ def test_work_is_done_on_one_thread_and_the_libraries_are_left_as_they_were():
         assert before != {1}
         assert on_one_thread(threads)() == {1}
         assert threads() == before
+
+
+def test_a_world_moves_a_person_on_one_thread():
+    seen = []
+    with threadpool_limits(2):
+        World(pg.Human.create()).simulate(lambda state: seen.append(threads()), 0.02)
+    assert seen and all(each == {1} for each in seen)
 
 
 @pytest.mark.parametrize("engine", ["fit", "reproduce", "synthesize"])
