@@ -29,5 +29,7 @@ def test_hindfoot_and_forefoot_follow_from_the_ankle(data: Path):
         assert found[f"forefoot_dorsiflexion_{side}, controller, RMSE without offset"] < 3
         assert found[f"hallux_dorsiflexion_{side}, controller against published mean, r"] > 0.8
         assert found[f"forefoot_adduction_{side}, controller, r"] is None
+        assert found[f"hallux_by_markers_{side}, span"] > 30
+        assert found[f"hallux_by_markers_{side}, controller, r"] > 0.85
     told = [row for row in rows if row.met is not None]
-    assert len(told) == 2 * len(TOLD) and all(np.isfinite(row.value) for row in told)
+    assert len(told) == 2 * (len(TOLD) + 1) and all(np.isfinite(row.value) for row in told)
