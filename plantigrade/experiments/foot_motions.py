@@ -2,26 +2,30 @@
 
 The motions of section 6.1 of [Park2020]_, from the scripts of
 :mod:`plantigrade.control.balance.script`, carried out by balance with one set of weights. The paper
-shows pictures of them and no numbers.
+shows pictures of them and no numbers. Beside them, where there are recordings, a person who
+balances on one leg (49_18 of the CMU collection), tracked by the same controller.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance import MOTIONS, Balance, script_named, scripted
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.measured import Cases, Measured
 from plantigrade.experiments.page import Grid
 from plantigrade.experiments.standing import HEIGHT, JOINTS, MASS, PRESSING, RATE, ROOMS, SEX
-from plantigrade.experiments.table import Row, at_least, equal
+from plantigrade.experiments.table import ResultTable, Row, at_least, equal
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
 from plantigrade.threads import on_one_thread
+from plantigrade.workflows.simulate import simulate
 from plantigrade.world import World, on_ground
 from plantigrade.world.push_limits import on_feet
 
@@ -29,6 +33,10 @@ CONTROL, AFTER = 90.0, 1.0  # commands [1/s]; so long they must stand after the 
 SIZES = ((HEIGHT, MASS), (1.45, 45.0), (1.70, 65.0), (1.95, 110.0), (1.60, 95.0), (1.85, 62.0))
 """Stature and mass; the paper's first [m, kg]."""
 TIPTOE, JUMP = 10.0, 10.0  # goals: [s], [cm]
+RECORDED, RECORDING = "recorded", Path("cmu_asfamc/49_18.amc")
+"""Name of the part with a recording, and its file in the folder of recordings."""
+FEET, SOLE = ("multi-segment", "two-segment"), 20.0
+"""Its feet; one of them stands that carries more than this [N]."""
 LEFT = 0.1
 """A body that rises has left the ground when this little presses there [body weights]."""
 CHATTER, CARRIES = 0.1, 0.1
@@ -50,6 +58,27 @@ def _cases(name: str, quick: bool) -> Cases:
     return {
         f"{name}/{height:g} m, {mass:g} kg": partial(measure, name, height, mass)
         for height, mass in (SIZES[:1] if quick else SIZES)
+    }
+
+
+def _tracked(data: Path, quick: bool) -> Cases:
+    """Return a recording of balance on one leg, on different feet."""
+    path = data / RECORDING
+    feet = FEET[:1] if quick else FEET
+    return {f"{RECORDED}/{path.stem}, {kind}": partial(track, path, kind) for kind in feet}
+
+
+def track(path: Path, feet: str) -> dict[str, Any]:
+    """Return what becomes of a recording that is followed in balance."""
+    run = simulate(path, controller="balance", feet=feet)
+    record = run.record
+    load = np.asarray(record.contact_force)[:, :, 2]
+    down = [load[:, [s.side == side for s in record.sites]].sum(axis=1) > SOLE for side in SIDES]
+    return {
+        "stood": run.ok,
+        "time": record.motion.duration,
+        "one_leg": float(np.mean(down[0] != down[1])) * record.motion.duration,
+        "torque": float(run.metrics["motor_torque_max_pct"]),
     }
 
 
@@ -178,7 +207,7 @@ def table(kept: KeptResults) -> Grid:
     header = (*header, "in order", "points", "limits")
     lines = []
     for key, r in kept.results.items():
-        if "error" in r:
+        if "error" in r or key.startswith(RECORDED):
             continue
         name = key.partition("/")[0]
         lines.append(
@@ -201,7 +230,7 @@ def table(kept: KeptResults) -> Grid:
 
 def rows(kept: KeptResults) -> Iterator[Row]:
     """Return what is held against goals."""
-    for name in MOTIONS:
+    for name in (*MOTIONS, RECORDED):
         found = {k: r for k, r in kept.beginning(f"{name}/").items() if "error" not in r}
         if not found:
             continue
@@ -218,14 +247,45 @@ def rows(kept: KeptResults) -> Iterator[Row]:
             yield equal(name, "sweeps in order", 100 * share, 100, "%")
 
 
+def recorded(kept: KeptResults) -> Grid:
+    """Return one line for every recording."""
+    lines = [
+        [
+            key.partition("/")[2],
+            "yes" if r["stood"] else f"fell at {r['time']:.1f} s",
+            f"{r['time']:.1f}",
+            f"{r['one_leg']:.1f}",
+            f"{r['torque']:.0f}",
+        ]
+        for key, r in kept.beginning(f"{RECORDED}/").items()
+        if "error" not in r
+    ]
+    return Grid("Recorded balance", ("", "stood", "lasts s", "on one leg s", "torque %"), lines)
+
+
 EXPERIMENT = Measured(
     name="foot-motions",
     title="Motions of the feet",
     rooms=ROOMS,
     parts={name: partial(_cases, name) for name in MOTIONS},
     brief=_brief,
-    grids=lambda kept: (table(kept),),
+    grids=lambda kept: (table(kept), recorded(kept)),
     rows=rows,
     notes=NOTES,
 )
-run = EXPERIMENT.run
+
+
+def run(data: Path | None = None, **options: Any) -> ResultTable:
+    """Run :data:`EXPERIMENT`, and its recording where there are some.
+
+    Args:
+        data: Folder of recordings.
+        options: Those of :meth:`~plantigrade.experiments.measured.Measured.run`.
+
+    Raises:
+        ParameterError: If there is no such part.
+    """
+    if data is None:
+        return EXPERIMENT.run(**options)
+    parts = {**EXPERIMENT.parts, RECORDED: partial(_tracked, data)}
+    return replace(EXPERIMENT, parts=parts).run(**options)

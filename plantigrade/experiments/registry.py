@@ -45,7 +45,7 @@ EXPERIMENTS = {
     e.name: e
     for e in (
         Experiment("fit-accuracy", needs=("data",)),
-        Experiment("foot-motions", takes=MEASURED),
+        Experiment("foot-motions", takes=("data", *MEASURED)),
         Experiment("foot-pose", needs=("data",)),
         Experiment("foot-segments", needs=("data",)),
         Experiment("gait-table", needs=("data",)),

@@ -62,7 +62,7 @@ class Postures:
     def places(self, ankle: Array, presses: Array, lasting: Array) -> tuple[Array, Array]:
         """Return where spheres are with ankles so far from standing, and which of them last."""
         goal = np.array([[*self.over, self.high + ankle[:, 2].min()]])
-        qpos = self.path(ankle[None], presses[None], goal, np.inf)
+        qpos = self.path(ankle[None], presses[None], goal, 0.0)
         state, out = State(self.human, qpos[0]), np.zeros((self.n_sites, 3))
         for i, site in enumerate(contact_sites(self.human)):
             out[i] = state.origin(site.body) + state.rotation(site.body) @ np.array(site.position)
@@ -73,7 +73,7 @@ class Postures:
         ankle: Float[Array, "n 2 3"],
         marked: Bool[Array, "n 2 n_marks"],
         goal: Float[Array, "n 3"],
-        dt: float,
+        still: float,
     ) -> Float[Array, "n nq"]:
         """Return the configuration of every frame.
 
@@ -81,7 +81,7 @@ class Postures:
             ankle: How far each ankle is from standing [m].
             marked: Which segments press.
             goal: Where the centre of mass is to be [m].
-            dt: Time between frames [s].
+            still: Frames a second where the body is not to turn; 0 where it may [1/s].
         """
         turns, shifts, qpos = [], [], np.tile(self.start, (len(ankle), 1))
         for k, poser in enumerate(self.posers):
@@ -103,7 +103,7 @@ class Postures:
             wanted = feet, [t[i] for t in turns], goal[i], stands[i]
             for _ in range(3 if i else ROUNDS):
                 state = state.moved_to(q)
-                q[:] = self._nearer(state, *wanted, before, dt)
+                q[:] = self._nearer(state, *wanted, before, still)
         return qpos
 
     def _nearer(
@@ -114,7 +114,7 @@ class Postures:
         goal: Array,
         stands: Array,
         before: Array | None,
-        dt: float,
+        still: float,
     ) -> Array:
         """Return a configuration nearer to what is wanted, by a Gauss-Newton step."""
         J, _, _ = state.touched(np.array(self.foot), np.array([state.origin(f) for f in self.foot]))
@@ -131,8 +131,8 @@ class Postures:
         weight = np.array([OVER, OVER, HIGH])
         rows.append(state.com_jacobian * weight[:, None])
         right.append((goal - state.com) * weight)
-        if before is not None:
-            spin = state.angular_momentum_jacobian * (STILL / (state.mass * dt))
+        if before is not None and still:
+            spin = state.angular_momentum_jacobian * (STILL * still / state.mass)
             rows.append(spin)
             right.append(-spin @ state.difference(before))
         back = -state.difference(self.start)

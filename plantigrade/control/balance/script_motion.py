@@ -63,7 +63,8 @@ def scripted(human: Human, script: Script) -> Followed:
                 low = np.abs(ankle[own, :, 2] - ankles[flat, :, 2]) < FLAT * scale
                 marked[own] = np.where(low[..., None], presses[flat], marked[own])
     goal = np.column_stack([over, pose.high + high])
-    qpos = pose.path(ankle, marked, goal, 1.0 / RATE)
+    # Who is to fly must not turn; who moves slowly need not care.
+    qpos = pose.path(ankle, marked, goal, RATE if flights else 0.0)
     motion = Motion(time, qpos, rates_of(human, qpos, RATE), human.joint_names)
     spheres = pose.spheres_of(marked)
     follow = Followed(human, motion, spheres, flights=[(at[a], at[b]) for a, b in flights])
