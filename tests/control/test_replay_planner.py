@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.ground import Step as GroundStep
+from plantigrade.control.replay.edges import lifts, on_one_side
 from plantigrade.control.replay.offsets import offset_weights
-from plantigrade.control.replay.planner import BACK, LandingBox, SwingOffset, decayed, next_step
+from plantigrade.control.replay.planner import BACK, LandingBox, decayed, next_step
+from plantigrade.control.replay.swing import SwingOffset
 
 OMEGA, STEP = 3.2, 0.002
 SINGLE, STEPS = 0.5, 12  # length of a step [s], their number
@@ -42,7 +46,7 @@ def pendulum(xi, foot, seconds):
 
 
 def wide(side=1.0):
-    return LandingBox(np.eye(2), np.array([0.5, 0.1 * side]), side, 5.0, -5.0)
+    return LandingBox(np.eye(2), np.array([0.5, 0.1 * side]), side, 5.0, -5.0, np.zeros(2))
 
 
 def test_the_next_foot_lands_where_the_pendulum_goes_on_undisturbed(beta):
@@ -89,11 +93,11 @@ def test_what_is_undisturbed_steps_as_planned_in_its_own_time():
 def test_a_push_outward_is_answered_by_a_sooner_step_within_the_limits():
     xi, foot, zero = np.array([0.05, 0.02]), np.zeros(2), np.zeros(2)
     then = pendulum(xi, foot, 0.4)
-    box = LandingBox(np.eye(2), np.array([0.5, 0.1]), 1.0, 0.9, 0.07)
+    box = LandingBox(np.eye(2), np.array([0.5, 0.1]), 1.0, 0.9, 0.07, np.array([-0.5, 0.0]))
     pushed = xi - [0.0, 0.12]  # to the side of the foot that stands: the other cannot follow
     step = next_step(pushed, xi, then, OMEGA, 0.4, zero, zero, 0.0, 1.0, box)
     assert step.rate > 1.0
-    assert 0.1 + step.offset[1] >= 0.07 - 1e-9  # the feet do not cross
+    assert 0.1 + step.offset[1] >= box.crossed - 1e-9  # no farther across than in front
     assert step.free[1] < step.offset[1]
 
 
@@ -103,3 +107,58 @@ def test_a_swinging_foot_reaches_its_offset_in_time_at_rest():
         swing.lead(goal, float(left), STEP)
     np.testing.assert_allclose(swing.offset, goal, atol=2e-3)
     np.testing.assert_allclose(swing.velocity, 0.0, atol=0.1)
+
+
+def test_of_two_rates_the_one_is_taken_whose_miss_the_next_foot_makes_up_on_its_own_side():
+    box = LandingBox(np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
+    missed = np.array([[0.0, -0.2], [0.0, 0.2]])  # the left foot lands; the right one comes next
+    outward, inward = box.after(missed)
+    assert outward < 0.1 * inward
+    assert box.after(np.array([[0.0, -0.8]]))[0] > 10.0 * outward  # no leg is so long
+
+
+def test_a_foot_crosses_over_only_in_front_of_the_other():
+    box = LandingBox(np.eye(2), np.array([0.0, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
+    beside, ahead = box.clipped(np.array([[0.1, -0.4], [0.5, -0.4]]))
+    assert 0.1 + beside[1] == pytest.approx(0.07)
+    assert box.crossed < 0.0 and 0.1 + ahead[1] == pytest.approx(box.crossed)
+
+
+def test_a_foot_that_would_have_to_be_too_fast_costs_more():
+    box = LandingBox(np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.array([-0.6, 0.0]))
+    slow, fast = box.hasty(np.zeros((2, 2)), np.array([0.4, 0.1]))
+    assert slow == 0.0 < fast
+
+
+def test_a_foot_held_back_goes_on_from_there_and_no_longer_inward():
+    swing = SwingOffset(np.array([0.1, 0.0]))
+    swing.lead(np.array([0.1, -0.3]), 0.2, STEP)
+    assert swing.velocity[1] < 0.0
+    swing.hold_back(np.array([0.0, 1.0]), 0.02)
+    assert swing.velocity[1] == swing.acceleration[1] == 0.0
+    assert swing.offset[1] == pytest.approx(0.02, abs=1e-3)
+
+
+def test_a_swinging_foot_is_lifted_over_an_edge_and_nowhere_else():
+    ground = Ground(steps=(GroundStep(1.0, 0.1),))
+    x = np.concatenate([np.full(20, 0.5), np.linspace(0.5, 1.3, 61), np.full(20, 1.3)])
+    stands = np.ones(101, dtype=bool)
+    stands[20:81] = False
+    low = np.zeros((101, 1, 3))
+    low[:, 0, 0] = x
+    low[:, 0, 2] = np.where(x < 1.0, 0.05, 0.1) * (x > 0.5)
+    lift = lifts(ground, low, stands, 0.01)
+    passes = (np.abs(x - 1.0) < 0.05) & ~stands
+    assert (low[passes, 0, 2] + lift[passes]).min() > 0.11
+    assert not lift[stands].any() and not lift[x < 0.7].any()
+    assert not lifts(Ground(), low, stands, 0.01).any()
+
+
+def test_a_foot_lands_wholly_on_the_level_it_is_planned_to():
+    ground = Ground(steps=(GroundStep(1.0, 0.1),))
+    low = np.array([[1.08, 0.0, 0.1], [1.30, 0.0, 0.1]])
+    ahead = np.array([1.0, 0.0])
+    np.testing.assert_allclose(on_one_side(ground, low, np.zeros(2), ahead), 0.0)
+    back = on_one_side(ground, low, np.array([-0.12, 0.03]), ahead)
+    assert 1.08 + back[0] >= 1.02 - 1e-9 and back[1] == 0.03
+    assert back[0] < -0.03  # no farther than need be

@@ -7,10 +7,13 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.replay import tasks
+from plantigrade.control.replay.catch import Catch
 from plantigrade.control.replay.clearance import clearance_of
+from plantigrade.control.replay.edges import on_one_side
 from plantigrade.control.replay.gait import JUST, Gait
 from plantigrade.control.replay.planner import BACK, LandingBox, Step, decayed, next_step
 from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
+from plantigrade.control.replay.swing import NARROW
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -33,17 +36,23 @@ VERTICAL = (80.0, 16.0)
 """Stiffness and damping of the height of the centre of mass, by mass [1/s², 1/s]."""
 HEIGHTS = (-7.0, 12.0)
 """Limits of its vertical acceleration [m/s²]."""
-NARROW = 0.08
-"""Feet are at least so far apart sideways, of the leg length, unless the motion has them nearer."""
-BESIDE = 0.30
-"""A swinging foot nearer than this to the other fore and aft, of the leg, passes it on its side."""
-AXES = np.arange(3)
+BACK_UP = (-3.0, 8.0)
+"""Limits of the part of it that leads back to the motion: who falls cannot press [m/s²]."""
+RETURN, RETURNING, FAR = 0.2, 0.06, 0.12
+"""The path that is walked is led back to the planned one: at this rate [1/s] and speed at most
+[m/s]; the person is taken to be off it by so much at most [m]."""
+HURRIED, MISSED = 0.75, (0.04, 0.16)
+"""With both feet on the ground the phase runs so much faster where the divergent component is
+missed by that much: not at all, and fully [m]."""
+AGAIN = 0.35
+"""So long after a step the next one can land [s]."""
+BOUNCE = 1.2
+"""Rate by which the height's own acceleration is scaled, at most."""
 OVERLAP = 0.002
 """Legs that overlap more than this in the motion are told of [m]."""
+AXES = np.arange(3)
 SEAT = len(SIDES)
 """Among the sides: what is on no foot."""
-APART, WIDER = 0.005, 0.12
-"""Legs that overlap in the motion are led so far apart [m], up to this part of the leg length."""
 GRIP = 0.75
 """Part of the friction that is counted on."""
 
@@ -86,6 +95,9 @@ class Replay:
         self.program: WholeBody | None = None
         self.gait = Gait(self.reference, record.weight)
         self.off: Array = np.zeros(2)
+        self.path, self.error = np.zeros(2), np.zeros(2)
+        self.catch = Catch(self.leg, self.record.weight)
+        self.grows = float(np.exp(self.reference.omega * AGAIN))
         self._kept: tuple[float, Instant | None] = (np.nan, None)
 
     def __call__(self, state: State) -> Command:
@@ -106,9 +118,18 @@ class Replay:
         for i in (0, 1):
             beside[i, 2] = height[self.of_side[i]].min()
         gait.look(state.time, step, load, beside, heading(ref["q"][3:7]))
-        plan = self._plan(body, ref)
-        gait.advance(state.time, step, 1.0 if plan is None else plan.rate)
-        ref = reference.at(gait.phase)
+        if self.catch.waits:
+            plan, ref = None, ref.still()
+            self._balance(body, ref)
+        else:
+            self._return(body, ref)
+            plan = self._plan(body, ref, foot)
+        self._catch(state.time, body, ref, low, height, load)
+        if self.catch.waits:
+            gait.rate, ref = 0.0, ref.still()
+        else:
+            gait.advance(state.time, step, self._hurried() if plan is None else plan.rate)
+            ref = reference.at(gait.phase)
         return self._command(state, body, ref, plan, low, height, foot, step)
 
     def said(self) -> tuple[str, ...]:
@@ -142,6 +163,9 @@ class Replay:
                 f"in the world has {world.human.model.nv}"
             )
         self.gait = Gait(self.reference, self.record.weight)
+        self.path, self.error = np.zeros(2), np.zeros(2)
+        self.catch = Catch(self.leg, self.record.weight)
+        self.grows = float(np.exp(self.reference.omega * AGAIN))
         self.program = WholeBody(self.human, armature=world.actuators.armature)
         self.side_of_geom = np.append(self.side_of, -1)[world.contacts.site_of]
 
@@ -156,7 +180,45 @@ class Replay:
         push[owner[which, 1] < 0] *= -1.0  # the force is that on the second geom
         return np.bincount(owner[which].max(axis=1), push, SEAT + 1)[:SEAT]
 
-    def _plan(self, body: BodyState, ref: Instant) -> Step | None:
+    def _balance(self, body: BodyState, ref: Instant) -> None:
+        """Find out how far the divergent component is from rest."""
+        first, alpha, _ = self.reference.schedule.weights(self.gait.phase)
+        own = [f.number - first for f in self.gait.standing if f.number is not None]
+        share = np.zeros(len(alpha))
+        share[own] = np.maximum(alpha[own], 1e-3)
+        self.shift = share @ self.gait.offsets(first, len(alpha)) / share.sum()
+        self.xi = (body.com + body.com_velocity / self.reference.omega)[:2]
+        self.deviation = self.xi - ref["com"][:2]
+        self.error = self.deviation - self.shift[:2]
+
+    def _catch(self, time: float, body: BodyState, ref, low: Array, height: Array, load) -> None:
+        """Take a step that the motion does not have, where nothing else helps."""
+        seat = float(self.reference.schedule.weights(self.gait.phase)[1] @ self.seated)
+        if seat > 0.0 and not self.catch.waits:
+            return
+        feet = [low[self.of_side[i]] for i in (0, 1)]
+        gaps = [height[self.of_side[i]] for i in (0, 1)]
+        missed, ahead = hypot(*self.error), heading(ref["q"][3:7])[:, 0]
+        self.catch.look(time, self.step, self.gait, body, feet, gaps, ahead, load, missed)
+
+    def _return(self, body: BodyState, ref: Instant) -> None:
+        """Move the path that is walked back to the planned one, slowly."""
+        off = (body.com - ref["com"])[:2]
+        size = hypot(*off)
+        self.path = self.path - self.step * off * min(RETURN, RETURNING / max(size, 1e-9))
+        away = off - self.path
+        far = hypot(*away)
+        if far > FAR:
+            self.path = self.path + away * (1.0 - FAR / far)
+
+    def _hurried(self) -> float:
+        """Return the rate at which the weight goes over to the other foot."""
+        far = hypot(*self.error)
+        if far < MISSED[0] or self.reference.schedule.after("r", self.gait.phase) is None:
+            return 1.0
+        return 1.0 + HURRIED * min((far - MISSED[0]) / (MISSED[1] - MISSED[0]), 1.0)
+
+    def _plan(self, body: BodyState, ref: Instant, places: Array) -> Step | None:
         """Return where and when the swinging foot lands; None where no single foot swings."""
         gait, reference = self.gait, self.reference
         omega = reference.omega
@@ -182,8 +244,10 @@ class Replay:
             last = max((f.number for f in standing if f.number is not None), default=first)
             known = np.arange(first, first + len(beta)) <= last
             later = decayed(beta[~known], BACK) * BACK
+            rest = float(beta[~known].sum())
             newest = gait.offset(last)[:2]
-            self.error = self.deviation - beta[known] @ offsets[known, :2] - later * newest
+            coming = rest * self.path + later * (newest - self.path)
+            self.error = self.deviation - beta[known] @ offsets[known, :2] - coming
             return None
         foot, other = swinging[0], standing[0]
         assert foot.number is not None and other.number is not None
@@ -199,26 +263,33 @@ class Replay:
         axes = heading(then["q"][3:7])
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
         nominal = then["foot"][i, :2] - then["foot"][k, :2] - other_offset
-        side = 1.0 if foot.side == "l" else -1.0
+        side = foot.left
         apart = side * float((then["foot"][i, :2] - then["foot"][k, :2]) @ axes[:, 1])
         narrowest = min(NARROW * self.leg, apart)
-        box = LandingBox(axes, nominal, side, self.leg, narrowest)
+        path = self.path
+        here = places[i, :2] - then["foot"][i, :2] - path
+        box = LandingBox(axes, nominal + path, side, self.leg, narrowest, here)
         step = next_step(
-            self.xi,
+            self.xi - path,
             xi_ref,
             (then["com"] + then["com_velocity"] / omega)[:2],
             omega,
             left,
-            self.shift[:2],
-            kept,
+            self.shift[:2] - path,
+            kept - path,
             stays,
             later,
             box,
+            grows=self.grows,
         )
         grown = np.exp(-omega * left / step.rate)
-        self.error = grown * later * (step.free - BACK * self.shift[:2])
+        self.error = grown * later * (step.free - BACK * (self.shift[:2] - path))
         rate = max(gait.rate, 0.2)
-        foot.swing.lead(step.offset, left / rate, self.step)
+        landing = step.offset + path
+        if self.ground.steps:
+            low = then["low"][self.side_of == i]
+            landing = on_one_side(self.ground, low, landing, axes[:, 0])
+        foot.swing.lead(landing, left / rate, self.step)
         self.axes, self.swing_side = axes, side
         return step
 
@@ -249,6 +320,7 @@ class Replay:
         Jf, speed_f, bias_f = (
             f(self.feet) for f in (body.jacobian, body.velocity, body.bias_acceleration)
         )
+        hanging = self.side_of[on & (height - self._lifted() > PLANNED)]
         for i, own in enumerate(gait.feet):
             name = f"foot_{own.side}"
             at = int(self.feet.body[i])
@@ -257,9 +329,12 @@ class Replay:
             spin = Jr @ qvel
             goal, speed = rate**2 * ref["turn_acceleration"][i], rate * ref["turn_velocity"][i]
             planes = normal if own.stands else None
-            rows.append(tasks.turn_rows(Jr, Br, goal, error, speed - spin, normal=planes))
+            hangs = bool((hanging == i).any())
+            rows.append(
+                tasks.turn_rows(Jr, Br, goal, error, speed - spin, normal=planes, hangs=hangs)
+            )
             if not own.stands:
-                place, pace, push = self._swing(own, i, ref, rate, foot)
+                place, pace, push = self._swing(own, i, ref, rate, foot, state.time)
                 rows.append(
                     tasks.place_rows(Jf[i], bias_f[i], push, place - foot[i], pace - speed_f[i])
                 )
@@ -336,9 +411,10 @@ class Replay:
         wanted = np.array(ref["com_acceleration"])
         wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
         k, d = VERTICAL
-        dz = ref["com"][2] + self.shift[2] + self._rise(self.shift) - c[2]
-        up = rate**2 * ref["com_acceleration"][2] + k * dz
-        up += d * (rate * ref["com_velocity"][2] - v[2])
+        rate = min(rate, BOUNCE)
+        dz = ref["com"][2] + self.shift[2] + self._rise(self.shift) - self.catch.bent - c[2]
+        back = k * dz + d * (rate * ref["com_velocity"][2] - v[2])
+        up = rate**2 * ref["com_acceleration"][2] + min(max(back, BACK_UP[0]), BACK_UP[1])
         wanted[2] = min(max(up, HEIGHTS[0]), HEIGHTS[1])
         return wanted
 
@@ -355,31 +431,33 @@ class Replay:
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
         return np.minimum(np.maximum(wanted, low), high) - pressure
 
-    def _swing(self, own, i: int, ref, rate: float, foot) -> tuple[Array, Array, Array]:
+    def _swing(
+        self, own, i: int, ref, rate: float, foot, time: float
+    ) -> tuple[Array, Array, Array]:
         """Return place, velocity and acceleration that a swinging foot is to have."""
         place = np.array(ref["foot"][i])
         pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
+        others = self.gait.standing
+        if others:
+            k = SIDES.index(others[0].side)
+            axes = heading(ref["q"][3:7])
+            planned = (ref["foot"][i] - ref["foot"][k])[:2]
+            off = ref["foot"][i, :2] - foot[k, :2]
+            own.swing.pass_beside(off, planned, axes, own.left, self.leg, self.clearance.legs)
         moved = own.swing.offset
         level = self.ground.under(place)
         place[:2] += moved
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
-        place[2] += self._rise(moved) + float(self.ground.under(place) - level)
-        if own.lowered:
+        place[2] += self._rise(moved)
+        if not self.ground.steps:
+            place[2] += float(self.ground.under(place) - level)
+        if own.caught:
+            high, pace[2] = self.catch.height(time)
+            place[2] += high
+        elif own.lowered:
             place[2] -= own.lowered
             pace[2] = -0.4
-        others = self.gait.standing
-        if others:
-            k = SIDES.index(others[0].side)
-            axes = heading(ref["q"][3:7])
-            side = 1.0 if own.side == "l" else -1.0
-            ahead, aside = (place[:2] - foot[k, :2]) @ axes
-            planned = abs(float((ref["foot"][i] - ref["foot"][k])[:2] @ axes[:, 1]))
-            narrow = min(NARROW * self.leg, planned)
-            if self.clearance.legs > 0.0:  # the motion's own legs overlap
-                narrow = max(narrow, min(planned + self.clearance.legs + APART, WIDER * self.leg))
-            if abs(ahead) < BESIDE * self.leg and side * aside < narrow:
-                place[:2] += axes[:, 1] * side * (narrow - side * aside)
         return place, pace, push
 
 

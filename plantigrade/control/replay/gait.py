@@ -11,8 +11,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.replay.planner import SwingOffset
 from plantigrade.control.replay.reference import Reference
+from plantigrade.control.replay.swing import SwingOffset
 
 TOUCH, LOADED = 0.035, 0.028
 """A foot touches, or its place is known, from this load on [body weights]."""
@@ -46,6 +46,7 @@ class Foot:
         lowered: How far it was let down for a missing ground [m].
         waited: How long the phase has waited for it [s].
         early: Whether it stands before its time.
+        caught: Whether it swings in a step that the motion does not have.
     """
 
     side: str
@@ -57,6 +58,12 @@ class Foot:
     lowered: float = 0.0
     waited: float = 0.0
     early: bool = False
+    caught: bool = False
+
+    @property
+    def left(self) -> float:
+        """1 for the left foot, -1 for the right."""
+        return 1.0 if self.side == "l" else -1.0
 
 
 @dataclass(frozen=True)
@@ -144,7 +151,7 @@ class Gait:
                     own = self.offset(foot.number)
                     own += step / SETTLE * (beside[i] - own)
                 continue
-            if foot.number is None:
+            if foot.number is None or foot.caught:
                 continue
             left = foot.touchdown - self.phase
             begun = 1.0 - left / max(foot.touchdown - foot.lifted, 1e-3)

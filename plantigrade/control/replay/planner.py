@@ -5,6 +5,10 @@ effective pivot of this step, and is known for the instant of touchdown. The nex
 what is left then is just what the feet's offsets explain (:mod:`.offsets`), so that the motion goes
 on from there undisturbed. A step taken sooner leaves less to explain.
 
+What a step within the limits misses is not lost: the step after it, of the other foot, has room on
+the other side. So of all rates the one is taken after which the two steps together are easiest:
+pushed outward, a person sets the foot down sooner and near, and catches the rest with the next.
+
 Offsets are led back: of the stance after the next, the offset is planned to be :data:`BACK` times
 that of the next, and so on, so that the person comes back onto the planned path.
 """
@@ -15,16 +19,23 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-RATES = np.array([0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0, 2.5])
+RATES = np.array([0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0])
 """Rates at which a step may be finished, of the motion's own."""
-BACK = 0.85
+BACK = 0.75
 """What is left of an offset after a step."""
 FORWARD, SIDEWAYS, SOONER = 0.16, 0.065, 36.0
 """Cost of a step: offsets along and across that cost 1 [leg lengths], and of ln(rate)²."""
 FARTHEST, WIDEST, NARROWEST = 1.2, 0.75, 0.06
 """Limits of a landing place from the standing foot [leg lengths]: ahead, and to its side."""
+CROSSES, CROSSED = 0.35, -0.04
+"""A foot that lands so far ahead of the other may cross over, to this place beside it; likewise."""
 OUTSIDE = 1e4
 """Cost of leaving the limits, per square metre."""
+LATER, NEXT = 0.3, 0.08
+"""Cost of what the step after the next has to make up, by that of the next; how much wider than
+the narrowest that step is planned [leg lengths]."""
+SPEED, HASTY = 4.5, 2e3
+"""Mean speed of a swinging foot, at most [leg lengths/s]; cost of what it falls short [1/m²]."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +75,7 @@ def next_step(
     later_weight: float,
     box: "LandingBox",
     rates: Float[Array, " m"] = RATES,
+    grows: float = 1.0,
 ) -> Step:
     r"""Return place and rate of the next step.
 
@@ -84,6 +96,7 @@ def next_step(
         later_weight: That of the next stance and those after it.
         box: Where the foot may land.
         rates: To choose from.
+        grows: By how much what this step misses has grown when the next one lands.
     """
     grown = np.exp(omega * left)
     pivot = (xi_touchdown - grown * xi_now) / (1.0 - grown)
@@ -92,8 +105,8 @@ def next_step(
     free = (deviation - standing_weight * standing_offset) / later_weight
     placed = box.clipped(free)
     moved = (free - standing_offset) @ box.axes
-    beyond = ((free - placed) ** 2).sum(axis=1)
-    cost = (moved / box.scale) ** 2 @ np.ones(2) + SOONER * np.log(rates) ** 2 + OUTSIDE * beyond
+    cost = (moved / box.scale) ** 2 @ np.ones(2) + SOONER * np.log(rates) ** 2
+    cost += box.after(grows * (free - placed)) + box.hasty(placed, left / rates)
     best = int(np.argmin(cost))
     return Step(placed[best], free[best], float(rates[best]))
 
@@ -108,6 +121,7 @@ class LandingBox:
         side: 1 for the left foot, -1 for the right.
         leg: Length of the leg [m].
         narrowest: Least distance to the side [m].
+        here: Offset at which the foot would land where it is now [m].
     """
 
     axes: Float[Array, "2 2"]
@@ -115,6 +129,12 @@ class LandingBox:
     side: float
     leg: float
     narrowest: float
+    here: Float[Array, " 2"]
+
+    @property
+    def crossed(self) -> float:
+        """Place beside the other foot of one that crosses over in front of it, at most [m]."""
+        return min(CROSSED * self.leg, self.narrowest)
 
     @property
     def scale(self) -> Float[Array, " 2"]:
@@ -125,30 +145,28 @@ class LandingBox:
         """Return offsets with the place within its limits."""
         place = (self.nominal + offset) @ self.axes
         ahead = np.clip(place[:, 0], -FARTHEST * self.leg, FARTHEST * self.leg)
-        aside = np.clip(self.side * place[:, 1], self.narrowest, WIDEST * self.leg)
+        nearest = np.where(ahead > CROSSES * self.leg, self.crossed, self.narrowest)
+        aside = np.clip(self.side * place[:, 1], nearest, WIDEST * self.leg)
         return np.stack([ahead, self.side * aside], axis=1) @ self.axes.T - self.nominal
 
+    def after(self, missed: Float[Array, "m 2"]) -> Float[Array, " m"]:
+        """Return what it costs that the step after this one, of the other foot, must make up.
 
-class SwingOffset:
-    """The offset of a swinging foot, led to that of its landing by a cubic, anew at every tick."""
-
-    def __init__(self, offset: Float[Array, " 2"]):
-        """Start where the foot left the ground."""
-        self.offset, self.velocity = np.array(offset, dtype=float), np.zeros(2)
-        self.acceleration = np.zeros(2)
-
-    def lead(self, target: Float[Array, " 2"], left: float, step: float) -> None:
-        """Go on for a time step, to be at rest at the target when the time left is over.
-
-        The end is planned 20 ms early, and no sooner than in 50 ms.
+        Args:
+            missed: By how much it must land elsewhere than planned [m].
         """
-        T = max(left - 0.02, 0.05)
-        a = (6.0 * (target - self.offset) - 4.0 * self.velocity * T) / T**2
-        a *= min(1.0, FASTEST / max(float(np.linalg.norm(a)), 1e-9))
-        self.acceleration = a
-        self.offset = self.offset + step * self.velocity + 0.5 * step**2 * a
-        self.velocity = self.velocity + step * a
+        aside = missed @ self.axes
+        width = self.narrowest + NEXT * self.leg - self.side * aside[:, 1]
+        over = width - np.clip(width, self.narrowest, WIDEST * self.leg)
+        over = over**2 + np.maximum(np.abs(aside[:, 0]) - 0.5 * FARTHEST * self.leg, 0.0) ** 2
+        return LATER * ((aside / self.scale) ** 2).sum(axis=1) + OUTSIDE * over
 
+    def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Return what it costs that the foot would have to be faster than it can.
 
-FASTEST = 60.0
-"""Acceleration of the offset [m/s²]."""
+        Args:
+            offset: Where it lands [m].
+            left: In what time [s].
+        """
+        far = np.linalg.norm(offset - self.here, axis=1)
+        return HASTY * np.maximum(far - SPEED * self.leg * left, 0.0) ** 2

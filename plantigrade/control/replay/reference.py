@@ -13,6 +13,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.control.replay.clearance import Clearance, held_out
+from plantigrade.control.replay.edges import lifts
 from plantigrade.control.replay.offsets import offset_weights
 from plantigrade.control.replay.schedule import Schedule, Stance, carrying, stances_of
 from plantigrade.errors import ParameterError
@@ -24,6 +25,10 @@ AFTER = 4.0
 """So long after the end (or the second period) offsets of the feet are looked ahead [s]."""
 MOVING = 0.2
 """A motion whose ends are slower than this does not repeat itself [m/s]."""
+
+CHANGES = ("v", "a", "com_velocity", "com_acceleration", "foot_velocity", "foot_acceleration",
+           "turn_velocity", "turn_acceleration")  # fmt: skip
+"""What is zero where a motion rests."""
 
 
 class Instant:
@@ -43,6 +48,14 @@ class Instant:
         """Return what has a name."""
         cut, shape = self._columns[name]
         return self._row[cut].reshape(shape)
+
+    def still(self) -> "Instant":
+        """Return the same instant as if the motion rested there."""
+        out = Instant(self._row.copy(), self._columns)
+        for name in CHANGES:
+            out[name][...] = 0.0
+        out["pressure"][:] = out["com"]
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +135,8 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
     ends = period is None and float(np.abs(qvel[-1]).max()) < MOVING
     swept = sweep_tables(record, sites, qpos, qvel)
     load = loads(record, sites, swept, force)
+    if record.ground.steps:
+        lift_over_edges(record, sites, swept, load)
     total = force.sum(axis=1)
     known = bool(force.any())
     com_acceleration = np.gradient(swept["com_velocity"], STEP, axis=0)
@@ -156,8 +171,7 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
         "low": swept["low"],
     }
     if ends:  # then it stands still
-        for name in ("v", "a", "com_velocity", "com_acceleration", "foot_velocity",
-                     "foot_acceleration", "turn_velocity", "turn_acceleration"):  # fmt: skip
+        for name in CHANGES:
             columns[name] = np.concatenate([columns[name], np.zeros_like(columns[name][:1])])
         columns = {k: np.concatenate([x, x[-1:]]) if len(x) == n else x for k, x in columns.items()}
     return assembled(columns, schedule, omega, period, motion.duration, advance, ends)
@@ -330,6 +344,18 @@ def sweep_tables(record: Record, sites, qpos: Array, qvel: Array) -> dict[str, A
     moving = np.gradient(out["low"], STEP, axis=0)
     out["site_speed"] = np.linalg.norm(moving, axis=2)
     return out
+
+
+def lift_over_edges(record: Record, sites, swept: dict[str, Array], load: Array) -> None:
+    """Lead swinging feet clear of the edges of steps."""
+    stands = carrying(load, record.weight, STEP, periodic=False)
+    for i, side in enumerate(SIDES):
+        own = np.array([s.side == side for s in sites])
+        lift = lifts(
+            record.ground, swept["low"][:, own], np.asarray(stands[:, own].any(axis=1)), STEP
+        )
+        swept["foot"][:, i, 2] += lift
+        swept["foot_velocity"][:, i, 2] += np.gradient(lift, STEP)
 
 
 def schedule_of(

@@ -86,14 +86,17 @@ def place_rows(J, bias, wanted, error, rate_error) -> Rows:
     return Rows(J, wanted + k * error + d * rate_error - bias, FOOT**2)
 
 
-def turn_rows(J, bias, wanted, error, rate_error, *, normal=None) -> Rows:
-    """Return rows that turn a foot; one that stands is left to its own heading."""
+def turn_rows(J, bias, wanted, error, rate_error, *, normal=None, hangs: bool = False) -> Rows:
+    """Return rows that turn a foot; one that stands is left to its own heading.
+
+    One that stands but hangs off the ground, in part, is laid on it as firmly as one that swings.
+    """
     k, d = TURN_GAINS
     right = wanted + k * error + d * rate_error - bias
     if normal is None:
         return Rows(J, right, SWING_TURN**2)
     across = _ONE - normal[:, None] * normal
-    return Rows(across @ J, across @ right, STANCE_TURN**2)
+    return Rows(across @ J, across @ right, (SWING_TURN if hangs else STANCE_TURN) ** 2)
 
 
 def held_rows(points: RigidPoints, held, gap, normal) -> PointRows:

@@ -1,0 +1,77 @@
+"""The offset of a swinging foot from the motion: how it gets to its landing place."""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+
+FASTEST = 60.0
+"""Acceleration of the offset [m/s²]."""
+NARROW = 0.08
+"""Feet are at least so far apart sideways, of the leg length, unless the motion has them nearer."""
+BESIDE = 0.30
+"""A swinging foot nearer than this to the other fore and aft, of the leg, passes it on its side."""
+SLACK = 0.005
+"""So much nearer than planned it may pass [m]."""
+SLANT = 0.5
+"""Farther away it may be so much nearer to the line ahead, by its distance."""
+APART, WIDER = 0.005, 0.12
+"""Legs that overlap in the motion are led so far apart [m], up to this part of the leg length."""
+
+
+class SwingOffset:
+    """The offset of a swinging foot, led to that of its landing by a cubic, anew at every tick."""
+
+    def __init__(self, offset: Float[Array, " 2"]):
+        """Start where the foot left the ground."""
+        self.offset, self.velocity = np.array(offset, dtype=float), np.zeros(2)
+        self.acceleration = np.zeros(2)
+
+    def lead(self, target: Float[Array, " 2"], left: float, step: float) -> None:
+        """Go on for a time step, to be at rest at the target when the time left is over.
+
+        The end is planned 20 ms early, and no sooner than in 50 ms.
+        """
+        T = max(left - 0.02, 0.05)
+        a = (6.0 * (target - self.offset) - 4.0 * self.velocity * T) / T**2
+        a *= min(1.0, FASTEST / max(float(np.linalg.norm(a)), 1e-9))
+        self.acceleration = a
+        self.offset = self.offset + step * self.velocity + 0.5 * step**2 * a
+        self.velocity = self.velocity + step * a
+
+    def hold_back(self, outward: Float[Array, " 2"], by: float) -> None:
+        """Go on from so far outward, and no longer inward: the other leg is in the way."""
+        self.offset = self.offset + by * outward
+        self.velocity = self.velocity + outward * max(-float(self.velocity @ outward), 0.0)
+        self.acceleration = self.acceleration + outward * max(
+            -float(self.acceleration @ outward), 0.0
+        )
+
+    def pass_beside(
+        self,
+        off: Float[Array, " 2"],
+        planned: Float[Array, " 2"],
+        axes: Float[Array, "2 2"],
+        side: float,
+        leg: float,
+        overlap: float,
+    ) -> None:
+        """Hold the foot on its side of the other one while it passes it.
+
+        Args:
+            off: Where the motion has it now, less where the other foot really is [m].
+            planned: The same as the motion has both [m].
+            axes: Ahead and to the left, as columns.
+            side: 1 for the left foot, -1 for the right.
+            leg: Length of the leg [m].
+            overlap: How deep one leg is in the other in the motion itself, at most [m].
+        """
+        outward = side * axes[:, 1]
+        ahead = abs(float((off + self.offset) @ axes[:, 0]))
+        aside = float((off + self.offset) @ outward)
+        width = abs(float(planned @ axes[:, 1]))
+        narrow = min(NARROW * leg, width - SLACK)
+        if overlap > 0.0:
+            narrow = max(narrow, min(width + overlap + APART, WIDER * leg))
+        narrow -= SLANT * max(ahead - BESIDE * leg, 0.0)
+        if aside < narrow:
+            self.hold_back(outward, narrow - aside)
