@@ -2,7 +2,8 @@
 
 Every motion that ``synthesize`` offers is carried out by one frozen controller from starts that are
 disturbed in every velocity; periodic walks are repeated. Recorded walks, fitted and reproduced, are
-carried out from their first frame to their last. Then the walk is pushed.
+carried out from their first frame to their last. Then motions are pushed: the walk at every phase
+of a step, those who stand, and every motion in its middle.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,18 +27,24 @@ from plantigrade.workflows.reproduce import reproduce
 FILE = "replay.json"
 ROOMS = ("synthesize", "reproduce", "control", "workflows/replays", "workflows/otherwise")
 """Whose code decides results."""
-PARTS = ("motions", "recordings", "pushes")
+PARTS = ("motions", "recordings", "pushes", "standing", "on the way")
 LONG, SHORT = 20.0, 5.0
 """Length of a repeated walk, and in the short form [s]."""
 STARTS, FEW = 10, 2
 SURVIVE, RECORDED, BACK = 98.0, 80.0, 0.10  # goals: per cent, per cent, [m]
-MEDIAN, WORST = 250.0, 100.0  # goals of pushes [N]
+MEDIAN, WORST, STANDING = 250.0, 100.0, 200.0  # goals of pushes [N]
 FORCES = tuple(float(f) for f in range(50, 501, 50))
 COARSE = (100.0, 200.0, 300.0)
 """Pushes that are tried, and in the short form [N]."""
 PHASES = (0.0, 0.25, 0.5, 0.75)
-SETTLED = 2.0
-"""A walk is pushed in the step after this [s]."""
+AROUND, SIDES = tuple(range(0, 360, 45)), (0, 90, 180, 270)
+"""Directions: 0 forward, 90 to the left [deg]."""
+SETTLED, WATCHED = 1.0, 2.5
+"""A walk is pushed in the step after the first of these; so long must one stay on the feet [s]."""
+STANDS = {"reach": 0.5, "squat": 0.5}
+"""Motions in which a person still stands at that time [s]."""
+LATEST = 2.0
+"""Who is pushed in the middle of a motion is pushed no later [s]."""
 
 NOTES = (
     "",
@@ -46,8 +53,10 @@ NOTES = (
     "at the phase of the replay, root mean square, the median of the runs; beside its path is the "
     "centre of mass at the end, the largest of the runs that survived. Starts: Gaussian noise of "
     "0.05 m/s and rad/s on every velocity. Physics 1000 Hz, commands 500 Hz. Bodies are solid: "
-    "legs cannot pass through each other. Pushes: 0.2 s at the upper trunk, from 50 N in steps "
-    "of 50 N until one is not survived for 3.5 s, one start.",
+    "who is pushed so that one leg is more than 10 mm in the other has not survived. Pushes: 0.2 s "
+    "at the upper trunk, the largest of 50, 100, … 500 N that is survived for 2.5 s, by bisection, "
+    "one start. Standing: pushed at 0.5 s of a reach and of a squat; a recovery step is allowed. "
+    "On the way: in the middle of a motion, at 2 s at the latest.",
 )
 
 
@@ -80,6 +89,8 @@ MOTIONS = {
     "walk from standing": Told("walk"),
     "walk turning 45°": Told("walk", {"turn": float(np.deg2rad(45.0))}),
     "walk, step of 10 cm": Told("walk", {"step_height": 0.10}),
+    "walk, step down of 10 cm": Told("walk", {"step_height": -0.10}),
+    "walk 1.3 m/s, 66 coordinates": walk(speed=1.3, joints="66", feet="multi-segment"),
     "sit-to-stand": Told("sit-to-stand"),
     "stand-to-sit": Told("stand-to-sit"),
     "squat": Told("squat"),
@@ -126,13 +137,25 @@ def recorded_outcome(path: Path) -> Result:
 
 
 def push_outcome(item: tuple[str, float, int, Sequence[float]]) -> Result:
-    """Return the largest push survived, at a phase of the step, in a direction [deg]."""
+    """Return the largest push survived, from a time on, in a direction [deg]."""
+    name, time, direction, forces = item
+    controller, angle = Replay(synthesised(name)), float(np.deg2rad(direction))
+    return {"force": largest_push(controller, time, angle, forces, after=WATCHED)}
+
+
+def phase_outcome(item: tuple[str, float, int, Sequence[float]]) -> Result:
+    """Likewise at a phase of a step."""
     name, phase, direction, forces = item
-    controller = Replay(synthesised(name))
-    steps = controller.reference.schedule.per_period
-    time = SETTLED + phase * controller.reference.duration / steps
-    force = largest_push(controller, time, float(np.deg2rad(direction)), forces)
-    return {"force": force}
+    reference = Replay(synthesised(name)).reference
+    step = reference.duration / reference.schedule.per_period
+    return push_outcome((name, SETTLED + phase * step, direction, forces))
+
+
+def middle_outcome(item: tuple[str, int, Sequence[float]]) -> Result:
+    """Likewise in the middle of a motion."""
+    name, direction, forces = item
+    time = min(0.5 * synthesised(name).motion.duration, LATEST)
+    return push_outcome((name, time, direction, forces))
 
 
 def run(
@@ -168,6 +191,10 @@ def run(
         rows += recordings(kept, data, quick=quick, jobs=jobs)
     if "pushes" in chosen:
         rows += pushes(kept, quick=quick, jobs=jobs)
+    if "standing" in chosen and not (quick and not parts):
+        rows += standing(kept, quick=quick, jobs=jobs)
+    if "on the way" in chosen and not (quick and not parts):
+        rows += on_the_way(kept, quick=quick, jobs=jobs)
     return ResultTable("Motions carried out in the physical world", rows, [*NOTES, *kept.notes()])
 
 
@@ -247,7 +274,7 @@ def recordings(kept: KeptResults, data: Path, *, quick: bool, jobs: int) -> list
 def pushes(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
     """Return the rows of pushes at 1.3 m/s."""
     name = "walk 1.3 m/s"
-    phases, angles = ((0.25,), (0, 90)) if quick else (PHASES, tuple(range(0, 360, 45)))
+    phases, angles = ((0.25,), (0, 90)) if quick else (PHASES, AROUND)
     forces = COARSE if quick else FORCES
     items = {
         f"{name}, pushed at {phase:g} of a step to {angle} deg, by {forces[-1]:g} N at most": item
@@ -255,12 +282,54 @@ def pushes(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
         for angle in angles
         for item in [(name, phase, angle, forces)]
     }
-    found = kept.get_all(cases(push_outcome, items), brief, jobs=jobs)
-    rows = []
-    for key, result in found.items():
-        rows.append(Row(key, "largest survived", result.get("force"), "N"))
-    held = [float(r["force"]) for r in found.values() if "force" in r]
+    found = kept.get_all(cases(phase_outcome, items), brief, jobs=jobs)
+    rows, held = _pushed(found)
     if held and not quick:
         rows.append(at_least("pushes", "median", float(np.median(held)), MEDIAN, "N"))
         rows.append(at_least("pushes", "worst", min(held), WORST, "N"))
+    return rows
+
+
+def _pushed(found: dict[str, Result]) -> tuple[list[Row], list[float]]:
+    """Return a row for every push, and the forces survived."""
+    rows = [
+        Row(key, "largest survived", r.get("force"), "N", note=str(r.get("error", "")))
+        for key, r in found.items()
+    ]
+    return rows, [float(r["force"]) for r in found.values() if "force" in r]
+
+
+def standing(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
+    """Return the rows of pushes of those who stand."""
+    forces = COARSE if quick else FORCES
+    items = {
+        f"{name}, pushed while standing to {angle} deg, by {forces[-1]:g} N at most": item
+        for name, time in STANDS.items()
+        for angle in (SIDES if quick else AROUND)
+        for item in [(name, time, angle, forces)]
+    }
+    rows, held = _pushed(kept.get_all(cases(push_outcome, items), brief, jobs=jobs))
+    if held:
+        rows.append(at_least("pushes while standing", "worst", min(held), STANDING, "N"))
+    return rows
+
+
+def on_the_way(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
+    """Return the largest push of every motion, in its weakest direction."""
+    names, forces = (QUICKLY, COARSE) if quick else (tuple(MOTIONS), FORCES)
+    items = {
+        f"{name}, pushed on the way to {angle} deg, by {forces[-1]:g} N at most": item
+        for name in names
+        for angle in SIDES
+        for item in [(name, angle, forces)]
+    }
+    found = kept.get_all(cases(middle_outcome, items), brief, jobs=jobs)
+    rows = []
+    for name in names:
+        own = {item[1]: found[key] for key, item in items.items() if item[0] == name}
+        held = {angle: float(r["force"]) for angle, r in own.items() if "force" in r}
+        problem = next((str(r["error"]) for r in own.values() if "error" in r), "")
+        note = problem or ", ".join(f"{angle}°: {force:g} N" for angle, force in held.items())
+        worst = min(held.values()) if held else None
+        rows.append(Row(name, "push survived on the way", worst, "N", note=note))
     return rows

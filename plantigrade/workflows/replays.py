@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.control.replay import Replay
+from plantigrade.control.replay.clearance import part_of
 from plantigrade.record import Record
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.otherwise import Otherwise
@@ -18,6 +19,8 @@ HOLD = 1.0
 """So long a motion that ends at rest is held [s]."""
 PUSH = 0.2
 """Length of a push [s]."""
+DEEP = 0.01
+"""Legs that are deeper in each other than this have gone through each other [m]."""
 TRIED, AFTER = (50.0, 100.0), 1.5
 """Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
 LATEST = 2.0
@@ -35,6 +38,7 @@ class Outcome:
         error: Of the joints to the motion, root mean square [rad].
         off_path: Of the centre of mass from the motion at the end, over the ground [m].
         figures: Of the touchdowns.
+        overlap: How deep one leg was in the other, at most [m].
     """
 
     survived: bool
@@ -42,6 +46,7 @@ class Outcome:
     error: float
     off_path: float
     figures: dict[str, float]
+    overlap: float = 0.0
 
 
 @on_one_thread
@@ -86,15 +91,18 @@ def replay_once(
         duration = motion.duration + HOLD * controller.reference.ends
     acts, state = how.seen(controller), world.reset()
     squares: list[float] = []
+    legs = Legs(world)
     while world.time < duration - 1e-6 and world.fall is None and world.diverged is None:
         command = acts(state)
         assert isinstance(command, Command)  # of a replay
         squares.append(float(np.square(command.signals["tracking_error"])))
         state = world.step(command)
+        legs.look()
     survived = world.fall is None and world.diverged is None
     figures = controller.figures()
     error = float(np.sqrt(np.mean(squares)))
-    return Outcome(survived, world.time, error, float(figures["off_path_end_m"]), figures)
+    off = float(figures["off_path_end_m"])
+    return Outcome(survived, world.time, error, off, figures, legs.deepest)
 
 
 def largest_push(
@@ -108,7 +116,8 @@ def largest_push(
 ) -> float:
     """Return the largest push at the upper trunk that is survived from every start [N].
 
-    Forces are tried in order until one is not survived; 0: not even the first was.
+    By bisection: who survives a force is taken to survive smaller ones. 0: not even the first. A
+    push is not survived where one leg goes through the other (:data:`DEEP`).
 
     Args:
         controller: The replay.
@@ -118,14 +127,40 @@ def largest_push(
         after: So long the person must stay on the feet after it began [s].
         starts: Seeds of the starts.
     """
-    held = 0.0
-    for force in forces:
+
+    def survived(force: float) -> bool:
         push = Push(force=force, duration=PUSH, direction=direction, time=time)
-        for seed in starts:
-            if not replay_once(controller, time + after, seed=seed, acting=(push,)).survived:
-                return held
-        held = force
-    return held
+        found = (replay_once(controller, time + after, seed=s, acting=(push,)) for s in starts)
+        return all(each.survived and each.overlap <= DEEP for each in found)
+
+    low, high = 0, len(forces)  # so many are survived: at least, at most
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if survived(forces[middle - 1]) else (low, middle - 1)
+    return forces[low - 1] if low else 0.0
+
+
+class Legs:
+    """How deep one leg is in the other.
+
+    Args:
+        world: With the person.
+
+    Attributes:
+        deepest: So far [m].
+    """
+
+    def __init__(self, world: World):
+        model = world.model
+        kind = np.array([part_of(model.body(int(b)).name) for b in model.geom_bodyid])
+        self._leg = (kind == "leg_r") * 1 + (kind == "leg_l") * 2
+        self._contact, self.deepest = world.data.contact, 0.0
+
+    def look(self) -> None:
+        """Look at the contacts of now."""
+        both = self._leg[self._contact.geom].sum(axis=1) == 3
+        if both.any():
+            self.deepest = max(self.deepest, -float(self._contact.dist[both].min()))
 
 
 def certificate(record: Record, duration: float | None = None) -> dict[str, Any]:

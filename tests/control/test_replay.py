@@ -179,3 +179,34 @@ def test_a_side_step_survives_where_its_start_is_disturbed_and_it_is_pushed(repl
     assert world.fall is None
     last = replay.reference.at(motion.duration)
     assert np.linalg.norm(state.body.com[:2] - last["com"][:2]) < 0.1
+
+
+@pytest.mark.slow
+def test_who_is_pushed_while_standing_takes_a_step_and_the_motion_goes_on_after_it(side_step):
+    motion = side_step.motion
+    n = 61
+    rest = motion.frames(np.full(n, motion.n_frames - 1))
+    none = np.zeros_like(rest.qvel)
+    rest = replace(rest, time=np.linspace(0.0, 3.0, n), qvel=none, qacc=none)
+    replay = Replay(Record(side_step.human, rest))
+    assert replay.reference.ends
+    world = world_for(replay, Push(force=150.0, duration=0.2, direction=0.0, time=0.1))
+    state, waited = world.reset(), False
+    while world.time < 2.0 and world.fall is None:
+        state = world.step(replay(state))
+        waited |= replay.catch.waits
+    assert world.fall is None
+    assert waited and not replay.catch.waits  # the motion went on
+    assert replay.catch.steps >= 1
+    assert replay.gait.phase < world.time - 0.3
+    assert max(t.offset[0] for t in replay.gait.touchdowns) > 0.1
+    assert "Stepped" in " ".join(replay.said())
+
+
+def test_an_instant_can_be_held_still(replay):
+    ref = replay.reference.at(0.8)
+    held = ref.still()
+    assert np.abs(ref["v"]).max() > 0.0
+    assert not held["v"].any() and not held["foot_velocity"].any()
+    np.testing.assert_array_equal(held["q"], ref["q"])
+    np.testing.assert_array_equal(held["pressure"], ref["com"])

@@ -22,7 +22,8 @@ def made(monkeypatch):
 
     monkeypatch.setattr(replay, "motion_outcome", carried)
     monkeypatch.setattr(robustness, "outcome", lambda *item: carried(item))
-    monkeypatch.setattr(replay, "push_outcome", pushed)
+    for name in ("push_outcome", "phase_outcome", "middle_outcome"):
+        monkeypatch.setattr(replay, name, pushed)
     return done
 
 
@@ -44,6 +45,16 @@ def test_motions_and_pushes_are_done_once_and_kept(made, tmp_path):
 def test_a_part_alone(made):
     replay.run(quick=True, parts=("pushes",))
     assert len(made) == 2
+
+
+def test_who_stands_is_pushed_from_everywhere_and_motions_on_their_way(made):
+    table = replay.run(parts=("standing",))
+    assert len(made) == 16 and {item[2] for item in made} == set(replay.AROUND)
+    worst = table.rows[-1]
+    assert worst.value == 101.0 and not worst.met  # the first that was made: 200 N are asked
+    made.clear()
+    table = replay.run(parts=("on the way",))
+    assert len(made) == 4 * len(MOTIONS) == 4 * len(table.rows)
 
 
 def test_robustness_tells_survival_by_disturbance(made, tmp_path):

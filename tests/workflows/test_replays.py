@@ -6,8 +6,9 @@ import pytest
 
 from plantigrade.control.replay import Replay
 from plantigrade.record import Run
+from plantigrade.workflows import replays
 from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.replays import certified, largest_push, replay_once
+from plantigrade.workflows.replays import Outcome, certified, largest_push, replay_once
 
 STORED = Path(__file__).parents[1] / "stored"
 
@@ -32,6 +33,21 @@ def test_what_is_otherwise_than_planned_reaches_the_world(controller):
     )
     for how in cases:
         assert replay_once(controller, 0.02, otherwise=how).error != plain.error
+
+
+def test_the_largest_push_is_found_by_bisection_and_legs_stay_solid(controller, monkeypatch):
+    tried = []
+
+    def once(controller, duration, *, seed, acting):
+        force = float(acting[0].force)
+        tried.append(force)
+        return Outcome(force < 330.0, 1.0, 0.0, 0.0, {}, 0.02 if force > 270.0 else 0.004)
+
+    monkeypatch.setattr(replays, "replay_once", once)
+    forces = tuple(float(f) for f in range(50, 501, 50))
+    assert largest_push(controller, 0.0, 0.0, forces) == 250.0  # deeper legs are no survival
+    assert len(tried) <= 4
+    assert largest_push(controller, 0.0, 0.0, (400.0, 500.0)) == 0.0
 
 
 @pytest.mark.slow

@@ -133,7 +133,7 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
     if unknown := set(row) - {"time", "right", "left", "both", "body"}:
         raise ParameterError(f"{where} says {', '.join(sorted(unknown))}")
     time = row.get("time")
-    if not _is_number(time) or not before.time < time <= LONGEST:
+    if time is None or not _is_number(time) or not before.time < time <= LONGEST:
         raise ParameterError(
             f"{where}: time={time!r} must be after {before.time:g} s and at most {LONGEST:g} s"
         )

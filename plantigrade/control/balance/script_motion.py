@@ -43,7 +43,7 @@ def scripted(human: Human, script: Script) -> Followed:
     segment = np.clip(np.searchsorted(at, time, side="right") - 1, 0, len(frames) - 2)
     presses = np.array([f.presses for f in frames])
     way = presses[:-1] & presses[1:]  # from each frame to the next
-    flights = flights_of(~way.any(axis=(1, 2)))
+    flights = flights_of(np.atleast_1d(~way.any(axis=(1, 2))))
     if flights and flights[-1][1] == len(frames) - 1:
         raise ParameterError(f"{script.title} ends in the air: say which segments press in the end")
     ankles = scale * np.array([f.ankle for f in frames])
@@ -78,7 +78,7 @@ def scripted(human: Human, script: Script) -> Followed:
 
 def _toward(at: Array, toward: Array, time: Array, segment: Array) -> Array:
     """Return where a foot presses most at every time; NaN where that is open."""
-    told = ~np.isnan(toward).any(axis=1)
+    told = np.atleast_1d(~np.isnan(toward).any(axis=1))
     path = through(at, np.where(told[:, None], toward, 0.0), time)
     return np.where((told[segment] & told[segment + 1])[:, None], path, np.nan)
 

@@ -48,7 +48,7 @@ def clearance_of(record: Record) -> Clearance:
     human, motion = record.human, record.motion
     model = world_model(human, Ground(), step=0.001)
     data = mujoco.MjData(model)
-    kind = np.array([_kind(model.body(int(b)).name) for b in model.geom_bodyid])
+    kind = np.array([part_of(model.body(int(b)).name) for b in model.geom_bodyid])
     every = np.linspace(0, motion.n_frames - 1, min(FRAMES, motion.n_frames)).astype(int)
     frames = motion.qpos[every].copy()
     out, first = [0.0, 0.0], [0.0, 0.0]
@@ -77,8 +77,8 @@ def held_out(record: Record, qpos: Float[Array, "n nq"], clearance: Clearance) -
     return moved
 
 
-def _kind(body: str) -> str:
-    """Return ``"arm_r"``, ``"leg_l"`` … or nothing."""
+def part_of(body: str) -> str:
+    """Return what a body belongs to: ``"arm_r"``, ``"leg_l"`` … or nothing."""
     for kind, names in (("arm", ARM), ("leg", LEG)):
         if body.startswith(names):
             return f"{kind}_{body[-1]}"

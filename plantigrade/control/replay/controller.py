@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.replay import tasks
+from plantigrade.control.replay.catch import Catch
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.edges import on_one_side
 from plantigrade.control.replay.gait import JUST, Gait
@@ -48,9 +49,9 @@ AGAIN = 0.35
 """So long after a step the next one can land [s]."""
 BOUNCE = 1.2
 """Rate by which the height's own acceleration is scaled, at most."""
-AXES = np.arange(3)
 OVERLAP = 0.002
 """Legs that overlap more than this in the motion are told of [m]."""
+AXES = np.arange(3)
 SEAT = len(SIDES)
 """Among the sides: what is on no foot."""
 GRIP = 0.75
@@ -96,6 +97,7 @@ class Replay:
         self.gait = Gait(self.reference, record.weight)
         self.off: Array = np.zeros(2)
         self.path, self.error = np.zeros(2), np.zeros(2)
+        self.catch = Catch(self.leg, self.record.weight)
         self.grows = float(np.exp(self.reference.omega * AGAIN))
         self._kept: tuple[float, Instant | None] = (np.nan, None)
 
@@ -117,10 +119,18 @@ class Replay:
         for i in (0, 1):
             beside[i, 2] = height[self.of_side[i]].min()
         gait.look(state.time, step, load, beside, heading(ref["q"][3:7]))
-        self._return(body, ref)
-        plan = self._plan(body, ref, foot)
-        gait.advance(state.time, step, self._hurried() if plan is None else plan.rate)
-        ref = reference.at(gait.phase)
+        if self.catch.waits:
+            plan, ref = None, ref.still()
+            self._balance(body, ref)
+        else:
+            self._return(body, ref)
+            plan = self._plan(body, ref, foot)
+        self._catch(state.time, body, ref, low, height, load)
+        if self.catch.waits:
+            gait.rate, ref = 0.0, ref.still()
+        else:
+            gait.advance(state.time, step, self._hurried() if plan is None else plan.rate)
+            ref = reference.at(gait.phase)
         return self._command(state, body, ref, plan, low, height, foot, step)
 
     def said(self) -> tuple[str, ...]:
@@ -155,6 +165,7 @@ class Replay:
             )
         self.gait = Gait(self.reference, self.record.weight)
         self.path, self.error = np.zeros(2), np.zeros(2)
+        self.catch = Catch(self.leg, self.record.weight)
         self.grows = float(np.exp(self.reference.omega * AGAIN))
         self.program = WholeBody(self.human, armature=world.actuators.armature)
         self.side_of_geom = np.append(self.side_of, -1)[world.contacts.site_of]
@@ -169,6 +180,27 @@ class Replay:
         push = (local * along).sum(axis=1)
         push[owner[which, 1] < 0] *= -1.0  # the force is that on the second geom
         return np.bincount(owner[which].max(axis=1), push, SEAT + 1)[:SEAT]
+
+    def _balance(self, body: BodyState, ref: Instant) -> None:
+        """Find out how far the divergent component is from rest."""
+        first, alpha, _ = self.reference.schedule.weights(self.gait.phase)
+        own = [f.number - first for f in self.gait.standing if f.number is not None]
+        share = np.zeros(len(alpha))
+        share[own] = np.maximum(alpha[own], 1e-3)
+        self.shift = share @ self.gait.offsets(first, len(alpha)) / share.sum()
+        self.xi = (body.com + body.com_velocity / self.reference.omega)[:2]
+        self.deviation = self.xi - ref["com"][:2]
+        self.error = self.deviation - self.shift[:2]
+
+    def _catch(self, time: float, body: BodyState, ref, low: Array, height: Array, load) -> None:
+        """Take a step that the motion does not have, where nothing else helps."""
+        seat = float(self.reference.schedule.weights(self.gait.phase)[1] @ self.seated)
+        if seat > 0.0 and not self.catch.waits:
+            return
+        feet = [low[self.of_side[i]] for i in (0, 1)]
+        gaps = [height[self.of_side[i]] for i in (0, 1)]
+        missed, ahead = hypot(*self.error), heading(ref["q"][3:7])[:, 0]
+        self.catch.look(time, self.step, self.gait, body, feet, gaps, ahead, load, missed)
 
     def _return(self, body: BodyState, ref: Instant) -> None:
         """Move the path that is walked back to the planned one, slowly."""
@@ -304,7 +336,7 @@ class Replay:
                 tasks.turn_rows(Jr, Br, goal, error, speed - spin, normal=planes, hangs=hangs)
             )
             if not own.stands:
-                place, pace, push = self._swing(own, i, ref, rate, foot)
+                place, pace, push = self._swing(own, i, ref, rate, foot, state.time)
                 rows.append(
                     tasks.place_rows(Jf[i], bias_f[i], push, place - foot[i], pace - speed_f[i])
                 )
@@ -380,7 +412,7 @@ class Replay:
         wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
         k, d = VERTICAL
         rate = min(rate, BOUNCE)
-        dz = ref["com"][2] + self.shift[2] + self._rise(self.shift) - c[2]
+        dz = ref["com"][2] + self.shift[2] + self._rise(self.shift) - self.catch.bent - c[2]
         back = k * dz + d * (rate * ref["com_velocity"][2] - v[2])
         up = rate**2 * ref["com_acceleration"][2] + min(max(back, BACK_UP[0]), BACK_UP[1])
         wanted[2] = min(max(up, HEIGHTS[0]), HEIGHTS[1])
@@ -399,7 +431,9 @@ class Replay:
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
         return np.minimum(np.maximum(wanted, low), high) - pressure
 
-    def _swing(self, own, i: int, ref, rate: float, foot) -> tuple[Array, Array, Array]:
+    def _swing(
+        self, own, i: int, ref, rate: float, foot, time: float
+    ) -> tuple[Array, Array, Array]:
         """Return place, velocity and acceleration that a swinging foot is to have."""
         place = np.array(ref["foot"][i])
         pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
@@ -418,7 +452,10 @@ class Replay:
         place[2] += self._rise(moved)
         if not self.ground.steps:
             place[2] += float(self.ground.under(place) - level)
-        if own.lowered:
+        if own.caught:
+            high, pace[2] = self.catch.height(time)
+            place[2] += high
+        elif own.lowered:
             place[2] -= own.lowered
             pace[2] = -0.4
         return place, pace, push

@@ -46,6 +46,7 @@ class Foot:
         lowered: How far it was let down for a missing ground [m].
         waited: How long the phase has waited for it [s].
         early: Whether it stands before its time.
+        caught: Whether it swings in a step that the motion does not have.
     """
 
     side: str
@@ -57,6 +58,7 @@ class Foot:
     lowered: float = 0.0
     waited: float = 0.0
     early: bool = False
+    caught: bool = False
 
     @property
     def left(self) -> float:
@@ -149,7 +151,7 @@ class Gait:
                     own = self.offset(foot.number)
                     own += step / SETTLE * (beside[i] - own)
                 continue
-            if foot.number is None:
+            if foot.number is None or foot.caught:
                 continue
             left = foot.touchdown - self.phase
             begun = 1.0 - left / max(foot.touchdown - foot.lifted, 1e-3)

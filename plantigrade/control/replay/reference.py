@@ -26,6 +26,10 @@ AFTER = 4.0
 MOVING = 0.2
 """A motion whose ends are slower than this does not repeat itself [m/s]."""
 
+CHANGES = ("v", "a", "com_velocity", "com_acceleration", "foot_velocity", "foot_acceleration",
+           "turn_velocity", "turn_acceleration")  # fmt: skip
+"""What is zero where a motion rests."""
+
 
 class Instant:
     """A motion at one phase: arrays by name, cut out of a row where they are asked for.
@@ -44,6 +48,14 @@ class Instant:
         """Return what has a name."""
         cut, shape = self._columns[name]
         return self._row[cut].reshape(shape)
+
+    def still(self) -> "Instant":
+        """Return the same instant as if the motion rested there."""
+        out = Instant(self._row.copy(), self._columns)
+        for name in CHANGES:
+            out[name][...] = 0.0
+        out["pressure"][:] = out["com"]
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,8 +171,7 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
         "low": swept["low"],
     }
     if ends:  # then it stands still
-        for name in ("v", "a", "com_velocity", "com_acceleration", "foot_velocity",
-                     "foot_acceleration", "turn_velocity", "turn_acceleration"):  # fmt: skip
+        for name in CHANGES:
             columns[name] = np.concatenate([columns[name], np.zeros_like(columns[name][:1])])
         columns = {k: np.concatenate([x, x[-1:]]) if len(x) == n else x for k, x in columns.items()}
     return assembled(columns, schedule, omega, period, motion.duration, advance, ends)
@@ -339,9 +350,9 @@ def lift_over_edges(record: Record, sites, swept: dict[str, Array], load: Array)
     """Lead swinging feet clear of the edges of steps."""
     stands = carrying(load, record.weight, STEP, periodic=False)
     for i, side in enumerate(SIDES):
-        own = np.flatnonzero([s.side == side for s in sites])
+        own = np.array([s.side == side for s in sites])
         lift = lifts(
-            record.ground, swept["low"][:, own], np.atleast_1d(stands[:, own].any(axis=1)), STEP
+            record.ground, swept["low"][:, own], np.asarray(stands[:, own].any(axis=1)), STEP
         )
         swept["foot"][:, i, 2] += lift
         swept["foot_velocity"][:, i, 2] += np.gradient(lift, STEP)
