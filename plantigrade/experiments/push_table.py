@@ -16,10 +16,10 @@ from plantigrade.constants import GRAVITY
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.measured import Cases, Measured
 from plantigrade.experiments.page import Grid
-from plantigrade.experiments.standing import FORMULATIONS, MASS, ORDER, ROOMS, Standing
+from plantigrade.experiments.standing import FORMULATIONS, MASS, ORDER, ROOMS, Standing, stands
 from plantigrade.experiments.table import Row, at_least
 from plantigrade.report.section import Section
-from plantigrade.world.push_limits import PushTest, directions, predicted_limit
+from plantigrade.world.push_limits import PushTest, directions, on_feet, predicted_limit
 
 DURATION, WATCH, STEP = 0.4, 5.0, 2.5  # of a push [s], of what follows [s], of the forces [N]
 SIDES = {"front": np.pi, "side": np.pi / 2, "back": 0.0}
@@ -31,15 +31,23 @@ STANCES = (0.35, 0.45, 0.55, 0.65)
 N_MAP = 16
 FORMULATION = "torque"
 """The formulation that is held against the paper's numbers."""
+WAYS = {"in place": FORMULATION, "stepping": "stepping"}
+"""What the map compares → formulation."""
+TIMES = 3.0
+"""How much more is to be withstood with steps than in place, in every direction."""
+SIZES = ((1.60, 55.0), (1.90, 95.0))
+"""Other bodies [m, kg]; constants are settled on the paper's."""
 NOTES = (
     "",
     f"Pushes of {DURATION:g} s at the centre of mass of the trunk of a person of {MASS:g} kg; a "
     f"push is withstood if nothing but the feet has touched the ground {WATCH:g} s after it. "
-    f"'front' is a push from the front. Limits by bisection to {STEP:g} N; three lighter pushes "
-    "are tried below each, and forces at which the person fell all the same are named. 'pendulum' "
-    "is what shifting the pressure to the edge of the base of support can stop; it is the same for "
-    "all feet, for their contact points are the same. People: 626 lateral pushes while walking "
-    "changed the speed by 0.52 ± 0.10 m/s, 26.7 ± 7 % of body weight for 0.2 s; who stands and may "
+    "With steps they must also be upright and at rest by then, legs not crossed, and the grid is "
+    f"{4 * STEP:g} N. 'front' is a push from the front. Limits by bisection to {STEP:g} N; three "
+    "lighter pushes are tried below each, and forces at which the person fell all the same are "
+    "named. 'pendulum' is what shifting the pressure to the edge of the base of support can stop; "
+    "it is the same for all feet, for their contact points are the same. People: 626 lateral "
+    "pushes while walking changed the speed by 0.52 ± 0.10 m/s, 26.7 ± 7 % of body weight for 0.2 "
+    "s; who stands and may "
     "not step withstands about 0.48 m/s forward (an estimate).",
 )
 
@@ -70,20 +78,39 @@ def stance_cases(quick: bool) -> dict[str, Case]:
 
 
 def map_cases(quick: bool) -> dict[str, Case]:
-    """Return sixteen directions, in degrees to the left of forward."""
+    """Return sixteen directions, in degrees to the left of forward, without and with steps."""
     return {
-        f"map/{FORMULATION}/in place/{np.rad2deg(towards):g}": (Standing(), towards)
+        f"map/{name}/{np.rad2deg(towards):g}": (Standing(formulation=way), towards)
+        for name, way in WAYS.items()
         for towards in directions(4 if quick else N_MAP)
+    }
+
+
+def size_cases(quick: bool) -> dict[str, Case]:
+    """Return other bodies with the same setting, without and with steps."""
+    return {
+        f"sizes/{height:g} m {mass:g} kg, {name}/{side}": (
+            Standing(formulation=way, height=height, mass=mass),
+            towards,
+        )
+        for height, mass in (SIZES[:1] if quick else SIZES)
+        for name, way in WAYS.items()
+        for side, towards in SIDES.items()
     }
 
 
 def measure(standing: Standing, towards: float) -> dict[str, Any]:
     """Return the limit in a direction, and the pendulum's."""
-    test = PushTest(situation=standing, duration=DURATION, watch=WATCH)
+    steps = standing.formulation == "stepping"
+    test = PushTest(
+        situation=standing, duration=DURATION, watch=WATCH, withstood=stands if steps else on_feet
+    )
     expected = predicted_limit(standing()[0], towards, DURATION)
-    limit = test.limit(towards, guess=expected, step=STEP)
+    step = (4 if steps else 1) * STEP
+    limit = test.limit(towards, guess=(2 if steps else 1) * expected, step=step)
     return {
         "force": limit.force,
+        "sure": min((*limit.gaps, limit.force + step)) - step,
         "gaps": list(limit.gaps),
         "tried": len(limit.tried),
         "pendulum": expected,
@@ -148,13 +175,42 @@ def map_table(kept: KeptResults) -> Grid:
     return Grid("Largest push [N] by direction, multi-segment feet", header, lines)
 
 
+def factors(kept: KeptResults) -> Grid:
+    """Return how much more is withstood with steps."""
+    ways = _ways(kept)
+    header = ("towards [deg]", "times", "% weight", "m/s", "every lighter one tried [N]")
+    lines = []
+    for degrees, result in sorted(ways.get("stepping", {}).items()):
+        if degrees in ways.get("in place", {}):
+            force, place = result["force"], ways["in place"][degrees]["force"]
+            times = f"{force / place:.2f}" if place else "-"
+            weight, speed = 100 * force / (MASS * GRAVITY), force * DURATION / MASS
+            sure = f"{result['sure']:g}"
+            lines.append([f"{degrees:g}", times, f"{weight:.0f}", f"{speed:.2f}", sure])
+    return Grid("With steps: by what is withstood in place, and by the body", header, lines)
+
+
+def sizes(kept: KeptResults) -> Grid:
+    """Return the limits of other bodies."""
+    header = ("body", *SIDES, "m/s", "", "")
+    lines = []
+    for height, mass in SIZES:
+        for name in WAYS:
+            body = f"{height:g} m {mass:g} kg, {name}"
+            forces = _forces(kept, f"sizes/{body}")
+            if any(f is not None for f in forces):
+                speeds = [None if f is None else round(f * DURATION / mass, 2) for f in forces]
+                lines.append([body, *_cells(forces), *_cells(speeds)])
+    return Grid("Largest push [N] of other bodies, same setting", header, lines)
+
+
 def _ways(kept: KeptResults) -> dict[str, dict[float, Result]]:
     """Return the results of the map: with or without steps → direction → result."""
     ways: dict[str, dict[float, Result]] = {}
     for key, result in kept.beginning("map/").items():
         if "error" not in result:
-            _, way, steps, degrees = key.split("/")
-            ways.setdefault(f"{way}, {steps}", {})[float(degrees)] = result
+            _, way, degrees = key.split("/")
+            ways.setdefault(way, {})[float(degrees)] = result
     return ways
 
 
@@ -197,6 +253,12 @@ def goals(kept: KeptResults) -> list[Row]:
     if all(f is not None for f in forces):
         total = float(sum(f or 0.0 for f in forces))
         rows.append(at_least(f"{FORMULATION} multi-segment", "sum", total, SUM, "N"))
+    ways = _ways(kept)
+    for degrees, result in sorted(ways.get("stepping", {}).items()):
+        place = ways.get("in place", {}).get(degrees)
+        if place is not None and place["force"]:
+            times = result["force"] / place["force"]
+            rows.append(at_least("steps, towards", f"{degrees:g} deg", times, TIMES, "times"))
     for key, result in kept.results.items():
         if "error" not in result and not key.startswith(start):
             subject, _, side = key.replace("/", " ").rpartition(" ")
@@ -216,10 +278,17 @@ EXPERIMENT = Measured(
         "paper": partial(_measured, paper_cases),
         "stances": partial(_measured, stance_cases),
         "map": partial(_measured, map_cases),
+        "sizes": partial(_measured, size_cases),
     },
     usual=("paper",),
     brief=_brief,
-    grids=lambda kept: (table(kept), stances(kept), map_table(kept)),
+    grids=lambda kept: (
+        table(kept),
+        stances(kept),
+        map_table(kept),
+        factors(kept),
+        sizes(kept),
+    ),
     rows=goals,
     notes=NOTES,
     remarks=gaps,

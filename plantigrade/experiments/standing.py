@@ -18,6 +18,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.site import GEOM
 from plantigrade.control import Posture
 from plantigrade.control.balance import Balance, Hybrid, held
+from plantigrade.kinematics.state import State
 from plantigrade.models import FEET, Human
 from plantigrade.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, World, standing_on
@@ -35,6 +36,8 @@ pendulum at some 0.6.
 """
 ARMS = np.deg2rad(17.0)
 """How far the arms are from the trunk, so that they do not strike it [rad]."""
+SLOW, LEANING = 0.1, np.deg2rad(40.0)
+"""Who is at rest is slower [m/s], and leans less [rad]."""
 PRESSING, SETTLED = 1.0, 1.0
 """A point presses above this force [N]; how far it slips is told from this time on [s]."""
 ROOMS = ("experiments/standing",)
@@ -177,6 +180,17 @@ def stand(
         "wobble": float(np.rad2deg(np.sqrt(np.mean(np.square(leans))))),
         "sway": float(1e3 * np.sqrt(np.mean(np.square(sways)))),
     }
+
+
+def stands(world: World) -> bool:
+    """Return whether a person is upright, at rest, and has the left foot on the left."""
+    nq, nv = world.human.model.nq, world.human.model.nv
+    body = State(world.human, world.data.qpos[:nq], world.data.qvel[:nv])
+    feet = [world.human.body(f"foot_{side}") for side in SIDES]
+    apart = (body.origin(feet[1]) - body.origin(feet[0])) @ body.rotation(1)[:, 1]
+    upright = body.rotation(world.human.trunk)[2, 2] > np.cos(LEANING)
+    slow = np.linalg.norm(body.com_velocity) < SLOW
+    return bool(upright and slow and apart > 0)
 
 
 def stood_in_words(result: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from plantigrade.control.balance.carried import held
 from plantigrade.control.balance.flight import FlightClock, landing_rows
 from plantigrade.control.balance.goal import goal_of
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
-from plantigrade.control.balance.recovery import PELVIS, Recovery
+from plantigrade.control.balance.recovery import PELVIS, SINKS, SPINE, Recovery
 from plantigrade.control.balance.reference import Reference, Wanted
 from plantigrade.control.balance.weights import FOOT, Weights
 from plantigrade.kinematics.rigid_points import RigidPoints
@@ -65,6 +65,10 @@ class Balance:
             Target("height", -15.0, 2.0, 0.0, "cm"),
         )
 
+    def said(self) -> tuple[str, ...]:
+        """Return what steps were taken in the last simulation."""
+        return () if self._world is None else self.recovery.said()
+
     def drawings(self, state: State) -> tuple[Drawing, ...]:
         """Return where the centre of mass is to be, and the way there."""
         if self._world is not state.world:
@@ -86,7 +90,6 @@ class Balance:
         self._damping = np.where(within, FOOT_DAMPING, LIGHT_DAMPING * most)
         self._stiffness = np.where(within, FOOT_STIFFNESS, 0.0)
         self.recovery = Recovery(human, self.contact)
-        self._speed, self._lifted = state.body.com_velocity, np.zeros(3)
         self._shift = np.zeros(3)
         self._flight = FlightClock(getattr(self._following, "flights", ()))
 
@@ -100,9 +103,7 @@ class Balance:
         self.clock = self._flight.at(state.time, touches, falls)
         wanted = self._following.at(self.clock)
         if self.stepping:
-            if state.time > 0.0:
-                real = (body.com_velocity - self._speed) * world.control_rate
-                self.recovery.feel(real - self._lifted)
+            self.recovery.feel(state)
             standing = self.recovery.look(state, standing)
         points = body.rigid_points(standing.touching.body, standing.touching.place)
         tasks = [
@@ -117,6 +118,7 @@ class Balance:
         if self.recovery.stepped:
             weight, gain = weight.copy(), gain.copy()
             weight[3:6], gain[6:][self.recovery.legs] = PELVIS, 0.0
+            weight[6:][self.recovery.spine] = SPINE
         asked = wanted.presses[standing.site]
         cost = np.where(
             asked,
@@ -134,8 +136,6 @@ class Balance:
             passive=passive,
             points=points,
         )
-        self._speed = body.com_velocity
-        self._lifted = body.mass_matrix[:3] @ answer.qacc / body.mass + body.com_bias_acceleration
         step = 1.0 / world.control_rate
         rate = state.rates + 0.5 * step * answer.qacc[6:]
         target = state.angles + 0.5 * step * rate
@@ -149,6 +149,7 @@ class Balance:
             "limited": float(answer.limited),
             "solved": float(answer.ok),
             "steps": float(self.recovery.steps),
+            "opposing": self.recovery.opposing(state),
         }
         return StablePD(target, rate, torque, self._stiffness, self._damping, signals=signals)
 
@@ -172,8 +173,9 @@ class Balance:
             wanted.com_velocity - body.com_velocity
         )
         asked += wanted.com_acceleration
-        if self.recovery.swing is not None:
-            asked[:2] = self.recovery.centre(body, standing)
+        if self.recovery.stepped:
+            asked[:2] = self.recovery.centre(body, standing, self.goal)
+            asked[2] = np.clip(asked[2], -SINKS, SINKS)
         return Rows(body.mass_matrix[:3] / body.mass, asked - body.com_bias_acceleration, w.com)
 
     def _held(self, standing: Standing, wanted: Wanted, points: RigidPoints) -> PointRows | None:

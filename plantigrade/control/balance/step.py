@@ -8,10 +8,14 @@ after a time :math:`T` at
 
 with :math:`s = a / \omega^2` while something pushes with an acceleration :math:`a`.
 As long as :math:`\xi` lies within the base of support, pressure there can bring the body to rest.
-Once it has left it, nothing but a step can (or arms and trunk, for a little). The foot that is set
-down is to stand a little beyond :math:`\xi_T`; that of the two whose reach comes nearest is lifted,
-and its landing place is planned anew at every tick, for a push may still go on. A foot stays on its
-own side of the other: legs are solid.
+Once it has left it, nothing but a step can (or arms and trunk, for a little).
+
+One step is not always enough. What remains of the way to the capture point after a step grows by
+:math:`e^{\omega T}` until the next one ([Koolen2012]_: a person is *N-step capturable* where it
+comes within reach after N steps). So feet, times and places are compared by what remains after
+:data:`STEPS` steps, each as near to where it should be as the leg and the speed of the foot allow:
+a push to the side is met with the foot on that side, the other follows, and the first goes out
+again. A foot stays on its own side of the other: legs are solid.
 """
 
 from collections.abc import Sequence
@@ -24,23 +28,45 @@ from plantigrade.constants import GRAVITY
 
 DURATIONS = (0.22, 0.27, 0.33, 0.4)
 """How long a foot may be in the air [s]."""
-FASTEST = 2.2
+FASTEST = 2.6
 """Mean speed of a foot in the air [m/s]."""
+STRONGEST = 80.0
+"""Its greatest acceleration over the ground [m/s²]."""
+PAUSE = 0.04
+"""Between two steps both feet stand so long [s]."""
+HASTE = 7e-4
+"""What a greater acceleration of a foot costs, by what remains of the way [s²]: it turns the
+body."""
+STEPS = 3
+"""So many steps are looked ahead."""
 OUTSIDE = -0.03
 """So far outside the support the capture point makes a step necessary [m]: it is not waited for to
 leave. A foot can be lifted only while the other one still carries, and a push to the side takes the
 load off the one that has to stand."""
-AHEAD, BACK, ASIDE, APART = 0.85, 0.7, 0.8, 0.17
+AHEAD, BACK, ASIDE, APART = 1.0, 0.9, 1.05, 0.17
 """How far a foot may be before, behind and beside the other, and how far beside it must be, of the
-length of a leg."""
+length of a leg; the first three are half-axes of ellipses."""
+REACH = 0.7
+"""How far a foot may be from under the centre of mass when it lands, of the length of a leg."""
 BEYOND = 0.12
 """So far beyond the capture point a foot is set, of the length of a leg: between two feet there is
 more room than under one, and pushes go on. (None: four steps in place of one.)"""
+NATURAL = 0.26
+"""Feet that are closer side by side than this part of the length of a leg stand badly."""
+UNDER = 0.05
+"""So far around the middle of a sole the pressure can be [m]."""
+LASTS = 0.3
+"""A push that is felt is taken to go on so long [s]."""
 LIFT = 0.06
 """Clearance of a foot in the air, of the length of a leg."""
+LANDS = 0.05
+"""So long after a step a foot carries [s]."""
+FIXED = 0.25
+"""The last part of a step, in which the place is no longer changed: a foot that is speeded up again
+rises, too, and comes down late."""
 LATE = 0.5
 """Speed at which a foot goes on down that has not met the ground in time [m/s]."""
-EARLY = 0.5
+EARLY = 0.8
 """From this part of a step on, a touch ends it."""
 
 
@@ -57,6 +83,7 @@ class Pendulum:
         heading: Direction in which the person faces, over the ground.
         leg: Length of a leg [m].
         pushed: What pushes besides the ground, as an acceleration [m/s²].
+        lasts: So long it is taken to go on [s].
     """
 
     com: Float[Array, " 2"]
@@ -67,6 +94,7 @@ class Pendulum:
     heading: Float[Array, " 2"]
     leg: float
     pushed: Float[Array, " 2"] = field(default_factory=lambda: np.zeros(2))
+    lasts: float = LASTS
 
     @property
     def omega(self) -> float:
@@ -92,67 +120,157 @@ class Step:
         side: Which foot is set, 0 for the right one, 1 for the left one.
         place: Where the middle of its sole comes down, over the ground [m].
         duration: When, from now on [s].
-        miss: How far it is from where it should be, which is out of reach [m].
+        miss: How far what both feet span is from where one should be, which is out of reach [m].
+        remains: The same after the steps that follow.
+        cost: How bad it is, beside others.
     """
 
     side: int
     place: Float[Array, " 2"]
     duration: float
     miss: float
+    remains: float = 0.0
+    cost: float = 0.0
 
 
 def plan_step(now: Pendulum, sides: Sequence[int] = (0, 1)) -> Step:
-    """Return the best step: the foot and the time that come nearest to the capture point.
-
-    Of times that come within a centimetre of each other the earlier one.
+    """Return the best step: the one after which, and after those that follow, the least remains.
 
     Args:
         now: The pendulum.
         sides: Which feet can be lifted.
     """
-    found = [
-        step
-        for side in sides
-        for time in DURATIONS
-        if (step := planned(now, side, time)) is not None
-    ]
-    return min(found, key=lambda step: (round(step.miss, 2), step.duration))
+    found = [planned(now, side, time) for side in sides for time in DURATIONS]
+    return min(found, key=lambda each: each.cost)
 
 
-def planned(now: Pendulum, side: int, time: float, *, moving: bool = False) -> Step | None:
-    """Return where a foot has to be set a time from now.
+def planned(
+    now: Pendulum,
+    side: int,
+    time: float,
+    last: Float[Array, " 2"] | None = None,
+    velocity: Float[Array, " 2"] | None = None,
+) -> Step:
+    """Return where a foot is to be set a time from now.
 
     Args:
         now: The pendulum.
         side: Which foot.
         time: When [s].
-        moving: Whether it is in the air already; then it is not asked how fast it must be.
-
-    Returns:
-        The step; None where the foot would have to be too fast and another time is to be tried.
+        last: Where it was to be set, if it is in the air already: only places nearby are looked at.
+        velocity: Of the foot, in this case [m/s].
     """
     other = 1 - side
-    pivot = now.pressure[other]
-    grows = np.exp(now.omega * time)
-    wanted = pivot - now.shift + (now.capture_point + now.shift - pivot) * grows
-    away = wanted - pivot
-    beyond = wanted + BEYOND * now.leg * away / max(float(np.linalg.norm(away)), 1e-9)
-    place = within_reach(now, side, beyond)
-    travel = float(np.linalg.norm(place - now.feet[side]))
-    if not moving and travel > FASTEST * time and time < DURATIONS[-1]:
-        return None
-    return Step(side, place, time, float(np.linalg.norm(beyond - place)))
+    pivot, lasts = now.pressure[other], now.lasts
+    after = time + LANDS
+    capture, com = _moved(now, pivot, now.capture_point, now.com, after, lasts)
+    wanted = _beyond(capture, pivot, now.leg) + _rests(now, lasts - after)
+    if last is None:
+        places = within_reach(now, side, np.vstack([wanted, now.feet[other] + _grid(now, side)]))
+    else:
+        places = within_reach(now, side, wanted[None])
+    if last is None:
+        places = _near(places, now.feet[side], min(FASTEST * time, STRONGEST * time**2 / 6))
+    elif velocity is not None:
+        glides = now.feet[side] + velocity * time * 2 / 3
+        places = _near(places, glides, STRONGEST * time**2 / 6)
+    places = _near(places, com, REACH * now.leg)
+    places = within_reach(now, side, places)
+    first = _left(wanted, now.feet[other], places)
+    feet = np.empty((len(places), 2, 2))
+    feet[:, side], feet[:, other] = places, now.feet[other]
+    left, remains, foot, passed = capture, first, side, after
+    for _ in range(STEPS - 1):
+        more = lasts - passed
+        stays = feet[:, foot]
+        aims = np.broadcast_to(left + _rests(now, more), places.shape)
+        pivots = stays + _near(aims - stays, np.zeros(2), UNDER)
+        left, _ = _moved(now, pivots, left, left, DURATIONS[0] + PAUSE + LANDS, more)
+        passed += DURATIONS[0] + PAUSE + LANDS
+        aim = _beyond(left, pivots, now.leg) + _rests(now, lasts - passed)
+        foot = 1 - foot
+        next_to = _near(_within(stays, now, foot, aim), feet[:, foot], FASTEST * DURATIONS[0])
+        feet[:, foot] = _within(stays, now, foot, next_to)
+        # Who is captured needs no further step.
+        remains = np.where(remains < 1e-9, 0.0, _left(aim, stays, feet[:, foot]))
+    strained = max(float(np.linalg.norm(com - now.feet[other])) - REACH * now.leg, 0.0)
+    aside = np.abs((places - now.feet[other]) @ _axes(now)[1])
+    cost = remains + 0.5 * first + 0.2 * np.linalg.norm(places - wanted, axis=1) + strained
+    cost += 0.5 * np.maximum(NATURAL * now.leg - aside, 0.0) + 0.3 * time
+    if last is None:
+        cost += HASTE * 6 * np.linalg.norm(places - now.feet[side], axis=1) / time**2
+    k = int(cost.argmin())
+    return Step(side, places[k], time, float(first[k]), float(remains[k]), float(cost[k]))
 
 
-def within_reach(now: Pendulum, side: int, place: Float[Array, " 2"]) -> Float[Array, " 2"]:
-    """Return the nearest place that a foot reaches, on its own side of the other foot."""
-    ahead = now.heading
-    left = np.array([-ahead[1], ahead[0]])
+def _moved(
+    now: Pendulum, pivot: Array, capture: Array, com: Array, time: float, lasts: float
+) -> tuple[Array, Array]:
+    """Return capture point and centre of mass a time from now, while the push lasts and after."""
+    pushed = min(max(lasts, 0.0), time)
+    for part, shift in ((pushed, now.shift), (time - pushed, np.zeros(2))):
+        grows, centre = np.exp(now.omega * part), pivot - shift
+        # c' = omega (xi - c): what it was decays, what diverges draws it along.
+        com = centre + (com - centre) / grows + 0.5 * (grows - 1 / grows) * (capture - centre)
+        capture = centre + (capture - centre) * grows
+    return capture, com
+
+
+def _rests(now: Pendulum, lasts: float) -> Float[Array, " 2"]:
+    """Return how much farther than the capture point a foot has to be for the rest of a push."""
+    return now.shift * (1.0 - np.exp(-now.omega * max(lasts, 0.0)))
+
+
+def _grid(now: Pendulum, side: int) -> Float[Array, "k 2"]:
+    """Return places beside the other foot among which the best is looked for."""
+    x = now.leg * np.linspace(-BACK, AHEAD, 8)
+    y = now.leg * np.linspace(APART, ASIDE, 6)
+    ahead, left = _axes(now)
     sign = -1.0 if side == 0 else 1.0
-    off = place - now.feet[1 - side]
-    x = np.clip(off @ ahead, -BACK * now.leg, AHEAD * now.leg)
-    y = np.clip(sign * (off @ left), APART * now.leg, ASIDE * now.leg)
-    return now.feet[1 - side] + x * ahead + sign * y * left
+    return (x[:, None, None] * ahead + sign * y[None, :, None] * left).reshape(-1, 2)
+
+
+def _axes(now: Pendulum) -> tuple[Array, Array]:
+    return now.heading, np.array([-now.heading[1], now.heading[0]])
+
+
+def _near(places: Array, middle: Array, most: float) -> Array:
+    """Return places, drawn to a circle about a middle where they are outside of it."""
+    off = places - middle
+    far = np.linalg.norm(off, axis=-1, keepdims=True)
+    return middle + off * np.minimum(1.0, most / np.maximum(far, 1e-9))
+
+
+def _beyond(capture: Array, pivot: Array, leg: float) -> Array:
+    """Return where a foot is best set for a capture point: a little beyond it."""
+    away = capture - pivot
+    far = np.linalg.norm(away, axis=-1, keepdims=True)
+    return capture + BEYOND * leg * away / np.maximum(far, 1e-9)
+
+
+def _left(wanted: Array, stands: Array, place: Array) -> Array:
+    """Return how far where a foot should be is from what two feet span."""
+    along = place - stands
+    part = ((wanted - stands) * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), 1e-9)
+    nearest = stands + np.clip(part, 0.0, 1.0)[..., None] * along
+    return np.maximum(np.linalg.norm(wanted - nearest, axis=-1) - UNDER, 0.0)
+
+
+def within_reach(now: Pendulum, side: int, place: Float[Array, "*k 2"]) -> Float[Array, "*k 2"]:
+    """Return the nearest place that a foot reaches, on its own side of the other foot."""
+    return _within(now.feet[1 - side], now, side, place)
+
+
+def _within(stands: Array, now: Pendulum, side: int, place: Array) -> Array:
+    ahead, left = _axes(now)
+    sign = -1.0 if side == 0 else 1.0
+    off = place - stands
+    x, y = off @ ahead, np.maximum(sign * (off @ left), APART * now.leg)
+    aside = (y - APART * now.leg) / ((ASIDE - APART) * now.leg)
+    size = np.hypot(x / (np.where(x > 0, AHEAD, BACK) * now.leg), aside)
+    shrink = 1.0 / np.maximum(size, 1.0)
+    y = APART * now.leg + (y - APART * now.leg) * shrink
+    return stands + (x * shrink)[..., None] * ahead + sign * y[..., None] * left
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,13 +289,14 @@ class Swing:
         """Return how much of it is over, 1 when the foot is to touch."""
         return (time - self.begin) / self.step.duration
 
-    def replanned(self, now: Pendulum, time: float) -> "Swing":
+    def replanned(
+        self, now: Pendulum, time: float, velocity: Float[Array, " 2"] | None = None
+    ) -> "Swing":
         """Return the same step to where the foot is needed now; as it is in its last tenth."""
         left = self.step.duration - (time - self.begin)
-        if left < 0.1 * self.step.duration:
+        if left < FIXED * self.step.duration:
             return self
-        new = planned(now, self.step.side, left, moving=True)
-        assert new is not None
+        new = planned(now, self.step.side, left, self.step.place, velocity)
         return replace(self, step=replace(self.step, place=new.place, miss=new.miss))
 
     def asked(
@@ -206,4 +325,4 @@ class Swing:
         high = LIFT * leg * 4 * u * (1 - u) + ground - LATE * late
         rise = LIFT * leg * 4 * (1 - 2 * u) / self.step.duration if u < 1 else -LATE
         up = 600.0 * (high - place[2]) + 45.0 * (rise - velocity[2])
-        return np.clip(np.array([*level, up]), -80.0, 80.0)
+        return np.clip(np.array([*level, up]), -STRONGEST, STRONGEST)

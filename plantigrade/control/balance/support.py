@@ -30,6 +30,26 @@ def inside(
     return middle + (place - middle) * float((far[over] / off[over]).min())
 
 
+def nearest(
+    points: Float[Array, "k 2"], place: Float[Array, " 2"], margin: float = INSIDE
+) -> Float[Array, " 2"]:
+    """Return the nearest place within what points span, drawn in as for :func:`inside`.
+
+    By going back from the tangent that is most exceeded, again and again.
+    """
+    middle = points.mean(axis=0)
+    far = ((points - middle) @ _OUTWARD).max(axis=0)
+    far -= np.minimum(margin, 0.5 * far)
+    off = place - middle
+    for _ in range(TANGENTS):
+        over = off @ _OUTWARD - far
+        worst = int(over.argmax())
+        if over[worst] < 1e-6:
+            break
+        off = off - over[worst] * _OUTWARD[:, worst]
+    return middle + off
+
+
 def beyond(points: Float[Array, "k 2"], place: Float[Array, " 2"]) -> float:
     """Return how far a place is outside of what points span [m]; negative inside."""
     if not len(points):
