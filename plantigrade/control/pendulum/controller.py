@@ -55,6 +55,9 @@ NARROW, BESIDE = 0.08, 0.30
 side, unless it is recorded nearer [leg lengths]."""
 REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
+CLEAR = 0.012
+"""A foot is swung so much higher than recorded, in the middle: recorded toes pass the ground within
+millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
 APART, WIDER = 0.005, 0.12
 """Legs that overlap in the recording are led so far apart [m], up to this [leg lengths]."""
 
@@ -149,7 +152,11 @@ class Pendulum:
         self.normal = self.ground.normal
         self.friction = GRIP * self.ground.friction
         self.gait = Gait(self.reference, self.record.weight)
-        self.program = BoxProgram(self.human, world.actuators.armature)
+        # What resists a rate holds a light toe back within a tick, as inertia does.
+        still = np.zeros(len(state.rates))
+        rests, turns = (world.actuators.passive(state.angles, v) for v in (still, still + 1.0))
+        resisted = 0.5 / world.control_rate * (rests - turns)
+        self.program = BoxProgram(self.human, world.actuators.armature + resisted)
         self.landing, self.landings = None, []
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.error, self.shift = np.zeros(2), np.zeros(3)
@@ -356,10 +363,10 @@ class Pendulum:
         """Return the rows of joints and pelvis: rates along the bell."""
         error = ref["q"][7:] - body.qpos[7:]
         turn = root_error(ref["q"][3:7], body.qpos[3:7])
-        return joint_rows(
-            body.qvel, np.concatenate([turn, error]), rate * ref["v"], rate**2 * ref["a"],
-            self.weights,
-        )  # fmt: skip
+        pace = self.weights.pace([not foot.stands for foot in self.gait.feet])
+        error = np.concatenate([turn, error])
+        goal, push = rate * ref["v"], rate**2 * ref["a"]
+        return joint_rows(body.qvel, error, goal, push, self.weights.weight, pace)
 
     def _com_acceleration(self, body, ref, rate, low, active) -> Array:
         """Return the acceleration of the centre of mass that is wanted."""
@@ -394,7 +401,8 @@ class Pendulum:
         place[:2] += own.swing.offset
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
-        place[2] += self._level(place)
+        u = (self.gait.phase - own.lifted) / max(own.touchdown - own.lifted, 1e-3)
+        place[2] += self._level(place) + CLEAR * self.leg * max(4.0 * u * (1.0 - u), 0.0)
         pace[2] -= self.normal[0] / self.normal[2] * pace[0]
         if own.lowered:
             place[2] -= own.lowered
