@@ -11,6 +11,8 @@ from plantigrade.world.platform import Tilting
 
 AHEAD, ASIDE = 12.0, 2.0
 """How far relief reaches forward, and to each side and back [m]."""
+UPHILL, LEVEL, CELL = 40.0, 4.0, 0.5
+"""A ramp reaches so far, begins after so much level ground, on a grid of this distance [m]."""
 TREAD = 0.6
 """Depth of a step [m]."""
 GRID = 0.05
@@ -25,6 +27,7 @@ def ground_named(word: str, *, seed: int = 0) -> Ground:
     ==============  =============================================================================
     ``flat``        level
     ``slope:DEG``   rises forward
+    ``ramp:DEG``    the same after 4 m of level ground; down where negative
     ``sphere:R``    the top of a sphere of that radius [m]
     ``dome:CM``     a dome of that height and 15 cm radius under each foot
     ``steps:CM``    stairs, a tread every 60 cm, the first 50 cm ahead; down where negative
@@ -94,6 +97,15 @@ def _slope(degrees: float, _: int) -> Ground:
     return Ground(slope=float(np.deg2rad(degrees)))
 
 
+def _ramp(degrees: float, _: int) -> Ground:
+    """Return level ground, then a slope: who comes walking meets it as they walk."""
+    n = round((UPHILL + LEVEL + ASIDE) / CELL) + 1
+    rise = np.tan(np.deg2rad(degrees)) * np.maximum(CELL * np.arange(n) - ASIDE - LEVEL, 0.0)
+    low = float(rise.min())
+    rows = tuple(map(tuple, np.tile(rise - low, (2, 1)).tolist()))
+    return Ground(height=low, field=HeightField((-ASIDE, -ASIDE), (CELL, 2 * ASIDE), rows))
+
+
 def _sphere(radius: float, _: int) -> Ground:
     """Return the top of a sphere at the origin; beside it there is nothing."""
     return Ground(height=-radius, bumps=(Bump((0.05, 0.0, -radius), radius),))
@@ -146,6 +158,7 @@ def _field(z: np.ndarray, height: float) -> Ground:
 GROUNDS: dict[str, tuple[Callable[[float, int], Ground], str, float, float, str]] = {
     "flat": (lambda _, __: Ground(), "", 0, 0, ""),
     "slope": (_slope, "degrees", -30, 30, "DEG"),
+    "ramp": (_ramp, "degrees", -30, 30, "DEG"),
     "sphere": (_sphere, "m", 0.3, 100, "R"),
     "dome": (_dome, "cm", 0.1, 5, "CM"),
     "steps": (_steps, "cm", -30, 30, "CM"),

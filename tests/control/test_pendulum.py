@@ -10,6 +10,7 @@ from plantigrade.arrays import Array
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum.controller import tilted
 from plantigrade.control.pendulum.landing import LAWS, DivergentLaw, EnergyLaw, Reach, Strike
 from plantigrade.control.pendulum.landing import landing as predicted
 from plantigrade.control.pendulum.pendulum import (
@@ -328,15 +329,24 @@ def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun
     assert "steps, in the median" in controller.said()[0]
 
 
+def test_a_foot_is_tilted_the_shortest_way_to_the_normal_of_the_ground():
+    normal = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
+    turn = tilted(normal)
+    np.testing.assert_allclose(turn @ [0.0, 0.0, 1.0], normal)
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+    across = np.cross([0.0, 0.0, 1.0], normal)
+    np.testing.assert_allclose(turn @ across, across, atol=1e-12)
+
+
 @pytest.mark.slow
 def test_a_recorded_walk_goes_on_at_its_speed_after_a_push(data):
     push = Push(force=80.0, duration=0.2, direction=np.pi / 2, time=1.0)
     path = data / "cmu_asfamc" / "07_01.amc"
-    run = simulate(path, controller="pendulum", duration=4.0, disturbances=(push,))
+    run = simulate(path, controller="pendulum", duration=3.0, disturbances=(push,))
     assert run.status == "ok"
     figures = run.figures
     assert figures["speed_m_s"] == pytest.approx(figures["recorded_speed_m_s"], rel=0.1)
-    assert abs(figures["aside_m"]) < 0.4 and figures["landings"] >= 7
+    assert abs(figures["aside_m"]) < 0.4 and figures["landings"] >= 5
     solved = run.record.signals["controller.solved"]
     assert np.all(solved == 1.0)
     assert any(note.startswith("Walked at") for note in run.record.notes)

@@ -22,6 +22,12 @@ def height(ground: Ground, x: float, y: float = 0.0) -> float:
 def test_every_ground_is_what_its_name_says():
     assert ground_named("flat") == Ground()
     assert ground_named("slope:5").slope == pytest.approx(np.deg2rad(5.0))
+    for word, sign in (("ramp:5", 1.0), ("ramp:-5", -1.0)):
+        ramp = ground_named(word)
+        assert height(ramp, 3.9) == pytest.approx(0.0, abs=1e-12)
+        assert height(ramp, 14.0) == pytest.approx(sign * 10.0 * np.tan(np.deg2rad(5.0)))
+        normal = ramp.normal_at(np.array([9.1, 0.3, 0.0]))
+        assert np.arctan2(-normal[0], normal[2]) == pytest.approx(sign * np.deg2rad(5.0))
     assert height(ground_named("sphere:1"), 0.05) == pytest.approx(0.0)
     assert height(ground_named("sphere:1"), 0.65) == pytest.approx(-0.2)
     assert height(ground_named("dome:2"), 0.05, 0.09) == pytest.approx(0.02)

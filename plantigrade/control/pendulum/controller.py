@@ -55,6 +55,11 @@ NARROW, BESIDE = 0.08, 0.30
 side, unless it is recorded nearer [leg lengths]."""
 REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
+AROUND = 0.3
+"""The body goes by the mean height of the ground so far around it [leg lengths]."""
+CLEAR = 0.012
+"""A foot is swung so much higher than recorded, in the middle: recorded toes pass the ground within
+millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
 APART, WIDER = 0.005, 0.12
 """Legs that overlap in the recording are led so far apart [m], up to this [leg lengths]."""
 
@@ -149,7 +154,11 @@ class Pendulum:
         self.normal = self.ground.normal
         self.friction = GRIP * self.ground.friction
         self.gait = Gait(self.reference, self.record.weight)
-        self.program = BoxProgram(self.human, world.actuators.armature)
+        # What resists a rate holds a light toe back within a tick, as inertia does.
+        still = np.zeros(len(state.rates))
+        rests, turns = (world.actuators.passive(state.angles, v) for v in (still, still + 1.0))
+        resisted = 0.5 / world.control_rate * (rests - turns)
+        self.program = BoxProgram(self.human, world.actuators.armature + resisted)
         self.landing, self.landings = None, []
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.error, self.shift = np.zeros(2), np.zeros(3)
@@ -162,6 +171,16 @@ class Pendulum:
         n = self.normal
         return float((self.ground.under(place) - n[0] * place[0] - n[1] * place[1]) / n[2])
 
+    def _slope(self, place: Array) -> tuple[float, Array]:
+        """Return height and rise of the ground about a place, over a step: it need not be even."""
+        if not (self.ground.uneven or self.ground.steps):
+            return self._level(place), -self.normal[:2] / self.normal[2]
+        half = AROUND * self.leg
+        east, north = np.array([half, 0.0, 0.0]), np.array([0.0, half, 0.0])
+        around = [self._level(place + way) for way in (east, -east, north, -north)]
+        rise = np.array([around[0] - around[1], around[2] - around[3]]) / (2 * half)
+        return float(np.mean(around)), rise
+
     def __call__(self, state: State) -> Command:
         """Return what the joints are to do for one control step."""
         if self._world is not state.world or state.time == 0.0:
@@ -170,10 +189,12 @@ class Pendulum:
         gait, reference, body = self.gait, self.reference, state.body
         force = state.contact_force
         foot = self._foot = body.position(self.feet)
-        low = body.position(self.points) - self.radius * self.normal
+        centre = body.position(self.points)
+        self.normals = self.ground.normal_at(centre)
+        low = centre - self.radius * self.normals
         load = np.array([force[self.side_of == i].sum(axis=0) @ self.normal for i in (0, 1)])
         ref = reference.at(gait.phase)
-        height = low @ self.normal - self.ground.under(low)
+        height = (low @ self.normal - self.ground.under(low)) * (self.normals @ self.normal)
         beside = foot - ref["foot"]
         for i in (0, 1):
             beside[i, 2] = height[self.side_of == i].min()
@@ -237,6 +258,7 @@ class Pendulum:
         before = np.arange(head, head + len(weights)) < foot.number
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
         height = float(then["com"][2] - then["foot"][k, 2])
+        rise = self._slope(body.com)[1]
         strike = Strike(
             com=then["com"][:2] + path,
             velocity=then["com_velocity"][:2],
@@ -247,7 +269,7 @@ class Pendulum:
             omega=omega,
             kept=float(weights[before].sum()),
             later=decayed(weights[~before], BACK),
-            slope=(float(self.ground.slope), 0.0),
+            slope=(float(np.arctan(rise[0])), float(np.arctan(rise[1]))),
         )
         side = 1.0 if foot.side == "l" else -1.0
         apart = side * float(strike.lands[1] - strike.stands[1])
@@ -281,7 +303,7 @@ class Pendulum:
 
     def _command(self, state, body, ref, low, height, foot) -> Command:
         """Return the command of the boxed program."""
-        gait, normal = self.gait, self.normal
+        gait = self.gait
         rate = min(gait.rate, FASTER)
         on = np.zeros(len(self.sites), dtype=bool)
         for i, own in enumerate(gait.feet):
@@ -311,21 +333,24 @@ class Pendulum:
         for i, own in enumerate(gait.feet):
             at = int(self.feet.body[i])
             Jr, Br = body.angular_jacobian(at), body.angular_bias_acceleration(f"foot_{own.side}")
-            error = turn_error(ref["turn"][i], turned[at].ravel())
-            goal = rate * ref["turn_velocity"][i]
-            push = rate**2 * ref["turn_acceleration"][i]
+            up = self.ground.normal_at(foot[i])
+            tilt = tilted(up)
+            error = turn_error((tilt @ ref["turn"][i].reshape(3, 3)).ravel(), turned[at].ravel())
+            goal = rate * tilt @ ref["turn_velocity"][i]
+            push = rate**2 * tilt @ ref["turn_acceleration"][i]
             spin = Jr @ body.qvel
-            rows.append(turn_rows(Jr, Br, spin, error, goal, push, normal if own.stands else None))
+            rows.append(turn_rows(Jr, Br, spin, error, goal, push, up if own.stands else None))
             if not own.stands:
                 place, pace, push = self._swing(own, i, ref, rate, foot)
                 rows.append(place_rows(Jf[i], drift[i], speed[i], place - foot[i], pace, push))
         if held.any():
             gap = height[active[held]]
-            rows.append(held_rows(J[held], bias[held], velocity[held], gap, normal))
+            up = self.normals[active[held]]
+            rows.append(held_rows(J[held], bias[held], velocity[held], gap, up))
         touching = Touching(
             self.points.body[active],
             low[active],
-            np.broadcast_to(normal, (len(active), 3)),
+            self.normals[active],
             self.friction,
         )
         passive = state.world.actuators.passive(state.angles, state.rates)
@@ -356,10 +381,10 @@ class Pendulum:
         """Return the rows of joints and pelvis: rates along the bell."""
         error = ref["q"][7:] - body.qpos[7:]
         turn = root_error(ref["q"][3:7], body.qpos[3:7])
-        return joint_rows(
-            body.qvel, np.concatenate([turn, error]), rate * ref["v"], rate**2 * ref["a"],
-            self.weights,
-        )  # fmt: skip
+        pace = self.weights.pace([not foot.stands for foot in self.gait.feet])
+        error = np.concatenate([turn, error])
+        goal, push = rate * ref["v"], rate**2 * ref["a"]
+        return joint_rows(body.qvel, error, goal, push, self.weights.weight, pace)
 
     def _com_acceleration(self, body, ref, rate, low, active) -> Array:
         """Return the acceleration of the centre of mass that is wanted."""
@@ -371,8 +396,9 @@ class Pendulum:
         wanted = np.array(ref["com_acceleration"])
         wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
         k, time = VERTICAL
-        off = ref["com"][2] + self._level(c) - c[2]
-        pace = rate * ref["com_velocity"][2] - self.normal[0] / self.normal[2] * v[0] + k * off
+        level, rise = self._slope(c)
+        off = ref["com"][2] + level - c[2]
+        pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
         up = rate**2 * ref["com_acceleration"][2] + (pace - v[2]) / time
         wanted[2] = np.clip(up, *HEIGHTS)
         return wanted
@@ -394,8 +420,10 @@ class Pendulum:
         place[:2] += own.swing.offset
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
-        place[2] += self._level(place)
-        pace[2] -= self.normal[0] / self.normal[2] * pace[0]
+        u = (self.gait.phase - own.lifted) / max(own.touchdown - own.lifted, 1e-3)
+        place[2] += self._level(place) + CLEAR * self.leg * max(4.0 * u * (1.0 - u), 0.0)
+        n = self.ground.normal_at(place)
+        pace[2] -= (n[:2] @ pace[:2]) / n[2]
         if own.lowered:
             place[2] -= own.lowered
             pace[2] = -0.4
@@ -411,3 +439,11 @@ class Pendulum:
             if abs(ahead) < BESIDE * self.leg and side * aside < narrow:
                 place[1] += side * (narrow - side * aside)
         return place, pace, push
+
+
+def tilted(normal: Array) -> Array:
+    """Return the shortest rotation of the vertical to a normal of the ground."""
+    x, y, z = normal
+    k = 1.0 / (1.0 + z)
+    xx, xy, yy = k * x * x, k * x * y, k * y * y
+    return np.array([[1.0 - xx, -xy, x], [-xy, 1.0 - yy, y], [-x, -y, z]])

@@ -4,17 +4,19 @@ Every row asks that a velocity be reached in a time, so its acceleration is what
 time, and what the recording itself has.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.control.pendulum.velocities import REACHED, bell
-from plantigrade.control.replay.tasks import joint_weights
+from plantigrade.control.replay.tasks import TOES, joint_weights
 from plantigrade.models import Human
 from plantigrade.wbc.whole_body import Rows
 
-PELVIS, SWING, SWING_TURN, STANCE_TURN, HELD = 3.0, 10.0, 2.0, 0.5, 30.0
+PELVIS, SWING, SWING_TURN, STANCE_TURN, HELD = 3.0, 10.0, 2.0, 2.0, 10.0
 """Weights: turn of the pelvis, place and turn of a swinging foot, turn of a standing one, what
 touches."""
 COM = np.array([12.0, 12.0, 5.0])
@@ -24,6 +26,8 @@ PLACE, TURN, PELVIS_TURN = (10.0, 0.025), (7.0, 0.036), (5.0, 0.05)
 feet and of the pelvis. Together they are stiffness and damping of a critically damped spring."""
 FARTHEST = 0.15
 """A foot's error counts no further than this [m]."""
+QUICK = 2.0
+"""Constant of the bell within a foot that swings: its toes are needed again soon."""
 STILL = 0.025
 """In this time what touches is to be still [s]."""
 
@@ -34,22 +38,32 @@ class Weights:
 
     Attributes:
         weight: Cost of an acceleration missed, squared: turn of the pelvis, then hinges.
-        pace: Factor of the bell, one constant a joint (``c_i`` of [Tsai2010]_, whose table the
-            printed text lacks; one for all of them here).
+        within: Which hinges are within the right foot, and which within the left.
     """
 
     weight: Float[Array, " n"]
-    pace: Float[Array, " n_hinges"]
+    within: Bool[Array, "2 n_hinges"]
 
     @classmethod
     def of(cls, human: Human) -> "Weights":
         """Return those of a person."""
         joints = joint_weights(human)
         weight = np.concatenate([np.full(3, PELVIS), joints]) ** 2
-        return cls(weight, np.ones(len(joints)))
+        names = human.coordinates
+        sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
+        return cls(weight, sides & (joints == TOES))
+
+    def pace(self, swings: Sequence[bool]) -> Float[Array, " n_hinges"]:
+        """Return the factor of the bell of every hinge.
+
+        One constant a joint (``c_i`` of [Tsai2010]_, whose table the printed text lacks): one, and
+        :data:`QUICK` within a foot that swings, right and left.
+        """
+        quick = self.within & np.array(swings)[:, None]
+        return np.where(quick.any(axis=0), QUICK, 1.0)
 
 
-def joint_rows(qvel, error, velocity, acceleration, weights: Weights) -> Rows:
+def joint_rows(qvel, error, velocity, acceleration, weight, pace) -> Rows:
     """Return rows of pelvis and joints: rates along the bell, and the recording's own.
 
     Args:
@@ -57,19 +71,17 @@ def joint_rows(qvel, error, velocity, acceleration, weights: Weights) -> Rows:
         error: Rotation of the pelvis in its axes, and angles, to where they should be [rad].
         velocity: Generalised velocity of the recording.
         acceleration: Its generalised acceleration.
-        weights: What they count.
+        weight: Cost of an acceleration missed, squared.
+        pace: Factor of the bell, by hinge.
     """
     n = len(error)
     wanted = velocity[3:].copy()
     wanted[:3] += PELVIS_TURN[0] * error[:3]
-    wanted[3:] += weights.pace * bell(error[3:])
+    wanted[3:] += pace * bell(error[3:])
     A = np.zeros((n, n + 3))
     A[np.arange(n), np.arange(3, n + 3)] = 1.0
-    right = (
-        acceleration[3:]
-        + (wanted - qvel[3:]) / np.r_[np.full(3, PELVIS_TURN[1]), np.full(n - 3, REACHED)]
-    )
-    return Rows(A, right, weights.weight)
+    time = np.concatenate([np.full(3, PELVIS_TURN[1]), REACHED / pace])
+    return Rows(A, acceleration[3:] + (wanted - qvel[3:]) / time, weight)
 
 
 def place_rows(J, bias, speed, error, velocity, acceleration) -> Rows:
