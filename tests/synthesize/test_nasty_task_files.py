@@ -9,8 +9,7 @@ import pytest
 from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.models import Human
 from plantigrade.models.markers import place_markers, read_marker_set
-from plantigrade.synthesize import make_task, read_task_file
-from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize import ContactBody, make_task, read_task_file
 from plantigrade.synthesize.tasks.settings import settings_for
 from plantigrade.toml import LIMIT, parse_toml, read_toml
 from tests import nasty
