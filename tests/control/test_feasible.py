@@ -10,7 +10,7 @@ from plantigrade.control.balance.feasible import feasible_path
 from plantigrade.control.balance.support import beyond
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.workflows import simulate
+from plantigrade.workflows.simulate import simulate
 
 SOLE = np.array([[-0.1, -0.05, 0.0], [-0.1, 0.05, 0.0], [0.15, -0.05, 0.0], [0.15, 0.05, 0.0]])
 
@@ -72,11 +72,7 @@ def test_postures_follow_and_the_feet_stay():
 
 @pytest.mark.slow
 def test_a_recorded_balance_on_one_leg_is_held(data):
-    run = simulate(
-        data / "cmu_asfamc" / "49_18.amc",
-        controller="balance",
-        feet="multi-segment",
-        duration=4.0,
-    )
+    recording = data / "cmu_asfamc" / "49_18.amc"
+    run = simulate(recording, controller="balance", feet="two-segment", duration=2.5)
     assert run.ok
     assert any("carry" in note for note in run.record.notes)
