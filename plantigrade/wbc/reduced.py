@@ -161,7 +161,7 @@ def _torque_rows(dynamics: Dynamics, root: Array) -> Float[Array, "n columns"]:
     n = len(dynamics.given)
     rows = dynamics.M[6:, :6] @ root
     rows[:, :n] += dynamics.M[6:, 6:]
-    rows[np.arange(n), np.arange(n)] += dynamics.armature
+    rows.reshape(-1)[:: rows.shape[1] + 1] += dynamics.armature
     rows[:, n:-1] -= dynamics.W[:, 6:].T
     rows[:, -1] += dynamics.h[6:] - dynamics.given
     return rows

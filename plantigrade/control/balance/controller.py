@@ -119,12 +119,8 @@ class Balance:
             weight, gain = weight.copy(), gain.copy()
             weight[3:6], gain[6:][self.recovery.legs] = PELVIS, 0.0
             weight[6:][self.recovery.spine] = SPINE
-        asked = wanted.presses[standing.site]
-        cost = np.where(
-            asked,
-            w.force * np.broadcast_to(wanted.dear, wanted.presses.shape)[standing.site],
-            w.unasked,
-        )
+        dear = wanted.dear[standing.site] if isinstance(wanted.dear, np.ndarray) else wanted.dear
+        cost = np.where(wanted.presses[standing.site], w.force * dear, w.unasked)
         passive = world.actuators.passive(state.angles, state.rates)
         answer = self.program.solve(
             body,

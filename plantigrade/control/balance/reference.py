@@ -123,8 +123,10 @@ class Followed:
     def at(self, time: float) -> Wanted:
         """Return the motion at a time after its first frame [s]."""
         moves = time < self.time[-1]
-        i = int(np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2))
-        u = float(np.clip((time - self.time[i]) / (self.time[i + 1] - self.time[i]), 0.0, 1.0))
+        i = int(np.searchsorted(self.time, time, side="right")) - 1
+        i = min(max(i, 0), len(self.time) - 2)
+        first, last = float(self.time[i]), float(self.time[i + 1])
+        u = min(max((time - first) / (last - first), 0.0), 1.0)
 
         def between(values: Array) -> Array:
             return (1 - u) * values[i] + u * values[i + 1]

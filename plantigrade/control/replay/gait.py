@@ -143,7 +143,7 @@ class Gait:
         for i, foot in enumerate(self.feet):
             if foot.stands:
                 assert foot.number is not None
-                stop = schedule.stance(foot.number, self.phase).stop
+                stop = schedule.stop(foot.number, self.phase)
                 foot.early = foot.early and self.phase < foot.touchdown
                 if not foot.early and self.phase >= stop:
                     self._lift(foot)
@@ -189,7 +189,7 @@ class Gait:
         if any(f.early for f in self.feet):
             wanted = max(wanted, HURRY)
         else:
-            wanted *= 1.0 - float(np.clip(REGAIN * (self.phase - time), -MOST, MOST))
+            wanted *= 1.0 - min(max(REGAIN * (self.phase - time), -MOST), MOST)
         self.rate += min(step / FOLLOW, 1.0) * (wanted - self.rate)
         ends = [f.touchdown for f in self.feet if not f.stands]
         self.phase = min([self.phase + step * self.rate, *[t for t in ends if t > self.phase]])

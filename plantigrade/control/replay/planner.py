@@ -168,7 +168,8 @@ class LandingBox:
             offset: Where it lands [m].
             left: In what time [s].
         """
-        far = np.linalg.norm(offset - self.here, axis=1)
+        away = offset - self.here
+        far = np.sqrt((away * away).sum(axis=1))
         return HASTY * np.maximum(far - SPEED * self.leg * left, 0.0) ** 2
 
 

@@ -96,8 +96,18 @@ class Schedule:
                 return self.number(j, cycle), phase + s.start - time
         return None
 
+    def stop(self, number: int, phase: float) -> float:
+        """Return when a stance ends, by its number, on the clock of the phase [s]."""
+        own, shift = self._found(number, phase)
+        return own.stop + shift
+
     def stance(self, number: int, phase: float) -> Stance:
         """Return a stance by its number, on the clock of the phase."""
+        own, shift = self._found(number, phase)
+        return own.later(shift)
+
+    def _found(self, number: int, phase: float) -> tuple[Stance, float]:
+        """Return a stance of this period, and how much later the one of a number is [s]."""
         cycle, within = self.cycle(phase)
         column = number - cycle * self.per_period
         back = 0
@@ -105,7 +115,7 @@ class Schedule:
             column, back = column + self.per_period, back + 1
         own = self.stances[min(column, len(self.stances) - 1)]
         shift = phase - within - self.first - back * (self.period or 0.0)
-        return own.later(shift)
+        return own, shift
 
 
 def carrying(

@@ -1,5 +1,7 @@
 """The offset of a swinging foot from the motion: how it gets to its landing place."""
 
+from math import hypot
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
@@ -33,7 +35,7 @@ class SwingOffset:
         """
         T = max(left - 0.02, 0.05)
         a = (6.0 * (target - self.offset) - 4.0 * self.velocity * T) / T**2
-        a *= min(1.0, FASTEST / max(float(np.linalg.norm(a)), 1e-9))
+        a *= min(1.0, FASTEST / max(hypot(*a), 1e-9))
         self.acceleration = a
         self.offset = self.offset + step * self.velocity + 0.5 * step**2 * a
         self.velocity = self.velocity + step * a
