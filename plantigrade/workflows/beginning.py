@@ -35,6 +35,7 @@ from plantigrade.world import (
     Rope,
     ThrownBox,
     World,
+    on_ground,
     standing_on,
 )
 from plantigrade.world.grounds import ground_named, platform_named
@@ -42,6 +43,8 @@ from plantigrade.world.world import CONTROL_RATE, RATE
 
 SETTLING = 1.0
 """So long a person stands before the first frame, until soles and springs are at rest [s]."""
+DEEP = 0.3
+"""Nobody starts with the feet so far below the ground [m]."""
 STILL, NEAR = 0.05, 0.05
 """It has, if its centre of mass is then slower [m/s] and has moved less than this [m]."""
 
@@ -118,7 +121,7 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
     A walk that a pendulum is to carry out starts with the stride that it repeats.
 
     Raises:
-        ParameterError: If a run is given, and a person too.
+        ParameterError: If a run is given, and a person too, or it starts below its ground.
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
@@ -166,6 +169,12 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
             f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
         )
     record, folder = source.record, source.folder
+    first = record.motion.qpos[0]
+    sunk = float(on_ground(record.human, record.ground, first)[2] - first[2])
+    if sunk > DEEP:
+        raise ParameterError(
+            f"the motion starts {sunk:.2f} m below its ground: name a run whose feet are on it"
+        )
     files = {} if folder is None else source_files([folder / METRICS])
     return Start(
         record.human,

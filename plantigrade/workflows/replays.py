@@ -45,7 +45,7 @@ class Outcome:
     seconds: float
     error: float
     off_path: float
-    figures: dict[str, float]
+    figures: dict[str, float | int]
     overlap: float = 0.0
 
 

@@ -1,6 +1,7 @@
 """``plantigrade simulate`` as a user calls it: standing, falling, a run, and what it refuses."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -130,6 +131,14 @@ def test_a_live_session_knows_what_is_otherwise():
     session.restart()
     session.step()
     assert made.run().record.human.mass == pytest.approx(1.1 * own)
+
+
+def test_who_starts_deep_below_the_ground_is_refused():
+    run = Run.load(STORED / "side-step")
+    qpos = run.record.motion.qpos - 5.0 * np.eye(run.record.motion.qpos.shape[1])[2]
+    record = replace(run.record, motion=replace(run.record.motion, qpos=qpos))
+    with pytest.raises(ParameterError, match="starts 5.00 m below its ground"):
+        pg.simulate(replace(run, record=record))
 
 
 def test_a_run_has_its_own_person(folder):

@@ -150,7 +150,7 @@ class Replay:
             )
         return tuple(each for each in told if each)
 
-    def figures(self) -> dict[str, float]:
+    def figures(self) -> dict[str, float | int]:
         """Return figures of the last simulation."""
         apart = float(np.linalg.norm(self.off)) if len(self.off) else 0.0
         return {**replay_figures(self.gait.touchdowns), "off_path_end_m": apart}

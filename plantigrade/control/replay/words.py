@@ -58,7 +58,7 @@ def touchdowns_told(touchdowns: Sequence[Touchdown]) -> str:
     return f"{count}: {', '.join(parts)} on average." if parts else f"{count}, all as planned."
 
 
-def replay_figures(touchdowns: Sequence[Touchdown]) -> dict[str, float]:
+def replay_figures(touchdowns: Sequence[Touchdown]) -> dict[str, float | int]:
     """Return touchdowns, how many came early and late, and by how much at most."""
     early = np.array([step.early for step in touchdowns])
     return {
