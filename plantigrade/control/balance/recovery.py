@@ -7,7 +7,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
 from plantigrade.control.balance.step import EARLY, OUTSIDE, Pendulum, Swing, plan_step
 from plantigrade.control.balance.support import beyond, inside, nearest
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.wbc.whole_body import Rows
@@ -85,12 +85,11 @@ class Recovery:
         local = np.array(contact.model.geom_pos)[contact.geoms]
         self._points = PointSet(human, owners, local)
         stands = BodyState(human, human.standing())
-        self._sole = np.array(
-            [
-                stands.rotation(f).T @ (self.spheres(stands)[own].mean(axis=0) - stands.origin(f))
-                for f, own in zip(self.feet, self.own, strict=True)
-            ]
-        )
+        middles = [
+            stands.rotation(f).T @ (self.spheres(stands)[own].mean(axis=0) - stands.origin(f))
+            for f, own in zip(self.feet, self.own, strict=True)
+        ]
+        self._soles = PointSet(human, [f"foot_{side}" for side in SIDES], np.array(middles))
         self._up = stands.rotation(human.trunk).T @ np.array([0.0, 0.0, 1.0])
         hip, ankle = stands.origin(human.body("femur_r")), stands.origin(self.feet[0])
         self.leg = float(np.linalg.norm(hip - ankle))
@@ -124,12 +123,11 @@ class Recovery:
 
     def spheres(self, body: BodyState) -> Float[Array, "n_sites 3"]:
         """Return where the spheres of the feet are [m]."""
-        return body.position(self._points)
+        return body.position(self._points).copy()
 
     def soles(self, body: BodyState) -> Float[Array, "2 3"]:
         """Return where the middles of the soles are [m]."""
-        turn, origin = body.rotations[self.feet], body.origins[self.feet]
-        return origin + np.einsum("kij,kj->ki", turn, self._sole)
+        return body.position(self._soles).copy()
 
     def feel(self, state: State) -> None:
         """Take in by how much the centre of mass was accelerated more than the ground explains."""
@@ -166,9 +164,8 @@ class Recovery:
                 self.taken.append((self.swing.begin, state.time, side, along, left))
                 self.swing, self._landed = None, state.time
             else:
-                foot, sole = self.feet[side], self.soles(body)[side]
-                velocity = body.touched(np.array([foot]), sole[None])[1][0]
-                self.swing = self.swing.replanned(now, state.time, velocity[:2])
+                velocity = body.velocity(self._soles)[side, :2]
+                self.swing = self.swing.replanned(now, state.time, velocity)
         elif touches.any() and state.time - self._landed > RESTS:
             # A foot that is lifted a little in leaning to the other can still be stood upon.
             carries = touches @ self.own | (heights(state, self.contact)[0] < HANGS)
@@ -253,14 +250,14 @@ class Recovery:
             both = [rows for k in (0, 1) for rows in self._stands(state, k)]
             return [self._upright(body), *both]
         side = self.swing.step.side
-        foot, place = self.feet[side], self.soles(body)[side]
-        J, velocity, bias = body.touched(np.array([foot]), place[None])
+        place, velocity = self.soles(body)[side], body.velocity(self._soles)[side]
+        J, bias = body.jacobian(self._soles)[side], body.bias_acceleration(self._soles)[side]
         target = np.array([*self.swing.step.place, place[2]])
         level = self._level_at(state, target)
-        asked = self.swing.asked(state.time, place, velocity[0], level, self.leg)
+        asked = self.swing.asked(state.time, place, velocity, level, self.leg)
         turn = self._level(state, side, TURN)
         stands = self._stands(state, 1 - side)
-        return [self._upright(body), Rows(J[0], asked - bias[0], FOOT), turn, *stands]
+        return [self._upright(body), Rows(J, asked - bias, FOOT), turn, *stands]
 
     def _upright(self, body: BodyState) -> Rows:
         """Return the rows that keep the trunk from leaning."""
@@ -271,10 +268,10 @@ class Recovery:
 
     def _stands(self, state: State, side: int) -> list[Rows]:
         """Return the rows of a foot that stands, or is about to: flat, and where it is."""
-        foot, place = self.feet[side], self.soles(state.body)[side]
-        J, velocity, bias = state.body.touched(np.array([foot]), place[None])
-        still = -SLOWED * velocity[0, :2] - bias[0, :2]
-        return [self._level(state, side, STANDS), Rows(J[0, :2], still, FOOT)]
+        body, sole = state.body, self._soles
+        J, velocity = body.jacobian(sole)[side], body.velocity(sole)[side]
+        still = -SLOWED * velocity[:2] - body.bias_acceleration(sole)[side, :2]
+        return [self._level(state, side, STANDS), Rows(J[:2], still, FOOT)]
 
     def _level(self, state: State, side: int, weight: float) -> Rows:
         """Return the rows that lay a foot along the ground; one in the air faces forward, too."""
@@ -284,9 +281,10 @@ class Recovery:
         flies = self.swing is not None and self.swing.step.side == side
         ahead = body.rotation(1)[:, 0] if flies else turn[:, 0]
         ahead = ahead - (ahead @ normal) * normal
-        ahead /= np.linalg.norm(ahead)
-        wanted = np.stack([ahead, np.cross(normal, ahead), normal], axis=1)
-        off = 0.5 * np.cross(turn, wanted, axis=0).sum(axis=1)
+        ahead /= np.sqrt(ahead @ ahead)
+        wanted = np.array([ahead, (normal @ CROSS).reshape(3, 3) @ ahead, normal])
+        M = turn @ wanted  # the sum of the cross products of the axes is in what is not symmetric
+        off = 0.5 * np.array([M[1, 2] - M[2, 1], M[2, 0] - M[0, 2], M[0, 1] - M[1, 0]])
         return Rows(spin, 200.0 * off - 28.0 * (spin @ body.qvel), weight)
 
 
