@@ -117,7 +117,9 @@ class Balance:
         weight, gain = self._weight, self._gain
         if self.recovery.stepped:
             weight, gain = weight.copy(), gain.copy()
-            weight[3:6], gain[6:][self.recovery.legs] = PELVIS, 0.0
+            weight[3:6] = PELVIS
+            if self.recovery.settled is None:
+                gain[6:][self.recovery.legs] = 0.0
             weight[6:][self.recovery.spine] = SPINE
         dear = wanted.dear[standing.site] if isinstance(wanted.dear, np.ndarray) else wanted.dear
         cost = np.where(wanted.presses[standing.site], w.force * dear, w.unasked)
@@ -152,6 +154,9 @@ class Balance:
     def _tracked(self, body: BodyState, wanted: Wanted, gain: Array) -> Float[Array, " nv"]:
         """Return the accelerations that lead to the reference."""
         off, slow = -body.difference(wanted.qpos), wanted.qvel - body.qvel
+        if self.recovery.settled is not None:
+            legs = self.recovery.legs
+            off[6:][legs] = (self.recovery.settled - body.qpos[7:])[legs]
         return wanted.qacc + gain * off + self._slowing * slow
 
     def _centre(self, body: BodyState, wanted: Wanted, standing: Standing) -> Rows:

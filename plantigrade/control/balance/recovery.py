@@ -41,6 +41,8 @@ EDGE = 0.8
 CAPTURES, HELP = 1.0, 0.05
 """How much farther than the capture point the pressure goes, of its way to where it is to be, and
 how far beyond the feet arms and trunk are to lead it [m]."""
+SETTLES, QUIET = 0.3, 0.15
+"""Who is slower than the second so long after a step [s, m/s] stands as they are."""
 SINKS = 3.0
 """Greatest vertical acceleration asked for [m/s²]: who sinks fast has no weight on the feet, and
 without it no friction that stops a fall."""
@@ -67,6 +69,8 @@ class Recovery:
         swing: The foot in the air; None where both stand.
         stepped: Whether the feet are elsewhere than at the start.
         steps: How many steps were taken.
+        settled: Angles of the joints in which the person came to rest where the steps have led
+            them, held from then on [rad]; None before.
         taken: Of each step when it began and ended [s], which foot, and how far it went forward
             and to the left [m].
     """
@@ -75,6 +79,7 @@ class Recovery:
         self.human, self.contact = human, contact
         self.swing: Swing | None = None
         self.stepped, self.steps, self._landed = False, 0, -np.inf
+        self.settled: Array | None = None
         self.taken: list[tuple[float, float, int, float, float]] = []
         self._felt = np.zeros((FELT, 2))
         self._before: tuple[float, Array, Array] | None = None
@@ -167,6 +172,9 @@ class Recovery:
                 velocity = body.velocity(self._soles)[side, :2]
                 self.swing = self.swing.replanned(now, state.time, velocity)
         elif touches.any() and state.time - self._landed > RESTS:
+            quiet = self.stepped and state.time - self._landed > SETTLES
+            if self.settled is None and quiet and np.linalg.norm(body.com_velocity) < QUIET:
+                self.settled = np.array(state.angles)
             # A foot that is lifted a little in leaning to the other can still be stood upon.
             carries = touches @ self.own | (heights(state, self.contact)[0] < HANGS)
             most = AGAIN if self.stepped else OUTSIDE
@@ -189,6 +197,7 @@ class Recovery:
             return
         sides = [side for side in (0, 1) if able[1 - side]]
         self.swing = Swing(plan_step(now, sides), state.time)
+        self.settled = None
         self._start = now.feet[self.swing.step.side]
         self.stepped, self.steps = True, self.steps + 1
 
