@@ -53,7 +53,7 @@ NOTES = (
     "at the phase of the replay, root mean square, the median of the runs; beside its path is the "
     "centre of mass at the end, the largest of the runs that survived. Starts: Gaussian noise of "
     "0.05 m/s and rad/s on every velocity. Physics 1000 Hz, commands 500 Hz. Bodies are solid: "
-    "who is pushed so that one leg is more than 10 mm in the other has not survived. Pushes: 0.2 s "
+    "who is pushed so that one leg is more than 30 mm in the other has not survived. Pushes: 0.2 s "
     "at the upper trunk, the largest of 50, 100, … 500 N that is survived for 2.5 s, by bisection, "
     "one start. Standing: pushed at 0.5 s of a reach and of a squat; a recovery step is allowed. "
     "On the way: in the middle of a motion, at 2 s at the latest.",

@@ -19,8 +19,8 @@ HOLD = 1.0
 """So long a motion that ends at rest is held [s]."""
 PUSH = 0.2
 """Length of a push [s]."""
-DEEP = 0.01
-"""Legs that are deeper in each other than this have gone through each other [m]."""
+DEEP = 0.03
+"""Legs that are deeper in each other than this, more than flesh gives, are no longer solid [m]."""
 TRIED, AFTER = (50.0, 100.0), 1.5
 """Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
 LATEST = 2.0

@@ -41,7 +41,7 @@ def test_the_largest_push_is_found_by_bisection_and_legs_stay_solid(controller, 
     def once(controller, duration, *, seed, acting):
         force = float(acting[0].force)
         tried.append(force)
-        return Outcome(force < 330.0, 1.0, 0.0, 0.0, {}, 0.02 if force > 270.0 else 0.004)
+        return Outcome(force < 330.0, 1.0, 0.0, 0.0, {}, 0.05 if force > 270.0 else 0.015)
 
     monkeypatch.setattr(replays, "replay_once", once)
     forces = tuple(float(f) for f in range(50, 501, 50))

@@ -19,7 +19,7 @@ from plantigrade.kinematics.state import State as BodyState
 
 SOON = 0.4
 """A motion that lifts a foot sooner than this has a step to offer [s]."""
-MISSED = 0.04
+MISSED = 0.08
 """No step for a divergent component that is less than this off [m]."""
 NEAR = 0.006
 """A sphere that is no higher supports [m]."""
