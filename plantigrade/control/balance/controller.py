@@ -31,8 +31,9 @@ FOOT_DAMPING, FOOT_STIFFNESS = 0.5, 30.0
 """Within a foot, damping and stiffness about the plan [N m s/rad, N m/rad]."""
 SHIFTING = 0.1
 """How fast the centre of mass is led to where a target has it [m/s]."""
-STEPPED_GAIN = 800.0
-"""Stiffness with which points come to the ground once there were steps [1/s²]."""
+STEPPED_GAIN, STEPPED_LEVEL = 800.0, 10.0
+"""Stiffness with which points come to the ground once there were steps [1/s²], and their weight:
+the heel of a foot that trails in a long stance cannot, and must not outweigh balance."""
 
 
 class Balance:
@@ -204,11 +205,13 @@ class Balance:
         place = np.array(state.world.data.geom_xpos)[self.contact.geoms[which]]
         J, velocity, bias = state.body.touched(self.contact.body[which], place)
         n = normal[which]
-        k = STEPPED_GAIN if self.recovery.stepped else w.level_gain
+        k, weight = w.level_gain, w.level
+        if self.recovery.stepped:
+            k, weight = STEPPED_GAIN, STEPPED_LEVEL
         asked = -k * gap[which]
         asked -= 2 * np.sqrt(k) * np.einsum("kc,kc->k", n, velocity)
         asked -= np.einsum("kc,kc->k", n, bias)
-        return [Rows(np.einsum("kc,kcv->kv", n, J), asked, w.level)]
+        return [Rows(np.einsum("kc,kcv->kv", n, J), asked, weight)]
 
 
 def momentum_rows(body: BodyState, weights: Weights) -> Rows:
