@@ -109,7 +109,7 @@ def _coordinates(
     """Return place and angles of the pelvis and the hinges, walking along x."""
     n = max(int(np.ceil((stop - start) * RATE)), 8)
     part = motion.at(np.clip(np.linspace(start, stop, n + 1), motion.time[0], motion.time[-1]))
-    names, values = human.to_coordinates(part.qpos)
+    _, values = human.to_coordinates(part.qpos)
     angles = np.unwrap(values[:, :3], axis=0)
     place = part.qpos[:, :3] - [*part.qpos[0, :2], 0.0]
     way = place[-1, :2]

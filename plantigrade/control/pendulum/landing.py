@@ -10,12 +10,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.control.pendulum.pendulum import (
-    carried,
-    energy,
-    leg_length,
-    strike_angle,
-)
+from plantigrade.control.pendulum.pendulum import carried, energy, leg_length, strike_angle
 
 RATES = np.array([0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
 """Rates at which a step may be finished, of the recording's own."""
@@ -24,8 +19,8 @@ FORWARD, SIDEWAYS, SOONER = 0.16, 0.065, 36.0
 a replay."""
 UNREACHED = 1e4
 """Cost of a place that is out of reach, per square metre."""
-FARTHEST, WIDEST, NARROWEST = 1.1, 0.75, 0.06
-"""Reach from the standing foot: ahead, to its side, and at least to its side [leg lengths]."""
+FARTHEST, WIDEST = 1.1, 0.75
+"""Reach from the standing foot: ahead or behind, and to its side [leg lengths]."""
 PASSED, CROSSED = 0.3, 0.15
 """A foot this far ahead or behind may cross over the other, so far [leg lengths]."""
 
@@ -180,16 +175,12 @@ class Landing:
         free: Where the law has it [m].
         after: In how much time [s].
         rate: Rate of the recording at which that is.
-        com: The mass then [m].
-        crosses: Whether the foot crosses over the other.
     """
 
     place: Float[Array, " 2"]
     free: Float[Array, " 2"]
     after: float
     rate: float
-    com: Float[Array, " 2"]
-    crosses: bool
 
     @property
     def short(self) -> float:
@@ -214,17 +205,13 @@ class Reach:
     narrowest: float
 
     def within(self, place: Float[Array, "m 2"], stands: Float[Array, " 2"]) -> Float[Array, "m 2"]:
-        """Return the nearest places in reach; a step too long is shortened along itself."""
+        """Return the nearest places in reach, ahead and to the side each by itself."""
         way = (place - stands) @ self.axes
         ahead = np.clip(way[:, 0], -FARTHEST * self.leg, FARTHEST * self.leg)
         far = np.abs(ahead) > PASSED * self.leg
         inner = np.where(far, -CROSSED * self.leg, self.narrowest)
         aside = np.clip(self.side * way[:, 1], inner, WIDEST * self.leg)
         return stands + np.stack([ahead, self.side * aside], axis=1) @ self.axes.T
-
-    def crosses(self, place: Float[Array, " 2"], stands: Float[Array, " 2"]) -> bool:
-        """Return whether a place is beyond the standing foot."""
-        return bool(self.side * float((place - stands) @ self.axes[:, 1]) < 0.0)
 
 
 def landing(
@@ -236,7 +223,6 @@ def landing(
     left: float,
     strike: Strike,
     reach: Reach,
-    rates: Float[Array, " m"] = RATES,
 ) -> Landing:
     """Return where and when the swinging foot is to land.
 
@@ -252,16 +238,14 @@ def landing(
         left: Until the recording's foot strikes [s].
         strike: What the recording has then.
         reach: Where the foot can land.
-        rates: Rates of the recording to choose from.
     """
-    time = left / rates
+    time = left / RATES
     there, speed = carried(com, velocity, pivot, strike.omega, time[:, None])
     free = law.place(there, speed, stands, strike)
     place = reach.within(free, stands)
     recorded = strike.lands - strike.stands
     off = (free - stands - recorded) @ strike.axes / (reach.leg * np.array([FORWARD, SIDEWAYS]))
     beyond = ((free - place) ** 2).sum(axis=1)
-    cost = (off**2).sum(axis=1) + SOONER * np.log(rates) ** 2 + UNREACHED * beyond
+    cost = (off**2).sum(axis=1) + SOONER * np.log(RATES) ** 2 + UNREACHED * beyond
     i = int(np.argmin(cost))
-    crosses = reach.crosses(place[i], stands)
-    return Landing(place[i], free[i], float(time[i]), float(rates[i]), there[i], crosses)
+    return Landing(place[i], free[i], float(time[i]), float(RATES[i]))
