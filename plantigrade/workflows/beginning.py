@@ -129,7 +129,8 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
     if how.controller != "pendulum" or begin.record is None:
         return begin
     walk = walk_of(begin.record)
-    return replace(begin, record=walk, motion=walk.motion, ground=walk.ground, notes=walk.notes)
+    notes = (*begin.notes, *walk.notes[len(begin.record.notes) :])
+    return replace(begin, record=walk, motion=walk.motion, ground=walk.ground, notes=notes)
 
 
 def _start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:

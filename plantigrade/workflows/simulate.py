@@ -22,8 +22,6 @@ from plantigrade.world import Controller, Disturbance, World
 
 STANDS = 5.0
 """How long a person stands where no duration is named [s]."""
-WALKS = 10.0
-"""How long a walk is repeated where no duration is named [s]."""
 SHORTEST = 0.01
 """Shortest simulation of a motion [s]."""
 FOLLOWED = "motion"
@@ -82,7 +80,7 @@ def simulate(
     with step("simulating"):
         began = clock.perf_counter()
         world = world_of(begin, otherwise, how, (*acting, *disturbances), moved_by)
-        record = world.simulate(otherwise.seen(moved_by), _duration(begin, how))
+        record = world.simulate(otherwise.seen(moved_by), _duration(begin, how, moved_by))
         seconds = clock.perf_counter() - began
     said = getattr(moved_by, "said", tuple)()
     record = replace(record, notes=(*record.notes, *said))
@@ -90,12 +88,12 @@ def simulate(
     return run_of(begin, otherwise, how, world, record, word, seconds, more)
 
 
-def _duration(begin: Start, how: SimulateSettings) -> float:
+def _duration(begin: Start, how: SimulateSettings, controller: Controller) -> float:
     if how.duration is not None:
         return how.duration
     if begin.motion is None:
         return STANDS
-    return max(begin.motion.duration, WALKS if how.controller == "pendulum" else SHORTEST)
+    return max(getattr(controller, "lasts", begin.motion.duration), SHORTEST)
 
 
 def run_of(

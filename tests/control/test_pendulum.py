@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from plantigrade.arrays import Array
 from plantigrade.constants import GRAVITY
+from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum import Pendulum, walk_of
 from plantigrade.control.pendulum.controller import tilted
@@ -30,7 +31,7 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.record import Record
+from plantigrade.record import Record, Run
 from plantigrade.wbc.whole_body import Rows, Touching
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Push, World
@@ -314,6 +315,12 @@ def test_a_stride_is_closed_and_what_repeats_itself_or_has_no_stride_is_left_alo
     part = walk.motion.frames(np.arange(walk.motion.n_frames // 3))
     whole = walk_of(replace(walk, motion=part))
     assert "walked once, as it is" in whole.notes[-1]
+    once = Pendulum(whole)
+    assert once.lasts == part.duration and Pendulum(walk).lasts == 10.0
+    run = simulate(
+        Run(replace(whole, notes=("Of before.",)), "fit"), controller="pendulum", duration=0.01
+    )
+    assert "walked once, as it is" in run.record.notes[0] and "Of before." not in run.record.notes
 
 
 def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun):
@@ -351,9 +358,11 @@ def test_a_recorded_walk_goes_on_at_its_speed_after_a_push(data):
     assert any(note.startswith("Walked at") for note in run.record.notes)
 
 
-def test_another_law_or_another_person_is_refused(walk):
+def test_another_law_ground_or_person_is_refused(walk):
     with pytest.raises(ParameterError, match="no landing law 'moon'; there are divergent"):
         Pendulum(walk, "moon")
+    with pytest.raises(ParameterError, match="recorded on level ground"):
+        Pendulum(replace(walk, ground=Ground(slope=0.1)))
     other = World(Human.create(1.7, 65.0, joints="66"), recording=False)
     with pytest.raises(ParameterError, match="degrees of freedom"):
         Pendulum(walk)(other.reset())

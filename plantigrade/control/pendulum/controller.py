@@ -62,6 +62,8 @@ CLEAR = 0.012
 millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
 APART, WIDER = 0.005, 0.12
 """Legs that overlap in the recording are led so far apart [m], up to this [leg lengths]."""
+WALKS = 10.0
+"""How long a walk is repeated where no duration is named [s]."""
 
 
 class Pendulum:
@@ -77,10 +79,12 @@ class Pendulum:
         rate: Steps of the physics per second that it wants [1/s].
         control_rate: Commands per second that it wants [1/s].
         record_rate: Frames per second that are enough [1/s].
+        lasts: How long it goes on where nobody says [s].
         landing: Where and when the swinging foot is to land; None in double support.
 
     Raises:
-        ParameterError: If there is no such law, or the motion has less than two frames.
+        ParameterError: If there is no such law, the walk was not recorded on level ground, or its
+            motion has less than two frames.
     """
 
     rate, control_rate, record_rate = 1000.0, 200.0, 100.0
@@ -88,10 +92,15 @@ class Pendulum:
     def __init__(self, record: Record, law: str = "divergent"):
         if law not in LAWS:
             raise ParameterError(f"no landing law {law!r}; there are {', '.join(LAWS)}")
+        ground = record.ground
+        if ground.slope or ground.steps or ground.uneven:
+            raise ParameterError("a pendulum needs a walk that was recorded on level ground")
         self.record, self.human = record, record.human
         self.law: LandingLaw = LAWS[law]
         self.clearance = clearance_of(record)
         self.reference: Reference = reference_of(record, self.clearance)
+        repeats = self.reference.period is not None
+        self.lasts = max(record.motion.duration, WALKS if repeats else 0.0)
         human, self.sites = self.human, world_sites(record)
         self.points = PointSet.of(human, self.sites)
         self.radius = np.array([[s.radius] for s in self.sites])
@@ -120,8 +129,8 @@ class Pendulum:
         """Return mean speed, that of the recording, and how far beside the line it ended."""
         if self._world is None:
             return 0.0, 0.0, 0.0
-        period = self.reference.period or self.reference.duration
-        way = self.reference.advance[:2] / period
+        motion = self.record.motion
+        way = (motion.qpos[-1, :2] - motion.qpos[0, :2]) / motion.duration
         own = float(np.linalg.norm(way))
         ahead = way / own if own > 1e-6 else np.array([1.0, 0.0])
         went = (self._com - self._from) if self._now > 0.0 else np.zeros(2)
@@ -162,8 +171,8 @@ class Pendulum:
         self.landing, self.landings = None, []
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.error, self.shift = np.zeros(2), np.zeros(3)
-        self._from, self._now = state.body.com[:2].copy(), 0.0
-        self._com = self._from
+        self._began, self._now = state.time, 0.0
+        self._com = self._from = state.body.com[:2].copy()
         self._then: tuple[float, Instant | None] = (np.nan, None)
 
     def _level(self, place: Array) -> float:
@@ -202,9 +211,9 @@ class Pendulum:
         gait.look(state.time, step, load, beside, np.eye(2))
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
-        self._com, self._now = body.com[:2].copy(), state.time
+        self._com, self._now = body.com[:2].copy(), state.time - self._began
         self.landing = self._plan(body, ref)
-        gait.advance(state.time, step, 1.0 if self.landing is None else self.landing.rate)
+        gait.advance(self._now, step, 1.0 if self.landing is None else self.landing.rate)
         ref = reference.at(gait.phase)
         return self._command(state, body, ref, low, height, foot)
 

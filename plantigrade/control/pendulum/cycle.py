@@ -10,14 +10,14 @@ from plantigrade.record import Record
 def walk_of(record: Record) -> Record:
     """Return the most even stride of a walk, closed, along x on level ground.
 
-    What repeats itself already (a synthesised walk), was not recorded on level ground, or has no
-    stride that nearly closes is returned as it is; the last ends where it ends.
+    What repeats itself already (a synthesised walk) or was not recorded on level ground is returned
+    as it is. So is what has no stride that nearly closes, with a note: it ends where it ends.
 
     Args:
         record: The walk: fitted, reproduced or synthesised.
 
     Raises:
-        ParameterError: If the motion has less than four frames.
+        ParameterError: If the motion has less than four frames, or gaps.
     """
     ground = record.ground
     uneven = ground.slope or ground.steps or ground.seats or ground.uneven
