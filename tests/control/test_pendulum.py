@@ -11,7 +11,6 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum import Pendulum, walk_of
-from plantigrade.control.pendulum.controller import tilted
 from plantigrade.control.pendulum.landing import LAWS, DivergentLaw, EnergyLaw, Reach, Strike
 from plantigrade.control.pendulum.landing import landing as predicted
 from plantigrade.control.pendulum.pendulum import (
@@ -24,6 +23,7 @@ from plantigrade.control.pendulum.pendulum import (
     swung,
 )
 from plantigrade.control.pendulum.velocities import BoxProgram, bell
+from plantigrade.control.pendulum.wanted import tilted
 from plantigrade.control.pendulum.words import walk_figures, walk_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet

@@ -8,18 +8,29 @@ from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw, Reac
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
-    com_rows,
     held_rows,
     joint_rows,
     place_rows,
+    tilted,
     turn_rows,
 )
 from plantigrade.control.pendulum.words import walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
-from plantigrade.control.replay.gait import Gait
+from plantigrade.control.replay.controller import (
+    FASTER,
+    FIRM,
+    GRIP,
+    HEIGHTS,
+    INSIDE,
+    PLANNED,
+    SOFT,
+    TOUCHING,
+)
+from plantigrade.control.replay.gait import JUST, Gait
 from plantigrade.control.replay.planner import decayed
 from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
-from plantigrade.control.replay.tasks import root_error, turn_error
+from plantigrade.control.replay.swing import APART, BESIDE, NARROW, WIDER
+from plantigrade.control.replay.tasks import com_rows, root_error, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
@@ -27,32 +38,13 @@ from plantigrade.record import Record
 from plantigrade.wbc.whole_body import Rows, Touching
 from plantigrade.world import Command, Drawing, StablePD, State, World
 
-FIRM = 3.0
-"""Feedback of the divergent component by the centre of pressure, by its own rate."""
-INSIDE = 0.01
-"""The centre of pressure stays so far inside of what touches [m]."""
-GRIP = 0.75
-"""Part of the friction that is counted on."""
-SOFT = 0.012
-"""Damping of the joints about the planned rate, by their strength [s]."""
-TOUCHING, PLANNED = 0.002, 0.006
-"""Points this near to the ground touch: any of a standing foot, and those planned to [m]."""
 VERTICAL = (5.0, 0.06)
 """The height of the mass is led back at this rate [1/s], in this time [s]."""
-HEIGHTS = (-7.0, 12.0)
-"""Limits of its vertical acceleration [m/s²]."""
-FASTER = 2.5
-"""Rate by which the recording's own velocities are scaled, at most."""
 BACK = 0.85
 """What is left of a foot's offset from the path after a step."""
 ASTRAY = 0.4
 """Who is farther than this from where the recording would be by now does not hurry back more
 [leg lengths]; along the path what is lost beyond it stays lost."""
-JUST = 0.006
-"""A foot that is down early stands as it does so long after its touchdown [s]."""
-NARROW, BESIDE = 0.08, 0.30
-"""A foot that passes the other, nearer fore and aft than the second, is at least so far to its
-side, unless it is recorded nearer [leg lengths]."""
 REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
 AROUND = 0.3
@@ -60,8 +52,6 @@ AROUND = 0.3
 CLEAR = 0.012
 """A foot is swung so much higher than recorded, in the middle: recorded toes pass the ground within
 millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
-APART, WIDER = 0.005, 0.12
-"""Legs that overlap in the recording are led so far apart [m], up to this [leg lengths]."""
 WALKS = 10.0
 """How long a walk is repeated where no duration is named [s]."""
 
@@ -280,7 +270,7 @@ class Pendulum:
             later=decayed(weights[~before], BACK),
             slope=(float(np.arctan(rise[0])), float(np.arctan(rise[1]))),
         )
-        side = 1.0 if foot.side == "l" else -1.0
+        side = foot.left
         apart = side * float(strike.lands[1] - strike.stands[1])
         reach = Reach(self.leg, side, np.eye(2), min(NARROW * self.leg, apart))
         # The recording's own effective pivot, where the foot really stands.
@@ -439,7 +429,7 @@ class Pendulum:
         others = self.gait.standing
         if others:
             k = SIDES.index(others[0].side)
-            side = 1.0 if own.side == "l" else -1.0
+            side = own.left
             ahead, aside = place[:2] - foot[k, :2]
             planned = abs(float((ref["foot"][i] - ref["foot"][k])[1]))
             narrow = min(NARROW * self.leg, planned)
@@ -448,11 +438,3 @@ class Pendulum:
             if abs(ahead) < BESIDE * self.leg and side * aside < narrow:
                 place[1] += side * (narrow - side * aside)
         return place, pace, push
-
-
-def tilted(normal: Array) -> Array:
-    """Return the shortest rotation of the vertical to a normal of the ground."""
-    x, y, z = normal
-    k = 1.0 / (1.0 + z)
-    xx, xy, yy = k * x * x, k * x * y, k * y * y
-    return np.array([[1.0 - xx, -xy, x], [-xy, 1.0 - yy, y], [-x, -y, z]])

@@ -12,20 +12,16 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.pendulum.velocities import REACHED, bell
-from plantigrade.control.replay.tasks import TOES, joint_weights
+from plantigrade.control.replay.tasks import FARTHEST, TOES, joint_weights
 from plantigrade.models import Human
 from plantigrade.wbc.whole_body import Rows
 
 PELVIS, SWING, SWING_TURN, STANCE_TURN, HELD = 3.0, 10.0, 2.0, 2.0, 10.0
 """Weights: turn of the pelvis, place and turn of a swinging foot, turn of a standing one, what
 touches."""
-COM = np.array([12.0, 12.0, 5.0])
-"""Weights of the acceleration of the centre of mass."""
 PLACE, TURN, PELVIS_TURN = (10.0, 0.025), (7.0, 0.036), (5.0, 0.05)
 """Velocity by error [1/s], and in which time it is reached [s]: of a swinging foot, of the turn of
 feet and of the pelvis. Together they are stiffness and damping of a critically damped spring."""
-FARTHEST = 0.15
-"""A foot's error counts no further than this [m]."""
 QUICK = 2.0
 """Constant of the bell within a foot that swings: its toes are needed again soon."""
 STILL = 0.025
@@ -108,6 +104,9 @@ def held_rows(J, bias, velocity, gap, normal) -> Rows:
     return Rows(J.reshape(-1, J.shape[2]), right.ravel(), HELD**2)
 
 
-def com_rows(M, h, mass: float, gravity, wanted) -> Rows:
-    """Return rows of the acceleration of the centre of mass: the root's own equations."""
-    return Rows(M[:3] / mass, wanted - (h[:3] / mass + gravity), COM**2)
+def tilted(normal: Array) -> Array:
+    """Return the shortest rotation of the vertical to a normal of the ground."""
+    x, y, z = normal
+    k = 1.0 / (1.0 + z)
+    xx, xy, yy = k * x * x, k * x * y, k * y * y
+    return np.array([[1.0 - xx, -xy, x], [-xy, 1.0 - yy, y], [-x, -y, z]])
