@@ -4,7 +4,8 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
-from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw, Reach, Strike, landing
+from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
+from plantigrade.control.pendulum.plan import Plan
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
@@ -27,7 +28,6 @@ from plantigrade.control.replay.controller import (
     TOUCHING,
 )
 from plantigrade.control.replay.gait import JUST, Gait
-from plantigrade.control.replay.planner import decayed
 from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
 from plantigrade.control.replay.swing import APART, BESIDE, NARROW, WIDER
 from plantigrade.control.replay.tasks import com_rows, root_error, turn_error
@@ -40,13 +40,6 @@ from plantigrade.world import Command, Drawing, StablePD, State, World
 
 VERTICAL = (5.0, 0.06)
 """The height of the mass is led back at this rate [1/s], in this time [s]."""
-BACK = 0.85
-"""What is left of a foot's offset from the path after a step."""
-ASTRAY = 0.4
-"""Who is farther than this from where the recording would be by now does not hurry back more
-[leg lengths]; along the path what is lost beyond it stays lost."""
-REGAIN = 0.15
-"""Rate at which a lasting offset from the path is countered [1/s]."""
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
 CLEAR = 0.012
@@ -159,11 +152,9 @@ class Pendulum:
         resisted = 0.5 / world.control_rate * (rests - turns)
         self.program = BoxProgram(self.human, world.actuators.armature + resisted)
         self.landing, self.landings = None, []
-        self.path, self.lead = np.zeros(2), np.zeros(2)
-        self.error, self.shift = np.zeros(2), np.zeros(3)
+        self.plan = Plan(self.gait, self.law, self.leg, 1.0 / world.control_rate)
         self._began, self._now = state.time, 0.0
         self._com = self._from = state.body.com[:2].copy()
-        self._then: tuple[float, Instant | None] = (np.nan, None)
 
     def _level(self, place: Array) -> float:
         """Return the height of the ground at a place [m]."""
@@ -184,7 +175,7 @@ class Pendulum:
         """Return what the joints are to do for one control step."""
         if self._world is not state.world or state.time == 0.0:
             self._begin(state)
-        step = self.step = 1.0 / state.world.control_rate
+        step = 1.0 / state.world.control_rate
         gait, reference, body = self.gait, self.reference, state.body
         force = state.contact_force
         foot = self._foot = body.position(self.feet)
@@ -202,7 +193,7 @@ class Pendulum:
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
         self._com, self._now = body.com[:2].copy(), state.time - self._began
-        self.landing = self._plan(body, ref)
+        self.landing = self.plan.next(body, ref, self._slope(body.com)[1])
         gait.advance(self._now, step, 1.0 if self.landing is None else self.landing.rate)
         ref = reference.at(gait.phase)
         return self._command(state, body, ref, low, height, foot)
@@ -215,90 +206,6 @@ class Pendulum:
             off = float(np.linalg.norm(self._foot[SIDES.index(side), :2] - self.landing.place))
         short = 0.0 if self.landing is None else self.landing.short
         self.landings.append((time, side, off, short))
-
-    def _plan(self, body: BodyState, ref: Instant) -> Landing | None:
-        """Return where and when the swinging foot lands; None where no single foot swings."""
-        gait, reference = self.gait, self.reference
-        omega = reference.omega
-        xi = (body.com + body.com_velocity / omega)[:2]
-        xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
-        first, alpha, beta = reference.schedule.weights(gait.phase)
-        standing = gait.standing
-        own = [f.number - first for f in standing if f.number is not None]
-        offsets = gait.offsets(first, len(alpha))
-        share = np.zeros(len(alpha))
-        share[own] = alpha[own]
-        if share.sum() < 1e-6:
-            share[own] = 1.0
-        self.shift = share @ offsets / max(share.sum(), 1e-9)
-        path = self._path()
-        swinging = [f for f in gait.feet if not f.stands and f.number is not None]
-        if len(standing) != 1 or len(swinging) != 1:
-            deviation = xi - xi_ref - path
-            if not standing:
-                for f in swinging:
-                    f.swing.lead(deviation + path, f.touchdown - gait.phase, self.step)
-                self.error = np.zeros(2)
-                return None
-            last = max((f.number for f in standing if f.number is not None), default=first)
-            known = np.arange(first, first + len(beta)) <= last
-            later = decayed(beta[~known], BACK) * BACK
-            newest = gait.offset(last)[:2] - path
-            self.error = deviation - beta[known] @ (offsets[known, :2] - path) - later * newest
-            return None
-        foot, other = swinging[0], standing[0]
-        assert foot.number is not None and other.number is not None
-        left = max(foot.touchdown - gait.phase, 0.01)
-        when, then = self._then
-        if then is None or when != foot.touchdown:
-            then = reference.at(foot.touchdown)
-            self._then = (foot.touchdown, then)
-        head, _, weights = reference.schedule.weights(foot.touchdown)
-        before = np.arange(head, head + len(weights)) < foot.number
-        i, k = SIDES.index(foot.side), SIDES.index(other.side)
-        height = float(then["com"][2] - then["foot"][k, 2])
-        rise = self._slope(body.com)[1]
-        strike = Strike(
-            com=then["com"][:2] + path,
-            velocity=then["com_velocity"][:2],
-            height=height,
-            stands=then["foot"][k, :2] + path,
-            lands=then["foot"][i, :2] + path,
-            axes=np.eye(2),
-            omega=omega,
-            kept=float(weights[before].sum()),
-            later=decayed(weights[~before], BACK),
-            slope=(float(np.arctan(rise[0])), float(np.arctan(rise[1]))),
-        )
-        side = foot.left
-        apart = side * float(strike.lands[1] - strike.stands[1])
-        reach = Reach(self.leg, side, np.eye(2), min(NARROW * self.leg, apart))
-        # The recording's own effective pivot, where the foot really stands.
-        grown = np.exp(omega * left)
-        xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
-        pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
-        stands = then["foot"][k, :2] + gait.offset(other.number)[:2]
-        found = landing(
-            self.law, body.com[:2], body.com_velocity[:2], pivot, stands, left, strike, reach
-        )
-        home = strike.lands + BACK * (self.shift[:2] - path)
-        self.error = np.exp(-omega * found.after) * strike.later * (found.free - home)
-        offset = found.place - then["foot"][i, :2]
-        foot.swing.lead(offset, left / max(gait.rate, 0.2), self.step)
-        return found
-
-    def _path(self) -> Array:
-        """Return the place that feet are led back to, beside the recording's own [m].
-
-        A recording is no walk of this body: it would stay beside its path. What it is beside it for
-        long is led the other way.
-        """
-        far = ASTRAY * self.leg
-        off = self.shift[:2] - self.path
-        self.path[0] += off[0] - np.clip(off[0], -far, far)
-        self.lead -= self.step * REGAIN * np.clip(off, -far, far)
-        self.lead = np.clip(self.lead, -far, far)
-        return self.shift[:2] - np.clip(off, -far, far) + self.lead
 
     def _command(self, state, body, ref, low, height, foot) -> Command:
         """Return the command of the boxed program."""
@@ -354,7 +261,7 @@ class Pendulum:
         )
         passive = state.world.actuators.passive(state.angles, state.rates)
         answer = self.program.solve(body, touching, rows, passive=passive, jacobian=J, held=held)
-        half = 0.5 * (self.step + 1.0 / state.world.rate)
+        half = 0.5 * (1.0 / state.world.control_rate + 1.0 / state.world.rate)
         apart = state.angles - ref["q"][7:]
         found = self.landing
         place = np.full(2, np.nan) if found is None else found.place
@@ -368,7 +275,7 @@ class Pendulum:
                 "tracking_error": float(np.sqrt(np.mean(apart**2))),
                 "phase": gait.phase,
                 "phase_rate": gait.rate,
-                "capture_error": float(np.linalg.norm(self.error)),
+                "capture_error": float(np.linalg.norm(self.plan.error)),
                 "landing": place,
                 "landing_time": np.nan if found is None else found.after,
                 "limited": float(answer.limited),
@@ -388,7 +295,7 @@ class Pendulum:
     def _com_acceleration(self, body, ref, rate, low, active) -> Array:
         """Return the acceleration of the centre of mass that is wanted."""
         omega = self.reference.omega
-        moved = self.shift[:2] + (1.0 + FIRM / omega) * self.error
+        moved = self.plan.shift[:2] + (1.0 + FIRM / omega) * self.plan.error
         if len(active):
             moved = self._inside(ref["pressure"][:2], moved, low[active, :2])
         c, v = body.com, body.com_velocity
@@ -405,7 +312,7 @@ class Pendulum:
     def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:
         """Return a shift of the centre of pressure that stays among what touches."""
         low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
-        nominal = pressure + self.shift[:2]
+        nominal = pressure + self.plan.shift[:2]
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
         return np.clip(pressure + moved, low, high) - pressure
 

@@ -1,0 +1,133 @@
+"""The plan of a walk: where and when the swinging foot lands, and what the mass is off."""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
+from plantigrade.control.replay.gait import Gait
+from plantigrade.control.replay.planner import decayed
+from plantigrade.control.replay.reference import Instant
+from plantigrade.control.replay.swing import NARROW
+from plantigrade.kinematics.state import State
+
+BACK = 0.85
+"""What is left of a foot's offset from the path after a step."""
+ASTRAY = 0.4
+"""Who is farther than this from where the recording would be by now does not hurry back more
+[leg lengths]; along the path what is lost beyond it stays lost."""
+REGAIN = 0.15
+"""Rate at which a lasting offset from the path is countered [1/s]."""
+
+
+class Plan:
+    """The plan of one walk, made anew at every tick.
+
+    Args:
+        gait: Phase and feet of the walk; its swinging foot is led to the landing.
+        law: By which feet land.
+        leg: Length of the leg [m].
+        step: From one tick to the next [s].
+
+    Attributes:
+        error: What the divergent component of motion is off the plan, world [m].
+        shift: How far the feet that stand are beside the recording, by load, world [m].
+        path: How far ahead of the recording, or behind, the walk stays for good, world [m].
+        lead: What counters a lasting offset, world [m].
+    """
+
+    def __init__(self, gait: Gait, law: LandingLaw, leg: float, step: float):
+        self.gait, self.law, self.leg, self.step = gait, law, leg, step
+        self.reference = gait.reference
+        self.error, self.shift = np.zeros(2), np.zeros(3)
+        self.path, self.lead = np.zeros(2), np.zeros(2)
+        self._then: tuple[float, Instant | None] = (np.nan, None)
+
+    def next(self, body: State, ref: Instant, rise: Float[Array, " 2"]) -> Landing | None:
+        """Return where and when the swinging foot lands; None where no single foot swings.
+
+        Args:
+            body: The person now.
+            ref: The recording at the phase of the gait.
+            rise: How far the ground about the person rises along x and y, by distance.
+        """
+        gait, reference = self.gait, self.reference
+        omega = reference.omega
+        xi = (body.com + body.com_velocity / omega)[:2]
+        xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
+        first, alpha, beta = reference.schedule.weights(gait.phase)
+        standing = gait.standing
+        own = [f.number - first for f in standing if f.number is not None]
+        offsets = gait.offsets(first, len(alpha))
+        share = np.zeros(len(alpha))
+        share[own] = alpha[own]
+        if share.sum() < 1e-6:
+            share[own] = 1.0
+        self.shift = share @ offsets / max(share.sum(), 1e-9)
+        path = self._path()
+        swinging = [f for f in gait.feet if not f.stands and f.number is not None]
+        if len(standing) != 1 or len(swinging) != 1:
+            deviation = xi - xi_ref - path
+            if not standing:
+                for f in swinging:
+                    f.swing.lead(deviation + path, f.touchdown - gait.phase, self.step)
+                self.error = np.zeros(2)
+                return None
+            last = max((f.number for f in standing if f.number is not None), default=first)
+            known = np.arange(first, first + len(beta)) <= last
+            later = decayed(beta[~known], BACK) * BACK
+            newest = gait.offset(last)[:2] - path
+            self.error = deviation - beta[known] @ (offsets[known, :2] - path) - later * newest
+            return None
+        foot, other = swinging[0], standing[0]
+        assert foot.number is not None and other.number is not None
+        left = max(foot.touchdown - gait.phase, 0.01)
+        when, then = self._then
+        if then is None or when != foot.touchdown:
+            then = reference.at(foot.touchdown)
+            self._then = (foot.touchdown, then)
+        head, _, weights = reference.schedule.weights(foot.touchdown)
+        before = np.arange(head, head + len(weights)) < foot.number
+        i, k = SIDES.index(foot.side), SIDES.index(other.side)
+        height = float(then["com"][2] - then["foot"][k, 2])
+        strike = Strike(
+            com=then["com"][:2] + path,
+            velocity=then["com_velocity"][:2],
+            height=height,
+            stands=then["foot"][k, :2] + path,
+            lands=then["foot"][i, :2] + path,
+            axes=np.eye(2),
+            omega=omega,
+            kept=float(weights[before].sum()),
+            later=decayed(weights[~before], BACK),
+            slope=(float(np.arctan(rise[0])), float(np.arctan(rise[1]))),
+        )
+        side = foot.left
+        apart = side * float(strike.lands[1] - strike.stands[1])
+        reach = Reach(self.leg, side, np.eye(2), min(NARROW * self.leg, apart))
+        # The recording's own effective pivot, where the foot really stands.
+        grown = np.exp(omega * left)
+        xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
+        pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
+        stands = then["foot"][k, :2] + gait.offset(other.number)[:2]
+        found = landing(
+            self.law, body.com[:2], body.com_velocity[:2], pivot, stands, left, strike, reach
+        )
+        home = strike.lands + BACK * (self.shift[:2] - path)
+        self.error = np.exp(-omega * found.after) * strike.later * (found.free - home)
+        offset = found.place - then["foot"][i, :2]
+        foot.swing.lead(offset, left / max(gait.rate, 0.2), self.step)
+        return found
+
+    def _path(self) -> Array:
+        """Return the place that feet are led back to, beside the recording's own [m].
+
+        A recording is no walk of this body: it would stay beside its path. What it is beside it for
+        long is led the other way.
+        """
+        far = ASTRAY * self.leg
+        off = self.shift[:2] - self.path
+        self.path[0] += off[0] - np.clip(off[0], -far, far)
+        self.lead -= self.step * REGAIN * np.clip(off, -far, far)
+        self.lead = np.clip(self.lead, -far, far)
+        return self.shift[:2] - np.clip(off, -far, far) + self.lead
