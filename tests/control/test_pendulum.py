@@ -24,7 +24,7 @@ from plantigrade.control.pendulum.pendulum import (
 )
 from plantigrade.control.pendulum.velocities import BoxProgram, bell
 from plantigrade.control.pendulum.wanted import tilted
-from plantigrade.control.pendulum.words import walk_figures, walk_told
+from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
@@ -267,7 +267,7 @@ def test_a_torque_at_its_limit_gives_what_it_can_and_the_others_know_it(boxed):
 
 
 def test_words_and_figures_of_a_walk():
-    landings = [(0.5, "r", 0.01, 0.0), (1.0, "l", 0.03, 0.2)]
+    landings = [Landed(0.5, "r", 0.01, 0.0), Landed(1.0, "l", 0.03, 0.2)]
     told = walk_told(landings, (1.2, 1.3, -0.15))
     assert "Walked at 1.20 m/s, the recording at 1.30 m/s; ended 15 cm right" in told[0]
     assert "1 of them was shortened" in told[1]
@@ -327,7 +327,7 @@ def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun
     controller, world, state = begun
     assert world.fall is None
     assert len(controller.landings) >= 1
-    assert controller.landings[0][2] < 0.06
+    assert controller.landings[0].error < 0.06
     assert "pendulum" in {d.name for d in controller.drawings(state)}
     figures = controller.figures()
     assert figures["landings"] == len(controller.landings)

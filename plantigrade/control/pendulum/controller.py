@@ -15,7 +15,7 @@ from plantigrade.control.pendulum.wanted import (
     tilted,
     turn_rows,
 )
-from plantigrade.control.pendulum.words import walk_figures, walk_told
+from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.controller import (
     FASTER,
@@ -98,7 +98,7 @@ class Pendulum:
         self.gravity = np.array(human.model.opt.gravity)
         self._world: World | None = None
         self.landing: Landing | None = None
-        self.landings: list[tuple[float, str, float, float]] = []
+        self.landings: list[Landed] = []
 
     def said(self) -> tuple[str, ...]:
         """Return what it did in the last simulation, one sentence each."""
@@ -205,7 +205,7 @@ class Pendulum:
         if self.landing is not None:
             off = float(np.linalg.norm(self._foot[SIDES.index(side), :2] - self.landing.place))
         short = 0.0 if self.landing is None else self.landing.short
-        self.landings.append((time, side, off, short))
+        self.landings.append(Landed(time, side, off, short))
 
     def _command(self, state, body, ref, low, height, foot) -> Command:
         """Return the command of the boxed program."""
