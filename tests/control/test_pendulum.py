@@ -270,10 +270,14 @@ def test_words_and_figures_of_a_walk():
     landings = [Landed(0.5, "r", 0.01, 0.0), Landed(1.0, "l", 0.03, 0.2)]
     told = walk_told(landings, (1.2, 1.3, -0.15))
     assert "Walked at 1.20 m/s, the recording at 1.30 m/s; ended 15 cm right" in told[0]
+    assert "2 steps, in the median 2.0 cm from where they were predicted." in told[0]
     assert "1 of them was shortened" in told[1]
     figures = walk_figures(landings, (1.2, 1.3, -0.15))
     assert figures["landings"] == 2 and figures["landing_error_median_m"] == pytest.approx(0.02)
     assert walk_told([], (0.0, 0.0, 0.0)) == ()
+    fell = [Landed(0.3, "l", None, 0.0)]  # out of a flight: nothing was predicted
+    assert walk_told(fell, (0.1, 1.2, 0.0))[0].endswith("1 step.")
+    assert "landing_error_median_m" not in walk_figures(fell, (0.1, 1.2, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -332,7 +336,7 @@ def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun
     figures = controller.figures()
     assert figures["landings"] == len(controller.landings)
     assert figures["recorded_speed_m_s"] == pytest.approx(1.2, rel=0.1)
-    assert "steps, in the median" in controller.said()[0]
+    assert figures["landings"] == 1 and "1 step, in the median" in controller.said()[0]
 
 
 def test_a_foot_is_tilted_the_shortest_way_to_the_normal_of_the_ground():

@@ -201,10 +201,10 @@ class Pendulum:
     def _landed(self, time: float) -> None:
         """Keep what a touchdown was beside what was predicted."""
         side = self.gait.touchdowns[-1].side
-        off = 0.0
+        off, short = None, 0.0
         if self.landing is not None:
             off = float(np.linalg.norm(self._foot[SIDES.index(side), :2] - self.landing.place))
-        short = 0.0 if self.landing is None else self.landing.short
+            short = self.landing.short
         self.landings.append(Landed(time, side, off, short))
 
     def _command(self, state, body, ref, low, height, foot) -> Command:

@@ -16,13 +16,13 @@ class Landed:
     Attributes:
         time: When [s].
         side: Which foot.
-        error: How far from the predicted place [m].
+        error: How far from the predicted place [m]; None where none was predicted.
         short: How far that was from where the law had it, for its being out of reach [m].
     """
 
     time: float
     side: str
-    error: float
+    error: float | None
     short: float
 
 
@@ -36,12 +36,17 @@ def walk_told(landings: Sequence[Landed], speeds: tuple[float, float, float]) ->
     if not landings:
         return ()
     own, recorded, aside = speeds
-    off = 100 * float(np.median([x.error for x in landings]))
+    step, they = ("step", "it was") if len(landings) == 1 else ("steps", "they were")
     told = [
         f"Walked at {own:.2f} m/s, the recording at {recorded:.2f} m/s; ended "
         f"{100 * abs(aside):.0f} cm {'left' if aside > 0 else 'right'} of its line. "
-        f"{len(landings)} steps, in the median {off:.1f} cm from where they were predicted."
+        f"{len(landings)} {step}"
     ]
+    off = [x.error for x in landings if x.error is not None]
+    if off:
+        middle = 100 * float(np.median(off))
+        told[0] += f", in the median {middle:.1f} cm from where {they} predicted"
+    told[0] += "."
     short = sum(x.short > SHORT for x in landings)
     if short:
         were = "was" if short == 1 else "were"
@@ -54,12 +59,12 @@ def walk_figures(
 ) -> dict[str, float]:
     """Return figures of a walk; see :func:`walk_told`."""
     own, recorded, aside = speeds
-    off = [x.error for x in landings]
+    off = [x.error for x in landings if x.error is not None]
     return {
         "speed_m_s": own,
         "recorded_speed_m_s": recorded,
         "aside_m": aside,
         "landings": len(landings),
-        "landing_error_median_m": float(np.median(off)) if off else 0.0,
+        **({"landing_error_median_m": float(np.median(off))} if off else {}),
         "landings_shortened": sum(x.short > SHORT for x in landings),
     }
