@@ -4,7 +4,7 @@ Having a :class:`State` *is* having run forward kinematics at its configuration 
 Nothing of it can be changed: :meth:`State.moved_to` and :meth:`State.integrated` return the next
 state, and :func:`sweep` those of a motion. (States that come from one another share MuJoCo's
 memory; one that is asked after a later one evaluates itself again.) Positions, Jacobians and bias
-accelerations can be asked for in any order; each is computed once.
+accelerations can be asked for in any order; each is computed once, and kept read only.
 
 For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :math:`v`,
 
@@ -132,10 +132,16 @@ def _once(compute):
             state._known[id(points)] = found
             found["points"] = points
         if name not in found:
-            found[name] = compute(state, points)
+            found[name] = _fixed(compute(state, points))
         return found[name]
 
     return remembered
+
+
+def _fixed(array: Array) -> Array:
+    """Return an array that is kept, so that nobody can change it."""
+    array.flags.writeable = False
+    return array
 
 
 class State:
@@ -307,10 +313,10 @@ class State:
             mujoco.mj_jacDot(model, data, J[1, i], None, at, body)
         velocity, bias = (J.reshape(-1, model.nv) @ self.qvel).reshape(2, n, 3)
         return {
-            "position": position,
-            "jacobian": J[0],
-            "velocity": velocity,
-            "bias_acceleration": bias,
+            "position": _fixed(position),
+            "jacobian": _fixed(J[0]),
+            "velocity": _fixed(velocity),
+            "bias_acceleration": _fixed(bias),
         }
 
     @property
@@ -370,7 +376,7 @@ class State:
             M, data = np.empty((self.model.nv, self.model.nv)), self._position_data
             mujoco.mj_crb(self.model, data)
             mujoco.mj_fullM(self.model, data, M)
-            self._known["M"] = M
+            self._known["M"] = _fixed(M)
         return self._known["M"]
 
     @property
@@ -379,8 +385,8 @@ class State:
         if "h" not in self._known:
             h = np.empty(self.model.nv)
             mujoco.mj_rne(self.model, self._data, 0, h)
-            self._known["h"] = h
-        return self._known["h"].copy()
+            self._known["h"] = _fixed(h)
+        return self._known["h"]
 
     def inverse_dynamics(self, qacc: Float[Array, " nv"]) -> Float[Array, " nv"]:
         r"""Return the generalised force of an acceleration, without contact or joint limits.
@@ -411,7 +417,8 @@ class State:
         if "momentum" not in self._known:
             data = self._data
             mujoco.mj_subtreeVel(self.model, data)
-            self._known["momentum"] = data.subtree_linvel[1].copy(), data.subtree_angmom[1].copy()
+            found = data.subtree_linvel[1].copy(), data.subtree_angmom[1].copy()
+            self._known["momentum"] = _fixed(found[0]), _fixed(found[1])
         return self._known["momentum"]
 
 

@@ -140,7 +140,7 @@ def _astride(human: Human, width: float) -> Float[Array, " nq"]:
     state = State(human, human.standing())
     names = [f"foot_{side}" for side in SIDES]
     points = PointSet(human, names, np.zeros((2, 3)))
-    places, turn = state.position(points), state.rotation(names[0])
+    places, turn = state.position(points).copy(), state.rotation(names[0])
     places[:, 1] = [-width / 2, width / 2]
     stems = ("hip", "ankle", "subtalar")
     free = [2, *(6 + i for i, c in enumerate(human.coordinates) if c.startswith(stems))]

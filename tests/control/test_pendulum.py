@@ -200,7 +200,7 @@ def boxed():
     state = BodyState(human, human.standing())
     sites = [s for s in contact_sites(human) if s.side]
     points = PointSet.of(human, sites)
-    place = state.position(points)
+    place = state.position(points).copy()
     place[:, 2] -= [s.radius for s in sites]
     touching = Touching(points.body, place, np.tile([0.0, 0.0, 1.0], (len(sites), 1)), 0.6)
     J, _, bias = state.touched(points.body, place)

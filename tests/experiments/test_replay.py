@@ -65,6 +65,7 @@ def test_robustness_tells_survival_by_disturbance(made, tmp_path):
     assert not any(row.met for row in falls)
     assert "0 of 1" in (tmp_path / robustness.EXPERIMENT.page).read_text("utf-8")
     made.clear()
-    table = robustness.run(parts=("ground",))
+    table = robustness.run(parts=("ground",), out=tmp_path)
+    assert " of 6" not in (tmp_path / robustness.EXPERIMENT.page).read_text("utf-8")
     assert {what for _, what, *_ in made} == set(robustness.DISTURBED["ground"])
     assert not any("ahead" in what and name == "squat" for name, what, *_ in made)

@@ -172,6 +172,19 @@ def test_a_state_cannot_be_changed():
         state.qvel[2] = 5.0
 
 
+@pytest.mark.parametrize("n", [1, FEW + 1])
+def test_what_a_state_keeps_cannot_be_changed(n):
+    human = person(*PRESETS[0])
+    state = State(human, *random_state(human, np.random.default_rng(2)))
+    points = PointSet(human, list(human.body_names[:n]), np.zeros((n, 3)))
+    ask = (State.position, State.jacobian, State.velocity, State.bias_acceleration)
+    kept = [asked(state, points) for asked in ask]
+    kept += [state.mass_matrix, state.bias, state.com_velocity, state.angular_momentum]
+    for array in kept:
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0.0
+
+
 def test_a_sweep_yields_the_states_of_a_motion():
     human, rng = person("42", "two-segment"), np.random.default_rng(6)
     qpos, qvel = (

@@ -128,11 +128,11 @@ class Recovery:
 
     def spheres(self, body: BodyState) -> Float[Array, "n_sites 3"]:
         """Return where the spheres of the feet are [m]."""
-        return body.position(self._points).copy()
+        return body.position(self._points)
 
     def soles(self, body: BodyState) -> Float[Array, "2 3"]:
         """Return where the middles of the soles are [m]."""
-        return body.position(self._soles).copy()
+        return body.position(self._soles)
 
     def feel(self, state: State) -> None:
         """Take in by how much the centre of mass was accelerated more than the ground explains."""
@@ -222,7 +222,7 @@ class Recovery:
 
     def lowered(self, body: BodyState) -> float:
         """Return how much lower the centre of mass must be for the legs to reach the feet."""
-        soles = self.soles(body)
+        soles = self.soles(body).copy()
         if self.swing is not None:
             soles[self.swing.step.side, :2] = self.swing.step.place
         off = (soles - body.com) @ body.rotation(1)

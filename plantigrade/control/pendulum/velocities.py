@@ -145,7 +145,7 @@ class BoxProgram:
 
     def _effects(self, state: State, touching: Touching, passive, jacobian):
         """Return forces by torque and share, accelerations by them and by none, and the edges."""
-        M, h = state.mass_matrix.copy(), state.bias
+        M, h = state.mass_matrix.copy(), state.bias.copy()
         n = len(h) - 6
         M[np.arange(6, n + 6), np.arange(6, n + 6)] += self.armature
         edges = self.unit * touching.edges()

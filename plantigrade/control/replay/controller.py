@@ -9,11 +9,10 @@ from plantigrade.constants import SIDES
 from plantigrade.control.replay import tasks
 from plantigrade.control.replay.catch import Catch
 from plantigrade.control.replay.clearance import clearance_of
-from plantigrade.control.replay.edges import on_one_side
+from plantigrade.control.replay.footsteps import Footsteps
 from plantigrade.control.replay.gait import JUST, Gait
-from plantigrade.control.replay.planner import BACK, LandingBox, Step, decayed, next_step
-from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
-from plantigrade.control.replay.swing import NARROW
+from plantigrade.control.replay.reference import Reference, reference_of, world_sites
+from plantigrade.control.replay.tasks import heading
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -39,14 +38,6 @@ HEIGHTS = (-7.0, 12.0)
 """Limits of its vertical acceleration [m/s²]."""
 BACK_UP = (-3.0, 8.0)
 """Limits of the part of it that leads back to the motion: who falls cannot press [m/s²]."""
-RETURN, RETURNING, FAR = 0.2, 0.06, 0.12
-"""The path that is walked is led back to the planned one: at this rate [1/s] and speed at most
-[m/s]; the person is taken to be off it by so much at most [m]."""
-HURRIED, MISSED = 0.75, (0.04, 0.16)
-"""With both feet on the ground the phase runs so much faster where the divergent component is
-missed by that much: not at all, and fully [m]."""
-AGAIN = 0.35
-"""So long after a step the next one can land [s]."""
 BOUNCE = 1.2
 """Rate by which the height's own acceleration is scaled, at most."""
 OVERLAP = 0.002
@@ -81,7 +72,6 @@ class Replay:
         self.radius = np.array([[s.radius] for s in self.sites])
         self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
         self.of_side = [(self.side_of == i).nonzero()[0] for i in range(SEAT + 1)]
-        self.seated = np.array([not s.side for s in self.reference.schedule.stances], float)
         self.normal = self.ground.normal
         self.normals = np.tile(self.normal, (len(self.points), 1))
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
@@ -94,20 +84,15 @@ class Replay:
         self.gravity = np.array(human.model.opt.gravity)
         self.friction = GRIP * self.ground.friction
         self.program: WholeBody | None = None
-        self.gait = Gait(self.reference, record.weight)
-        self.off: Array = np.zeros(2)
-        self.path, self.error = np.zeros(2), np.zeros(2)
-        self.catch = Catch(self.leg, self.record.weight)
-        self.grows = float(np.exp(self.reference.omega * AGAIN))
-        self._kept: tuple[float, Instant | None] = (np.nan, None)
+        self._stand()
 
     def __call__(self, state: State) -> Command:
         """Return what the joints are to do for one control step."""
         world = state.world
         if self.program is None or state.time == 0.0:
             self._begin(state)
-        step = self.step = 1.0 / world.control_rate
-        gait, reference = self.gait, self.reference
+        step = 1.0 / world.control_rate
+        gait, reference, footsteps = self.gait, self.reference, self.footsteps
         body = self.body = self.body.moved_to(state.qpos, state.qvel)
         foot = body.position(self.feet)
         low = body.position(self.points) - self.radius * self.normal
@@ -121,17 +106,17 @@ class Replay:
         gait.look(state.time, step, load, beside, heading(ref["q"][3:7]))
         if self.catch.waits:
             plan, ref = None, ref.still()
-            self._balance(body, ref)
+            footsteps.rest(body, ref)
         else:
-            self._return(body, ref)
-            plan = self._plan(body, ref, foot)
-        self._catch(state.time, body, ref, low, height, load)
+            footsteps.lead_back(body, ref, step)
+            plan = footsteps.plan(body, ref, foot, step)
+        self._catch(state.time, step, body, ref, low, height, load)
         if self.catch.waits:
             gait.rate, ref = 0.0, ref.still()
         else:
-            gait.advance(state.time, step, self._hurried() if plan is None else plan.rate)
+            gait.advance(state.time, step, footsteps.hurried() if plan is None else plan.rate)
             ref = reference.at(gait.phase)
-        return self._command(state, body, ref, plan, low, height, foot, step)
+        return self._command(state, body, ref, low, height, foot, step)
 
     def said(self) -> tuple[str, ...]:
         """Return what it did in the last simulation, one sentence each."""
@@ -152,8 +137,15 @@ class Replay:
 
     def figures(self) -> dict[str, float | int]:
         """Return figures of the last simulation."""
-        apart = float(np.linalg.norm(self.off)) if len(self.off) else 0.0
-        return {**replay_figures(self.gait.touchdowns), "off_path_end_m": apart}
+        figures = replay_figures(self.gait.touchdowns)
+        return {**figures, "off_path_end_m": float(np.linalg.norm(self.off))}
+
+    def _stand(self) -> None:
+        """Forget what was done."""
+        self.gait = Gait(self.reference, self.record.weight)
+        self.footsteps = Footsteps(self.gait, self.leg, self.ground, self.side_of)
+        self.catch = Catch(self.leg, self.record.weight)
+        self.off = np.zeros(2)
 
     def _begin(self, state: State) -> None:
         """Start anew."""
@@ -163,10 +155,7 @@ class Replay:
                 f"the motion is of a person with {self.human.model.nv} degrees of freedom; the one "
                 f"in the world has {world.human.model.nv}"
             )
-        self.gait = Gait(self.reference, self.record.weight)
-        self.path, self.error = np.zeros(2), np.zeros(2)
-        self.catch = Catch(self.leg, self.record.weight)
-        self.grows = float(np.exp(self.reference.omega * AGAIN))
+        self._stand()
         self.program = WholeBody(self.human, armature=world.actuators.armature)
         self.side_of_geom = np.append(self.side_of, -1)[world.contacts.site_of]
 
@@ -181,128 +170,16 @@ class Replay:
         push[owner[which, 1] < 0] *= -1.0  # the force is that on the second geom
         return np.bincount(owner[which].max(axis=1), push, SEAT + 1)[:SEAT]
 
-    def _balance(self, body: BodyState, ref: Instant) -> None:
-        """Find out how far the divergent component is from rest."""
-        first, alpha, _ = self.reference.schedule.weights(self.gait.phase)
-        own = [f.number - first for f in self.gait.standing if f.number is not None]
-        share = np.zeros(len(alpha))
-        share[own] = np.maximum(alpha[own], 1e-3)
-        self.shift = share @ self.gait.offsets(first, len(alpha)) / share.sum()
-        self.xi = (body.com + body.com_velocity / self.reference.omega)[:2]
-        self.deviation = self.xi - ref["com"][:2]
-        self.error = self.deviation - self.shift[:2]
-
-    def _catch(self, time: float, body: BodyState, ref, low: Array, height: Array, load) -> None:
+    def _catch(self, time: float, step: float, body: BodyState, ref, low, height, load) -> None:
         """Take a step that the motion does not have, where nothing else helps."""
-        seat = float(self.reference.schedule.weights(self.gait.phase)[1] @ self.seated)
-        if seat > 0.0 and not self.catch.waits:
+        if self.footsteps.seat > 0.0 and not self.catch.waits:
             return
         feet = [low[self.of_side[i]] for i in (0, 1)]
         gaps = [height[self.of_side[i]] for i in (0, 1)]
-        missed, ahead = hypot(*self.error), heading(ref["q"][3:7])[:, 0]
-        self.catch.look(time, self.step, self.gait, body, feet, gaps, ahead, load, missed)
+        missed, ahead = hypot(*self.footsteps.error), heading(ref["q"][3:7])[:, 0]
+        self.catch.look(time, step, self.gait, body, feet, gaps, ahead, load, missed)
 
-    def _return(self, body: BodyState, ref: Instant) -> None:
-        """Move the path that is walked back to the planned one, slowly."""
-        off = (body.com - ref["com"])[:2]
-        size = hypot(*off)
-        self.path = self.path - self.step * off * min(RETURN, RETURNING / max(size, 1e-9))
-        away = off - self.path
-        far = hypot(*away)
-        if far > FAR:
-            self.path = self.path + away * (1.0 - FAR / far)
-
-    def _hurried(self) -> float:
-        """Return the rate at which the weight goes over to the other foot."""
-        far = hypot(*self.error)
-        if far < MISSED[0] or self.reference.schedule.after("r", self.gait.phase) is None:
-            return 1.0
-        return 1.0 + HURRIED * min((far - MISSED[0]) / (MISSED[1] - MISSED[0]), 1.0)
-
-    def _plan(self, body: BodyState, ref: Instant, places: Array) -> Step | None:
-        """Return where and when the swinging foot lands; None where no single foot swings."""
-        gait, reference = self.gait, self.reference
-        omega = reference.omega
-        self.xi = (body.com + body.com_velocity / omega)[:2]
-        xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
-        self.deviation = self.xi - xi_ref
-        first, alpha, beta = reference.schedule.weights(gait.phase)
-        standing = gait.standing
-        own = [f.number - first for f in standing if f.number is not None]
-        offsets = gait.offsets(first, len(alpha))
-        share = np.zeros(len(alpha))
-        share[own] = alpha[own]
-        if share.sum() < 1e-6:
-            share[own] = 1.0
-        self.shift = share @ offsets / max(share.sum() + alpha @ self.seated, 1e-9)
-        swinging = [f for f in gait.feet if not f.stands and f.number is not None]
-        if len(standing) != 1 or len(swinging) != 1:
-            if not standing:
-                for f in swinging:
-                    f.swing.lead(self.deviation, f.touchdown - gait.phase, self.step)
-                self.error = np.zeros(2)
-                return None
-            last = max((f.number for f in standing if f.number is not None), default=first)
-            known = np.arange(first, first + len(beta)) <= last
-            later = decayed(beta[~known], BACK) * BACK
-            rest = float(beta[~known].sum())
-            newest = gait.offset(last)[:2]
-            coming = rest * self.path + later * (newest - self.path)
-            self.error = self.deviation - beta[known] @ offsets[known, :2] - coming
-            return None
-        foot, other = swinging[0], standing[0]
-        assert foot.number is not None and other.number is not None
-        left = max(foot.touchdown - gait.phase, 0.01)
-        then = self._then(foot.touchdown)
-        head, _, weights = reference.schedule.weights(foot.touchdown)
-        before = np.arange(head, head + len(weights)) < foot.number
-        at_other = gait.offsets(head, len(weights))[:, :2]
-        later = decayed(weights[~before])
-        stays = float(weights[before].sum())
-        other_offset = gait.offset(other.number)[:2]
-        kept = weights[before] @ at_other[before] / stays if stays > 1e-9 else other_offset
-        axes = heading(then["q"][3:7])
-        i, k = SIDES.index(foot.side), SIDES.index(other.side)
-        nominal = then["foot"][i, :2] - then["foot"][k, :2] - other_offset
-        side = foot.left
-        apart = side * float((then["foot"][i, :2] - then["foot"][k, :2]) @ axes[:, 1])
-        narrowest = min(NARROW * self.leg, apart)
-        path = self.path
-        here = places[i, :2] - then["foot"][i, :2] - path
-        box = LandingBox(axes, nominal + path, side, self.leg, narrowest, here)
-        step = next_step(
-            self.xi - path,
-            xi_ref,
-            (then["com"] + then["com_velocity"] / omega)[:2],
-            omega,
-            left,
-            self.shift[:2] - path,
-            kept - path,
-            stays,
-            later,
-            box,
-            grows=self.grows,
-        )
-        grown = np.exp(-omega * left / step.rate)
-        self.error = grown * later * (step.free - BACK * (self.shift[:2] - path))
-        rate = max(gait.rate, 0.2)
-        landing = step.offset + path
-        if self.ground.steps:
-            low = then["low"][self.side_of == i]
-            landing = on_one_side(self.ground, low, landing, axes[:, 0])
-        foot.swing.lead(landing, left / rate, self.step)
-        self.axes, self.swing_side = axes, side
-        return step
-
-    def _then(self, phase: float) -> Instant:
-        """Return the motion at a touchdown, which is asked for at every tick until then."""
-        when, kept = self._kept
-        if kept is None or when != phase:
-            kept = self.reference.at(phase)
-            self._kept = (phase, kept)
-        return kept
-
-    def _command(self, state, body, ref, plan, low, height, foot, step) -> Command:
+    def _command(self, state, body, ref, low, height, foot, step) -> Command:
         """Return the command of the whole-body program."""
         gait, reference, normal = self.gait, self.reference, self.normal
         qpos, qvel = state.qpos, state.qvel
@@ -403,8 +280,8 @@ class Replay:
 
     def _com_acceleration(self, body, ref, rate, low, active) -> Array:
         """Return the acceleration of the centre of mass that is wanted."""
-        omega = self.reference.omega
-        moved = self.shift[:2] + (1.0 + FIRM / omega) * self.error
+        omega, shift = self.reference.omega, self.footsteps.shift
+        moved = shift[:2] + (1.0 + FIRM / omega) * self.footsteps.error
         if len(active):
             moved = self._inside(ref["pressure"][:2], moved, low[active, :2])
         c, v = body.com, body.com_velocity
@@ -412,7 +289,7 @@ class Replay:
         wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
         k, d = VERTICAL
         rate = min(rate, BOUNCE)
-        dz = ref["com"][2] + self.shift[2] + self._rise(self.shift) - self.catch.bent - c[2]
+        dz = ref["com"][2] + shift[2] + self._rise(shift) - self.catch.bent - c[2]
         back = k * dz + d * (rate * ref["com_velocity"][2] - v[2])
         up = rate**2 * ref["com_acceleration"][2] + min(max(back, BACK_UP[0]), BACK_UP[1])
         wanted[2] = min(max(up, HEIGHTS[0]), HEIGHTS[1])
@@ -427,7 +304,7 @@ class Replay:
         """Return a shift of the centre of pressure that stays among what touches."""
         wanted = pressure + moved
         low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
-        nominal = pressure + self.shift[:2]
+        nominal = pressure + self.footsteps.shift[:2]
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
         return np.minimum(np.maximum(wanted, low), high) - pressure
 
@@ -459,12 +336,3 @@ class Replay:
             place[2] -= own.lowered
             pace[2] = -0.4
         return place, pace, push
-
-
-def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
-    """Return the horizontal directions ahead and to the left of a pelvis, as columns."""
-    w, x, y, z = quat.tolist()
-    ahead, left = w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z)
-    size = max(hypot(ahead, left), 1e-9)
-    c, s = ahead / size, left / size
-    return np.array([[c, -s], [s, c]])

@@ -25,7 +25,7 @@ BACK = 0.75
 """What is left of an offset after a step."""
 FORWARD, SIDEWAYS, SOONER = 0.16, 0.065, 36.0
 """Cost of a step: offsets along and across that cost 1 [leg lengths], and of ln(rate)²."""
-FARTHEST, WIDEST, NARROWEST = 1.2, 0.75, 0.06
+FARTHEST, WIDEST = 1.2, 0.75
 """Limits of a landing place from the standing foot [leg lengths]: ahead, and to its side."""
 CROSSES, CROSSED = 0.35, -0.04
 """A foot that lands so far ahead of the other may cross over, to this place beside it; likewise."""

@@ -86,7 +86,7 @@ class Reference:
 
     def at(self, phase: float) -> "Instant":
         """Return everything at a phase: arrays by name."""
-        cycle, phase = self.wrapped(phase)
+        cycle, phase = self.schedule.cycle(phase)
         place = min(max(phase / STEP, 0.0), len(self.table) - 1.000001)
         i = int(place)
         u = place - i
@@ -94,13 +94,6 @@ class Reference:
         if cycle:
             row += self.moved @ (cycle * self.advance)
         return Instant(row, self.columns)
-
-    def wrapped(self, phase: float) -> tuple[int, float]:
-        """Return which period a phase is in, and the phase in it."""
-        if self.period is None:
-            return 0, phase
-        cycle = int(np.floor(phase / self.period))
-        return cycle, phase - cycle * self.period
 
 
 def reference_of(record: Record, clearance: Clearance | None = None) -> Reference:

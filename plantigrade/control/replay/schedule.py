@@ -9,8 +9,6 @@ from plantigrade.constants import SIDES
 
 LOADED = 0.001
 """A sphere carries that bears more than this, of body weight."""
-LOADED_FOOT = 0.03
-"""Likewise a foot whose force was measured or estimated."""
 AHEAD = 0.010
 """A sphere is taken to carry this long before its load begins [s]."""
 SHORTEST = 0.06

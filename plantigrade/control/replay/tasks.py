@@ -79,6 +79,15 @@ def root_error(wanted: Float[Array, " 4"], now: Float[Array, " 4"]) -> Float[Arr
     return error
 
 
+def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
+    """Return the horizontal directions ahead and to the left of a pelvis, as columns."""
+    w, x, y, z = quat.tolist()
+    ahead, left = w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z)
+    size = max(hypot(ahead, left), 1e-9)
+    c, s = ahead / size, left / size
+    return np.array([[c, -s], [s, c]])
+
+
 def place_rows(J, bias, wanted, error, rate_error) -> Rows:
     """Return rows that lead a point: its acceleration with stiffness and damping."""
     error = error * min(1.0, FARTHEST / max(hypot(*error), 1e-9))
