@@ -107,6 +107,9 @@ def test_pressure_that_runs_over_the_toes_is_in_order(ordered, share):
     load[:, :5] = 50.0 * np.exp(-2.0 * (middle[:, None] - centres) ** 2)
     bones, sweeps, found = foot_motions.circled(load, names, 8.0)
     assert bones == 5 and found == share and (sweeps == 8 or not ordered)
+    back = 50.0 * np.exp(-2.0 * (2.0 - np.cos(time)[:, None] - centres) ** 2)
+    half = np.hstack([back, load[:, 5:]])  # from one border to the middle and back
+    assert foot_motions.circled(half, names, 8.0)[2] == 0.0
     load[time < 1.5, 5] = 30.0  # the heel stands
     assert foot_motions.circled(load, names, 8.0)[1] < 8
     load[:, 5] = 30.0  # nothing circles
