@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.control.balance import MOTIONS
+from plantigrade.errors import FileError
 from plantigrade.experiments import foot_motions, moving_slope, push_table, uneven_ground
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.standing import Standing, stand, stood_in_words
@@ -94,6 +95,17 @@ def test_the_table_of_foot_motions(monkeypatch, tmp_path):
     assert metrics["goals"] == metrics["goals_met"] == len(MOTIONS) + 4
     assert metrics["jump_least_flight_cm"] == 9.0
     assert (tmp_path / foot_motions.EXPERIMENT.page).exists()
+
+
+def test_kept_results_of_another_form_are_refused_in_one_sentence(monkeypatch, tmp_path):
+    monkeypatch.setattr(push_table, "measure", made_up)
+    path = tmp_path / "push-table.json"
+    before = '{"map/torque/in place/0": {"force": 60, "code": "of before"}}'
+    path.write_text(before, "utf-8")
+    with pytest.raises(FileError, match="other code.*--overwrite"):
+        push_table.run(parts=("sizes",), quick=True, out=tmp_path)
+    assert path.read_text("utf-8") == before  # nothing was measured in vain
+    assert push_table.run(parts=("sizes",), quick=True, out=tmp_path, overwrite=True).rows
 
 
 @pytest.mark.parametrize(("ordered", "share"), [(True, 1.0), (False, 0.0)])
