@@ -46,8 +46,11 @@ class Situation:
 
     @property
     def reference(self) -> Followed | None:
-        """What is balanced on: the script or the motion; None for the posture of the start."""
-        if self.script is not None or self.motion is None:
+        """What is balanced on: the script or the motion; None for the posture of the start.
+
+        A motion of one frame is a posture, too.
+        """
+        if self.script is not None or self.motion is None or self.motion.n_frames == 1:
             return self.script
         return Followed(self.human, self.motion, ground=self.ground)
 

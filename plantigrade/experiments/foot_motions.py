@@ -45,9 +45,9 @@ much of the load under the toes."""
 NOTES = (
     "",
     "'on toes' is how long in a row nothing but points of the toes touched the ground, 'rise' how "
-    "far the centre of mass came above where it is in standing, 'flight' how much of that after "
-    "the ground carried less than a tenth of the body for the last time, 'air' how long nothing "
-    "touched. Of the toe bones of the circling foot 'bones' carried more than 1 N at some time; "
+    "far the centre of mass came above where it is in standing, 'flight' how much of that once the "
+    "ground carried less than a tenth of body weight, 'air' how long nothing touched. Of the toe "
+    "bones of the circling foot 'bones' carried more than 1 N at some time; "
     "'in order' is the share of the 'sweeps' from one border of the foot to the other in which the "
     "pressure passed all five, one after the other. Limits are the strengths of the person.",
 )
@@ -187,10 +187,9 @@ def circled(
     borders = np.flatnonzero((bones == 1) | (bones == 5))
     turns = [int(k) for k in borders if k == borders[0] or bones[k] != bones[k - 1]]
     carried = np.array([most >= CARRIES for _, most in passed])
+    across = [1, 2, 3, 4, 5]
     sweeps = [
-        bool(
-            (abs(np.diff(bones[a : b + 1])) == 1).all() and b - a == 4 and carried[a : b + 1].all()
-        )
+        bones[a : b + 1].tolist() in (across, across[::-1]) and bool(carried[a : b + 1].all())
         for a, b in zip(turns[:-1], turns[1:], strict=True)
     ]
     good = float(np.mean(sweeps)) if sweeps else 0.0

@@ -22,6 +22,8 @@ ROOMS = ("synthesize",)
 """Room whose code makes motions."""
 DRAWN = {"charts", "printable"}
 """What shows results and decides none."""
+READ = {".py", ".toml", ".json"}
+"""Endings of files that decide results: code, and what it reads from the package."""
 _IMPORTED = re.compile(r"^\s*(?:from|import) plantigrade\.(\w+)", re.MULTILINE)
 
 
@@ -128,6 +130,8 @@ class _Making:
 def code_of(rooms: tuple[str, ...]) -> list[Path]:
     """Return the files of rooms or modules of the package, and of all rooms that these import.
 
+    What they read from the package, as scripts of motions, belongs to them.
+
     Example:
         >>> "contact" in {path.parent.name for path in code_of(("experiments/standing",))}
         True
@@ -138,7 +142,8 @@ def code_of(rooms: tuple[str, ...]) -> list[Path]:
     while left:
         room = left.pop()
         if room not in found:
-            own = sorted((root / room).rglob("*.py")) or [root / f"{room}.py"]
+            own = sorted(p for p in (root / room).rglob("*") if p.suffix in READ)
+            own = own or [root / f"{room}.py"]
             found[room] = own
             names = {n for p in own for n in _IMPORTED.findall(p.read_text(encoding="utf-8"))}
             left += names - DRAWN

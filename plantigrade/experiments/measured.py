@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from plantigrade.errors import FileError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
 from plantigrade.experiments.synthesis_trial import chosen_parts
@@ -74,6 +75,7 @@ class Measured:
 
         Raises:
             ParameterError: If there is no such part.
+            FileError: If what is kept was made by other code, in a form that cannot be shown.
         """
         path = None if out is None else out / f"{self.name}.json"
         kept = KeptResults(path, say, anew=overwrite, rooms=self.rooms)
@@ -81,16 +83,30 @@ class Measured:
         cases: dict[str, Callable[[], dict[str, Any]]] = {}
         for part in chosen_parts(parts, self.parts, usual):
             cases |= self.parts[part](quick)
+        try:
+            self._shown(kept)  # before hours are spent
+        except (KeyError, ValueError) as error:
+            if path is None or not kept.notes():
+                raise
+            raise FileError(
+                path,
+                f"holds results of other code, of another form ({error!r})",
+                remedy="--overwrite measures all anew",
+            ) from error
         kept.get_all(cases, self._told, jobs=jobs)
+        table, sections = self._shown(kept)
+        if out is not None:
+            write_page(out / self.page, table, sections, kept)
+        return table
+
+    def _shown(self, kept: KeptResults) -> tuple[ResultTable, list[Section]]:
+        """Return the table of what is kept, and the sections of its page."""
         grids = [grid for grid in self.grids(kept) if grid.lines]
         failed = [f"{key}: {r['error']}" for key, r in kept.results.items() if "error" in r]
         notes = [*self.notes, *failed, *self.remarks(kept), *kept.notes()]
         sheets = [grid.text() for grid in grids]
         table = ResultTable(self.title, list(self.rows(kept)), notes, sheets)
-        if out is not None:
-            sections = [*(grid.section() for grid in grids), *self.pictures(kept)]
-            write_page(out / self.page, table, sections, kept)
-        return table
+        return table, [*(grid.section() for grid in grids), *self.pictures(kept)]
 
     def _told(self, result: Result) -> str:
         return str(result["error"]) if "error" in result else self.brief(result)

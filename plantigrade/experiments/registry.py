@@ -13,8 +13,8 @@ class Experiment:
 
     Every ``run`` takes ``quick``, for a short form of it, and ``say``, called with a line for all
     that is done; beside these it may take ``data`` (the folder of recordings), ``out`` (a folder
-    to keep results in and to write to), ``parts`` (names of those to be done, all if empty),
-    ``overwrite`` (do anew what is in ``out``) and ``jobs`` (how many runs at once).
+    to keep results in and to write to), ``parts`` (names of those to be done, the usual ones if
+    empty), ``overwrite`` (do anew what is in ``out``) and ``jobs`` (how many runs at once).
 
     Attributes:
         name: Of the module, with hyphens.

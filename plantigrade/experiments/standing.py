@@ -18,6 +18,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.site import GEOM
 from plantigrade.control import Posture
 from plantigrade.control.balance import Balance, Hybrid, held
+from plantigrade.control.balance.carried import PLATE
 from plantigrade.kinematics.state import State
 from plantigrade.models import FEET, Human
 from plantigrade.threads import on_one_thread
@@ -151,7 +152,7 @@ def stand(
     state = world.reset()
     trunk = world.human.trunk
     geoms = [world.model.geom(GEOM + site.name).id for site in world.sites]
-    plate = [i for i in range(world.model.nbody) if world.model.body(i).name == "platform"]
+    plate = [i for i in range(world.model.nbody) if world.model.body(i).name == PLATE]
     first_up, first_com = state.body.rotation(trunk)[:, 2], state.body.com
     settled: np.ndarray | None = None
     slip, points, leans, sways = 0.0, [], [], []

@@ -139,7 +139,9 @@ def _start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> S
             raise ParameterError("motion is a script of its own: leave out the recording or run")
         return _scripted(how.motion, how, command)
     begin = _moving(source, how, step, command)
-    return _over_the_feet(begin) if how.controller == SCRIPTED and begin.motion else begin
+    if how.controller != SCRIPTED or begin.motion is None or begin.motion.n_frames == 1:
+        return begin  # one frame is a posture, which is held
+    return _over_the_feet(begin)
 
 
 def _over_the_feet(begin: Start) -> Start:

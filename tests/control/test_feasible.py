@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 
 from plantigrade.constants import GRAVITY
+from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance import Followed, feasible_motion
 from plantigrade.control.balance.feasible import feasible_path
 from plantigrade.control.balance.support import beyond
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.record import Record, Run
 from plantigrade.workflows.simulate import simulate
+from plantigrade.world import on_ground
 
 SOLE = np.array([[-0.1, -0.05, 0.0], [-0.1, 0.05, 0.0], [0.15, -0.05, 0.0], [0.15, 0.05, 0.0]])
 
@@ -68,6 +71,16 @@ def test_postures_follow_and_the_feet_stay():
     assert max(beyond(left, com[:2]) for com in moved.com) < 0.0
     assert np.abs(moved.places - asked.places).max() < 0.003
     assert np.abs(moved.com[:, 2] - asked.com[:, 2]).max() < 0.01
+
+
+@pytest.mark.parametrize("controller", ["balance", "hybrid"])
+def test_a_run_of_one_frame_is_a_posture_that_is_held(controller):
+    human = Human.create(joints="42")
+    qpos = on_ground(human, Ground(), human.standing())[None]
+    motion = Motion(np.zeros(1), qpos, np.zeros((1, human.model.nv)), human.joint_names)
+    run = simulate(Run(Record(human, motion), "reproduce"), controller=controller, duration=0.05)
+    assert run.ok
+    assert np.allclose(run.record.motion.qpos[-1, 7:], qpos[0, 7:], atol=0.02)
 
 
 @pytest.mark.slow

@@ -56,9 +56,13 @@ def test_flights_are_rows_of_what_flies():
     assert flights_of(np.array([False, True, True, False, True])) == [(1, 3), (4, 5)]
 
 
-def test_a_script_that_ends_in_the_air_is_refused(tmp_path):
+LANDED = "[[frame]]\ntime = 3\nboth = { presses = ['heel'] }\n[[frame]]\ntime = 6\n"
+
+
+@pytest.mark.parametrize(("before", "after"), [("[[frame]]\ntime = 1\n", ""), ("", LANDED)])
+def test_a_script_that_ends_or_begins_in_the_air_is_refused(before, after, tmp_path):
     path = tmp_path / "up.toml"
-    path.write_text("[[frame]]\ntime = 1\n[[frame]]\ntime = 2\nboth = { presses = [] }\n", "utf-8")
+    path.write_text(f"{before}[[frame]]\ntime = 2\nboth = {{ presses = [] }}\n{after}", "utf-8")
     with pytest.raises(ParameterError, match="in the air"):
         scripted(HUMAN, script_named(str(path)))
 

@@ -97,7 +97,6 @@ def test_reach_turns_with_the_person():
 
 def test_a_swing_arrives_where_it_is_planned():
     step = planned(pendulum((0.9, 0.0)), 0, 0.33)
-    assert step is not None
     swing, dt = Swing(step, 1.0), 1e-3
     place, velocity, highest = np.array([*FEET[0], 0.0]), np.zeros(3), 0.0
     for k in range(330):

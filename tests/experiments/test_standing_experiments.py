@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.control.balance import MOTIONS
+from plantigrade.errors import FileError
 from plantigrade.experiments import foot_motions, moving_slope, push_table, uneven_ground
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.standing import Standing, stand, stood_in_words
@@ -96,6 +97,17 @@ def test_the_table_of_foot_motions(monkeypatch, tmp_path):
     assert (tmp_path / foot_motions.EXPERIMENT.page).exists()
 
 
+def test_kept_results_of_another_form_are_refused_in_one_sentence(monkeypatch, tmp_path):
+    monkeypatch.setattr(push_table, "measure", made_up)
+    path = tmp_path / "push-table.json"
+    before = '{"map/torque/in place/0": {"force": 60, "code": "of before"}}'
+    path.write_text(before, "utf-8")
+    with pytest.raises(FileError, match="other code.*--overwrite"):
+        push_table.run(parts=("sizes",), quick=True, out=tmp_path)
+    assert path.read_text("utf-8") == before  # nothing was measured in vain
+    assert push_table.run(parts=("sizes",), quick=True, out=tmp_path, overwrite=True).rows
+
+
 @pytest.mark.parametrize(("ordered", "share"), [(True, 1.0), (False, 0.0)])
 def test_pressure_that_runs_over_the_toes_is_in_order(ordered, share):
     names = [f"medial_phalanges_toe_{i}_l" for i in (1, 2, 3)]
@@ -107,6 +119,9 @@ def test_pressure_that_runs_over_the_toes_is_in_order(ordered, share):
     load[:, :5] = 50.0 * np.exp(-2.0 * (middle[:, None] - centres) ** 2)
     bones, sweeps, found = foot_motions.circled(load, names, 8.0)
     assert bones == 5 and found == share and (sweeps == 8 or not ordered)
+    back = 50.0 * np.exp(-2.0 * (2.0 - np.cos(time)[:, None] - centres) ** 2)
+    half = np.hstack([back, load[:, 5:]])  # from one border to the middle and back
+    assert foot_motions.circled(half, names, 8.0)[2] == 0.0
     load[time < 1.5, 5] = 30.0  # the heel stands
     assert foot_motions.circled(load, names, 8.0)[1] < 8
     load[:, 5] = 30.0  # nothing circles

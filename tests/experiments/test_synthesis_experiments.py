@@ -73,6 +73,7 @@ def test_the_code_of_an_experiment_is_what_it_is_made_of():
     assert {"vault", "models"} <= rooms[0] and "control" not in rooms[0]
     assert {"control", "replay", "wbc", "world"} <= rooms[1] and "vault" not in rooms[1]
     assert not {"charts", "report"} & (rooms[0] | rooms[1])
+    assert "jump.toml" in {path.name for path in code_of(("experiments/standing",))}
 
 
 def test_a_broken_file_is_refused(tmp_path):

@@ -101,8 +101,7 @@ class Balance:
         body, world, w = state.body, state.world, self.weights
         standing = self.contact.read()
         touches, falls = bool((standing.gap < 0).any()), bool(body.com_velocity[2] < 0)
-        self.clock = self._flight.at(state.time, touches, falls)
-        wanted = self._following.at(self.clock)
+        wanted = self._following.at(self._flight.at(state.time, touches, falls))
         if self.stepping:
             self.recovery.feel(state)
             standing = self.recovery.look(state, standing)

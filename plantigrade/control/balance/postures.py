@@ -39,10 +39,7 @@ class Postures:
         within = np.zeros(len(human.coordinates), dtype=bool)
         within[np.concatenate(self.hinges)] = True
         self.free = np.flatnonzero(np.concatenate([np.ones(6, bool), ~within]))
-        names = [
-            f"contact_{site.name}".replace("contact_contact", "contact")
-            for site in contact_sites(human)
-        ]
+        names = [name for name, _, _ in human.contact_points]
         self.order = [np.array([names.index(n) for n in p.spheres]) for p in self.posers]
         self.n_sites = len(names)
         self.side = np.array([name[-1] for name in names])

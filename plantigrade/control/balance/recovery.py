@@ -52,6 +52,7 @@ BACK, SPINE = ("lumbar", "thorax", "neck"), 5.0
 """Joints of trunk and neck, and their weight: arms may swing, but a trunk that twists takes the
 pelvis along when it can go no farther."""
 SIDE_NAMES = ("right", "left")
+"""What the sides are called, in the order of feet."""
 TOLD = 0.03
 """Less than this is not told of a step [m]."""
 LEG = ("hip", "knee", "ankle", "subtalar")
@@ -67,8 +68,7 @@ class Recovery:
 
     Attributes:
         swing: The foot in the air; None where both stand.
-        stepped: Whether the feet are elsewhere than at the start.
-        steps: How many steps were taken.
+        steps: How many steps were begun.
         settled: Angles of the joints in which the person came to rest where the steps have led
             them, held from then on [rad]; None before.
         taken: Of each step when it began and ended [s], which foot, and how far it went forward
@@ -78,7 +78,7 @@ class Recovery:
     def __init__(self, human: Human, contact: GroundContact):
         self.human, self.contact = human, contact
         self.swing: Swing | None = None
-        self.stepped, self.steps, self._landed = False, 0, -np.inf
+        self.steps, self._landed = 0, -np.inf
         self.settled: Array | None = None
         self.taken: list[tuple[float, float, int, float, float]] = []
         self._felt = np.zeros((FELT, 2))
@@ -101,6 +101,11 @@ class Recovery:
         self._apart = float(np.linalg.norm(np.diff(self.soles(stands)[:, :2], axis=0)))
         self.spine = np.array([name.startswith(BACK) for name in human.coordinates])
         self.legs = np.array([name.startswith(LEG) for name in human.coordinates])
+
+    @property
+    def stepped(self) -> bool:
+        """Whether a foot was lifted: they are elsewhere than at the start."""
+        return self.steps > 0
 
     def said(self) -> tuple[str, ...]:
         """Return in words what steps were taken."""
@@ -191,15 +196,12 @@ class Recovery:
         return level + float(self.contact.model.geom_size[self.contact.geoms[0], 0])
 
     def _lift(self, state: State, now: Pendulum, touches: Array) -> None:
-        """Begin a step with a foot, if the other one carries."""
-        able = touches
-        if not able.any():
-            return
-        sides = [side for side in (0, 1) if able[1 - side]]
+        """Begin a step with the better of the feet beside which the other one touches."""
+        sides = [side for side in (0, 1) if touches[1 - side]]
         self.swing = Swing(plan_step(now, sides), state.time)
         self.settled = None
         self._start = now.feet[self.swing.step.side]
-        self.stepped, self.steps = True, self.steps + 1
+        self.steps += 1
 
     def pendulum(self, body: BodyState, places: Array, standing: Standing) -> Pendulum:
         """Return the person as a pendulum."""

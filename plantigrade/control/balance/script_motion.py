@@ -33,8 +33,8 @@ def scripted(human: Human, script: Script) -> Followed:
         script: The script.
 
     Raises:
-        ParameterError: If the feet are of another kind, or the ground cannot push as hard as a
-            flight asks for.
+        ParameterError: If the feet are of another kind, the script begins or ends in the air, or
+            the ground cannot push as hard as a flight asks for.
     """
     time = np.arange(round(script.duration * RATE) + 1) / RATE
     pose = Postures(human)
@@ -46,6 +46,11 @@ def scripted(human: Human, script: Script) -> Followed:
     flights = flights_of(np.atleast_1d(~way.any(axis=(1, 2))))
     if flights and flights[-1][1] == len(frames) - 1:
         raise ParameterError(f"{script.title} ends in the air: say which segments press in the end")
+    if flights and flights[0][0] == 0:
+        raise ParameterError(
+            f"{script.title} is in the air from its beginning, where the person stands: say in a "
+            "frame before the flight which segments press at take-off"
+        )
     ankles = scale * np.array([f.ankle for f in frames])
     ankle = np.stack([lifted(at, ankles[:, k], flights, time) for k in (0, 1)], axis=1)
     body = scale * np.array([f.body for f in frames])

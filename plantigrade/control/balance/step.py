@@ -148,7 +148,8 @@ def planned(
     now: Pendulum,
     side: int,
     time: float,
-    last: Float[Array, " 2"] | None = None,
+    *,
+    flies: bool = False,
     velocity: Float[Array, " 2"] | None = None,
 ) -> Step:
     """Return where a foot is to be set a time from now.
@@ -157,23 +158,24 @@ def planned(
         now: The pendulum.
         side: Which foot.
         time: When [s].
-        last: Where it was to be set, if it is in the air already: only places nearby are looked at.
-        velocity: Of the foot, in this case [m/s].
+        flies: Whether it is in the air already: one place alone is looked at then, the nearest to
+            where it should be.
+        velocity: Of a foot in the air, over the ground; only what it can reach from there is
+            taken [m/s].
     """
     other = 1 - side
     pivot, lasts = now.pressure[other], now.lasts
     after = time + LANDS
     capture, com = _moved(now, pivot, now.capture_point, now.com, after, lasts)
     wanted = _beyond(capture, pivot, now.leg) + _rests(now, lasts - after)
-    if last is None:
-        places = within_reach(now, side, np.vstack([wanted, now.feet[other] + _grid(now, side)]))
-    else:
+    if flies:
         places = within_reach(now, side, wanted[None])
-    if last is None:
+        if velocity is not None:
+            glides = now.feet[side] + velocity * time * 2 / 3
+            places = _near(places, glides, STRONGEST * time**2 / 6)
+    else:
+        places = within_reach(now, side, np.vstack([wanted, now.feet[other] + _grid(now, side)]))
         places = _near(places, now.feet[side], min(FASTEST * time, STRONGEST * time**2 / 6))
-    elif velocity is not None:
-        glides = now.feet[side] + velocity * time * 2 / 3
-        places = _near(places, glides, STRONGEST * time**2 / 6)
     places = _near(places, com, REACH * now.leg)
     places = within_reach(now, side, places)
     first = _left(wanted, now.feet[other], places)
@@ -197,7 +199,7 @@ def planned(
     aside = np.abs((places - now.feet[other]) @ _axes(now)[1])
     cost = remains + 0.5 * first + 0.2 * np.linalg.norm(places - wanted, axis=1) + strained
     cost += 0.5 * np.maximum(NATURAL * now.leg - aside, 0.0) + 0.3 * time
-    if last is None:
+    if not flies:
         cost += HASTE * 6 * np.linalg.norm(places - now.feet[side], axis=1) / time**2
     k = int(cost.argmin())
     return Step(side, places[k], time, float(first[k]), float(remains[k]), float(cost[k]))
@@ -292,12 +294,19 @@ class Swing:
     def replanned(
         self, now: Pendulum, time: float, velocity: Float[Array, " 2"] | None = None
     ) -> "Swing":
-        """Return the same step to where the foot is needed now; as it is in its last tenth."""
+        """Return the same step to where the foot is needed now; as it is in its last part.
+
+        Args:
+            now: The pendulum.
+            time: Now [s].
+            velocity: Of the foot over the ground; without it any place within reach of the leg is
+                taken [m/s].
+        """
         left = self.step.duration - (time - self.begin)
         if left < FIXED * self.step.duration:
             return self
-        new = planned(now, self.step.side, left, self.step.place, velocity)
-        return replace(self, step=replace(self.step, place=new.place, miss=new.miss))
+        new = planned(now, self.step.side, left, flies=True, velocity=velocity)
+        return replace(self, step=replace(new, duration=self.step.duration))
 
     def asked(
         self,
