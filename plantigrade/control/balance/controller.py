@@ -31,6 +31,8 @@ FOOT_DAMPING, FOOT_STIFFNESS = 0.5, 30.0
 """Within a foot, damping and stiffness about the plan [N m s/rad, N m/rad]."""
 SHIFTING = 0.1
 """How fast the centre of mass is led to where a target has it [m/s]."""
+NEAR_STOP, STOP, STOP_GAIN = 0.15, 100.0, 400.0
+"""So near to its stop a joint is led away from it [rad], by what weight, and stiffness [1/s²]."""
 STEPPED_GAIN, STEPPED_LEVEL = 800.0, 10.0
 """Stiffness with which points come to the ground once there were steps [1/s²], and their weight:
 the heel of a foot that trails in a long stance cannot, and must not outweigh balance."""
@@ -92,6 +94,7 @@ class Balance:
         self._stiffness = np.where(within, FOOT_STIFFNESS, 0.0)
         self.recovery = Recovery(human, self.contact)
         self._shift = np.zeros(3)
+        self._stops = np.array(human.model.jnt_range[1:]).T
         self._flight = FlightClock(getattr(self._following, "flights", ()))
 
     def __call__(self, state: State) -> Command:
@@ -121,6 +124,9 @@ class Balance:
             if self.recovery.settled is None:
                 gain[6:][self.recovery.legs] = 0.0
             weight[6:][self.recovery.spine] = SPINE
+        tracked = self._tracked(body, wanted, gain)
+        if self.recovery.stepped:
+            self._kept_from_stops(state, tracked, weight)
         dear = wanted.dear[standing.site] if isinstance(wanted.dear, np.ndarray) else wanted.dear
         cost = np.where(wanted.presses[standing.site], w.force * dear, w.unasked)
         passive = world.actuators.passive(state.angles, state.rates)
@@ -128,7 +134,7 @@ class Balance:
             body,
             standing.touching,
             [t for t in tasks if t is not None],
-            wanted=self._tracked(body, wanted, gain),
+            wanted=tracked,
             weight=weight,
             force_weight=cost,
             passive=passive,
@@ -158,6 +164,15 @@ class Balance:
             legs = self.recovery.legs
             off[6:][legs] = (self.recovery.settled - body.qpos[7:])[legs]
         return wanted.qacc + gain * off + self._slowing * slow
+
+    def _kept_from_stops(self, state: State, asked: Array, weight: Array) -> None:
+        """Let joints at a stop not be asked to go on: the program does not know of stops."""
+        low, high = self._stops[0] + NEAR_STOP, self._stops[1] - NEAR_STOP
+        q = state.angles
+        off = np.where(q < low, low - q, np.where(q > high, high - q, 0.0))
+        at = off != 0.0
+        asked[6:][at] = STOP_GAIN * off[at] - 2 * np.sqrt(STOP_GAIN) * state.rates[at]
+        weight[6:][at] = STOP
 
     def _centre(self, body: BodyState, wanted: Wanted, standing: Standing) -> Rows:
         """Return the rows of the centre of mass."""

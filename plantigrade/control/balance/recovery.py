@@ -227,9 +227,13 @@ class Recovery:
         soles = self.soles(body).copy()
         if self.swing is not None:
             soles[self.swing.step.side, :2] = self.swing.step.place
-        off = (soles - body.com) @ body.rotation(1)
-        aside = np.maximum(np.abs(off[:, 1]) - 0.5 * self._apart, 0.0)
-        reach = min(float(np.hypot(off[:, 0], aside).max()), 0.7 * self.leg)
+        ahead = body.rotation(1)[:2, 0] / np.linalg.norm(body.rotation(1)[:2, 0])
+        off = (soles - body.com)[
+            :, :2
+        ]  # over the ground: a pelvis that leans brings no foot nearer
+        along, left = off @ ahead, off @ np.array([-ahead[1], ahead[0]])
+        aside = np.maximum(np.abs(left) - 0.5 * self._apart, 0.0)
+        reach = min(float(np.hypot(along, aside).max()), 0.7 * self.leg)
         return float(self.leg - np.sqrt(self.leg**2 - reach**2) + BENT * self.leg)
 
     def centre(
