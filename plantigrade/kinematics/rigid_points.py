@@ -66,7 +66,8 @@ class RigidPoints:
         """Acceleration of the points where the generalised one is zero [m/s²]."""
         rate = np.matmul(self.lever, self.body_bias[self.owner][:, :, None])[:, :, 0]
         spin = (self.body_velocity[:, :3] @ CROSS).reshape(-1, 3, 3)
-        rate += np.matmul(spin[self.owner], self.velocity[:, :, None])[:, :, 0]
+        spin = np.matmul(spin, spin)
+        rate += np.matmul(spin[self.owner], self.arm[:, :, None])[:, :, 0]
         return rate
 
     @cached_property

@@ -104,7 +104,6 @@ class _Engine:
         self.holds: object = None  # which state the data belongs to
         self.velocities = False  # whether they have been evaluated too
         self.mass, self.gravity = float(model.body_mass.sum()), model.opt.gravity.copy()
-        self.moved = _moved(model)
 
     def at(self, state: "State", *, velocities: bool) -> mujoco.MjData:
         """Return the data evaluated at a state."""
@@ -273,22 +272,20 @@ class State:
             body: Index of the body of each place.
             place: Where it is now, world [m].
         """
-        data, moved = self._data, self._engine.moved
-        there = np.zeros(self.model.nbody, dtype=int)
+        data, model = self._data, self.model
+        there = np.zeros(model.nbody, dtype=int)
         there[body] = 1
         bodies = there.nonzero()[0]
-        there[bodies] = np.arange(len(bodies))
-        own, origin = moved[bodies], data.xpos[bodies]
-        J = own[:, None, :] * np.ascontiguousarray(data.cdof.T)
-        velocity = data.cvel[bodies]
-        bias = own @ (data.cdof_dot * self.qvel[:, None])
-        # MuJoCo has these at the centre of mass; far from the points, sums of them lose digits.
-        away = ((data.subtree_com[1] - origin) @ CROSS).reshape(-1, 3, 3)
-        J[:, 3:] += away @ J[:, :3]
-        velocity[:, 3:] += np.matmul(away, velocity[:, :3, None])[:, :, 0]
-        bias[:, 3:] += np.matmul(away, bias[:, :3, None])[:, :, 0]
+        n = len(bodies)
+        there[bodies] = np.arange(n)
+        J, origin = np.empty((2, n, 6, model.nv)), data.xpos[bodies]
+        for i, index in enumerate(bodies.tolist()):
+            at = origin[i]
+            mujoco.mj_jac(model, data, J[0, i, 3:], J[0, i, :3], at, index)
+            mujoco.mj_jacDot(model, data, J[1, i, 3:], J[1, i, :3], at, index)
+        velocity, bias = (J.reshape(-1, model.nv) @ self.qvel).reshape(2, n, 6)
         owner = there[body]
-        return RigidPoints(owner, place - origin[owner], J, velocity, bias)
+        return RigidPoints(owner, place - origin[owner], J[0], velocity, bias)
 
     def touched(
         self, body: Int[Array, " k"], place: Float[Array, "k 3"]

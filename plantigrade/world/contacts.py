@@ -92,6 +92,25 @@ class Contacts:
         mujoco.mj_mulJacTVec(self.model, data, inside, pushes)
         return taken, inside
 
+    def loads(
+        self, data: mujoco.MjData, group: Int[Array, " n_sites"], normal: Float[Array, " 3"]
+    ) -> Float[Array, " n_groups"]:
+        """Return what groups of spheres carried in the last step, for who asks at every tick [N].
+
+        Args:
+            data: The world.
+            group: Of each sphere, to which it belongs.
+            normal: Direction that counts.
+        """
+        contact, n = data.contact, int(group.max()) + 1
+        site = self.site_of[contact.geom]
+        which = ((site.max(axis=1) >= 0) & (contact.efc_address >= 0)).nonzero()[0]
+        local = data.efc_force[contact.efc_address[which][:, None] + _AXES]
+        push = (local * (contact.frame[which].reshape(-1, 3, 3) @ normal)).sum(axis=1)
+        site = site[which]
+        push[site[:, 1] < 0] *= -1.0  # the force is that on the second geom
+        return np.bincount(group[site.max(axis=1)], push, n)
+
     def read(self, steps: Sequence[Taken | None]) -> Touch:
         """Return the forces of several steps."""
         n, k = len(steps), self.n_sites

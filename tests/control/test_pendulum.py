@@ -207,16 +207,17 @@ def boxed():
     nv = human.model.nv
     wanted = np.zeros(nv)
     wanted[6 + human.hinge("lumbar_extension")] = -3.0
-    rows = [
-        Rows(np.eye(nv)[3:], wanted[3:], 0.4),
-        Rows(J.reshape(-1, nv), -bias.ravel(), 900.0),
-    ]
-    return BoxProgram(human, 0.02), state, touching, rows
+    asked = {
+        "rows": [Rows(J.reshape(-1, nv), -bias.ravel(), 900.0)],
+        "wanted": wanted,
+        "weight": np.repeat([0.0, 0.4], [3, nv - 3]),
+    }
+    return BoxProgram(human, 0.02), state, touching, asked
 
 
 def test_the_boxed_program_is_the_complementarity_problem_of_motors_and_contacts(boxed):
-    program, state, touching, rows = boxed
-    problem = program.matrices(state, touching, rows)
+    program, state, touching, asked = boxed
+    problem = program.matrices(state, touching, **asked)
     x, status = problem.daqp()
     assert status == "ok"
     slack = problem.H @ x + problem.g
@@ -225,7 +226,7 @@ def test_the_boxed_program_is_the_complementarity_problem_of_motors_and_contacts
     scale = np.abs(problem.g).max()
     assert np.abs(slack[free]).max() < 1e-6 * scale
     assert slack[x <= problem.low + 1e-9].min() > -1e-6 * scale
-    answer = program.solve(state, touching, rows)
+    answer = program.solve(state, touching, **asked)
     # Accelerations, torques and forces are one solution of the equations of motion.
     M, J = state.mass_matrix.copy(), state.touched(touching.body, touching.place)[0]
     M[np.arange(6, len(M)), np.arange(6, len(M))] += 0.02
@@ -257,13 +258,27 @@ def test_projected_gauss_seidel_agrees_with_the_active_set_method(boxed):
 
 
 def test_a_torque_at_its_limit_gives_what_it_can_and_the_others_know_it(boxed):
-    program, state, touching, rows = boxed
-    weak = BoxProgram(program.human, 0.02)
-    weak.high = np.minimum(weak.high, 5.0)
-    weak.low = np.maximum(weak.low, -5.0)
-    answer = weak.solve(state, touching, rows)
+    program, state, touching, asked = boxed
+    few = np.clip([program.low, program.high], -5.0, 5.0)
+    weak = BoxProgram(program.human, 0.02, few)
+    answer = weak.solve(state, touching, **asked)
     assert answer.ok and answer.limited > 0
     assert np.abs(answer.torque).max() <= 5.0 + 1e-9
+
+
+@pytest.mark.parametrize("strength", [1.0, 0.03])
+def test_what_walks_solves_the_boxed_program(boxed, strength):
+    program, state, touching, asked = boxed
+    limits = strength * np.array([program.low, program.high])
+    same = BoxProgram(program.human, 0.02, limits)
+    held = np.arange(len(touching)) % 3 > 0
+    exact = same.matrices(state, touching, held=held, **asked).answer()
+    answer = same.solve(state, touching, held=held, **asked)
+    assert answer.ok and exact.ok
+    assert (answer.limited > 0) == (strength < 1.0) and answer.limited == exact.limited
+    np.testing.assert_allclose(answer.torque, exact.torque, atol=1e-4)
+    np.testing.assert_allclose(answer.qacc, exact.qacc, atol=1e-4)
+    np.testing.assert_allclose(answer.force, exact.force, atol=1e-2)
 
 
 def test_words_and_figures_of_a_walk():

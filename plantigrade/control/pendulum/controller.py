@@ -10,7 +10,7 @@ from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
     held_rows,
-    joint_rows,
+    joint_accelerations,
     place_rows,
     tilted,
     turn_rows,
@@ -35,7 +35,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.record import Record
-from plantigrade.wbc.whole_body import Rows, Touching
+from plantigrade.wbc.whole_body import PointRows, Rows, Touching
 from plantigrade.world import Command, Drawing, StablePD, State, World
 
 VERTICAL = (5.0, 0.06)
@@ -88,6 +88,7 @@ class Pendulum:
         self.points = PointSet.of(human, self.sites)
         self.radius = np.array([[s.radius] for s in self.sites])
         self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
+        self.of_side = [(self.side_of == i).nonzero()[0] for i in range(len(SIDES))]
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
         self.weights = Weights.of(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
@@ -177,17 +178,13 @@ class Pendulum:
             self._begin(state)
         step = 1.0 / state.world.control_rate
         gait, reference, body = self.gait, self.reference, state.body
-        force = state.contact_force
         foot = self._foot = body.position(self.feet)
-        centre = body.position(self.points)
-        self.normals = self.ground.normal_at(centre)
-        low = centre - self.radius * self.normals
-        load = np.array([force[self.side_of == i].sum(axis=0) @ self.normal for i in (0, 1)])
+        low, height = self._soles(body)
+        load = state.world.contacts.loads(state.world.data, self.side_of, self.normal)
         ref = reference.at(gait.phase)
-        height = (low @ self.normal - self.ground.under(low)) * (self.normals @ self.normal)
         beside = foot - ref["foot"]
         for i in (0, 1):
-            beside[i, 2] = height[self.side_of == i].min()
+            beside[i, 2] = height[self.of_side[i]].min()
         landed = len(gait.touchdowns)
         gait.look(state.time, step, load, beside, np.eye(2))
         if len(gait.touchdowns) > landed:
@@ -197,6 +194,17 @@ class Pendulum:
         gait.advance(self._now, step, 1.0 if self.landing is None else self.landing.rate)
         ref = reference.at(gait.phase)
         return self._command(state, body, ref, low, height, foot)
+
+    def _soles(self, body: BodyState) -> tuple[Array, Array]:
+        """Return the lowest points of the spheres, and their heights over the ground [m]."""
+        centre, ground = body.position(self.points), self.ground
+        if not ground.uneven:
+            self.normals = np.broadcast_to(self.normal, centre.shape)
+            low = centre - self.radius * self.normal
+            return low, low @ self.normal - ground.under(low)
+        self.normals = ground.normal_at(centre)
+        low = centre - self.radius * self.normals
+        return low, (low @ self.normal - ground.under(low)) * (self.normals @ self.normal)
 
     def _landed(self, time: float) -> None:
         """Keep what a touchdown was beside what was predicted."""
@@ -211,56 +219,49 @@ class Pendulum:
         """Return the command of the boxed program."""
         gait = self.gait
         rate = min(gait.rate, FASTER)
-        on = np.zeros(len(self.sites), dtype=bool)
+        on = ref["on"] > 0.5
         for i, own in enumerate(gait.feet):
-            row, mine = ref, self.side_of == i
             if own.early:
-                row = self.reference.at(max(gait.phase, own.touchdown + JUST))
-            on[mine] = row["on"][mine] > 0.5
+                just = self.reference.at(max(gait.phase, own.touchdown + JUST))
+                on[self.of_side[i]] = just["on"][self.of_side[i]] > 0.5
         stands = np.array([*(f.stands for f in gait.feet), False])[self.side_of]
         planned = on & stands & (height < PLANNED)
-        active = np.flatnonzero(planned | (stands & (height < TOUCHING)))
+        active = (planned | (stands & (height < TOUCHING))).nonzero()[0]
         held = planned[active]
-        J, velocity, bias = body.touched(self.points.body[active], low[active])
-        rows: list[Rows] = [
-            com_rows(
-                body.mass_matrix,
-                body.bias,
-                body.mass,
-                self.gravity,
-                self._com_acceleration(body, ref, rate, low, active),
-            ),
-            self._joints(body, ref, rate),
-        ]
-        turned = body.rotations
-        Jf, speed, drift = (
-            f(self.feet) for f in (body.jacobian, body.velocity, body.bias_acceleration)
-        )
+        where, up = low[active], self.normals[active]
+        touching = Touching(self.points.body[active], where, up, self.friction)
+        points = body.rigid_points(touching.body, where)
+        M, h = body.mass_matrix, body.bias
+        centre = self._com_acceleration(body, ref, rate, low, active)
+        rows: list[Rows | PointRows] = [com_rows(M, h, body.mass, self.gravity, centre)]
+        feet = body.rigid_points(self.feet.body, foot)
         for i, own in enumerate(gait.feet):
-            at = int(self.feet.body[i])
-            Jr, Br = body.angular_jacobian(at), body.angular_bias_acceleration(f"foot_{own.side}")
-            up = self.ground.normal_at(foot[i])
-            tilt = tilted(up)
-            error = turn_error((tilt @ ref["turn"][i].reshape(3, 3)).ravel(), turned[at].ravel())
+            k = feet.owner[i]
+            J, speed, bias = feet.body_jacobian[k], feet.body_velocity[k], feet.body_bias[k]
+            normal = self.ground.normal_at(foot[i])
+            tilt = tilted(normal)
+            turn = tilt @ ref["turn"][i].reshape(3, 3)
+            error = turn_error(turn.ravel(), body.rotation(int(self.feet.body[i])).ravel())
             goal = rate * tilt @ ref["turn_velocity"][i]
             push = rate**2 * tilt @ ref["turn_acceleration"][i]
-            spin = Jr @ body.qvel
-            rows.append(turn_rows(Jr, Br, spin, error, goal, push, up if own.stands else None))
+            across = normal if own.stands else None
+            rows.append(turn_rows(J[:3], bias[:3], speed[:3], error, goal, push, across))
             if not own.stands:
                 place, pace, push = self._swing(own, i, ref, rate, foot)
-                rows.append(place_rows(Jf[i], drift[i], speed[i], place - foot[i], pace, push))
+                rows.append(place_rows(J[3:], bias[3:], speed[3:], place - foot[i], pace, push))
         if held.any():
-            gap = height[active[held]]
-            up = self.normals[active[held]]
-            rows.append(held_rows(J[held], bias[held], velocity[held], gap, up))
-        touching = Touching(
-            self.points.body[active],
-            low[active],
-            self.normals[active],
-            self.friction,
-        )
+            rows.append(held_rows(points, held, height[active], up))
         passive = state.world.actuators.passive(state.angles, state.rates)
-        answer = self.program.solve(body, touching, rows, passive=passive, jacobian=J, held=held)
+        answer = self.program.solve(
+            body,
+            touching,
+            rows,
+            wanted=self._joints(body, ref, rate),
+            weight=self.weights.weight,
+            passive=passive,
+            points=points,
+            held=held,
+        )
         half = 0.5 * (1.0 / state.world.control_rate + 1.0 / state.world.rate)
         apart = state.angles - ref["q"][7:]
         found = self.landing
@@ -283,14 +284,13 @@ class Pendulum:
             },
         )
 
-    def _joints(self, body: BodyState, ref: Instant, rate: float) -> Rows:
-        """Return the rows of joints and pelvis: rates along the bell."""
-        error = ref["q"][7:] - body.qpos[7:]
-        turn = root_error(ref["q"][3:7], body.qpos[3:7])
+    def _joints(self, body: BodyState, ref: Instant, rate: float) -> Array:
+        """Return the accelerations of joints and pelvis that are wanted: rates along the bell."""
+        error = np.concatenate(
+            [root_error(ref["q"][3:7], body.qpos[3:7]), ref["q"][7:] - body.qpos[7:]]
+        )
         pace = self.weights.pace([not foot.stands for foot in self.gait.feet])
-        error = np.concatenate([turn, error])
-        goal, push = rate * ref["v"], rate**2 * ref["a"]
-        return joint_rows(body.qvel, error, goal, push, self.weights.weight, pace)
+        return joint_accelerations(body.qvel, error, rate * ref["v"], rate**2 * ref["a"], pace)
 
     def _com_acceleration(self, body, ref, rate, low, active) -> Array:
         """Return the acceleration of the centre of mass that is wanted."""

@@ -13,6 +13,10 @@ with a symmetric positive definite :math:`H`, is the optimality condition of
 Accelerations :math:`\dot v = M^{-1} (S^T \tau + J^T G \lambda - h)` are eliminated, so that nothing
 is left but bounds: torques within strength, shares of the edges of friction pyramids not negative.
 A motor that reaches its velocity has no slack; one at its limit gives what it can.
+
+What is asked may also be put to :class:`~plantigrade.wbc.whole_body.WholeBody`, which eliminates
+the torques as well and has the shares alone as unknowns: the same answer, from a smaller program
+that starts where the last one ended. It is the one that walks.
 """
 
 from collections.abc import Sequence
@@ -21,10 +25,11 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import GRAVITY
+from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
-from plantigrade.wbc.whole_body import Answer, Rows, Touching
+from plantigrade.wbc.rows import Asked, cost
+from plantigrade.wbc.whole_body import Answer, Touching, WholeBody
 
 REACHED = 0.055
 """In this time a wanted velocity is to be reached [s]; in one step of the physics it would throw
@@ -63,45 +68,74 @@ class BoxProgram:
     Args:
         human: The person.
         armature: What the plant adds to the inertia of each hinge [kg m²].
+        limits: Least and greatest torque of each hinge [N m]; the person's if absent.
     """
 
-    def __init__(self, human: Human, armature: float | Float[Array, " n_hinges"] = 0.0):
-        self.human, n = human, len(human.coordinates)
-        self.armature = np.broadcast_to(np.asarray(armature, dtype=float), (n,))
-        self.low, self.high = np.array(human.model.jnt_actfrcrange[1:]).T
-        self.unit = 0.1 * human.mass * GRAVITY
+    def __init__(
+        self,
+        human: Human,
+        armature: float | Float[Array, " n_hinges"] = 0.0,
+        limits: Float[Array, "2 n_hinges"] | None = None,
+    ):
+        self.human = human
+        self.whole = WholeBody(human, armature=armature, limits=limits)
+        self.low, self.high = self.whole.low, self.whole.high
+        self.cost = TORQUE_COST / np.maximum(-self.low, self.high) ** 2
 
-    def matrices(
+    def solve(
         self,
         state: State,
         touching: Touching,
-        rows: Sequence[Rows],
+        rows: Sequence[Asked],
         *,
+        wanted: Float[Array, " nv"],
+        weight: Float[Array, " nv"],
         passive: float | Float[Array, " n_hinges"] = 0.0,
-        jacobian: Float[Array, "k 3 nv"] | None = None,
         held: Bool[Array, " k"] | None = None,
-    ) -> "Boxed":
-        """Return the program of a state.
+        points: RigidPoints | None = None,
+    ) -> Answer:
+        """Return torques, forces and accelerations.
 
         Args:
             state: The state of the body.
             touching: Where it touches.
             rows: What is asked of the generalised acceleration.
+            wanted: What each of its coordinates is to be.
+            weight: Cost of a squared unit missed of that, positive for joints.
             passive: What the joints give by themselves [N m].
-            jacobian: Jacobian of the points, where the caller has it.
             held: Which points are planned to stand; all if absent.
+            points: The points that touch, where the caller has them.
         """
-        E, X, rest, edges = self._effects(state, touching, passive, jacobian)
+        return self.whole.solve(
+            state,
+            touching,
+            rows,
+            wanted=wanted,
+            weight=weight,
+            force_weight=_shares_cost(len(touching), held),
+            torque_weight=self.cost,
+            passive=passive,
+            points=points,
+        )
+
+    def matrices(
+        self,
+        state: State,
+        touching: Touching,
+        rows: Sequence[Asked],
+        *,
+        wanted: Float[Array, " nv"],
+        weight: Float[Array, " nv"],
+        passive: float | Float[Array, " n_hinges"] = 0.0,
+        held: Bool[Array, " k"] | None = None,
+    ) -> "Boxed":
+        """Return the same as a boxed program; arguments as :meth:`solve`."""
+        E, X, rest, edges = self._effects(state, touching, passive)
         k = len(touching)
-        A = np.concatenate([r.matrix for r in rows])
-        w = np.concatenate([np.broadcast_to(r.weight, r.right.shape) for r in rows])
-        right = np.concatenate([r.right for r in rows])
-        AX = A @ X
-        H = AX.T @ (w[:, None] * AX)
-        g = AX.T @ (w * (A @ rest - right))
-        share = np.full(k, HELD) if held is None else np.where(held, HELD, TOUCHED)
-        strong = np.maximum(-self.low, self.high)
-        own = np.concatenate([TORQUE_COST / strong**2, np.repeat(share, 4)])
+        H, g = cost(rows, wanted, weight)
+        g = X.T @ (H @ rest - g)
+        H = X.T @ H @ X
+        own = np.concatenate([self.cost, np.repeat(_shares_cost(k, held), 4)])
         H[np.arange(len(g)), np.arange(len(g))] += own
         # Units by which every unknown costs the same: light toes and whole legs are in one program.
         scale = 1.0 / np.sqrt(H.diagonal())
@@ -132,7 +166,7 @@ class BoxProgram:
             rates: Wanted of the hinges [rad/s].
             passive: What the joints give by themselves [N m].
         """
-        E, X, rest, edges = self._effects(state, touching, passive, None)
+        E, X, rest, edges = self._effects(state, touching, passive)
         n, m = len(self.low), E.shape[1] - len(self.low)
         H, missing = E.T @ X, E.T @ (rest + state.qvel / REACHED)
         missing[:n] -= rates / REACHED
@@ -143,13 +177,13 @@ class BoxProgram:
         H *= np.outer(scale, scale)
         return Boxed(H, missing * scale, low, high, X * scale, rest, scale, edges)
 
-    def _effects(self, state: State, touching: Touching, passive, jacobian):
+    def _effects(self, state: State, touching: Touching, passive):
         """Return forces by torque and share, accelerations by them and by none, and the edges."""
         M, h = state.mass_matrix.copy(), state.bias.copy()
         n = len(h) - 6
-        M[np.arange(6, n + 6), np.arange(6, n + 6)] += self.armature
-        edges = self.unit * touching.edges()
-        J = state.touched(touching.body, touching.place)[0] if jacobian is None else jacobian
+        M[np.arange(6, n + 6), np.arange(6, n + 6)] += self.whole.armature
+        edges = self.whole.unit * touching.edges()
+        J = state.touched(touching.body, touching.place)[0]
         G = np.matmul(J.transpose(0, 2, 1), edges).transpose(1, 0, 2).reshape(n + 6, -1)
         h[6:] -= passive
         E = np.zeros((n + 6, n + G.shape[1] + 1))
@@ -158,9 +192,10 @@ class BoxProgram:
         X = cho_solve(cho_factor(M, lower=True, check_finite=False), E, check_finite=False)
         return E[:, :-1], X[:, :-1], X[:, -1], edges
 
-    def solve(self, state: State, touching: Touching, rows: Sequence[Rows], **more) -> Answer:
-        """Return torques, forces and accelerations; arguments as :meth:`matrices`."""
-        return self.matrices(state, touching, rows, **more).answer()
+
+def _shares_cost(k: int, held: Bool[Array, " k"] | None) -> Float[Array, " k"]:
+    """Return the cost of a share of each point."""
+    return np.full(k, HELD) if held is None else np.where(held, HELD, TOUCHED)
 
 
 class Boxed:

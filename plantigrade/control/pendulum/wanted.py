@@ -13,8 +13,9 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.pendulum.velocities import REACHED, bell
 from plantigrade.control.replay.tasks import FARTHEST, TOES, joint_weights
+from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.models import Human
-from plantigrade.wbc.whole_body import Rows
+from plantigrade.wbc.rows import PointRows, Rows
 
 PELVIS, SWING, SWING_TURN, STANCE_TURN, HELD = 3.0, 10.0, 2.0, 2.0, 10.0
 """Weights: turn of the pelvis, place and turn of a swinging foot, turn of a standing one, what
@@ -33,18 +34,18 @@ class Weights:
     """What joints count, and how fast they go.
 
     Attributes:
-        weight: Cost of an acceleration missed, squared: turn of the pelvis, then hinges.
+        weight: Cost of an acceleration missed, squared: root, whose place has none, then hinges.
         within: Which hinges are within the right foot, and which within the left.
     """
 
-    weight: Float[Array, " n"]
+    weight: Float[Array, " nv"]
     within: Bool[Array, "2 n_hinges"]
 
     @classmethod
     def of(cls, human: Human) -> "Weights":
         """Return those of a person."""
         joints = joint_weights(human)
-        weight = np.concatenate([np.full(3, PELVIS), joints]) ** 2
+        weight = np.concatenate([np.zeros(3), np.full(3, PELVIS), joints]) ** 2
         names = human.coordinates
         sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
         return cls(weight, sides & (joints == TOES))
@@ -59,25 +60,22 @@ class Weights:
         return np.where(quick.any(axis=0), QUICK, 1.0)
 
 
-def joint_rows(qvel, error, velocity, acceleration, weight, pace) -> Rows:
-    """Return rows of pelvis and joints: rates along the bell, and the recording's own.
+def joint_accelerations(qvel, error, velocity, acceleration, pace) -> Float[Array, " nv"]:
+    """Return accelerations of pelvis and joints: rates along the bell, and the recording's own.
 
     Args:
         qvel: Generalised velocity.
         error: Rotation of the pelvis in its axes, and angles, to where they should be [rad].
         velocity: Generalised velocity of the recording.
         acceleration: Its generalised acceleration.
-        weight: Cost of an acceleration missed, squared.
         pace: Factor of the bell, by hinge.
     """
-    n = len(error)
-    wanted = velocity[3:].copy()
-    wanted[:3] += PELVIS_TURN[0] * error[:3]
-    wanted[3:] += pace * bell(error[3:])
-    A = np.zeros((n, n + 3))
-    A[np.arange(n), np.arange(3, n + 3)] = 1.0
-    time = np.concatenate([np.full(3, PELVIS_TURN[1]), REACHED / pace])
-    return Rows(A, acceleration[3:] + (wanted - qvel[3:]) / time, weight)
+    wanted = velocity - qvel
+    wanted[3:6] = (wanted[3:6] + PELVIS_TURN[0] * error[:3]) / PELVIS_TURN[1]
+    wanted[6:] = (wanted[6:] + pace * bell(error[3:])) * (pace / REACHED)
+    wanted += acceleration
+    wanted[:3] = 0.0
+    return wanted
 
 
 def place_rows(J, bias, speed, error, velocity, acceleration) -> Rows:
@@ -97,11 +95,11 @@ def turn_rows(J, bias, spin, error, velocity, acceleration, normal=None) -> Rows
     return Rows(across @ J, across @ right, STANCE_TURN**2)
 
 
-def held_rows(J, bias, velocity, gap, normal) -> Rows:
+def held_rows(points: RigidPoints, held, gap, normal) -> PointRows:
     """Return rows that bring points to rest on the ground."""
-    wanted = -10.0 * np.maximum(gap, 0.0)[:, None] * normal
-    right = (wanted - velocity) / STILL - bias
-    return Rows(J.reshape(-1, J.shape[2]), right.ravel(), HELD**2)
+    right = points.velocity / -STILL - points.bias
+    right -= (10.0 / STILL) * np.maximum(gap, 0.0)[:, None] * normal
+    return PointRows(points, held, right, HELD**2)
 
 
 def tilted(normal: Array) -> Array:

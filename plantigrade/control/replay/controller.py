@@ -4,7 +4,7 @@ from math import hypot, sqrt
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.control.replay import tasks
 from plantigrade.control.replay.catch import Catch
@@ -42,7 +42,6 @@ BOUNCE = 1.2
 """Rate by which the height's own acceleration is scaled, at most."""
 OVERLAP = 0.002
 """Legs that overlap more than this in the motion are told of [m]."""
-AXES = np.arange(3)
 SEAT = len(SIDES)
 """Among the sides: what is on no foot."""
 GRIP = 0.75
@@ -96,7 +95,7 @@ class Replay:
         body = self.body = self.body.moved_to(state.qpos, state.qvel)
         foot = body.position(self.feet)
         low = body.position(self.points) - self.radius * self.normal
-        load = self._loads(state)
+        load = world.contacts.loads(world.data, self.side_of, self.normal)[:SEAT]
         ref = reference.at(gait.phase)
         height = low @ self.normal - self.ground.under(low)
         height[self.of_side[SEAT]] = 0.0
@@ -157,18 +156,6 @@ class Replay:
             )
         self._stand()
         self.program = WholeBody(self.human, armature=world.actuators.armature)
-        self.side_of_geom = np.append(self.side_of, -1)[world.contacts.site_of]
-
-    def _loads(self, state: State) -> Float[Array, " 2"]:
-        """Return what each foot carries along the normal, in a step of the physics [N]."""
-        contact = state.world.data.contact
-        owner = self.side_of_geom[contact.geom]
-        which = ((owner.max(axis=1) >= 0) & (contact.efc_address >= 0)).nonzero()[0]
-        local = state.world.data.efc_force[contact.efc_address[which][:, None] + AXES]
-        along = contact.frame[which].reshape(-1, 3, 3) @ self.normal
-        push = (local * along).sum(axis=1)
-        push[owner[which, 1] < 0] *= -1.0  # the force is that on the second geom
-        return np.bincount(owner[which].max(axis=1), push, SEAT + 1)[:SEAT]
 
     def _catch(self, time: float, step: float, body: BodyState, ref, low, height, load) -> None:
         """Take a step that the motion does not have, where nothing else helps."""
