@@ -18,6 +18,8 @@ from plantigrade.control.pendulum.wanted import (
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.controller import (
+    BACK_UP,
+    BOUNCE,
     FASTER,
     FIRM,
     GRIP,
@@ -27,6 +29,7 @@ from plantigrade.control.replay.controller import (
     SOFT,
     TOUCHING,
 )
+from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import JUST, Gait
 from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
 from plantigrade.control.replay.swing import APART, BESIDE, NARROW, WIDER
@@ -96,6 +99,7 @@ class Pendulum:
         rest = BodyState(human, human.standing())
         hip = rest.origin(f"femur_{SIDES[0]}")
         self.leg = float(hip[2] - rest.origin(f"foot_{SIDES[0]}")[2])
+        self.hip = float(rest.com[2] - hip[2])
         self.gravity = np.array(human.model.opt.gravity)
         self._world: World | None = None
         self.landing: Landing | None = None
@@ -153,7 +157,7 @@ class Pendulum:
         resisted = 0.5 / world.control_rate * (rests - turns)
         self.program = BoxProgram(self.human, world.actuators.armature + resisted)
         self.landing, self.landings = None, []
-        self.plan = Plan(self.gait, self.law, self.leg, 1.0 / world.control_rate)
+        self.plan = Plan(self.gait, self.law, self.leg, self.hip, 1.0 / world.control_rate)
         self._began, self._now = state.time, 0.0
         self._com = self._from = state.body.com[:2].copy()
 
@@ -190,8 +194,9 @@ class Pendulum:
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
         self._com, self._now = body.com[:2].copy(), state.time - self._began
-        self.landing = self.plan.next(body, ref, self._slope(body.com)[1])
-        gait.advance(self._now, step, 1.0 if self.landing is None else self.landing.rate)
+        self.landing = self.plan.next(body, ref, foot, self._slope(body.com)[1], self._level)
+        pace = hurried(self.plan.error) if self.landing is None else self.landing.rate
+        gait.advance(self._now, step, pace)
         ref = reference.at(gait.phase)
         return self._command(state, body, ref, low, height, foot)
 
@@ -302,11 +307,12 @@ class Pendulum:
         wanted = np.array(ref["com_acceleration"])
         wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
         k, time = VERTICAL
+        rate = min(rate, BOUNCE)
         level, rise = self._slope(c)
-        off = ref["com"][2] + level - c[2]
+        off = ref["com"][2] + level - self.plan.bent - c[2]
         pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
-        up = rate**2 * ref["com_acceleration"][2] + (pace - v[2]) / time
-        wanted[2] = np.clip(up, *HEIGHTS)
+        back = np.clip((pace - v[2]) / time, *BACK_UP)
+        wanted[2] = np.clip(rate**2 * ref["com_acceleration"][2] + back, *HEIGHTS)
         return wanted
 
     def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:

@@ -11,18 +11,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.pendulum.pendulum import carried, energy, leg_length, strike_angle
+from plantigrade.control.replay.footsteps import AGAIN
+from plantigrade.control.replay.planner import LandingBox, easiest
 
 RATES = np.array([0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
 """Rates at which a step may be finished, of the recording's own."""
-FORWARD, SIDEWAYS, SOONER = 0.16, 0.065, 36.0
-"""Cost of a step: places along and across that cost 1 [leg lengths], and of ln(rate)², as of
-a replay."""
-UNREACHED = 1e4
-"""Cost of a place that is out of reach, per square metre."""
-FARTHEST, WIDEST = 1.1, 0.75
-"""Reach from the standing foot: ahead or behind, and to its side [leg lengths]."""
-PASSED, CROSSED = 0.3, 0.15
-"""A foot this far ahead or behind may cross over the other, so far [leg lengths]."""
+
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,43 +169,19 @@ class Landing:
         free: Where the law has it [m].
         after: In how much time [s].
         rate: Rate of the recording at which that is.
+        com: Where the mass will be then [m].
     """
 
     place: Float[Array, " 2"]
     free: Float[Array, " 2"]
     after: float
     rate: float
+    com: Float[Array, " 2"]
 
     @property
     def short(self) -> float:
         """How far the place is from where the law has it [m]."""
         return float(np.linalg.norm(self.free - self.place))
-
-
-@dataclass(frozen=True, eq=False)
-class Reach:
-    """Where a foot can land, from the one that stands.
-
-    Attributes:
-        leg: Length of the leg [m].
-        side: 1 for the left foot, -1 for the right.
-        axes: Ahead and to the left, as columns.
-        narrowest: Least distance to its side [m].
-    """
-
-    leg: float
-    side: float
-    axes: Float[Array, "2 2"]
-    narrowest: float
-
-    def within(self, place: Float[Array, "m 2"], stands: Float[Array, " 2"]) -> Float[Array, "m 2"]:
-        """Return the nearest places in reach, ahead and to the side each by itself."""
-        way = (place - stands) @ self.axes
-        ahead = np.clip(way[:, 0], -FARTHEST * self.leg, FARTHEST * self.leg)
-        far = np.abs(ahead) > PASSED * self.leg
-        inner = np.where(far, -CROSSED * self.leg, self.narrowest)
-        aside = np.clip(self.side * way[:, 1], inner, WIDEST * self.leg)
-        return stands + np.stack([ahead, self.side * aside], axis=1) @ self.axes.T
 
 
 def landing(
@@ -222,12 +192,13 @@ def landing(
     stands: Float[Array, " 2"],
     left: float,
     strike: Strike,
-    reach: Reach,
+    box: LandingBox,
 ) -> Landing:
     """Return where and when the swinging foot is to land.
 
     The mass is carried over the pivot to every time at which the foot could strike; the law says
-    where it should. What is out of reach, far from the recorded step, or far from its time, costs.
+    where it should. Of all times the one is taken after which this step and the next together are
+    easiest, as in a replay (:func:`plantigrade.control.replay.planner.easiest`).
 
     Args:
         law: Says where.
@@ -237,15 +208,13 @@ def landing(
         stands: The standing foot [m].
         left: Until the recording's foot strikes [s].
         strike: What the recording has then.
-        reach: Where the foot can land.
+        box: Where the foot can land, beside the place of the recording's.
     """
     time = left / RATES
     there, speed = carried(com, velocity, pivot, strike.omega, time[:, None])
     free = law.place(there, speed, stands, strike)
-    place = reach.within(free, stands)
-    recorded = strike.lands - strike.stands
-    off = (free - stands - recorded) @ strike.axes / (reach.leg * np.array([FORWARD, SIDEWAYS]))
-    beyond = ((free - place) ** 2).sum(axis=1)
-    cost = (off**2).sum(axis=1) + SOONER * np.log(RATES) ** 2 + UNREACHED * beyond
-    i = int(np.argmin(cost))
-    return Landing(place[i], free[i], float(time[i]), float(RATES[i]))
+    grows = float(np.exp(strike.omega * AGAIN))
+    moved = stands - strike.stands
+    i, offset = easiest(free - strike.lands, moved, left, box, RATES, grows)
+    place = strike.lands + offset
+    return Landing(place, free[i], float(time[i]), float(RATES[i]), there[i])

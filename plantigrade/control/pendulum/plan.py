@@ -1,12 +1,15 @@
 """The plan of a walk: where and when the swinging foot lands, and what the mass is off."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
+from plantigrade.control.pendulum.landing import Landing, LandingLaw, Strike, landing
+from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import Gait
-from plantigrade.control.replay.planner import decayed
+from plantigrade.control.replay.planner import LandingBox, decayed
 from plantigrade.control.replay.reference import Instant
 from plantigrade.control.replay.swing import NARROW
 from plantigrade.kinematics.state import State
@@ -16,6 +19,11 @@ BACK = 0.85
 ASTRAY = 0.4
 """Who is farther than this from where the recording would be by now does not hurry back more
 [leg lengths]; along the path what is lost beyond it stays lost."""
+STRAIGHT, TIPTOE = 0.99, 0.12
+"""Legs are straight at so much of their length; a trailing one is longer by its ankle [leg
+lengths]."""
+LOWEST = 0.35
+"""So much lower the body goes for far feet, at most [leg lengths]."""
 REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
 
@@ -26,7 +34,8 @@ class Plan:
     Args:
         gait: Phase and feet of the walk; its swinging foot is led to the landing.
         law: By which feet land.
-        leg: Length of the leg [m].
+        leg: Length of the leg, hip to ankle [m].
+        hip: Height of the mass above the hips [m].
         step: From one tick to the next [s].
 
     Attributes:
@@ -34,22 +43,33 @@ class Plan:
         shift: How far the feet that stand are beside the recording, by load, world [m].
         path: How far ahead of the recording, or behind, the walk stays for good, world [m].
         lead: What counters a lasting offset, world [m].
+        bent: How much lower than recorded the body goes for legs to reach their feet [m].
     """
 
-    def __init__(self, gait: Gait, law: LandingLaw, leg: float, step: float):
-        self.gait, self.law, self.leg, self.step = gait, law, leg, step
+    def __init__(self, gait: Gait, law: LandingLaw, leg: float, hip: float, step: float):
+        self.gait, self.law, self.leg, self.hip, self.step = gait, law, leg, hip, step
         self.reference = gait.reference
         self.error, self.shift = np.zeros(2), np.zeros(3)
         self.path, self.lead = np.zeros(2), np.zeros(2)
+        self.bent = 0.0
         self._then: tuple[float, Instant | None] = (np.nan, None)
 
-    def next(self, body: State, ref: Instant, rise: Float[Array, " 2"]) -> Landing | None:
+    def next(
+        self,
+        body: State,
+        ref: Instant,
+        places: Float[Array, "2 3"],
+        rise: Float[Array, " 2"],
+        level: Callable[[Array], float],
+    ) -> Landing | None:
         """Return where and when the swinging foot lands; None where no single foot swings.
 
         Args:
             body: The person now.
             ref: The recording at the phase of the gait.
+            places: Where the feet are, world [m].
             rise: How far the ground about the person rises along x and y, by distance.
+            level: Height of the ground at a place [m].
         """
         gait, reference = self.gait, self.reference
         omega = reference.omega
@@ -66,7 +86,12 @@ class Plan:
         self.shift = share @ offsets / max(share.sum(), 1e-9)
         path = self._path()
         swinging = [f for f in gait.feet if not f.stands and f.number is not None]
+        self.bent = 0.0
         if len(standing) != 1 or len(swinging) != 1:
+            for f in standing:
+                k = SIDES.index(f.side)
+                if len(standing) == 1 or places[k, 0] > places[1 - k, 0]:
+                    self._bend(level, body.com[:2], places[k, :2], ref["com"], ref["foot"][k])
             deviation = xi - xi_ref - path
             if not standing:
                 for f in swinging:
@@ -102,22 +127,50 @@ class Plan:
             later=decayed(weights[~before], BACK),
             slope=(float(np.arctan(rise[0])), float(np.arctan(rise[1]))),
         )
-        side = foot.left
-        apart = side * float(strike.lands[1] - strike.stands[1])
-        reach = Reach(self.leg, side, np.eye(2), min(NARROW * self.leg, apart))
+        stands = then["foot"][k, :2] + gait.offset(other.number)[:2]
+        box = LandingBox(
+            np.eye(2),
+            strike.lands - stands,
+            foot.left,
+            self.leg,
+            min(NARROW * self.leg, foot.left * float(strike.lands[1] - strike.stands[1])),
+            places[i, :2] - strike.lands,
+        )
         # The recording's own effective pivot, where the foot really stands.
         grown = np.exp(omega * left)
         xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
         pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
-        stands = then["foot"][k, :2] + gait.offset(other.number)[:2]
         found = landing(
-            self.law, body.com[:2], body.com_velocity[:2], pivot, stands, left, strike, reach
+            self.law, body.com[:2], body.com_velocity[:2], pivot, stands, left, strike, box
         )
         home = strike.lands + BACK * (self.shift[:2] - path)
         self.error = np.exp(-omega * found.after) * strike.later * (found.free - home)
+        self._bend(level, found.com, found.place, then["com"], then["foot"][i])
+        self._bend(level, found.com, places[k, :2], then["com"], then["foot"][k], TIPTOE)
         offset = found.place - then["foot"][i, :2]
         foot.swing.lead(offset, left / max(gait.rate, 0.2), self.step)
         return found
+
+    def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
+        """Let the body go down for one leg to reach its foot, if the recorded one needs it not.
+
+        Args:
+            level: Height of the ground at a place [m].
+            com: The mass, horizontal [m].
+            foot: The foot, likewise.
+            com_ref: The mass in the recording [m].
+            foot_ref: The foot in it [m].
+            more: How much longer the leg is [leg lengths].
+        """
+        leg = (STRAIGHT + more) * self.leg
+        high = [
+            np.sqrt(max(leg**2 - float(np.sum((c - f) ** 2)), 0.0))
+            for c, f in ((com, foot), (com_ref[:2], foot_ref[:2]))
+        ]
+        drop = level(np.append(com, 0.0)) - level(np.append(foot, 0.0))
+        spare = high[1] + self.hip - float(com_ref[2] - foot_ref[2])
+        bent = high[1] - high[0] + drop - max(spare, 0.0)
+        self.bent = min(max(self.bent, bent), LOWEST * self.leg)
 
     def _path(self) -> Array:
         """Return the place that feet are led back to, beside the recording's own [m].

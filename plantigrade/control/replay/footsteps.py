@@ -29,6 +29,15 @@ AGAIN = 0.35
 """So long after a step the next one can land [s]."""
 
 
+def hurried(error: Float[Array, " 2"]) -> float:
+    """Return the rate at which the weight goes over to the other foot.
+
+    Args:
+        error: By how much the divergent component is missed [m].
+    """
+    return 1.0 + HURRIED * min(max(hypot(*error) - MISSED[0], 0.0) / (MISSED[1] - MISSED[0]), 1.0)
+
+
 class Footsteps:
     """Plans steps, and says by how much the divergent component is missed.
 
@@ -85,10 +94,9 @@ class Footsteps:
 
     def hurried(self) -> float:
         """Return the rate at which the weight goes over to the other foot."""
-        far = hypot(*self.error)
-        if far < MISSED[0] or self.reference.schedule.after("r", self.gait.phase) is None:
+        if self.reference.schedule.after("r", self.gait.phase) is None:
             return 1.0
-        return 1.0 + HURRIED * min((far - MISSED[0]) / (MISSED[1] - MISSED[0]), 1.0)
+        return hurried(self.error)
 
     def plan(
         self, body: BodyState, ref: Instant, places: Float[Array, "2 3"], dt: float

@@ -103,12 +103,34 @@ def next_step(
     growth = np.exp(omega * left / rates)[:, None]
     deviation = growth * (xi - pivot - pivot_offset) + pivot + pivot_offset - xi_touchdown
     free = (deviation - standing_weight * standing_offset) / later_weight
+    best, placed = easiest(free, standing_offset, left, box, rates, grows)
+    return Step(placed, free[best], float(rates[best]))
+
+
+def easiest(
+    free: Float[Array, "m 2"],
+    standing_offset: Float[Array, " 2"],
+    left: float,
+    box: "LandingBox",
+    rates: Float[Array, " m"] = RATES,
+    grows: float = 1.0,
+) -> tuple[int, Float[Array, " 2"]]:
+    """Return which of some steps is the easiest, with the one after it, and its place in reach.
+
+    Args:
+        free: Offset by rate, without limits [m].
+        standing_offset: Of the foot that stands [m].
+        left: Time until the motion's touchdown [s].
+        box: Where the foot may land.
+        rates: At which the steps are taken.
+        grows: By how much what a step misses has grown when the next one lands.
+    """
     placed = box.clipped(free)
     moved = (free - standing_offset) @ box.axes
     cost = (moved / box.scale) ** 2 @ np.ones(2) + SOONER * np.log(rates) ** 2
     cost += box.after(grows * (free - placed)) + box.hasty(placed, left / rates)
     best = int(np.argmin(cost))
-    return Step(placed[best], free[best], float(rates[best]))
+    return best, placed[best]
 
 
 @dataclass(frozen=True)
