@@ -43,6 +43,8 @@ from plantigrade.world import Command, Drawing, StablePD, State, World
 
 VERTICAL = (5.0, 0.06)
 """The height of the mass is led back at this rate [1/s], in this time [s]."""
+SINKS = -3.0
+"""The mass is let down no faster than so [m/s²]: who falls can neither press nor step."""
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
 CLEAR = 0.012
@@ -311,8 +313,9 @@ class Pendulum:
         level, rise = self._slope(c)
         off = ref["com"][2] + level - self.plan.bent - c[2]
         pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
-        back = np.clip((pace - v[2]) / time, *BACK_UP)
-        wanted[2] = np.clip(rate**2 * ref["com_acceleration"][2] + back, *HEIGHTS)
+        own = rate**2 * ref["com_acceleration"][2]
+        back = min(max((pace - v[2]) / time, BACK_UP[0]), BACK_UP[1])
+        wanted[2] = min(max(own + back, min(own, SINKS)), HEIGHTS[1])
         return wanted
 
     def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:

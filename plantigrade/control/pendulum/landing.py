@@ -16,6 +16,14 @@ from plantigrade.control.replay.planner import LandingBox, easiest
 
 RATES = np.array([0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
 """Rates at which a step may be finished, of the recording's own."""
+FARTHEST, WIDEST = 1.3, 1.0
+"""Reach from the standing foot: ahead or behind, and to its side [leg lengths]; the body goes down
+for it."""
+CROSSES, CROSSED = 0.25, -0.12
+"""A foot that lands so far ahead of the other, or behind, may cross over, to this place."""
+SWINGS, HASTY = 40.0, 1e3
+"""Acceleration of a swinging foot beside its recorded path, at most [m/s²]; cost of what it falls
+short [1/m²]."""
 
 
 
@@ -184,6 +192,34 @@ class Landing:
         return float(np.linalg.norm(self.free - self.place))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Reach(LandingBox):
+    """Where a foot can land, and how soon it can be there.
+
+    Attributes:
+        speed: Of the foot beside its recorded path now [m/s].
+    """
+
+    speed: Float[Array, " 2"]
+    farthest: float = FARTHEST
+    widest: float = WIDEST
+    crosses: float = CROSSES
+    over: float = CROSSED
+
+    def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Return what it costs that the foot would have to be faster than it can.
+
+        It is led by a cubic, whose acceleration is greatest at its ends.
+
+        Args:
+            offset: Where it lands [m].
+            left: In what time [s].
+        """
+        away = offset - self.here - 2.0 / 3.0 * left[:, None] * self.speed
+        far = np.sqrt((away * away).sum(axis=1))
+        return HASTY * np.maximum(far - SWINGS * left**2 / 6.0, 0.0) ** 2
+
+
 def landing(
     law: LandingLaw,
     com: Float[Array, " 2"],
@@ -192,7 +228,7 @@ def landing(
     stands: Float[Array, " 2"],
     left: float,
     strike: Strike,
-    box: LandingBox,
+    box: Reach,
 ) -> Landing:
     """Return where and when the swinging foot is to land.
 
@@ -208,7 +244,7 @@ def landing(
         stands: The standing foot [m].
         left: Until the recording's foot strikes [s].
         strike: What the recording has then.
-        box: Where the foot can land, beside the place of the recording's.
+        box: Where and how soon the foot can land, beside the place of the recording's.
     """
     time = left / RATES
     there, speed = carried(com, velocity, pivot, strike.omega, time[:, None])

@@ -6,10 +6,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.pendulum.landing import Landing, LandingLaw, Strike, landing
+from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
 from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import Gait
-from plantigrade.control.replay.planner import LandingBox, decayed
+from plantigrade.control.replay.planner import decayed
 from plantigrade.control.replay.reference import Instant
 from plantigrade.control.replay.swing import NARROW
 from plantigrade.kinematics.state import State
@@ -22,7 +22,7 @@ ASTRAY = 0.4
 STRAIGHT, TIPTOE = 0.99, 0.12
 """Legs are straight at so much of their length; a trailing one is longer by its ankle [leg
 lengths]."""
-LOWEST = 0.35
+LOWEST = 0.2
 """So much lower the body goes for far feet, at most [leg lengths]."""
 REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
@@ -128,13 +128,15 @@ class Plan:
             slope=(float(np.arctan(rise[0])), float(np.arctan(rise[1]))),
         )
         stands = then["foot"][k, :2] + gait.offset(other.number)[:2]
-        box = LandingBox(
-            np.eye(2),
-            strike.lands - stands,
-            foot.left,
-            self.leg,
-            min(NARROW * self.leg, foot.left * float(strike.lands[1] - strike.stands[1])),
-            places[i, :2] - strike.lands,
+        apart = foot.left * float(strike.lands[1] - strike.stands[1])
+        box = Reach(
+            axes=np.eye(2),
+            nominal=strike.lands - stands,
+            side=foot.left,
+            leg=self.leg,
+            narrowest=min(NARROW * self.leg, apart),
+            here=foot.swing.offset - path,
+            speed=foot.swing.velocity,
         )
         # The recording's own effective pivot, where the foot really stands.
         grown = np.exp(omega * left)

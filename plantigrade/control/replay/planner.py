@@ -144,6 +144,10 @@ class LandingBox:
         leg: Length of the leg [m].
         narrowest: Least distance to the side [m].
         here: Offset at which the foot would land where it is now [m].
+        farthest: Reach ahead or behind [leg lengths].
+        widest: Reach to the side, likewise.
+        crosses: A foot that lands so far ahead of the other may cross over.
+        over: To this place beside it.
     """
 
     axes: Float[Array, "2 2"]
@@ -152,11 +156,15 @@ class LandingBox:
     leg: float
     narrowest: float
     here: Float[Array, " 2"]
+    farthest: float = FARTHEST
+    widest: float = WIDEST
+    crosses: float = CROSSES
+    over: float = CROSSED
 
     @property
     def crossed(self) -> float:
         """Place beside the other foot of one that crosses over in front of it, at most [m]."""
-        return min(CROSSED * self.leg, self.narrowest)
+        return min(self.over * self.leg, self.narrowest)
 
     @property
     def scale(self) -> Float[Array, " 2"]:
@@ -166,9 +174,9 @@ class LandingBox:
     def clipped(self, offset: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
         """Return offsets with the place within its limits."""
         place = (self.nominal + offset) @ self.axes
-        ahead = _within(place[:, 0], -FARTHEST * self.leg, FARTHEST * self.leg)
-        nearest = np.where(ahead > CROSSES * self.leg, self.crossed, self.narrowest)
-        aside = _within(self.side * place[:, 1], nearest, WIDEST * self.leg)
+        ahead = _within(place[:, 0], -self.farthest * self.leg, self.farthest * self.leg)
+        nearest = np.where(ahead > self.crosses * self.leg, self.crossed, self.narrowest)
+        aside = _within(self.side * place[:, 1], nearest, self.widest * self.leg)
         return np.stack([ahead, self.side * aside], axis=1) @ self.axes.T - self.nominal
 
     def after(self, missed: Float[Array, "m 2"]) -> Float[Array, " m"]:
@@ -179,8 +187,8 @@ class LandingBox:
         """
         aside = missed @ self.axes
         width = self.narrowest + NEXT * self.leg - self.side * aside[:, 1]
-        over = width - _within(width, self.narrowest, WIDEST * self.leg)
-        over = over**2 + np.maximum(np.abs(aside[:, 0]) - 0.5 * FARTHEST * self.leg, 0.0) ** 2
+        over = width - _within(width, self.narrowest, self.widest * self.leg)
+        over = over**2 + np.maximum(np.abs(aside[:, 0]) - 0.5 * self.farthest * self.leg, 0.0) ** 2
         return LATER * ((aside / self.scale) ** 2).sum(axis=1) + OUTSIDE * over
 
     def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
