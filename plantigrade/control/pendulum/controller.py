@@ -32,7 +32,6 @@ from plantigrade.control.replay.controller import (
 from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import JUST, Gait
 from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
-from plantigrade.control.replay.swing import APART, BESIDE, NARROW, WIDER
 from plantigrade.control.replay.tasks import com_rows, root_error, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -50,6 +49,10 @@ AROUND = 0.3
 CLEAR = 0.012
 """A foot is swung so much higher than recorded, in the middle: recorded toes pass the ground within
 millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
+LIFT = 0.02
+"""And so much by how fast it is led elsewhere [s]."""
+AXES = np.eye(2)
+"""The walk's way: ahead and to the left, as columns."""
 WALKS = 10.0
 """How long a walk is repeated where no duration is named [s]."""
 
@@ -332,25 +335,21 @@ class Pendulum:
         """
         place = np.array(ref["foot"][i])
         pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
+        others = self.gait.standing
+        if others:
+            k = SIDES.index(others[0].side)
+            planned = (ref["foot"][i] - ref["foot"][k])[:2]
+            off = place[:2] - foot[k, :2]
+            own.swing.pass_beside(off, planned, AXES, own.left, self.leg, self.clearance.legs)
         place[:2] += own.swing.offset
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
         u = (self.gait.phase - own.lifted) / max(own.touchdown - own.lifted, 1e-3)
-        place[2] += self._level(place) + CLEAR * self.leg * max(4.0 * u * (1.0 - u), 0.0)
+        clear = CLEAR * self.leg + LIFT * min(float(np.linalg.norm(own.swing.velocity)), 2.0)
+        place[2] += self._level(place) + clear * max(4.0 * u * (1.0 - u), 0.0)
         n = self.ground.normal_at(place)
         pace[2] -= (n[:2] @ pace[:2]) / n[2]
         if own.lowered:
             place[2] -= own.lowered
             pace[2] = -0.4
-        others = self.gait.standing
-        if others:
-            k = SIDES.index(others[0].side)
-            side = own.left
-            ahead, aside = place[:2] - foot[k, :2]
-            planned = abs(float((ref["foot"][i] - ref["foot"][k])[1]))
-            narrow = min(NARROW * self.leg, planned)
-            if self.clearance.legs > 0.0:  # the recording's own legs overlap
-                narrow = max(narrow, min(planned + self.clearance.legs + APART, WIDER * self.leg))
-            if abs(ahead) < BESIDE * self.leg and side * aside < narrow:
-                place[1] += side * (narrow - side * aside)
         return place, pace, push

@@ -19,8 +19,8 @@ RATES = np.array([0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
 FARTHEST, WIDEST = 1.3, 1.0
 """Reach from the standing foot: ahead or behind, and to its side [leg lengths]; the body goes down
 for it."""
-CROSSES, CROSSED = 0.25, -0.12
-"""A foot that lands so far ahead of the other, or behind, may cross over, to this place."""
+CROSSES, CROSSED = 0.3, -0.15
+"""A foot that lands so far ahead of the other may cross over, to this place."""
 SWINGS, HASTY = 40.0, 1e3
 """Acceleration of a swinging foot beside its recorded path, at most [m/s²]; cost of what it falls
 short [1/m²]."""
@@ -205,6 +205,24 @@ class Reach(LandingBox):
     widest: float = WIDEST
     crosses: float = CROSSES
     over: float = CROSSED
+
+    def clipped(self, offset: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
+        """Return offsets with the place within its limits.
+
+        Of a place beside the other foot and one across, far enough ahead of it, the one that costs
+        less is taken.
+        """
+        place = (self.nominal + offset) @ self.axes
+        far = self.farthest * self.leg
+        ahead = np.minimum(np.maximum(place[:, 0], -far), far)
+        widest, side = self.widest * self.leg, self.side * place[:, 1]
+        beside = np.stack([ahead, np.minimum(np.maximum(side, self.narrowest), widest)], axis=1)
+        past = np.maximum(ahead, self.crosses * self.leg)
+        across = np.stack([past, np.minimum(np.maximum(side, self.crossed), widest)], axis=1)
+        wanted = np.stack([place[:, 0], side], axis=1)
+        cost = [(((x - wanted) / self.scale) ** 2).sum(axis=1) for x in (beside, across)]
+        chosen = np.where((cost[0] <= cost[1])[:, None], beside, across)
+        return chosen * [1.0, self.side] @ self.axes.T - self.nominal
 
     def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
         """Return what it costs that the foot would have to be faster than it can.
