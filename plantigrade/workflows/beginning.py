@@ -14,7 +14,8 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Situation
 from plantigrade.control.balance import Followed, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
-from plantigrade.control.pendulum import walk_of
+from plantigrade.control.pendulum import Wish, walk_of
+from plantigrade.control.pendulum.route import path, speeds
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -234,6 +235,19 @@ def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
         record=begin.record,
         script=begin.script,
         stepping=how.stepping,
+        wish=wish_of(how),
+    )
+
+
+def wish_of(how: SimulateSettings) -> Wish:
+    """Return what a walk is to be.
+
+    Raises:
+        ParameterError: If a word is no speed or path.
+    """
+    return Wish(
+        speed=None if how.speed is None else speeds(how.speed),
+        way=None if how.path is None else path(how.path),
     )
 
 

@@ -138,9 +138,13 @@ class SimulateSettings(FitSettings):
     }
 
     controller: OptionalWord = None
-    """passive, posture, balance, hybrid, stable-pd, replay; absent: posture, or replay or PD."""
+    """passive, posture, balance, hybrid, stable-pd, replay, pendulum; absent: what is usual."""
     motion: Annotated[str | None, optional("NAME|FILE")] = None
     """Foot motion: tiptoe, tilt-inside, tilt-outside, circling, one-foot, jump, or a TOML file."""
+    speed: Annotated[str | None, optional("M/S[,M/S@S,…]")] = None
+    """Speed of a pendulum's walk, also from a time on: 1.2,0.8@5,0@10; it stands at 0."""
+    path: Annotated[str | None, optional("WAY")] = None
+    """Way of a pendulum's walk: straight, bearing:DEG[,DEG@S,…] or points:X,Y/X,Y[/…]."""
     stepping: Flag = False
     """Let balance take a step where standing in place can no longer succeed."""
     ground: OptionalWord = None
@@ -185,6 +189,7 @@ class SimulateSettings(FitSettings):
             checked(self.controller)
         if self.stepping and self.controller != "balance" and self.motion is None:
             raise ParameterError("stepping is that of balance: add controller=balance")
+        self._check_walk()
         if (
             self.rate is not None
             and self.control_rate is not None
@@ -193,6 +198,17 @@ class SimulateSettings(FitSettings):
             raise ParameterError(
                 f"rate={self.rate:g} must be a whole multiple of control_rate={self.control_rate:g}"
             )
+
+    def _check_walk(self) -> None:
+        """Refuse words that lead no walk."""
+        from plantigrade.control.pendulum.route import path, speeds
+
+        for name, read in {"speed": speeds, "path": path}.items():
+            word = getattr(self, name)
+            if word is not None and self.controller != "pendulum":
+                raise ParameterError(f"{name} is that of a walk: add controller=pendulum")
+            if word is not None:
+                read(word)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,10 +28,8 @@ from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
-from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
-from plantigrade.motion import Motion
-from plantigrade.record import Record, Run
+from plantigrade.record import Run
 from plantigrade.wbc.whole_body import Rows, Touching
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Push, World
@@ -293,16 +291,6 @@ def test_words_and_figures_of_a_walk():
     fell = [Landed(0.3, "l", None, 0.0)]  # out of a flight: nothing was predicted
     assert walk_told(fell, (0.1, 1.2, 0.0))[0].endswith("1 step.")
     assert "landing_error_median_m" not in walk_figures(fell, (0.1, 1.2, 0.0))
-
-
-@pytest.fixture(scope="module")
-def walk():
-    """The textbook walk of a person, a stride of it closed."""
-    human = Human.create(1.7, 65.0, "female", "42", "two-segment")
-    textbook = textbook_walk(human, speed=1.2, rate=60.0, cycles=2)
-    rest = np.zeros((len(textbook.time), human.model.nv))
-    motion = Motion(textbook.time, textbook.qpos, rest, human.joint_names, events=textbook.events)
-    return walk_of(Record(human, motion))
 
 
 @pytest.fixture(scope="module")

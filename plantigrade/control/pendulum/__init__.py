@@ -2,5 +2,6 @@
 
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.cycle import walk_of
+from plantigrade.control.pendulum.walker import Walker, Wish
 
-__all__ = ["Pendulum", "walk_of"]
+__all__ = ["Pendulum", "Walker", "Wish", "walk_of"]

@@ -4,7 +4,10 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground
+from plantigrade.control.pendulum.frame import Underfoot
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
+from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
@@ -31,7 +34,7 @@ from plantigrade.control.replay.controller import (
 )
 from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import JUST, Gait
-from plantigrade.control.replay.reference import Instant, Reference, reference_of, world_sites
+from plantigrade.control.replay.reference import Instant, reference_of, world_sites
 from plantigrade.control.replay.tasks import com_rows, root_error, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -72,6 +75,9 @@ class Pendulum:
         record_rate: Frames per second that are enough [1/s].
         lasts: How long it goes on where nobody says [s].
         landing: Where and when the swinging foot is to land; None in double support.
+        place: Where the centre of mass is [m].
+        low: The lowest place of each contact sphere [m].
+        height: How high that is above the ground [m].
 
     Raises:
         ParameterError: If there is no such law, the walk was not recorded on level ground, or its
@@ -89,7 +95,7 @@ class Pendulum:
         self.record, self.human = record, record.human
         self.law: LandingLaw = LAWS[law]
         self.clearance = clearance_of(record)
-        self.reference: Reference = reference_of(record, self.clearance)
+        self.reference = Paced(reference_of(record, self.clearance))
         repeats = self.reference.period is not None
         self.lasts = max(record.motion.duration, WALKS if repeats else 0.0)
         human, self.sites = self.human, world_sites(record)
@@ -126,8 +132,8 @@ class Pendulum:
         way = (motion.qpos[-1, :2] - motion.qpos[0, :2]) / motion.duration
         own = float(np.linalg.norm(way))
         ahead = way / own if own > 1e-6 else np.array([1.0, 0.0])
-        went = (self._com - self._from) if self._now > 0.0 else np.zeros(2)
-        side = float(ahead[0] * went[1] - ahead[1] * went[0])
+        went = (self.place - self._from) if self._now > 0.0 else np.zeros(2)
+        side = float(ahead[0] * went[1] - ahead[1] * went[0]) - float(self.plan.path[1])
         return float(went @ ahead) / max(self._now, 1e-9), own, side
 
     def drawings(self, state: State) -> tuple[Drawing, ...]:
@@ -144,27 +150,41 @@ class Pendulum:
             drawn.append(Drawing(name="landing", points=place[None], colour="#ef6c00"))
         return tuple(drawn)
 
-    def _begin(self, state: State) -> None:
-        """Start anew."""
+    def begin(self, state: State) -> None:
+        """Start anew, as the recording does.
+
+        Raises:
+            ParameterError: If the world is another person's.
+        """
         world = self._world = state.world
         if world.human.model.nv != self.human.model.nv:
             raise ParameterError(
                 f"the walk is of a person with {self.human.model.nv} degrees of freedom; the one "
                 f"in the world has {world.human.model.nv}"
             )
-        self.ground = world.ground
+        self.ground: Ground | Underfoot = world.ground
         self.normal = self.ground.normal
         self.friction = GRIP * self.ground.friction
-        self.gait = Gait(self.reference, self.record.weight)
         # What resists a rate holds a light toe back within a tick, as inertia does.
         still = np.zeros(len(state.rates))
         rests, turns = (world.actuators.passive(state.angles, v) for v in (still, still + 1.0))
         resisted = 0.5 / world.control_rate * (rests - turns)
         self.program = BoxProgram(self.human, world.actuators.armature + resisted)
-        self.landing, self.landings = None, []
-        self.plan = Plan(self.gait, self.law, self.leg, self.hip, 1.0 / world.control_rate)
-        self._began, self._now = state.time, 0.0
-        self._com = self._from = state.body.com[:2].copy()
+        self.landings, self._now = [], 0.0
+        self.place = self._from = state.body.com[:2].copy()
+        self.resume(state.body, 0.0)
+
+    def resume(self, body: BodyState, phase: float) -> None:
+        """Go on, on the feet as they are, from a phase of the recording [s]."""
+        assert self._world is not None  # it has begun
+        gait = self.gait = Gait(self.reference.recorded, self.record.weight, phase)
+        step = 1.0 / self._world.control_rate
+        self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, step)
+        self.landing, self._clock = None, phase
+        ref, foot = self.reference.at(phase), body.position(self.feet)
+        for i, own in enumerate(gait.feet):
+            if own.stands and own.number is not None:
+                gait.offset(own.number)[:2] = (foot[i] - ref["foot"][i])[:2]
 
     def _level(self, place: Array) -> float:
         """Return the height of the ground at a place [m]."""
@@ -183,8 +203,8 @@ class Pendulum:
 
     def __call__(self, state: State) -> Command:
         """Return what the joints are to do for one control step."""
-        if self._world is not state.world or state.time == 0.0:
-            self._begin(state)
+        if self._world is not state.world or (state.time == 0.0 and self._now > 0.0):
+            self.begin(state)
         step = 1.0 / state.world.control_rate
         gait, reference, body = self.gait, self.reference, state.body
         foot = self._foot = body.position(self.feet)
@@ -192,16 +212,19 @@ class Pendulum:
         load = state.world.contacts.loads(state.world.data, self.side_of, self.normal)
         ref = reference.at(gait.phase)
         beside = foot - ref["foot"]
+        self.low, self.height = low, height
         for i in (0, 1):
             beside[i, 2] = height[self.of_side[i]].min()
         landed = len(gait.touchdowns)
         gait.look(state.time, step, load, beside, np.eye(2))
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
-        self._com, self._now = body.com[:2].copy(), state.time - self._began
+        self.place, self._now = body.com[:2].copy(), self._now + step
         self.landing = self.plan.next(body, ref, foot, self._slope(body.com)[1], self._level)
         pace = hurried(self.plan.error) if self.landing is None else self.landing.rate
-        gait.advance(self._now, step, pace)
+        own = step * reference.cadence  # seconds of the recording
+        self._clock += own
+        gait.advance(self._clock, own, pace)
         ref = reference.at(gait.phase)
         return self._command(state, body, ref, low, height, foot)
 

@@ -26,7 +26,6 @@ SWINGS, HASTY = 40.0, 1e3
 short [1/m²]."""
 
 
-
 @dataclass(frozen=True, eq=False)
 class Strike:
     """What the recording has when its foot strikes; world axes, horizontal.

@@ -1,13 +1,14 @@
 """The plan of a walk: where and when the swinging foot lands, and what the mass is off."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
-from plantigrade.control.replay.footsteps import hurried
+from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.replay.gait import Gait
 from plantigrade.control.replay.planner import decayed
 from plantigrade.control.replay.reference import Instant
@@ -28,11 +29,16 @@ REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
 
 
+ANEW = 0.5
+"""Time constant with which the line of a walk that turns goes with the walker [s]."""
+
+
 class Plan:
     """The plan of one walk, made anew at every tick.
 
     Args:
         gait: Phase and feet of the walk; its swinging foot is led to the landing.
+        reference: The walk.
         law: By which feet land.
         leg: Length of the leg, hip to ankle [m].
         hip: Height of the mass above the hips [m].
@@ -44,15 +50,23 @@ class Plan:
         path: How far ahead of the recording, or behind, the walk stays for good, world [m].
         lead: What counters a lasting offset, world [m].
         bent: How much lower than recorded the body goes for legs to reach their feet [m].
+        turning: How fast the walk turns to the left [rad/s].
     """
 
-    def __init__(self, gait: Gait, law: LandingLaw, leg: float, hip: float, step: float):
+    def __init__(
+        self,
+        gait: Gait,
+        reference: Paced,
+        law: LandingLaw,
+        leg: float,
+        hip: float,
+        step: float,
+    ):
         self.gait, self.law, self.leg, self.hip, self.step = gait, law, leg, hip, step
-        self.reference = gait.reference
+        self.reference = reference
         self.error, self.shift = np.zeros(2), np.zeros(3)
         self.path, self.lead = np.zeros(2), np.zeros(2)
-        self.bent = 0.0
-        self._then: tuple[float, Instant | None] = (np.nan, None)
+        self.bent = self.turning = 0.0
 
     def next(
         self,
@@ -95,7 +109,8 @@ class Plan:
             deviation = xi - xi_ref - path
             if not standing:
                 for f in swinging:
-                    f.swing.lead(deviation + path, f.touchdown - gait.phase, self.step)
+                    left = (f.touchdown - gait.phase) / reference.cadence
+                    f.swing.lead(deviation + path, left, self.step)
                 self.error = np.zeros(2)
                 return None
             last = max((f.number for f in standing if f.number is not None), default=first)
@@ -106,11 +121,8 @@ class Plan:
             return None
         foot, other = swinging[0], standing[0]
         assert foot.number is not None and other.number is not None
-        left = max(foot.touchdown - gait.phase, 0.01)
-        when, then = self._then
-        if then is None or when != foot.touchdown:
-            then = reference.at(foot.touchdown)
-            self._then = (foot.touchdown, then)
+        left = max(foot.touchdown - gait.phase, 0.01) / reference.cadence
+        then = reference.at(foot.touchdown)
         head, _, weights = reference.schedule.weights(foot.touchdown)
         before = np.arange(head, head + len(weights)) < foot.number
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
@@ -127,7 +139,10 @@ class Plan:
             later=decayed(weights[~before], BACK),
             slope=(float(np.arctan(rise[0])), float(np.arctan(rise[1]))),
         )
-        stands = then["foot"][k, :2] + gait.offset(other.number)[:2]
+        # By then the walk looks another way.
+        com, turn = body.com[:2], turned(self.turning * left)
+        here = com + (places[:, :2] - com) @ turn.T
+        stands = com + turn @ (then["foot"][k, :2] + gait.offset(other.number)[:2] - com)
         apart = foot.left * float(strike.lands[1] - strike.stands[1])
         box = Reach(
             axes=np.eye(2),
@@ -142,13 +157,15 @@ class Plan:
         grown = np.exp(omega * left)
         xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
         pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
-        found = landing(
-            self.law, body.com[:2], body.com_velocity[:2], pivot, stands, left, strike, box
-        )
+        pivot, speed = com + turn @ (pivot - com), turn @ body.com_velocity[:2]
+        found = landing(self.law, com, speed, pivot, stands, left, strike, box)
         home = strike.lands + BACK * (self.shift[:2] - path)
         self.error = np.exp(-omega * found.after) * strike.later * (found.free - home)
         self._bend(level, found.com, found.place, then["com"], then["foot"][i])
-        self._bend(level, found.com, places[k, :2], then["com"], then["foot"][k], TIPTOE)
+        self._bend(level, found.com, here[k], then["com"], then["foot"][k], TIPTOE)
+        found = replace(
+            found, place=com + (found.place - com) @ turn, free=com + (found.free - com) @ turn
+        )
         offset = found.place - then["foot"][i, :2]
         foot.swing.lead(offset, left / max(gait.rate, 0.2), self.step)
         return found
@@ -183,6 +200,14 @@ class Plan:
         far = ASTRAY * self.leg
         off = self.shift[:2] - self.path
         self.path[0] += off[0] - np.clip(off[0], -far, far)
+        if self.turning:  # nobody has to go back to the line of before
+            self.path[1] += self.step / ANEW * off[1]
         self.lead -= self.step * REGAIN * np.clip(off, -far, far)
         self.lead = np.clip(self.lead, -far, far)
         return self.shift[:2] - np.clip(off, -far, far) + self.lead
+
+
+def turned(angle: float) -> Float[Array, "2 2"]:
+    """Return the rotation to axes that are turned to the left."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, s], [-s, c]])

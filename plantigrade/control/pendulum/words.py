@@ -54,6 +54,27 @@ def walk_told(landings: Sequence[Landed], speeds: tuple[float, float, float]) ->
     return tuple(told)
 
 
+def led_told(
+    speed: tuple[float, float] | None, astray: float | None, stood: Sequence[tuple[float, float]]
+) -> tuple[str, ...]:
+    """Return sentences on a walk that was led.
+
+    Args:
+        speed: What was wanted at the end, and what it was then, over a stride [m/s]; None where
+            none was wanted.
+        astray: How far it was beside its way at most, over a stride [m]; None where it had none.
+        stood: From when to when it stood [s].
+    """
+    told = []
+    if speed is not None and speed[0] > 0.0:
+        told.append(f"At the end {speed[0]:.2f} m/s were wanted, and it walked at {speed[1]:.2f}.")
+    if astray is not None:
+        told.append(f"It kept within {100 * astray:.0f} cm of its way.")
+    for start, end in stood:
+        told.append(f"It stood from {start:.1f} to {end:.1f} s.")
+    return tuple(told)
+
+
 def walk_figures(
     landings: Sequence[Landed], speeds: tuple[float, float, float]
 ) -> dict[str, float]:

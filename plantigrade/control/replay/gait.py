@@ -95,19 +95,19 @@ class Gait:
         touchdowns: All of them so far.
     """
 
-    def __init__(self, reference: Reference, weight: float):
+    def __init__(self, reference: Reference, weight: float, phase: float = 0.0):
         self.reference, self.weight = reference, weight
-        self.phase, self.rate = 0.0, 1.0
+        self.phase, self.rate = phase, 1.0
         self._offsets = np.zeros((64, 3))
         self.touchdowns: list[Touchdown] = []
         self.feet: list[Foot] = []
         schedule = reference.schedule
         for side in SIDES:
-            number = schedule.standing(side, 0.0)
+            number = schedule.standing(side, phase)
             if number is not None:
                 self.feet.append(Foot(side, number, True))
                 continue
-            ahead = schedule.after(side, 0.0)
+            ahead = schedule.after(side, phase)
             foot = Foot(side, None, False, np.inf)
             if ahead is not None:
                 foot.number, foot.touchdown = ahead

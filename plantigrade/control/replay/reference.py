@@ -42,16 +42,16 @@ class Instant:
     def __init__(
         self, row: Float[Array, " n_columns"], columns: dict[str, tuple[slice, tuple[int, ...]]]
     ):
-        self._row, self._columns = row, columns
+        self.row, self._columns = row, columns
 
     def __getitem__(self, name: str) -> Array:
         """Return what has a name."""
         cut, shape = self._columns[name]
-        return self._row[cut].reshape(shape)
+        return self.row[cut].reshape(shape)
 
     def still(self) -> "Instant":
         """Return the same instant as if the motion rested there."""
-        out = Instant(self._row.copy(), self._columns)
+        out = Instant(self.row.copy(), self._columns)
         for name in CHANGES:
             out[name][...] = 0.0
         out["pressure"][:] = out["com"]

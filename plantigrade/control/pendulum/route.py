@@ -1,0 +1,170 @@
+"""Where a walk leads, and how fast: what is wanted at a time and a place.
+
+Ways are in the plane of the ground from where the walk starts: x ahead, y to the left.
+"""
+
+from dataclasses import dataclass
+from math import atan2, cos, hypot, pi, remainder, sin
+
+import numpy as np
+
+from plantigrade.errors import ParameterError
+
+AHEAD = 0.6
+"""So far ahead of a walker on a way the place is that is walked to [m]: less turns sooner."""
+FASTEST = 5.0
+"""Speeds above this are no walk [m/s]."""
+PATH = (
+    "write straight; bearing:DEG, or bearing:0,90@5 to turn left by 90° after 5 s; or "
+    "points:X,Y/X,Y such as points:4,0/4,3 in metres, x ahead and y to the left"
+)
+SPEED = "write M/S, or 1.2,0.8@5,0@10 to go slower after 5 s and stand after 10 s"
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A number that is another one from times on.
+
+    Attributes:
+        times: From when, rising, the first zero [s].
+        values: What it is from then on.
+    """
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def at(self, time: float) -> float:
+        """Return what it is at a time [s]."""
+        i = int(np.searchsorted(self.times, time + 1e-9, side="right"))
+        return self.values[max(i - 1, 0)]
+
+    @classmethod
+    def written(cls, word: str, what: str, form: str) -> "Timed":
+        """Return the numbers of a word, ``VALUE[,VALUE@SECONDS…]``.
+
+        Raises:
+            ParameterError: If it is none; ``what`` it should be, and its ``form``.
+        """
+        times, values = [], []
+        try:
+            for i, part in enumerate(word.split(",")):
+                value, at, when = part.partition("@")
+                values.append(float(value))
+                times.append(float(when) if at else 0.0)
+                if bool(at) == (i == 0) and times[-1] != 0.0 or (i > 0 and not at):
+                    raise ValueError
+        except ValueError:
+            raise ParameterError(f"{word!r} is no {what}: {form}") from None
+        if not np.isfinite([*times, *values]).all() or (np.diff([0.0, *times]) < 0.0).any():
+            raise ParameterError(f"{word!r} is no {what}, its times must rise: {form}")
+        return cls(tuple(times), tuple(values))
+
+
+def speeds(word: str) -> Timed:
+    """Return the speeds of a word [m/s].
+
+    Raises:
+        ParameterError: If it is none.
+
+    Example:
+        >>> speeds("1.2,0.8@5").at(6.0)
+        0.8
+    """
+    found = Timed.written(word, "speed", SPEED)
+    if not all(0.0 <= v <= FASTEST for v in found.values):
+        raise ParameterError(f"{word!r}: a speed must be 0–{FASTEST:g} m/s")
+    return found
+
+
+@dataclass(frozen=True)
+class Bearings:
+    """Walk in a direction, straight on.
+
+    Attributes:
+        angles: In which, to the left of the first one [deg].
+    """
+
+    angles: Timed
+
+    def bearing(self, time: float, x: float, y: float) -> float | None:
+        """Return where to go [rad]."""
+        return self.angles.at(time) * pi / 180.0
+
+
+class Points:
+    """Walk from point to point, and no further than to the last.
+
+    The way between two points is followed, not only the next point: who was pushed aside comes back
+    to it.
+
+    Args:
+        places: The points [m].
+    """
+
+    def __init__(self, places: tuple[tuple[float, float], ...]):
+        self.places = ((0.0, 0.0), *places)
+        self._leg = 1
+
+    def bearing(self, time: float, x: float, y: float) -> float | None:
+        """Return where to go [rad]; None at the end.
+
+        Asked in order of time: a point that was passed is not walked to again.
+        """
+        if time <= 0.0:
+            self._leg = 1
+        while self._leg < len(self.places):
+            (x0, y0), (x1, y1) = self.places[self._leg - 1 : self._leg + 1]
+            length = max(hypot(x1 - x0, y1 - y0), 1e-9)
+            ahead = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / length
+            last = self._leg == len(self.places) - 1
+            if ahead < length - (0.0 if last else self._early()):
+                to = ahead + AHEAD
+                px, py = x0 + (x1 - x0) * to / length, y0 + (y1 - y0) * to / length
+                return atan2(py - y, px - x)
+            self._leg += 1
+        return None
+
+    def _early(self) -> float:
+        """Return how far before a corner the next way is taken: half of it is still to go [m]."""
+        (x0, y0), (x1, y1), (x2, y2) = self.places[self._leg - 1 : self._leg + 2]
+        turn = remainder(atan2(y2 - y1, x2 - x1) - atan2(y1 - y0, x1 - x0), 2.0 * pi)
+        return 0.5 * AHEAD * min(abs(turn), 1.0)
+
+
+Way = Bearings | Points
+
+
+def path(word: str) -> Way:
+    """Return the way of a word.
+
+    Raises:
+        ParameterError: If it is none.
+
+    Example:
+        >>> path("points:4,0/4,3").places[-1]
+        (4.0, 3.0)
+    """
+    kind, _, rest = word.partition(":")
+    if word == "straight":
+        return Bearings(Timed((0.0,), (0.0,)))
+    if kind == "bearing":
+        return Bearings(Timed.written(rest, "bearing", PATH))
+    if kind == "points":
+        try:
+            places = [tuple(float(c) for c in each.split(",")) for each in rest.split("/")]
+        except ValueError:
+            places = []
+        if not places or any(len(p) != 2 or not np.isfinite(p).all() for p in places):
+            raise ParameterError(f"{word!r} is no path: {PATH}")
+        return Points(tuple((p[0], p[1]) for p in places))
+    raise ParameterError(f"{word!r} is no path: {PATH}")
+
+
+def toward(bearing: float, angle: float) -> float:
+    """Return by how much to turn left to look in a direction, the shorter way [rad]."""
+    return remainder(bearing - angle, 2.0 * pi)
+
+
+def ahead_of(angle: float) -> tuple[float, float]:
+    """Return the unit vector in a direction."""
+    return cos(angle), sin(angle)

@@ -1,0 +1,300 @@
+"""A walk that is led: how fast, which way, when it stops, and when it goes on."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.control.balance import Balance
+from plantigrade.control.balance.support import beyond
+from plantigrade.control.pendulum.controller import Pendulum
+from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
+from plantigrade.control.pendulum.route import Points, Timed, Way, toward
+from plantigrade.control.pendulum.settling import Settling
+from plantigrade.control.pendulum.words import led_told
+from plantigrade.errors import ParameterError
+from plantigrade.record import Record
+from plantigrade.world import Command, Drawing, State, Target, World, standing_on
+
+MOST = 1.3
+"""Longest steps, by the recorded ones."""
+SPEEDING, TURNING = 0.5, 0.4
+"""A walk is made faster or slower by so much [m/s²], and turned so fast [rad/s]."""
+TWISTING = 1.0
+"""So much sooner it is turned [rad/s²]."""
+STEERING = 2.0
+"""A bearing that is missed is turned to at this rate [1/s]."""
+REGAIN, CORRECTED = 0.08, 0.25
+"""A speed that is missed is made up for at this rate [1/s], by so much of the steps at most."""
+STEADY = 2.5
+"""So long after a change of speed the mean speed is believed [s]."""
+MEAN = 1.2
+"""Time constant of the mean speed: about a stride [s]."""
+SLOW = 0.35
+"""Who steps no longer than this, by the recorded steps, may come to stand."""
+WITHIN = 0.02
+"""They stand once the extrapolated centre of mass is so far inside of what both feet span [m]."""
+LOW = 0.01
+"""What is so near the ground carries then [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wish:
+    """What a walk is to be.
+
+    Attributes:
+        speed: How fast [m/s]; as recorded if absent.
+        way: Where to; straight on if absent.
+    """
+
+    speed: Timed | None = None
+    way: Way | None = None
+
+
+class Walker:
+    """Walk as recorded at a wanted speed along a wanted way; stand where it is zero.
+
+    The pendulum walks along x; it is shown the world in a frame that turns and goes with the way.
+
+    Args:
+        record: The walk; :class:`~plantigrade.control.pendulum.controller.Pendulum` has the rest.
+        wish: What it is to be.
+        law: By which feet land.
+
+    Attributes:
+        targets: Speed and heading, to be set while it walks.
+        walks: Whether it walks; else it stands.
+
+    Raises:
+        ParameterError: As the pendulum does; or if the walk is too slow for the speed, or has no
+            stride that could be repeated.
+    """
+
+    rate, control_rate = Pendulum.rate, Pendulum.control_rate
+    record_rate = Pendulum.record_rate
+
+    def __init__(self, record: Record, wish: Wish | None = None, law: str = "divergent"):
+        self.pendulum = Pendulum(record, law)
+        self.record, self.wish, self.lasts = record, wish or Wish(), self.pendulum.lasts
+        paced = self.pendulum.reference
+        self._own = paced.speed
+        if self.wish != Wish() and paced.period is None:
+            raise ParameterError(
+                "speed and path are those of a walk that is repeated; no stride of this one is"
+            )
+        most = MOST * max(self._own, 0.1)
+        asked = () if self.wish.speed is None else self.wish.speed.values
+        if asked and max(asked) > most:
+            raise ParameterError(
+                f"speed={max(asked):g} m/s is more than {most:.2f} m/s, {MOST:g} times that of "
+                "the recording: name a faster walk"
+            )
+        self.targets = (
+            Target("speed", 0.0, most, min(max(self._own, 0.0), most), "m/s"),
+            Target("heading", -180.0, 180.0, 0.0, "deg"),
+        )
+        self.walks, self._world, self._balance = True, None, Balance()
+
+    def follow(self, points: Float[Array, "n 2"]) -> None:
+        """Walk from point to point, and stand at the last.
+
+        Args:
+            points: The points, world; without the start [m].
+        """
+        way = Points(tuple((float(x), float(y)) for x, y in points))
+        self.wish = Wish(speed=self.wish.speed, way=way)
+
+    def said(self) -> tuple[str, ...]:
+        """Return what it did in the last simulation, one sentence each."""
+        if self._world is None:
+            return ()
+        wish = self.wish
+        speed = None if wish.speed is None else (self.targets[0].value, self._mean)
+        astray = None if wish.way is None else self._astray
+        return (*self.pendulum.said(), *led_told(speed, astray, self._stood))
+
+    def figures(self) -> dict[str, float]:
+        """Return figures of the last simulation."""
+        figures = self.pendulum.figures()
+        if self._world is not None and self.wish != Wish():
+            figures["speed_wanted_m_s"] = self.targets[0].value
+            figures["speed_at_end_m_s"] = self._mean if self.walks else 0.0
+            figures["astray_max_m"] = self._astray
+            figures["stood_s"] = sum(end - start for start, end in self._stood)
+        return figures
+
+    def drawings(self, state: State) -> tuple[Drawing, ...]:
+        """Return the pendulum and where the swinging foot is to land; what balance has."""
+        if self._world is not state.world:
+            return ()
+        if not self.walks:
+            return self._balance.drawings(state)
+        drawn = self.pendulum.drawings(self._seen(state))
+        if self.frame.is_world:
+            return drawn
+        put = self.frame.to_world
+        return tuple(
+            Drawing(
+                name=d.name,
+                points=None if d.points is None else put(d.points),
+                lines=None if d.lines is None else put(d.lines),
+                colour=d.colour,
+            )
+            for d in drawn
+        )
+
+    def __call__(self, state: State) -> Command:
+        """Return what the joints are to do for one control step."""
+        if self._world is not state.world or (state.time == 0.0 and self._time > 0.0):
+            self._begin(state)
+        self._time = state.time
+        self._ask(state.time)
+        if self.walks and self._may_stand(state):
+            self._stop(state)
+        elif not self.walks and self.targets[0].value > 0.0:
+            self._go_on(state)
+        if not self.walks:
+            self._stood[-1] = (self._stood[-1][0], state.time)
+            return self._balance(state)
+        pendulum, frame, step = self.pendulum, self.frame, 1.0 / state.world.control_rate
+        self._steer(step)
+        self._pace(step)
+        if self._ground.moves or not frame.is_world:
+            pendulum.ground, pendulum.normal = self._ground, self._ground.normal
+        command = pendulum(self._seen(state))
+        if frame.is_world:
+            return command
+        place = np.append(command.signals["landing"], 0.0)
+        return replace(command, signals={**command.signals, "landing": frame.to_world(place)[:2]})
+
+    def _begin(self, state: State) -> None:
+        """Start anew."""
+        self._world: World | None = state.world
+        self.frame = Frame()
+        self.pendulum.reference.start(1.0, 0.0, 0.0)
+        self.pendulum.begin(state)
+        self._ground = Underfoot(state.world, self.frame)
+        self.walks, self._time = True, 0.0
+        self._stride, self._mean, self._more = 1.0, self._own, 0.0
+        self._last = float(self.pendulum.place[0])
+        self._asked = self._way = np.nan
+        self._steady = 0.0
+        self._rate = self._aside = self._astray = 0.0
+        self._stood: list[tuple[float, float]] = []
+
+    def _seen(self, state: State) -> State:
+        """Return the state as the pendulum sees it."""
+        return state if self.frame.is_world else Seen(state, self.frame)
+
+    def _ask(self, time: float) -> None:
+        """Set the targets to what is wanted now, where that is another than before."""
+        speed, heading = self.targets
+        if self.wish.speed is not None:
+            asked = self.wish.speed.at(time)
+            if asked != self._asked:
+                self._asked = asked
+                speed.set(asked)
+        if self.wish.way is not None:
+            x, y = self.frame.to_world(np.array([*self._here, 0.0]))[:2]
+            way = self.wish.way.bearing(time, float(x), float(y))
+            if way is None:
+                speed.set(0.0)
+            elif way != self._way:
+                self._way = way
+                heading.set(float(np.rad2deg(toward(way, 0.0))))
+
+    @property
+    def _here(self) -> tuple[float, float]:
+        """Where on their line the walker is, in the frame [m]."""
+        return float(self.pendulum.place[0]), float(self.pendulum.plan.path[1])
+
+    def _steer(self, step: float) -> None:
+        """Turn the frame to the bearing that is wanted."""
+        off = float(self.pendulum.place[1]) - self._here[1]
+        self._aside += step / MEAN * (off - self._aside)
+        self._astray = max(self._astray, abs(self._aside))
+        off = toward(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
+        rate = min(max(STEERING * off, -TURNING), TURNING)
+        far = TWISTING * step
+        self._rate += min(max(rate - self._rate, -far), far)
+        if abs(off) + abs(self._rate) < 1e-6:
+            self._rate = 0.0
+        paced = self.pendulum.reference
+        paced.inward = self._rate * self._mean / paced.omega**2
+        self.pendulum.plan.turning = self._rate
+        if self._rate != 0.0:
+            self.frame.steer(*self._here, step * self._rate)
+
+    def _pace(self, step: float) -> None:
+        """Make steps longer or shorter, to the speed that is wanted."""
+        paced, wanted = self.pendulum.reference, self.targets[0].value
+        own = max(self._own, 1e-3)
+        ahead = float(self.pendulum.place[0])
+        self._mean += step / MEAN * ((ahead - self._last) / step - self._mean)
+        self._last = ahead
+        aim, far = wanted / own, SPEEDING / own * step
+        self._stride += min(max(aim - self._stride, -far), far)
+        self._steady = self._steady + step if self._stride == aim else 0.0
+        if self._steady > STEADY and aim > SLOW:
+            self._more += step * REGAIN * (wanted - self._mean) / own
+            self._more = min(max(self._more, -CORRECTED), CORRECTED)
+        more = self._more * min(self._stride / SLOW, 1.0)
+        paced.set(min(self._stride + more, MOST), 1.0, self.pendulum.gait.phase)
+
+    def _may_stand(self, state: State) -> bool:
+        """Return whether balance could take over now, and should."""
+        if self.targets[0].value > 0.0 or self._stride > SLOW:
+            return False
+        if len(self.pendulum.gait.standing) < len(SIDES):
+            return False
+        body = self._seen(state).body
+        xi = (body.com + body.com_velocity / self.pendulum.reference.omega)[:2]
+        low, height = self.pendulum.low, self.pendulum.height
+        return beyond(low[height < LOW, :2], xi) < -WITHIN
+
+    def _stop(self, state: State) -> None:
+        """Hand over to balance."""
+        world, human = state.world, state.human
+        self.walks = False
+        self._stood.append((state.time, state.time))
+        if self._ground.moves:
+            self._balance = Balance(stepping=True)
+            return
+        feet = self.frame.to_world(self.pendulum.low)
+        x, y = feet.mean(axis=0)[:2]
+        place = (float(x), float(y), self.frame.angle)
+        stands = standing_on(human, world.ground, place=place)
+        self._balance = Balance(Settling(human, state.qpos, stands, state.time), stepping=True)
+
+    def _go_on(self, state: State) -> None:
+        """Walk again, with steps in place at first."""
+        pendulum, paced = self.pendulum, self.pendulum.reference
+        body = self._seen(state).body
+        feet = body.position(pendulum.feet)
+        phase = self._between(float(feet[0, 0] - feet[1, 0]))
+        middle = feet.mean(axis=0)
+        paced.start(0.0, phase, float(middle[0]))
+        self.frame.shift(float(middle[1]))
+        self.walks, self._stride, self._mean, self._more = True, 0.0, 0.0, 0.0
+        self._last = float(middle[0])
+        pendulum.place = middle[:2] * [1.0, 0.0]
+        pendulum.resume(self._seen(state).body, phase)
+
+    def _between(self, ahead: float) -> float:
+        """Return when both feet of the recording carry alike, the foot in front being the same.
+
+        Args:
+            ahead: How far the right foot is in front [m].
+        """
+        paced = self.pendulum.reference.recorded
+        times = np.arange(0.0, paced.duration, 0.01)
+        best = []
+        for time in times:
+            now = paced.at(float(time))
+            carries = [float((now["on"][self.pendulum.side_of == i] > 0.5).any()) for i in (0, 1)]
+            foot, com = now["foot"], now["com"]
+            middle = abs(float(com[0] - foot[:, 0].mean())) + 10.0 * (2.0 - sum(carries))
+            same = float(foot[0, 0] - foot[1, 0]) * ahead >= 0.0
+            best.append(middle + (0.0 if same else 1.0))
+        return float(times[int(np.argmin(best))])

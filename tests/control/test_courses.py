@@ -1,0 +1,119 @@
+"""Walks at other speeds, along other ways, that stop and start."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.contact.ground import Bump, Ground
+from plantigrade.control.pendulum import Walker, Wish, walk_of
+from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
+from plantigrade.control.pendulum.pace import Paced
+from plantigrade.control.pendulum.route import path, speeds
+from plantigrade.control.replay.reference import reference_of
+from plantigrade.errors import ParameterError
+from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.world import World
+
+
+def test_longer_and_quicker_steps_keep_the_pendulum_true(walk):
+    recorded = reference_of(walk)
+    paced = Paced(recorded)
+    assert paced.speed == pytest.approx(1.2, rel=0.1)
+    before = paced.at(0.5)["com"].copy()
+    paced.set(1.3, 1.1, 0.5)
+    # Nothing jumps but the step, which is as much longer about the mean place.
+    assert paced.at(0.5)["com"] == pytest.approx(before, abs=0.02)
+    now, own = paced.at(0.7), recorded.at(0.7)
+    assert now["com_velocity"] == pytest.approx(own["com_velocity"] * [1.43, 1.1, 1.1])
+    assert now["foot_acceleration"] == pytest.approx(own["foot_acceleration"] * [1.573, 1.21, 1.21])
+    # What moves the mass is its distance from the pressure, by the cadence squared.
+    off, was = ((x["com"] - x["pressure"])[:2] for x in (now, own))
+    assert off == pytest.approx(was * [1.573, 1.21])
+    paced.set(0.5, 1.0, 0.9)
+    stride = paced.at(0.9 + paced.period)["com"] - paced.at(0.9)["com"]
+    assert stride[0] == pytest.approx(0.5 * recorded.advance[0])
+
+
+def test_words_of_speed_and_way_are_read_and_bad_ones_refused():
+    found = speeds("1.2,0.8@5,0@10")
+    assert [found.at(t) for t in (0.0, 4.9, 5.0, 12.0)] == [1.2, 1.2, 0.8, 0.0]
+    for word in ("fast", "1.2@3", "1.2,0.8", "1.2,1@5,2@3", "1.2,9@3", "-1", "nan"):
+        with pytest.raises(ParameterError, match="speed"):
+            speeds(word)
+    way = path("bearing:0,90@5")
+    assert way.bearing(4.0, 7.0, 1.0) == 0.0 and way.bearing(5.0, 0.0, 0.0) == pytest.approx(
+        np.pi / 2
+    )
+    assert path("straight").bearing(9.0, 1.0, 2.0) == 0.0
+    for word in ("left", "bearing:", "bearing:x", "points:1,2/3", "points:", "points:1,inf"):
+        with pytest.raises(ParameterError, match="write straight; bearing:DEG"):
+            path(word)
+
+
+def test_a_way_through_points_is_come_back_to_and_ends_at_the_last():
+    way = path("points:4,0/4,3")
+    assert way.bearing(0.0, 1.0, 0.0) == pytest.approx(0.0)
+    assert way.bearing(0.1, 1.0, 0.3) < -0.2  # beside it: back to it, not straight to the corner
+    assert way.bearing(0.2, 3.95, 0.0) == pytest.approx(np.pi / 2, abs=0.2)
+    assert way.bearing(0.3, 1.0, 0.0) > 0.15  # what was passed is not walked to again
+    assert way.bearing(0.4, 4.0, 3.01) is None
+    assert way.bearing(0.0, 1.0, 0.0) == pytest.approx(0.0)  # another walk begins
+
+
+def test_a_frame_shows_the_world_as_it_is_from_there(walk):
+    frame, motion = Frame(), walk.motion
+    frame.steer(1.0, 0.2, 0.7)
+    frame.shift(0.3)
+    assert frame.to_world(np.array([1.0, -0.1, 0.0])) == pytest.approx([1.0, 0.2, 0.0])
+    points = np.array([[0.3, -2.0, 0.5], [1.0, 1.0, 0.0]])
+    assert frame.to_walk(frame.to_world(points)) == pytest.approx(points)
+    ground = Ground(slope=0.1, bumps=(Bump((0.6, 0.1, -0.9), 1.0),))
+    world = World(walk.human, ground, recording=False, qpos=motion.qpos[0], qvel=motion.qvel[0])
+    state = world.reset()
+    seen, own = Seen(state, frame).body, world.reset().body
+    assert seen.com == pytest.approx(frame.to_walk(own.com))
+    assert frame.turn @ seen.com_velocity == pytest.approx(own.com_velocity)
+    assert seen.angular_momentum @ frame.turn.T == pytest.approx(own.angular_momentum)
+    under = Underfoot(world, frame)
+    up = under.normal_at(points)
+    assert up @ frame.turn.T == pytest.approx(ground.normal_at(frame.to_world(points)))
+    gap = points @ under.normal - under.under(points)
+    there = frame.to_world(points)
+    assert gap == pytest.approx(there @ ground.normal - ground.under(there))
+
+
+def test_a_walk_is_not_led_beyond_what_it_can(walk):
+    with pytest.raises(ParameterError, match="name a faster walk"):
+        Walker(walk, Wish(speed=speeds("1.0,2.5@3")))
+    part = walk.motion.frames(np.arange(walk.motion.n_frames // 3))
+    with pytest.raises(ParameterError, match="walk that is repeated"):
+        Walker(walk_of(replace(walk, motion=part)), Wish(speed=speeds("1.0")))
+    with pytest.raises(ParameterError, match="add controller=pendulum"):
+        SimulateSettings(speed="1.0")
+
+
+@pytest.mark.slow
+def test_a_walk_turns_stands_and_goes_on(walk):
+    wish = Wish(speed=speeds("1.2,0@3.5,0.9@6"), way=path("bearing:0,30@1"))
+    walker, motion = Walker(walk, wish), walk.motion
+    world = World(
+        walk.human,
+        walk.ground,
+        rate=walker.rate,
+        control_rate=walker.control_rate,
+        recording=False,
+        qpos=motion.qpos[0],
+        qvel=motion.qvel[0],
+    )
+    state, places = world.reset(), {}
+    while world.time < 9.0 and world.fall is None:
+        state = world.step(walker(state))
+        places[round(world.time, 3)] = world.data.subtree_com[1].copy()
+    assert world.fall is None
+    way = places[3.5] - places[2.8]
+    assert np.rad2deg(np.arctan2(way[1], way[0])) == pytest.approx(30.0, abs=8.0)
+    assert np.linalg.norm(places[6.0] - places[5.5]) < 0.05
+    assert np.linalg.norm(places[9.0] - places[8.0]) > 0.5
+    assert 1.0 < walker.figures()["stood_s"] < 2.5
+    assert any(said.startswith("It stood from") for said in walker.said())
