@@ -54,7 +54,7 @@ class Command(PrintOptions, Bounded):
     all: Flag = False
     """Run every experiment, whether or not one fails; figures.json in --out has their figures."""
     quick: Flag = False
-    """A short form: a few recordings or motions of each kind; all experiments in five minutes."""
+    """A short form: a few recordings or motions of each kind; all experiments in eight minutes."""
     compare: Annotated[tuple[Path, Path] | None, optional("BEFORE.json AFTER.json")] = None
     """Run nothing, but print what differs between two files of figures that --all has written."""
     data: OptionalPath = None

@@ -34,7 +34,7 @@ from plantigrade.report.section import Section
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.harness import Going, Landing, PushedWalk, walk, world_for
 from plantigrade.workflows.motions import synthesize
-from plantigrade.workflows.walkers import Walker, on_body, walker
+from plantigrade.workflows.walkers import Walker, on_body, walks_as
 from plantigrade.world.grounds import ground_named
 
 FEET = ("multi-segment", "two-segment", "rigid")
@@ -67,8 +67,8 @@ def walking_on(controller: str, data: Path | None, feet: str) -> Walker:
     who = person(feet=feet)
     if data is None or not (data / RECORDING).exists():
         told = {"speed": SPEED, "periodic": True, "height": who.height, "mass": who.mass}
-        return walker(controller, synthesize("walk", feet=feet, **told).record)
-    return walker(controller, on_body(recorded(data / RECORDING, feet), who))
+        return walks_as(controller, synthesize("walk", feet=feet, **told).record)
+    return walks_as(controller, on_body(recorded(data / RECORDING, feet), who))
 
 
 @on_one_thread

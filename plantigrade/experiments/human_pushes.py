@@ -22,7 +22,7 @@ from plantigrade.experiments.walking import recorded
 from plantigrade.models import Human
 from plantigrade.record import Record
 from plantigrade.workflows.harness import Walked, walk
-from plantigrade.workflows.walkers import leg_of, on_body, walker
+from plantigrade.workflows.walkers import leg_of, on_body, walker, walks_as
 from plantigrade.world import PhasePush
 
 FILE = "pushes/human-data.csv"
@@ -137,7 +137,7 @@ def walk_at(data: Path, human: Human, speed: float) -> Record:
 def give(controller: str, data: Path, pushed: Pushed) -> Result:
     """Return what became of a simulated person."""
     human = Human.create(pushed.height, pushed.mass, pushed.sex)  # pyright: ignore[reportArgumentType]
-    one = walker(controller, walk_at(data, human, pushed.speed))
+    one = walks_as(controller, walk_at(data, human, pushed.speed))
     towards = -1.0 if pushed.side == "l" else 1.0
     push = PhasePush(
         force=pushed.force,

@@ -272,13 +272,18 @@ def pictures(kept: KeptResults) -> list[Section]:
     for (kind, controller), found in maps(kept).items():
         drawn = []
         circle = np.linspace(0.0, 2 * np.pi, 73)
+        most = max(MEDIAN, *(r["on_feet"] for r in found.values()))  # one scale for all phases
+        frame = Series(most * np.cos(circle), most * np.sin(circle), opacity=0.0)
         for p in sorted({p for p, _ in found}):
             own = {d: r for (q, d), r in found.items() if q == p}
             if len(own) < 3:
                 continue
             order = [*sorted(own), min(own)]
             turns = np.deg2rad(order)
-            lines = [Series(MEDIAN * np.cos(circle), MEDIAN * np.sin(circle), "400 N", dash="2 4")]
+            lines = [
+                frame,
+                Series(MEDIAN * np.cos(circle), MEDIAN * np.sin(circle), "400 N", dash="2 4"),
+            ]
             for name, dash in (("force", ""), ("on_feet", "5 3")):
                 size = np.array([own[d][name] for d in order])
                 label = "back to the gait" if name == "force" else "on the feet"

@@ -30,7 +30,7 @@ from plantigrade.experiments.walking import (
     walking,
 )
 from plantigrade.workflows.harness import walk
-from plantigrade.workflows.walkers import on_body, walker, with_legs
+from plantigrade.workflows.walkers import on_body, walks_as, with_legs
 from plantigrade.world.grounds import ground_named
 
 FLAT, LONG, HILL, UNEVEN, OTHER, LOOPED = 60.0, 600.0, 20.0, 14.0, 12.0, 30.0
@@ -129,17 +129,18 @@ def kerb(controller: str, data: Path | None, cm: float, seconds: float) -> Resul
 def legs(controller: str, data: Path | None, times: float, seconds: float) -> Result:
     """Return a walk on other legs."""
     record = on_body(own_walk(data), with_legs(person(*SMALL), times))
-    return figures(walk(walker(controller, record), duration=seconds), since=2.0)
+    return figures(walk(walks_as(controller, record), duration=seconds), since=2.0)
 
 
 def body(controller: str, data: Path | None, height: float, mass: float, seconds: float) -> Result:
     """Return a walk of another body."""
-    return figures(walk(walking(controller, data, height, mass), duration=seconds), since=2.0)
+    record = on_body(own_walk(data), person(height, mass))
+    return figures(walk(walks_as(controller, record), duration=seconds), since=2.0)
 
 
 def recording(controller: str, path: Path, seconds: float) -> Result:
     """Return a recorded walk: looped where it is closed, once where it is not."""
-    one = walker(controller, recorded(path))
+    one = walks_as(controller, recorded(path))
     cyclic = period_of(one.record)[0] is not None
     found = walk(one, duration=seconds if cyclic else min(one.period, seconds))
     return {**figures(found, since=1.0), "cyclic": cyclic}

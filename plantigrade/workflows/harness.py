@@ -331,8 +331,9 @@ class Going:
 class PushedWalk:
     """A walk that is pushed again and again at one phase of the gait.
 
-    What comes before the push is walked once, where the controller is one of this package; one from
-    outside may keep what a copy of it would share, and starts anew for every push.
+    What comes before the push is walked once, where the controller is one of
+    :mod:`plantigrade.control`; others may keep what a copy of them would share, and start anew for
+    every push.
 
     Args:
         walker: Who walks.
@@ -348,7 +349,7 @@ class PushedWalk:
         self._fell: Walked | None = None
         self._before = self._walked()
         made = type(self._before.controller).__module__
-        self._copies = made.startswith("plantigrade.")
+        self._copies = made.startswith("plantigrade.control.")
 
     @on_one_thread
     def _walked(self) -> Going:

@@ -25,7 +25,10 @@ from plantigrade.record import Record
 from plantigrade.world import Controller
 
 Make = Callable[[Record], Controller]
-"""What makes a controller for a walk: called anew for every simulation."""
+"""What makes a controller for a walk: called anew for every simulation.
+
+One that can only walk as a person of its own, as a policy does, has that walk as ``record``.
+"""
 SOLES = 6.0
 """Feet of a walk brought over to another body are led to the ground below this frequency [Hz]."""
 LEGS = ("thigh", "shank")
@@ -64,7 +67,7 @@ class Walker:
 
 
 def walker(controller: str | Make, record: Record, name: str = "") -> Walker:
-    """Return somebody who walks.
+    """Return somebody who walks: the walk given, or that of a controller which has its own.
 
     Args:
         controller: Its word (:func:`make_named`), or a function or class that is called with the
@@ -79,7 +82,20 @@ def walker(controller: str | Make, record: Record, name: str = "") -> Walker:
     if not callable(make):
         raise ParameterError(f"a controller is a name or what makes one, not {shown(make)}")
     own = controller if isinstance(controller, str) else getattr(make, "__name__", "controller")
-    return Walker(walk_of(record), make, name or str(own))
+    walk = getattr(make, "record", None)
+    return Walker(walk_of(record) if walk is None else walk, make, name or str(own))
+
+
+def walks_as(controller: str | Make, record: Record) -> Walker:
+    """Return somebody who walks as a person that is given.
+
+    Raises:
+        ParameterError: If there is no such controller, or it has a person of its own.
+    """
+    found = walker(controller, record)
+    if found.record.human is not record.human:
+        raise ParameterError(f"{found.name} walks as a person of its own and as nobody else")
+    return found
 
 
 def make_named(word: str) -> Make:

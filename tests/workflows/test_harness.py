@@ -19,6 +19,7 @@ from plantigrade.workflows.walkers import (
     limits_of,
     on_body,
     walker,
+    walks_as,
     with_legs,
 )
 from plantigrade.world import Command, PhasePush, Push
@@ -110,6 +111,18 @@ def test_controllers_by_word(record, tmp_path):
     ):
         with pytest.raises(ParameterError, match=told):
             walker(word, record)
+    assert walks_as("pendulum", record).record.human is record.human
+    own = replace(record, human=Human.create(1.6, 55.0, "female", "42", "rigid"))
+
+    class Policy:
+        record = own
+
+        def __call__(self, walk):
+            return passive
+
+    assert walker(Policy(), record).record is own
+    with pytest.raises(ParameterError, match="walks as a person of its own"):
+        walks_as(Policy(), record)
     with pytest.raises(ParameterError, match="made no controller"):
         walker(f"{path}:bad", record).make(record)
 
