@@ -24,6 +24,7 @@ OPTIONS = {
     "parts": "--part",
     "overwrite": "--overwrite",
     "jobs": "--jobs",
+    "controllers": "--controller",
 }
 """What an experiment may take, and what the command line calls it."""
 COMMANDS = {
@@ -53,7 +54,7 @@ class Command(PrintOptions, Bounded):
     all: Flag = False
     """Run every experiment, whether or not one fails; figures.json in --out has their figures."""
     quick: Flag = False
-    """A short form: a few recordings or motions of each kind; all experiments in five minutes."""
+    """A short form: a few recordings or motions of each kind; all experiments in eight minutes."""
     compare: Annotated[tuple[Path, Path] | None, optional("BEFORE.json AFTER.json")] = None
     """Run nothing, but print what differs between two files of figures that --all has written."""
     data: OptionalPath = None
@@ -78,6 +79,16 @@ class Command(PrintOptions, Bounded):
         ),
     ] = ()
     """Only these parts of an experiment."""
+    controllers: Annotated[
+        tyro.conf.UseAppendAction[tuple[str, ...]],
+        tyro.conf.arg(
+            name="controller",
+            metavar="NAME",
+            help=f"Who walks in {_listed(taking('controllers'))}: a controller of simulate, "
+            "pendulum:LAW, or your own as FILE.py:NAME; repeatable, pendulum if absent.",
+        ),
+    ] = ()
+    """Controllers that are to walk."""
     overwrite: Flag = False
     """Measure anew what is in the folder of --out."""
 
@@ -133,7 +144,13 @@ class Command(PrintOptions, Bounded):
     ) -> "ResultTable":
         """Run an experiment with what it needs and takes."""
         jobs = 1 if self.jobs is None else self.jobs
-        values = {"out": out, "parts": self.parts, "overwrite": overwrite, "jobs": jobs}
+        values: dict[str, Any] = {
+            "out": out,
+            "parts": self.parts,
+            "overwrite": overwrite,
+            "jobs": jobs,
+            "controllers": self.controllers,
+        }
         if "data" in experiment.options:
             values["data"] = data_folder(self.data, needed="data" in experiment.needs)
         given = {option: values[option] for option in experiment.options}

@@ -14,7 +14,8 @@ class Experiment:
     Every ``run`` takes ``quick``, for a short form of it, and ``say``, called with a line for all
     that is done; beside these it may take ``data`` (the folder of recordings), ``out`` (a folder
     to keep results in and to write to), ``parts`` (names of those to be done, the usual ones if
-    empty), ``overwrite`` (do anew what is in ``out``) and ``jobs`` (how many runs at once).
+    empty), ``overwrite`` (do anew what is in ``out``), ``jobs`` (how many runs at once) and
+    ``controllers`` (words of those that are to walk, the usual one if empty).
 
     Attributes:
         name: Of the module, with hyphens.
@@ -44,6 +45,7 @@ MEASURED = ("out", "parts", "overwrite", "jobs")
 EXPERIMENTS = {
     e.name: e
     for e in (
+        Experiment("feet-while-walking", takes=("data", "controllers", *MEASURED)),
         Experiment("fit-accuracy", needs=("data",)),
         Experiment("foot-motions", takes=("data", *MEASURED)),
         Experiment("foot-pose", needs=("data",)),
@@ -53,6 +55,8 @@ EXPERIMENTS = {
         Experiment("gait-forces", needs=("data",)),
         Experiment("ground-forces", needs=("data",)),
         Experiment("moving-slope", takes=MEASURED),
+        Experiment("push-any-controller", takes=("data", "controllers", *MEASURED)),
+        Experiment("push-map", takes=("data", "controllers", *MEASURED)),
         Experiment("push-table", takes=MEASURED),
         Experiment("random-worlds", takes=("out", "overwrite")),
         Experiment("replay", takes=("data", *MEASURED)),
@@ -63,6 +67,7 @@ EXPERIMENTS = {
         Experiment("synthesis-tracking", needs=("data",)),
         Experiment("uneven-ground", takes=MEASURED),
         Experiment("vault-table", takes=("out", "overwrite")),
+        Experiment("walk-battery", takes=("data", "controllers", *MEASURED)),
     )
 }
 """Every experiment by name."""

@@ -148,7 +148,8 @@ class SimulateSettings(FitSettings):
     stepping: Flag = False
     """Let balance take a step where standing in place can no longer succeed."""
     ground: OptionalWord = None
-    """flat, slope:DEG, ramp:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, stones, tilting:DEG[,…]."""
+    """flat, slope:DEG, ramp:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, tiles:CM, stones,
+    tilting:DEG[,…]."""
     push: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,S,DEG,AT")] = ()
     """Push at the trunk: newtons, seconds, direction (0 forward, 90 left), when; repeatable."""
     rope: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("N,X,Y,Z,AT[,S]")] = ()

@@ -17,6 +17,8 @@ TREAD = 0.6
 """Depth of a step [m]."""
 GRID = 0.05
 """Distance of the points of a height field [m]."""
+TILE, FINE, TILED = 0.40, 0.025, 18.0
+"""Width of a tile, distance of the points of their height field, how far ahead they reach [m]."""
 SMOOTH = 3.0
 """Standard deviation of the Gaussian that smooths bumps, in such distances."""
 
@@ -32,6 +34,7 @@ def ground_named(word: str, *, seed: int = 0) -> Ground:
     ``dome:CM``     a dome of that height and 15 cm radius under each foot
     ``steps:CM``    stairs, a tread every 60 cm, the first 50 cm ahead; down where negative
     ``bumps:CM``    smooth random bumps of at most that height, another landscape for every seed
+    ``tiles:CM``    tiles of 40 cm, of random heights up to that; level for half a metre at first
     ``stones``      stepping stones over a trench of 20 cm
     ==============  =============================================================================
 
@@ -131,6 +134,19 @@ def _bumps(centimetres: float, seed: int) -> Ground:
     return _field(z - z.min(), -float(-z.min()))
 
 
+def _tiles(centimetres: float, seed: int) -> Ground:
+    """Return tiles of random height, the one where the person starts as low as the lowest."""
+    per = round(TILE / FINE)
+    ny, nx = round(2 * ASIDE / FINE) + 1, round((TILED + ASIDE) / FINE) + 1
+    rng = np.random.default_rng(seed)
+    heights = rng.uniform(0.0, 0.01 * centimetres, (ny // per + 1, nx // per + 1))
+    z = np.kron(heights, np.ones((per, per)))[:ny, :nx]
+    x, y = FINE * np.arange(nx) - ASIDE, FINE * np.arange(ny) - ASIDE
+    z[np.ix_(np.abs(y) < 0.5, np.abs(x) < 0.5)] = 0.0
+    rows = tuple(map(tuple, z.tolist()))
+    return Ground(field=HeightField((-ASIDE, -ASIDE), (FINE, FINE), rows))
+
+
 def _stones(_: float, seed: int, *, deep: float = 0.2) -> Ground:
     """Return flat stones of 35 by 25 cm, two to a step of 60 cm, each a little off its place."""
     rng = np.random.default_rng(seed)
@@ -163,6 +179,7 @@ GROUNDS: dict[str, tuple[Callable[[float, int], Ground], str, float, float, str]
     "dome": (_dome, "cm", 0.1, 5, "CM"),
     "steps": (_steps, "cm", -30, 30, "CM"),
     "bumps": (_bumps, "cm", 0.1, 20, "CM"),
+    "tiles": (_tiles, "cm", 0.1, 20, "CM"),
     "stones": (_stones, "", 0, 0, ""),
 }
 """Name → how it is built, unit of its number, least, most, how it is written."""

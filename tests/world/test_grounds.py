@@ -102,3 +102,15 @@ def test_a_person_starts_on_the_ground_over_the_feet(word):
     gap = np.array(low) @ ground.normal - ground.under(np.array(low))
     assert abs(gap.min()) < 2e-3
     np.testing.assert_allclose(on_ground(HUMAN, ground, qpos), qpos, atol=2e-3)
+
+
+def test_tiles_are_level_each_and_the_first_lies_lowest():
+    ground = ground_named("tiles:5", seed=1)
+    along = np.zeros((400, 3))
+    along[:, 0] = np.linspace(-0.45, 14.0, 400)
+    height = ground.under(along)
+    assert 0.0 <= height.min() and 0.03 < height.max() <= 0.05
+    assert (height[along[:, 0] < 0.45] == 0.0).all()
+    level = np.isclose(np.diff(height), 0.0)
+    assert 0.75 < level.mean() < 0.99  # the edges are 2.5 cm of 40
+    assert not np.allclose(height, ground_named("tiles:5", seed=2).under(along))

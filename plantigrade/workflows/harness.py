@@ -1,0 +1,447 @@
+"""One test for all controllers: somebody walks and is disturbed. On the feet? Back to the gait?
+
+::
+
+    from plantigrade.workflows.harness import walk
+    from plantigrade.workflows.walkers import walker
+    from plantigrade.world import PhasePush
+
+    push = PhasePush(force=200.0, duration=0.4, direction=0.0, side="r", phase=0.3)
+    found = walk(walker("pendulum", record), (push,))
+    print(found.survived, found.back)
+"""
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.site import GEOM
+from plantigrade.threads import on_one_thread
+from plantigrade.workflows.replays import DEEP, Legs
+from plantigrade.workflows.walkers import Walker
+from plantigrade.world import Command, Disturbance, PhasePush, State, World, on_ground
+from plantigrade.world.disturbance import LIFTED, LOADED, SWING, Steps, trunk
+from plantigrade.world.world import CONTROL_RATE, RATE
+
+WATCH = 6.0
+"""So long somebody is watched after what disturbed them has ended [s]."""
+SPEED, HEIGHT = 0.20, 0.05
+"""Who is back to the gait walks at its speed within this part of it, and carries the centre of mass
+at its height over the ground within this [m], over one stride."""
+WAIT = 12.0
+"""A push that waits for a phase of the gait has begun by then, or nobody walks [s]."""
+NO_GAIT = "no gait: the phase of the push never came"
+
+
+@dataclass(frozen=True)
+class Landing:
+    """A foot that came down.
+
+    Attributes:
+        time: When [s].
+        side: Which foot.
+        place: Of its ankle, from the start, along the way and to its left [m].
+        heel: Whether it was carried behind the ankle at first.
+    """
+
+    time: float
+    side: str
+    place: tuple[float, float]
+    heel: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Walked:
+    """What became of a walk.
+
+    Attributes:
+        survived: Whether nothing but the feet had touched the ground until the end, and no leg
+            went through the other.
+        end: How it ended, where it did not survive.
+        time: Of the control steps [s].
+        com: Centre of mass: along the way, to its left, height over the ground below it [m].
+        error: Of the joints to the gait, by the controller's own account; NaN where it gives none
+            [rad].
+        landings: Of the feet.
+        pushed: When what disturbed it began and ended [s]; None where nothing did.
+        speed: Of the gait that was asked for [m/s].
+        height: Of its centre of mass over the ground, mean [m].
+        period: Of a stride [s].
+    """
+
+    survived: bool
+    end: str
+    time: Float[Array, " n"]
+    com: Float[Array, "n 3"]
+    error: Float[Array, " n"]
+    landings: tuple[Landing, ...]
+    pushed: tuple[float, float] | None
+    speed: float
+    height: float
+    period: float
+
+    @property
+    def seconds(self) -> float:
+        """How long they were on the feet [s]."""
+        return float(self.time[-1]) if len(self.time) else 0.0
+
+    def mean_speed(self, since: float = 0.0) -> float:
+        """Return the mean speed along the way from a time on [m/s]."""
+        k = int(np.searchsorted(self.time, since))
+        if k >= len(self.time) - 1:
+            return 0.0
+        return float((self.com[-1, 0] - self.com[k, 0]) / (self.time[-1] - self.time[k]))
+
+    @property
+    def rms(self) -> float:
+        """Error of the joints, root mean square [rad]; NaN where the controller tells none."""
+        known = self.error[np.isfinite(self.error)]
+        return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+
+    @property
+    def as_recorded(self) -> tuple[Float[Array, " k"], Any]:
+        """Ends of all windows of one stride [s], and whether the gait was the recorded one in each.
+
+        Speed within :data:`SPEED`, height of the centre of mass within :data:`HEIGHT`.
+        """
+        if len(self.time) < 3:
+            return np.zeros(0), np.zeros(0, dtype=bool)
+        step = float(np.median(np.diff(self.time)))
+        n = max(round(self.period / step), 1)
+        if len(self.time) <= n:
+            return np.zeros(0), np.zeros(0, dtype=bool)
+        speed = (self.com[n:, 0] - self.com[:-n, 0]) / (self.time[n:] - self.time[:-n])
+        total = np.concatenate([[0.0], np.cumsum(self.com[:, 2])])
+        height = (total[n + 1 :] - total[1:-n]) / n
+        fine = np.abs(speed - self.speed) <= SPEED * self.speed
+        return self.time[n:], fine & (np.abs(height - self.height) <= HEIGHT)
+
+    @property
+    def back(self) -> float | None:
+        """How long after what disturbed it the gait was the recorded one for good [s].
+
+        None where it was not by the end, or the person fell. A stride that has begun before counts.
+        """
+        ends, fine = self.as_recorded
+        if not self.survived or not len(fine) or not fine[-1]:
+            return None
+        since = 0.0 if self.pushed is None else self.pushed[1]
+        bad = np.flatnonzero(~fine)
+        first = float(ends[bad[-1] + 1]) if len(bad) else float(ends[0])
+        return max(first - since, 0.0)
+
+    @property
+    def withstood(self) -> bool:
+        """Whether they survived and were back to the gait by the end."""
+        return self.back is not None
+
+
+def tracks(walker: Walker) -> tuple[float, Float[Array, " 2"]]:
+    """Return the mean height of the centre of mass of a gait [m], and its direction."""
+    from plantigrade.kinematics.state import State as BodyState
+
+    record = walker.record
+    motion, human = record.motion, record.human
+    rows = np.linspace(0, motion.n_frames - 1, min(motion.n_frames, 40)).astype(int)
+    body, heights = BodyState(human, motion.qpos[0]), []
+    for qpos in motion.qpos[rows]:
+        com = body.moved_to(qpos, np.zeros(human.model.nv)).com
+        heights.append(float(com[2]))
+    way = walker.way
+    far = float(np.linalg.norm(way))
+    axis = way / far if far > 1e-6 else np.array([1.0, 0.0])
+    return float(np.mean(heights)) - float(record.ground.height), axis
+
+
+def world_for(
+    walker: Walker,
+    controller: Any,
+    ground: Ground | None = None,
+    disturbances: Sequence[Disturbance] = (),
+    *,
+    seed: int = 0,
+    noise: float = 0.0,
+    recording: bool = False,
+) -> World:
+    """Return a world in which a walk starts, as its controller wants it.
+
+    A controller may have ``rate`` and ``control_rate`` [1/s], ``passive`` and ``exact_limits`` as
+    of :class:`~plantigrade.world.World`, and ``prepare(world)``, called once.
+    """
+    record = walker.record
+    motion = record.motion
+    ground = ground or record.ground
+    rng = np.random.default_rng(seed)
+    qvel = motion.qvel[0] + noise * rng.standard_normal(motion.qvel.shape[1])
+    rate = float(getattr(controller, "rate", RATE))
+    world = World(
+        record.human,
+        ground,
+        disturbances,
+        rate=rate,
+        control_rate=float(getattr(controller, "control_rate", CONTROL_RATE)),
+        record_rate=getattr(controller, "record_rate", None) if recording else None,
+        recording=recording,
+        passive=bool(getattr(controller, "passive", True)),
+        exact_limits=bool(getattr(controller, "exact_limits", True)),
+        qpos=on_ground(record.human, ground, motion.qpos[0]),
+        qvel=qvel,
+        seed=seed,
+    )
+    getattr(controller, "prepare", lambda _: None)(world)
+    return world
+
+
+@on_one_thread
+def walk(
+    walker: Walker,
+    disturbances: Sequence[Disturbance] = (),
+    *,
+    ground: Ground | None = None,
+    duration: float | None = None,
+    watch: float = WATCH,
+    seed: int = 0,
+    noise: float = 0.0,
+) -> Walked:
+    """Let somebody walk, disturb them, and say what became of it.
+
+    Args:
+        walker: Who walks.
+        disturbances: What acts.
+        ground: What they walk on, if not on that of the gait.
+        duration: How long [s]; ``watch`` after the last disturbance has ended if absent, and as
+            long as the gait, repeated for 10 s, where there is none.
+        watch: How long they are watched after it [s].
+        seed: Of the noise of the start, and of the world.
+        noise: Standard deviation of what is added to every velocity of the start [m/s, rad/s].
+    """
+    controller = walker.make(walker.record)
+    world = world_for(walker, controller, ground, disturbances, seed=seed, noise=noise)
+    going = Going(walker, controller, world)
+    if duration is None and not disturbances:
+        duration = max(walker.period, 10.0)
+    last = np.inf if duration is None else duration
+    while going.on:
+        pushed = _acted(world, disturbances)
+        if duration is None:
+            last = WAIT if pushed is None else pushed[1] + watch
+        if world.time >= last - 0.5 / world.rate:
+            break
+        going.step()
+    pushed = _acted(world, disturbances)
+    waited = duration is None and bool(disturbances) and pushed is None
+    return going.walked(pushed, NO_GAIT if waited else "")
+
+
+class Going:
+    """A walk that goes on, and what is seen of it.
+
+    Args:
+        walker: Who walks.
+        controller: What moves them.
+        world: Where; it starts anew.
+
+    Attributes:
+        state: Of the person, now.
+    """
+
+    def __init__(self, walker: Walker, controller: Any, world: World):
+        self.walker, self.controller, self.world = walker, controller, world
+        self.height, axis = tracks(walker)
+        self.frame = np.array([axis, [-axis[1], axis[0]]])
+        self.state = world.reset()
+        self.start = self.state.body.com[:2].copy()
+        self._legs, self._feet = Legs(world), _Feet(world)
+        self._time: list[float] = []
+        self._com: list[Array] = []
+        self._error: list[float] = []
+
+    @property
+    def on(self) -> bool:
+        """Whether the person is on the feet."""
+        return self.world.fall is None and self.world.diverged is None
+
+    @property
+    def place(self) -> Array:
+        """The centre of mass over the ground, from the start, along the way and to its left [m]."""
+        return self._com[-1][:2] if self._com else np.zeros(2)
+
+    def step(self) -> None:
+        """Go on for one control step."""
+        world = self.world
+        command = self.controller(self.state)
+        told = command.signals if isinstance(command, Command) else {}
+        self.state = world.step(command)
+        if world.diverged is not None:
+            return
+        self._error.append(float(told.get("tracking_error", np.nan)))
+        place = self.state.body.com
+        self._time.append(world.time)
+        up = place[2] - _level(world.ground, place)
+        self._com.append(np.append(self.frame @ (place[:2] - self.start), up))
+        self._legs.look()
+        self._feet.look(self.state, self.frame, self.start)
+
+    def walked(self, pushed: tuple[float, float] | None = None, end: str = "") -> Walked:
+        """Return what became of it.
+
+        Args:
+            pushed: When what disturbed it began and ended [s].
+            end: Why it does not count as survived, if nothing worse happened.
+        """
+        world = self.world
+        if self._legs.deepest > DEEP:
+            end = "one leg went through the other"
+        if world.fall is not None:
+            end = str(world.fall)
+        if world.diverged is not None:
+            end = f"diverged at {world.diverged:.2f} s"
+        return Walked(
+            not end,
+            end,
+            np.array(self._time),
+            np.array(self._com).reshape(-1, 3),
+            np.array(self._error),
+            tuple(self._feet.landings),
+            pushed,
+            self.walker.speed,
+            self.height,
+            self.walker.period,
+        )
+
+    def copied(self) -> "Going":
+        """Return the same walk, to go on by itself; models and gaits are shared."""
+        world, controller = self.world, self.controller
+        shared = [world.model, world.human, world.ground, self.walker, self.walker.record]
+        shared += [getattr(controller, "reference", None), getattr(controller, "record", None)]
+        memo: dict[int, Any] = {id(x): x for x in shared if x is not None}
+        memo[id(self._legs)] = None  # it looks at the data of its own world
+        other = copy.deepcopy(self, memo)
+        other._legs = Legs(other.world)
+        other._legs.deepest = self._legs.deepest
+        return other
+
+
+class PushedWalk:
+    """A walk that is pushed again and again at one phase of the gait.
+
+    What comes before the push is walked once, where the controller is one of
+    :mod:`plantigrade.control`; others may keep what a copy of them would share, and start anew for
+    every push.
+
+    Args:
+        walker: Who walks.
+        phase: So much of the right foot's cycle has passed, from 0 to 1.
+
+    Attributes:
+        begin: When the push begins [s]; None where there was no gait.
+    """
+
+    def __init__(self, walker: Walker, phase: float):
+        self.walker, self.phase = walker, phase
+        self.begin: float | None = None
+        self._fell: Walked | None = None
+        self._before = self._walked()
+        made = type(self._before.controller).__module__
+        self._copies = made.startswith("plantigrade.control.")
+
+    @on_one_thread
+    def _walked(self) -> Going:
+        """Return the walk up to the push."""
+        controller = self.walker.make(self.walker.record)
+        world = world_for(self.walker, controller)
+        going, steps = Going(self.walker, controller, world), Steps()
+        push = PhasePush(force=0.0, duration=1.0, side="r", phase=self.phase)
+        mine = np.array([site.side == "r" for site in world.sites])
+        while going.on and world.time < WAIT:
+            if steps.begin is not None and world.time >= steps.begin - 1e-9:
+                self.begin = world.time
+                return going
+            going.step()
+            if steps.begin is None:
+                load = float(going.state.contact_force[mine, 2].sum())
+                steps.look(world.time, load / (world.human.mass * GRAVITY), push)
+        self._fell = going.walked(end=NO_GAIT)
+        return going
+
+    @on_one_thread
+    def __call__(
+        self, force: float, direction: float, duration: float, watch: float = WATCH
+    ) -> Walked:
+        """Return what became of a push at the trunk.
+
+        Args:
+            force: [N].
+            direction: Where to: 0 forward, a quarter turn to the left [rad].
+            duration: How long it acts [s].
+            watch: How long the person is watched after it [s].
+        """
+        if self._fell is not None or self.begin is None:
+            assert self._fell is not None
+            return self._fell
+        going = self._before.copied() if self._copies else self._walked()
+        world, end = going.world, self.begin + duration
+        way = going.frame.T @ [np.cos(direction), np.sin(direction)]
+        vector, body = force * np.append(way, 0.0), trunk(world.human)
+        while going.on and world.time < end + watch - 0.5 / world.rate:
+            if world.time < end - 1e-9:
+                world.push(body, vector)
+            going.step()
+        return going.walked((self.begin, end))
+
+
+def _acted(world: World, disturbances: Sequence[Disturbance]) -> tuple[float, float] | None:
+    """Return when disturbances begin and end, as far as that is known; None where it is not."""
+    times: list[float] = []
+    for each in disturbances:
+        if isinstance(each, PhasePush):
+            begin = world.memory[each].begin
+            if begin is None:
+                return None
+            times += [begin, begin + each.duration]
+        else:
+            times += each.edges()
+    return (min(times), max(times)) if times else None
+
+
+def _level(ground: Ground, place: Float[Array, " 3"]) -> float:
+    """Return the height of the ground under a place, along the vertical [m]."""
+    n = ground.normal
+    return float((ground.under(place) - n[0] * place[0] - n[1] * place[1]) / n[2])
+
+
+class _Feet:
+    """Looks where feet come down."""
+
+    def __init__(self, world: World):
+        human = world.human
+        self._weight = human.mass * GRAVITY
+        self._mine = [np.array([s.side == side for s in world.sites]) for side in SIDES]
+        self._body = [f"foot_{side}" for side in SIDES]
+        self._geom = np.array([world.model.geom(GEOM + s.name).id for s in world.sites])
+        self._off: list[float | None] = [None, None]
+        self.landings: list[Landing] = []
+
+    def look(self, state: State, frame: Array, start: Array) -> None:
+        """See the loads of the feet."""
+        force = state.contact_force
+        for i, side in enumerate(SIDES):
+            load, off = float(force[self._mine[i], 2].sum()) / self._weight, self._off[i]
+            if load < LIFTED:
+                self._off[i] = state.time if off is None else off
+            elif load > LOADED:
+                if off is not None and state.time - off >= SWING:
+                    ankle = state.body.origin(self._body[i])
+                    own = force[self._mine[i], 2]
+                    sole = state.world.data.geom_xpos[self._geom[self._mine[i]]]
+                    centre = own @ (sole - ankle) / own.sum()
+                    ahead, left = (float(x) for x in frame @ (ankle[:2] - start))
+                    heel = bool(centre @ state.body.rotation(self._body[i])[:, 0] < 0.0)
+                    self.landings.append(Landing(state.time, side, (ahead, left), heel))
+                self._off[i] = None

@@ -1,0 +1,250 @@
+"""Who walks, and what moves them: any controller, by name or object, any policy, any body."""
+
+import importlib
+import importlib.util
+import re
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.control.choices import CONTROLLERS, Situation
+from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum.landing import LAWS
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.motion.filters import lowpass
+from plantigrade.options import shown
+from plantigrade.record import Record
+from plantigrade.world import Controller
+
+Make = Callable[[Record], Controller]
+"""What makes a controller for a walk: called anew for every simulation.
+
+One that can only walk as a person of its own, as a policy does, has that walk as ``record``.
+"""
+SOLES = 6.0
+"""Feet of a walk brought over to another body are led to the ground below this frequency [Hz]."""
+LEGS = ("thigh", "shank")
+
+
+@dataclass(frozen=True, eq=False)
+class Walker:
+    """A gait, and what makes the controller that is to walk it.
+
+    Attributes:
+        record: The gait: who walks, and how; one closed stride, or a motion that ends
+            (:func:`~plantigrade.control.pendulum.cycle.walk_of`).
+        make: Makes the controller.
+        name: What it is called.
+    """
+
+    record: Record
+    make: Make
+    name: str = "controller"
+
+    @property
+    def period(self) -> float:
+        """Of a stride, or of a motion that ends [s]."""
+        return self.record.motion.duration
+
+    @property
+    def way(self) -> Float[Array, " 2"]:
+        """Where the gait leads in a period, over the ground [m]."""
+        place = self.record.motion.qpos[:, :2]
+        return np.asarray(place[-1] - place[0])
+
+    @property
+    def speed(self) -> float:
+        """Speed of the gait [m/s]."""
+        return float(np.linalg.norm(self.way)) / self.period
+
+
+def walker(controller: str | Make, record: Record, name: str = "") -> Walker:
+    """Return somebody who walks: the walk given, or that of a controller which has its own.
+
+    Args:
+        controller: Its word (:func:`make_named`), or a function or class that is called with the
+            walk and returns a controller ``controller(state) -> command``.
+        record: The walk: fitted, reproduced or synthesised; of a walk its most even stride.
+        name: What it is called; its own name if empty.
+
+    Raises:
+        ParameterError: If there is no such controller.
+    """
+    make = make_named(controller) if isinstance(controller, str) else controller
+    if not callable(make):
+        raise ParameterError(f"a controller is a name or what makes one, not {shown(make)}")
+    own = controller if isinstance(controller, str) else getattr(make, "__name__", "controller")
+    walk = getattr(make, "record", None)
+    return Walker(walk_of(record) if walk is None else walk, make, name or str(own))
+
+
+def walks_as(controller: str | Make, record: Record) -> Walker:
+    """Return somebody who walks as a person that is given.
+
+    Raises:
+        ParameterError: If there is no such controller, or it has a person of its own.
+    """
+    found = walker(controller, record)
+    if found.record.human is not record.human:
+        raise ParameterError(f"{found.name} walks as a person of its own and as nobody else")
+    return found
+
+
+def make_named(word: str) -> Make:
+    """Return what makes the controller of a word.
+
+    A name of :data:`~plantigrade.control.choices.CONTROLLERS`; ``pendulum:LAW`` with a landing law;
+    or one from outside this package, ``FILE.py:NAME`` or ``package.module:NAME``: a function or
+    class that is called with the walk (:class:`~plantigrade.record.Record`) and returns a
+    controller.
+
+    Raises:
+        ParameterError: If there is none.
+    """
+    name, colon, what = word.rpartition(":")
+    if name == "pendulum":
+        if what not in LAWS:
+            raise ParameterError(f"no landing law {what!r}; there are {', '.join(LAWS)}")
+        return _Law(what)
+    if word in CONTROLLERS:
+        return _Named(word)
+    if not colon or not name or not what:
+        raise ParameterError(
+            f"no controller {word!r}; there are {', '.join(CONTROLLERS)}, pendulum:LAW, and your "
+            "own as FILE.py:NAME or package.module:NAME"
+        )
+    found = getattr(_module(name, word), what, None)
+    if not callable(found):
+        raise ParameterError(f"{word}: {name} has no function or class {what!r}")
+    return _Outside(word, name, what)
+
+
+@dataclass(frozen=True)
+class _Law:
+    """Makes a pendulum with a landing law."""
+
+    law: str
+
+    def __call__(self, record: Record) -> Controller:
+        return Pendulum(record, self.law)
+
+
+@dataclass(frozen=True)
+class _Named:
+    """Makes a controller of the package."""
+
+    name: str
+
+    def __call__(self, record: Record) -> Controller:
+        at = Situation(
+            human=record.human, ground=record.ground, motion=record.motion, record=record
+        )
+        return CONTROLLERS[self.name](at)
+
+
+@dataclass(frozen=True)
+class _Outside:
+    """Makes a controller from outside, in any process."""
+
+    word: str
+    module: str
+    name: str
+
+    def __call__(self, record: Record) -> Controller:
+        made: Any = getattr(_module(self.module, self.word), self.name)(record)
+        if not callable(made):
+            raise ParameterError(f"{self.word} made no controller, but {shown(made)}")
+        return cast(Controller, made)
+
+
+def _module(name: str, word: str) -> Any:
+    """Return a module by its name or file."""
+    try:
+        if not name.endswith(".py"):
+            return importlib.import_module(name)
+        path = Path(name).resolve()
+        own = f"plantigrade_outside_{re.sub(r'[^0-9a-zA-Z]', '_', str(path))}"
+        if own in sys.modules:
+            return sys.modules[own]
+        spec = importlib.util.spec_from_file_location(own, path)
+        if spec is None or spec.loader is None:
+            raise ImportError(f"no module at {path}")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        sys.modules[own] = module
+        return module
+    except Exception as error:  # whatever the code of a stranger does
+        raise ParameterError(f"controller {word}: {error!r}") from error
+
+
+def on_body(record: Record, human: Human, *, faster: float = 1.0) -> Record:
+    """Return a motion brought over to another body: the same angles, dynamically similar.
+
+    Lengths go by that of the leg and times by its root, so that the ratio of inertia to weight
+    (Froude number) stays; the feet are led to the ground. Forces are left out.
+
+    Args:
+        record: The motion, on level ground.
+        human: The other person.
+        faster: Time goes so many times faster.
+    """
+    motion, scale = record.motion, leg_of(human) / leg_of(record.human)
+    names, values = record.human.to_coordinates(motion.qpos)
+    values = values.copy()
+    values[:, 3:6] *= scale
+    qpos = human.from_coordinates(names, values)
+    pace = float(np.sqrt(scale)) / faster
+    time = pace * (motion.time - motion.time[0])
+    qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=SOLES)
+    events = tuple(replace(e, time=pace * (e.time - motion.time[0])) for e in motion.events)
+    qvel = np.zeros((len(time), human.model.nv))
+    moved = Motion(time, qpos, qvel, human.joint_names, events=events)
+    return Record(human, moved, ground=replace(record.ground, height=0.0), notes=record.notes)
+
+
+def leg_of(human: Human) -> float:
+    """Return the length of a leg, hip to ankle [m]."""
+    return float(human.dimensions.thigh + human.dimensions.shank)
+
+
+def with_legs(human: Human, times: float) -> Human:
+    """Return a person whose thighs and shanks are so many times as long; all else stays.
+
+    Raises:
+        ParameterError: If there can be no such person.
+    """
+    told = human.to_dict()
+    lengths = {n: v * (times if n in LEGS else 1.0) for n, v in told["lengths"].items()}
+    height = told["height"] + (times - 1.0) * leg_of(human)
+    return Human.from_dict({**told, "height": height, "lengths": lengths, "soles": {}})
+
+
+def as_strong(human: Human, times: float) -> Human:
+    """Return a person whose joints are so many times as strong; they are not stored like that."""
+
+    def stronger(found: re.Match[str]) -> str:
+        most = " ".join(f"{times * float(x):.8g}" for x in found[1].split())
+        return f'actuatorfrcrange="{most}"'
+
+    if times == 1.0:
+        return human
+    return replace(human, xml=re.sub(r'actuatorfrcrange="([^"]*)"', stronger, human.xml))
+
+
+def limits_of(human: Human) -> Mapping[str, tuple[float, float]]:
+    """Return the greatest torques of the hinges of one leg and the trunk [N m]."""
+    ranges = np.array(human.model.jnt_actfrcrange[1:])
+    named = dict(zip(human.coordinates, ranges.tolist(), strict=True))
+    return {
+        n.removesuffix("_r"): (float(r[0]), float(r[1]))
+        for n, r in named.items()
+        if n.endswith("_r") or n.startswith("lumbar")
+    }

@@ -1,0 +1,179 @@
+"""The experiments on walking: what they do, keep and print, without a step walked."""
+
+import numpy as np
+import pytest
+
+from plantigrade.errors import FileError
+from plantigrade.experiments import (
+    feet_while_walking,
+    human_pushes,
+    push_any_controller,
+    push_map,
+    walk_battery,
+)
+from plantigrade.experiments.human_pushes import COLUMNS, FILE, aside, pushes
+from plantigrade.workflows.harness import Landing, Walked
+
+WALKED = {
+    "survived": True,
+    "end": "",
+    "seconds": 60.0,
+    "speed": 1.05,
+    "asked": 1.1,
+    "rms_deg": 3.0,
+    "far": 63.0,
+    "aside": -0.1,
+    "steps": 100,
+    "back": 1.0,
+}
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """What was walked and pushed."""
+    done = []
+
+    def does(module, name, result):
+        def work(*item):
+            done.append((name, *item))
+            return result(*item) if callable(result) else result
+
+        monkeypatch.setattr(module, name, work)
+
+    for name in ("flat", "kerb", "legs", "body", "recording"):
+        does(walk_battery, name, WALKED)
+    does(walk_battery, "hill", {**WALKED, "level": 1.1, "reached": True})
+    does(walk_battery, "uneven", lambda *item: {**WALKED, "survived": item[3] % 2 == 0})
+    one = {"gaps": [], "tried": 5, "open": False}
+    does(push_map, "limit", lambda *item: {**one, "force": item[3] * 100 + 200, "on_feet": 500.0,
+                                           "grid": item[5]})  # fmt: skip
+    does(push_map, "standing", {"force": 100.0, "gaps": [60.0], "grid": 20.0})
+    given = {"survived": True, "withstood": True, "end": "", "detour": 0.4, "first": 0.2,
+             "step": 2.0, "people": [0.5, 0.1, 2.0], "speed": [1.0, 1.1]}  # fmt: skip
+    does(human_pushes, "give", given)
+    toured = {"completed": False, "reached": 3, "of": 12, "end": "fell", "seconds": 17.0,
+              "straight": True, "punches": []}  # fmt: skip
+    does(push_any_controller, "toured", lambda *item: {**toured, "of": item[3]})
+    curve = list(np.linspace(0.0, -1.5, feet_while_walking.POINTS))
+    heel = {"heel": [9, 10]}
+    does(feet_while_walking, "level", {**WALKED, **heel, "moment": curve, "cycles": 8})
+    does(feet_while_walking, "bumps", {**WALKED, **heel})
+    does(feet_while_walking, "pushed", {**WALKED, "withstood": True})
+    return done
+
+
+def test_the_battery_is_walked_once_and_its_short_form_gives_way(made, tmp_path):
+    walk_battery.run(out=tmp_path, quick=True)
+    short = len(made)
+    assert short < 10
+    table = walk_battery.run(out=tmp_path, parts=("tiles", "flat", "slopes"))
+    assert len(made) == short + 5 * 10 + 1 + 6
+    figures = table.metrics()
+    assert figures["pendulum_tiles_3_cm_walked_pct"] == 50.0  # every other seed, of the long ones
+    assert figures["pendulum_flat_speed_by_the_recorded"] == pytest.approx(1.05 / 1.1)
+    assert figures["pendulum_flat_drift_aside_in_a_minute_m"] == pytest.approx(0.1)
+    made.clear()
+    again = walk_battery.run(out=tmp_path, parts=("tiles", "flat"), controllers=("pendulum",))
+    assert made == [] and again.metrics() == figures
+    assert "5 of 10" in (tmp_path / "walk-battery.html").read_text("utf-8")
+
+
+def test_every_controller_that_is_named_walks(made, tmp_path):
+    table = walk_battery.run(parts=("flat",), controllers=("pendulum", "pendulum:energy"))
+    assert [item[1] for item in made] == ["pendulum", "pendulum:energy"]
+    assert "pendulum_energy_flat_falls" in table.metrics()
+
+
+def test_the_map_has_every_direction_at_every_phase_and_the_finest_grid_counts(
+    made, tmp_path, monkeypatch
+):
+    assert (push_map.AROUND, push_map.PHASES) == (16, 10)
+    for name, few in (("AROUND", 6), ("PHASES", 5), ("FEW", 4), ("SOME", 2)):
+        monkeypatch.setattr(push_map, name, few)
+    push_map.run(out=tmp_path, parts=("force",))
+    assert len(made) == 8
+    assert [item[4] for item in made[:2]] == [0.0, 0.0], "one phase after the other"
+    table = push_map.run(out=tmp_path, parts=("full", "standing"))
+    assert len(made) == 8 + 30 + 6
+    figures = table.metrics()  # of forces that the fixture makes
+    assert figures["pendulum_force_worst_n"] == 200.0 and figures["pendulum_force_best_n"] == 280.0
+    assert table.sheets[0].splitlines()[2].split()[4] == "30", "none of the coarse map"
+    assert any("fails at 60 N" in note for note in table.notes)
+    page = (tmp_path / "push-map.html").read_text("utf-8")
+    assert "Map of pushes: pendulum, force" in page and page.count("% of the cycle") >= 5
+
+
+def test_people_are_pushed_at_their_phase_with_their_force(made, tmp_path):
+    folder = tmp_path / "pushes"
+    folder.mkdir()
+    row = dict.fromkeys(COLUMNS, "0")
+    row |= {"height": "170", "weight": "60", "sex": "2", "actual_speed": "1100",
+            "push_force_not_normalized": "34", "push_duration": "0.2", "push_direction": "1",
+            "push_start": "-10", "maximal_detour_distance": "430"}  # fmt: skip
+    lines = [",".join(["", *row]), ",".join(["Subject01", *row.values()])]
+    (tmp_path / FILE).write_text("\n".join([*lines, lines[1]]) + "\n", encoding="utf-8")
+    one = pushes(tmp_path / FILE)[0]
+    assert (one.height, one.mass, one.sex, one.speed) == (1.7, 60.0, "female", 1.1)
+    assert one.force == pytest.approx(170.0) and one.side == "l" and one.detour == 0.43
+    assert one.phase == pytest.approx(0.95)  # before the strike: late in the cycle before
+    table = push_map.run(tmp_path, parts=("people",), quick=True)
+    assert len(made) == 2
+    assert table.metrics()["pendulum_pushes_of_people_survived_pct"] == 100.0
+    bad = tmp_path / "bad.csv"
+    bad.write_text("height\n1\n", encoding="utf-8")
+    with pytest.raises(FileError, match="no table of pushes"):
+        pushes(bad)
+
+
+def test_the_published_pushes_are_those_of_the_publication(data):
+    every = pushes(data / FILE)
+    assert len(every) == 626
+    assert np.mean([p.force for p in every]) == pytest.approx(172.0, rel=0.02)
+    assert np.mean([p.force * p.duration for p in every]) == pytest.approx(34.2, rel=0.01)
+    assert np.mean([p.force * p.duration / p.mass for p in every]) == pytest.approx(0.52, abs=0.01)
+    assert np.mean([p.detour for p in every]) == pytest.approx(0.43, abs=0.01)
+
+
+def test_aside_is_told_from_the_stride_before_and_by_steps():
+    time = 0.01 * np.arange(1, 601)
+    com = np.zeros((600, 3))
+    com[:, 1] = 0.05 - 0.3 * np.exp(-(((time - 3.5) / 0.3) ** 2))
+    landings = tuple(Landing(t, "r", (0.0, 0.0), True) for t in (2.0, 3.2, 3.7))
+    none = np.full(600, np.nan)
+    found = Walked(True, "", time, com, none, landings, (2.4, 2.6), 1.0, 1.0, 1.0)
+    far, first, step = aside(found, -1.0)
+    assert far == pytest.approx(0.3, abs=0.002) and step == 2.0
+    assert first == pytest.approx(0.3 * np.exp(-1.0), abs=0.01)
+
+
+def test_any_controller_has_its_own_table(made, tmp_path):
+    words = ("pendulum", "mine.py:Mine")
+    table = push_any_controller.run(out=tmp_path, parts=("tour",), controllers=words)
+    assert sum(item[0] == "toured" for item in made) == 20
+    assert len(table.sheets) == 3  # two controllers and the torque limits
+    figures = table.metrics()
+    assert figures["mine_py_mine_waypoints_reached_pct"] == 25.0
+    assert figures["pendulum_tours_completed_pct"] == 0.0
+
+
+def test_feet_are_compared_on_the_level_on_bumps_and_pushed(made, tmp_path):
+    table = feet_while_walking.run(out=tmp_path)
+    assert len(made) == 3 + 15 + 24
+    figures = table.metrics()
+    assert figures["pendulum_rigid_withstood_80_n_pct"] == 100.0
+    assert figures["pendulum_multi_segment_ankle_moment_peak_n_m_kg"] == 1.5
+    assert figures["pendulum_two_segment_landings_on_the_heel_pct"] == 90.0
+    assert "Ankle moment" in (tmp_path / "feet-while-walking.html").read_text("utf-8")
+
+
+def test_a_curve_is_cut_at_the_strikes_of_a_foot():
+    time = np.linspace(0.0, 6.0, 601)
+    landings = [Landing(t, "r", (0.0, 0.0), True) for t in (1.0, 2.5, 3.5, 5.0)]
+    curves = feet_while_walking.cut(time, time, landings)  # not from the one at 1 s on
+    assert [c[0] for c in curves] == [2.5, 3.5] and curves[1][-1] == pytest.approx(5.0)
+
+
+def test_the_short_forms_are_few(made, tmp_path):
+    for module in (push_map, push_any_controller, feet_while_walking):
+        module.run(quick=True)
+    assert len(made) < 10

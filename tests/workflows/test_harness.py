@@ -1,0 +1,200 @@
+"""The test that every controller is put to: who walks, what is withstood, what a tour is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.control import passive
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.textbook_walk import textbook_walk
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.record import Record
+from plantigrade.workflows.harness import PushedWalk, Walked, walk
+from plantigrade.workflows.tour import HARDEST, punches, tour, waypoints
+from plantigrade.workflows.walkers import (
+    as_strong,
+    leg_of,
+    limits_of,
+    on_body,
+    walker,
+    walks_as,
+    with_legs,
+)
+from plantigrade.world import Command, PhasePush, Push
+
+
+@pytest.fixture(scope="module")
+def record() -> Record:
+    """The textbook walk, open."""
+    human = Human.create(1.7, 65.0, "female", "42", "rigid")
+    book = textbook_walk(human, speed=1.2, rate=60.0, cycles=2)
+    rest = np.zeros((len(book.time), human.model.nv))
+    return Record(human, Motion(book.time, book.qpos, rest, human.joint_names, events=book.events))
+
+
+@pytest.fixture(scope="module")
+def falling(record):
+    """Somebody whom nothing moves."""
+    return walker(lambda _: passive, record, "nothing")
+
+
+def walked(speed, height, *, survived=True, pushed=(2.0, 2.4)) -> Walked:
+    """A walk of 1 m/s, period 1 s and height 1 m, with these speeds and heights every 10 ms."""
+    speed, height = np.array(speed), np.array(height)
+    com = np.stack([0.01 * np.cumsum(speed), np.zeros(len(speed)), height], axis=1)
+    time = 0.01 * np.arange(1, len(speed) + 1)
+    none = np.full(len(speed), np.nan)
+    return Walked(survived, "" if survived else "fell", time, com, none, (), pushed, 1.0, 1.0, 1.0)
+
+
+def test_who_is_back_to_the_gait_walks_at_its_speed_and_height_from_then_on():
+    one = np.ones(800)
+    assert walked(one, one).back == 0.0 and walked(one, one).withstood
+    slow = one.copy()
+    slow[240:440] = 0.5  # until 2 s after the push; a stride of it is too slow until 2.6 s after
+    assert walked(slow, one).back == pytest.approx(2.6, abs=0.02)
+    assert walked(one, one + 0.06).back is None and walked(one, one + 0.04).withstood
+    assert walked(0.75 * one, one).back is None
+    late = one.copy()
+    late[720:] = 0.5  # was back, but not for good
+    assert walked(late, one).back is None
+    assert walked(one, one, survived=False).back is None
+    assert walked(one[:50], one[:50]).back is None, "not even a stride"
+
+
+def test_who_falls_has_not_survived_and_without_gait_no_push_comes(falling):
+    push = PhasePush(force=1.0, duration=0.1, side="r", phase=0.0)
+    found = walk(falling, (push,))
+    assert not found.survived and found.end.startswith("fell at") and found.pushed is None
+    assert found.seconds < 3.0 and found.back is None and np.isnan(found.rms)
+    never = PushedWalk(falling, 0.3)
+    assert never.begin is None and not never(100.0, 0.0, 0.4).withstood
+    assert never(100.0, 0.0, 0.4).end == found.end
+
+
+def test_a_controller_has_the_world_it_wants_and_its_own_error_is_kept(record):
+    seen = []
+
+    class Mine:
+        rate, control_rate, passive = 400.0, 100.0, False
+
+        def prepare(self, world):
+            seen.append((world.rate, world.control_rate))
+
+        def __call__(self, state):
+            return Command(signals={"tracking_error": 0.25})
+
+    one = walker(lambda _: Mine(), record)
+    found = walk(one, (Push(force=1.0, duration=0.02, time=0.02),), watch=0.06)
+    assert seen == [(400.0, 100.0)]
+    assert found.rms == pytest.approx(0.25) and found.seconds == pytest.approx(0.10)
+    assert found.pushed == (0.02, pytest.approx(0.04))
+    again = walk(one, duration=0.05, noise=0.1, seed=1)
+    assert len(again.time) == 5 and not np.allclose(again.com[-1], found.com[4])
+
+
+def test_controllers_by_word(record, tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text("def still(record):\n    return lambda state: None\n\ndef bad(record): ...\n")
+    one = walker(f"{path}:still", record)
+    assert one.name.endswith(":still") and one.make(one.record)(None) is None
+    law = walker("pendulum:energy", record)
+    assert type(law.make(law.record).law).__name__ == "EnergyLaw"
+    for word, told in (
+        ("moon", "no controller 'moon'; there are passive"),
+        ("pendulum:moon", "no landing law 'moon'"),
+        (f"{path}:nobody", "no function or class 'nobody'"),
+        (f"{tmp_path}/none.py:a", "FileNotFoundError"),
+        ("no.such.module:a", "ModuleNotFoundError"),
+    ):
+        with pytest.raises(ParameterError, match=told):
+            walker(word, record)
+    assert walks_as("pendulum", record).record.human is record.human
+    own = replace(record, human=Human.create(1.6, 55.0, "female", "42", "rigid"))
+
+    class Policy:
+        record = own
+
+        def __call__(self, walk):
+            return passive
+
+    assert walker(Policy(), record).record is own
+    with pytest.raises(ParameterError, match="walks as a person of its own"):
+        walks_as(Policy(), record)
+    with pytest.raises(ParameterError, match="made no controller"):
+        walker(f"{path}:bad", record).make(record)
+
+
+def test_a_walk_on_another_body_is_dynamically_similar(record):
+    tall = Human.create(1.9, 90.0, "male", "42", "rigid")
+    other = on_body(record, tall)
+    scale = leg_of(tall) / leg_of(record.human)
+    assert other.motion.duration == pytest.approx(np.sqrt(scale) * record.motion.duration)
+    np.testing.assert_allclose(other.motion.qpos[:, 7:], record.motion.qpos[:, 7:], atol=1e-12)
+    way = [r.motion.qpos[-1, 0] - r.motion.qpos[0, 0] for r in (record, other)]
+    assert way[1] == pytest.approx(scale * way[0])
+    speeds = [
+        walker("pendulum", r).speed for r in (record, other, on_body(record, tall, faster=1.2))
+    ]
+    assert speeds[1] == pytest.approx(np.sqrt(scale) * speeds[0], rel=0.02)
+    assert speeds[2] == pytest.approx(1.2 * speeds[1], rel=0.02)
+
+
+def test_longer_legs_and_stronger_joints_change_nothing_else(record):
+    human = record.human
+    long = with_legs(human, 1.5)
+    assert leg_of(long) == pytest.approx(1.5 * leg_of(human)) and long.mass == human.mass
+    assert long.dimensions.foot_length == human.dimensions.foot_length
+    with pytest.raises(ParameterError, match="height"):
+        with_legs(human, 3.0)
+    strong = as_strong(human, 2.0)
+    np.testing.assert_allclose(
+        strong.model.jnt_actfrcrange, 2.0 * human.model.jnt_actfrcrange, rtol=1e-6
+    )
+    np.testing.assert_allclose(strong.model.body_mass, human.model.body_mass)
+    assert limits_of(human)["ankle_angle"][0] < 0.0 < limits_of(human)["ankle_angle"][1]
+
+
+def test_a_tour_has_a_punch_on_every_way_and_turns_only_for_who_follows(record, falling):
+    rng = np.random.default_rng(3)
+    goals = waypoints(falling, rng)
+    far = np.linalg.norm(np.diff(goals, axis=0, prepend=[[0.0, 0.0]]), axis=1)
+    np.testing.assert_allclose(far, 0.8 * 5.0 * falling.speed)
+    assert goals[0, 1] == 0.0 and np.ptp(goals[:, 1]) > 1.0
+    assert np.ptp(waypoints(falling, rng, straight=True)[:, 1]) == 0.0
+    told = []
+
+    class Follows:
+        def follow(self, waypoints):
+            told.append(waypoints)
+
+        def __call__(self, state):
+            return None
+
+    found = tour(walker(lambda _: Follows(), record), seed=3, n=2)
+    assert not found.completed and found.reached == 0 and found.end.startswith("fell")
+    assert not found.straight and told[0].shape == (2, 2) and len(found.punches) <= 2
+    assert tour(falling, seed=3, n=2).straight
+    every = punches(falling, np.random.default_rng(0))
+    assert [int(p.time // 5.0) for p in every] == list(range(12))
+    assert max(p.force for p in every) <= HARDEST and len({p.body for p in every}) > 4
+
+
+@pytest.mark.slow
+def test_a_push_after_a_copied_walk_is_the_same_as_after_a_walk_of_its_own(data):
+    from plantigrade.workflows.fit import fit_trial
+
+    recorded = fit_trial(data / "cmu_asfamc" / "16_15.amc")[1].record()
+    one = walker("pendulum", recorded)
+    test = PushedWalk(one, 0.3)
+    found = test(60.0, 0.0, 0.4, watch=0.5)
+    assert test.begin is not None
+    push = Push(force=60.0, duration=0.4, direction=0.0, time=test.begin)
+    own = walk(one, (push,), watch=0.5)
+    n = len(own.time)
+    np.testing.assert_array_equal(found.com[:n], own.com)
+    assert found.withstood and found.pushed == pytest.approx(own.pushed)
+    assert [x.time for x in own.landings] == [x.time for x in found.landings][: len(own.landings)]
+    assert replace(found, survived=False).back is None
