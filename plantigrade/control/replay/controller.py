@@ -171,13 +171,14 @@ class Replay:
         gait, reference, normal = self.gait, self.reference, self.normal
         qpos, qvel = state.qpos, state.qvel
         rate = min(gait.rate, FASTER)
-        on = ref["on"] > 0.5
+        on, soon = ref["on"] > 0.5, ref["soon"] > 0.5
         for i, own in enumerate(gait.feet):
             if own.early:
                 just = reference.at(own.touchdown + JUST)
-                on[self.side_of == i] = just["on"][self.side_of == i] > 0.5
+                on[self.of_side[i]] = just["on"][self.of_side[i]] > 0.5
+                soon[self.of_side[i]] = just["soon"][self.of_side[i]] > 0.5
         gap = height - self._lifted()
-        active, held = self._touching(on, gap)
+        active, held = self._touching(on, soon, gap)
         points = body.rigid_points(self.points.body[active], low[active])
         wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel)
         centre = self._com_acceleration(body, ref, rate, low, active)
@@ -248,12 +249,17 @@ class Replay:
             },
         )
 
-    def _touching(self, on: Array, gap: Array) -> tuple[Array, Array]:
-        """Return which points touch, and which of them are held."""
+    def _touching(self, on: Array, soon: Array, gap: Array) -> tuple[Array, Array]:
+        """Return which points touch, and which of them are held.
+
+        A point that is down a little sooner than the motion has it stays down: to lift it again,
+        as the motion does not yet have it there, leaves the foot on its heel for a whole step.
+        """
         gait = self.gait
         stands = np.array([*(f.stands for f in gait.feet), True])[self.side_of]
-        planned = on & stands & (gap < PLANNED)
-        touching = planned | (stands & (gap < TOUCHING) & (self.side_of != SEAT))
+        touches = stands & (gap < TOUCHING) & (self.side_of != SEAT)
+        planned = (on & stands & (gap < PLANNED)) | (soon & touches)
+        touching = planned | touches
         active = touching.nonzero()[0]
         return active, planned[active]
 
