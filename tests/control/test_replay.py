@@ -12,6 +12,7 @@ from plantigrade.control.replay.catch import Catch
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.gait import Gait, Touchdown
 from plantigrade.control.replay.reference import STEP, before, period_of, reference_of
+from plantigrade.control.replay.tasks import LEGS, leg_joints, wanted_accelerations
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record, Run
@@ -238,11 +239,24 @@ def test_legs_bent_for_a_wide_stance_straighten_once_the_motion_takes_the_feet_e
     catch._stances = [foot.number for foot in gait.feet]
     for _ in range(50):
         catch.look(0.0, 0.01, *rest)
-    assert catch.bent == 0.05  # the feet are still there
+    assert catch.bent == 0.05 and catch.displaced(gait)  # the feet are still there
     gait.feet[0].number = 5
+    assert not catch.displaced(gait)
     for _ in range(100):
         catch.look(0.0, 0.01, *rest)
     assert 0.0 < catch.bent < 0.003
+
+
+def test_legs_that_steps_have_bent_otherwise_are_slowed_and_not_led_to_the_motion(replay):
+    ref, legs = replay.reference.at(0.2), leg_joints(replay.human)
+    qpos, qvel = ref["q"] + 0.0, ref["v"] + 0.0
+    qpos[7:] += 0.3
+    led = wanted_accelerations(ref, 1.0, qpos, qvel)
+    slack = wanted_accelerations(ref, 1.0, qpos, qvel, legs)
+    np.testing.assert_allclose(led[6:], ref["a"][6:] - 30.0)
+    np.testing.assert_allclose(slack[6:][legs], ref["a"][6:][legs])
+    np.testing.assert_array_equal(slack[6:][~legs], led[6:][~legs])
+    assert legs.sum() == sum(n.startswith(LEGS) for n in replay.human.coordinates) >= 10
 
 
 def test_an_instant_can_be_held_still(replay):

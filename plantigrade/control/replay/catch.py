@@ -84,7 +84,7 @@ class Catch:
             load: Of the feet along the normal [N].
             missed: How far the divergent component is off [m].
         """
-        if not self.waits and self._stances != [foot.number for foot in gait.feet]:
+        if not self.displaced(gait):
             self.bent *= exp(-step / STRAIGHTENS)
         if not self.waits and (missed < MISSED or not self._may(gait)):
             return
@@ -108,6 +108,10 @@ class Catch:
         off = float(np.linalg.norm(now.feet - now.com, axis=1).max()) - UPRIGHT * self.leg
         reach = min(max(off, 0.0), FARTHEST * self.leg)
         self.bent = self.leg - float(np.sqrt(self.leg**2 - reach**2))
+
+    def displaced(self, gait: Gait) -> bool:
+        """Return whether the feet are where steps have put them, and not the motion."""
+        return self.waits or self._stances == [foot.number for foot in gait.feet]
 
     def _pendulum(self, body: BodyState, low, ahead: Array) -> Pendulum:
         """Return the person as a pendulum."""

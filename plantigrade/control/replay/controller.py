@@ -74,7 +74,7 @@ class Replay:
         self.normal = self.ground.normal
         self.normals = np.tile(self.normal, (len(self.points), 1))
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
-        self.weights = tasks.Weights.of(human)
+        self.weights, self.legs = tasks.Weights.of(human), tasks.leg_joints(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         self.damping = SOFT * np.maximum(-low, high)
         self.body = BodyState(human, human.standing())
@@ -180,7 +180,9 @@ class Replay:
         gap = height - self._lifted()
         active, held = self._touching(on, soon, gap)
         points = body.rigid_points(self.points.body[active], low[active])
-        wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel)
+        # Feet that steps have put elsewhere bend the legs otherwise than the motion has them.
+        slack = self.legs if self.catch.displaced(gait) else None
+        wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel, slack)
         centre = self._com_acceleration(body, ref, rate, low, active)
         M, h = body.mass_matrix, body.bias
         rows: list[Rows | PointRows] = [tasks.com_rows(M, h, self.human.mass, self.gravity, centre)]

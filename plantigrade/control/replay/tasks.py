@@ -6,7 +6,7 @@ from math import hypot
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.replay.reference import Instant
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.models import Human
@@ -144,12 +144,25 @@ class Weights:
         return cls(np.concatenate([root, joints]) ** 2, (TORQUE / np.maximum(-low, high)) ** 2)
 
 
-def wanted_accelerations(ref: Instant, rate: float, qpos: Array, qvel: Array) -> Array:
-    """Return the accelerations of pelvis and joints that lead back to the motion."""
+def leg_joints(human: Human) -> Bool[Array, " n_hinges"]:
+    """Return which hinges are those of hips, knees and ankles."""
+    return np.array([name.startswith(LEGS) for name in human.coordinates])
+
+
+def wanted_accelerations(
+    ref: Instant, rate: float, qpos: Array, qvel: Array, slack: Array | None = None
+) -> Array:
+    """Return the accelerations of pelvis and joints that lead back to the motion.
+
+    Joints that are slack are only slowed: they are where something else has led them.
+    """
     wanted = rate**2 * ref["a"]
     late = rate * ref["v"] - qvel
     k, d = JOINT_GAINS
-    wanted[6:] += k * (ref["q"][7:] - qpos[7:]) + d * late[6:]
+    off = ref["q"][7:] - qpos[7:]
+    if slack is not None:
+        off[slack] = 0.0
+    wanted[6:] += k * off + d * late[6:]
     k, d = PELVIS_GAINS
     wanted[3:6] += k * root_error(ref["q"][3:7], qpos[3:7]) + d * late[3:6]
     wanted[:3] = 0.0
