@@ -265,8 +265,7 @@ def recordings(kept: KeptResults, data: Path, *, quick: bool, jobs: int) -> list
         note = "" if result["survived"] else "fell"
         rows.append(Row(name, "walked", result["seconds"], "s", note=note))
         rows.append(Row(name, "joint error", result["error_deg"], "deg"))
-    whole = [r for r in found.values() if "error" not in r]
-    share = 100.0 * float(np.mean([bool(r["survived"]) for r in whole])) if whole else 0.0
+    share = 100.0 * float(np.mean([bool(r.get("survived")) for r in found.values()]))
     rows.append(at_least("recorded walks", "walked to their end", share, RECORDED, "%"))
     return rows
 
@@ -284,19 +283,19 @@ def pushes(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
     }
     found = kept.get_all(cases(phase_outcome, items), brief, jobs=jobs)
     rows, held = _pushed(found)
-    if held and not quick:
+    if not quick:
         rows.append(at_least("pushes", "median", float(np.median(held)), MEDIAN, "N"))
         rows.append(at_least("pushes", "worst", min(held), WORST, "N"))
     return rows
 
 
 def _pushed(found: dict[str, Result]) -> tuple[list[Row], list[float]]:
-    """Return a row for every push, and the forces survived."""
+    """Return a row for every push, and the forces survived: none where it ended in an error."""
     rows = [
         Row(key, "largest survived", r.get("force"), "N", note=str(r.get("error", "")))
         for key, r in found.items()
     ]
-    return rows, [float(r["force"]) for r in found.values() if "force" in r]
+    return rows, [float(r.get("force", 0.0)) for r in found.values()]
 
 
 def standing(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
@@ -309,9 +308,7 @@ def standing(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
         for item in [(name, time, angle, forces)]
     }
     rows, held = _pushed(kept.get_all(cases(push_outcome, items), brief, jobs=jobs))
-    if held:
-        rows.append(at_least("pushes while standing", "worst", min(held), STANDING, "N"))
-    return rows
+    return [*rows, at_least("pushes while standing", "worst", min(held), STANDING, "N")]
 
 
 def on_the_way(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
@@ -327,9 +324,8 @@ def on_the_way(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
     rows = []
     for name in names:
         own = {item[1]: found[key] for key, item in items.items() if item[0] == name}
-        held = {angle: float(r["force"]) for angle, r in own.items() if "force" in r}
+        held = {angle: float(r.get("force", 0.0)) for angle, r in own.items()}
         problem = next((str(r["error"]) for r in own.values() if "error" in r), "")
         note = problem or ", ".join(f"{angle}°: {force:g} N" for angle, force in held.items())
-        worst = min(held.values()) if held else None
-        rows.append(Row(name, "push survived on the way", worst, "N", note=note))
+        rows.append(Row(name, "push survived on the way", min(held.values()), "N", note=note))
     return rows

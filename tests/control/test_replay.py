@@ -8,9 +8,11 @@ import pytest
 
 from plantigrade.constants import GRAVITY
 from plantigrade.control.replay import Replay
+from plantigrade.control.replay.catch import Catch
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.gait import Gait, Touchdown
-from plantigrade.control.replay.reference import STEP, period_of, reference_of
+from plantigrade.control.replay.reference import STEP, before, period_of, reference_of
+from plantigrade.control.replay.tasks import LEGS, leg_joints, wanted_accelerations
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record, Run
@@ -201,6 +203,60 @@ def test_who_is_pushed_while_standing_takes_a_step_and_the_motion_goes_on_after_
     assert replay.gait.phase < world.time - 0.3
     assert max(t.offset[0] for t in replay.gait.touchdowns) > 0.1
     assert "Stepped" in " ".join(replay.said())
+
+
+def test_points_that_are_down_a_little_sooner_than_planned_stay_down(replay):
+    side_of, of_side = replay.side_of, replay.of_side
+    assert replay.gait.feet[0].stands
+    first, later, never = of_side[0][:3]
+    on, soon = np.zeros(len(side_of), dtype=bool), np.zeros(len(side_of), dtype=bool)
+    on[first] = soon[first] = soon[later] = True
+    gap = np.full(len(side_of), 0.05)
+    gap[[first, later, never]] = 0.0
+    active, held = replay._touching(on, soon, gap)
+    assert sorted(active) == sorted([first, later, never])
+    assert sorted(active[held]) == sorted([first, later])
+    gap[later] = 0.004  # near, but not down, and not planned to be yet
+    active, held = replay._touching(on, soon, gap)
+    assert later not in active
+
+
+def test_what_is_down_soon_is_told_across_the_end_of_a_period():
+    on = np.array([[True, False], [False, False], [False, True], [False, False], [True, False]])
+    whole = before(on, 1, periodic=True)
+    np.testing.assert_array_equal(whole[:, 0], [True, False, False, True, True])
+    np.testing.assert_array_equal(whole[:, 1], [False, True, True, False, False])
+    np.testing.assert_array_equal(before(on, 2, periodic=True)[:, 1], [1, 1, 1, 0, 1])
+    assert before(on, 2, periodic=False).shape == on.shape
+    np.testing.assert_array_equal(before(on, 0, periodic=True), on)
+
+
+def test_legs_bent_for_a_wide_stance_straighten_once_the_motion_takes_the_feet_elsewhere(replay):
+    gait, catch = Gait(replay.reference, 700.0), Catch(0.9, 700.0)
+    body, low, gaps = replay.body, [np.zeros((1, 3))] * 2, [np.zeros(1)] * 2
+    rest = (gait, body, low, gaps, np.array([1.0, 0.0]), np.full(2, 350.0), 0.0)
+    catch.bent = 0.05
+    catch._stances = [foot.number for foot in gait.feet]
+    for _ in range(50):
+        catch.look(0.0, 0.01, *rest)
+    assert catch.bent == 0.05 and catch.displaced(gait)  # the feet are still there
+    gait.feet[0].number = 5
+    assert not catch.displaced(gait)
+    for _ in range(100):
+        catch.look(0.0, 0.01, *rest)
+    assert 0.0 < catch.bent < 0.003
+
+
+def test_legs_that_steps_have_bent_otherwise_are_slowed_and_not_led_to_the_motion(replay):
+    ref, legs = replay.reference.at(0.2), leg_joints(replay.human)
+    qpos, qvel = ref["q"] + 0.0, ref["v"] + 0.0
+    qpos[7:] += 0.3
+    led = wanted_accelerations(ref, 1.0, qpos, qvel)
+    slack = wanted_accelerations(ref, 1.0, qpos, qvel, legs)
+    np.testing.assert_allclose(led[6:], ref["a"][6:] - 30.0)
+    np.testing.assert_allclose(slack[6:][legs], ref["a"][6:][legs])
+    np.testing.assert_array_equal(slack[6:][~legs], led[6:][~legs])
+    assert legs.sum() == sum(n.startswith(LEGS) for n in replay.human.coordinates) >= 10
 
 
 def test_an_instant_can_be_held_still(replay):

@@ -2,6 +2,7 @@
 
 import pytest
 
+from plantigrade.errors import ParameterError
 from plantigrade.experiments import replay, robustness
 from plantigrade.experiments.replay import MOTIONS, QUICKLY
 
@@ -55,6 +56,19 @@ def test_who_stands_is_pushed_from_everywhere_and_motions_on_their_way(made):
     made.clear()
     table = replay.run(parts=("on the way",))
     assert len(made) == 4 * len(MOTIONS) == 4 * len(table.rows)
+
+
+def test_pushes_that_end_in_an_error_count_as_not_survived(made, monkeypatch):
+    def broken(item):
+        raise ParameterError("no such motion")
+
+    monkeypatch.setattr(replay, "push_outcome", broken)
+    table = replay.run(parts=("standing",))
+    assert table.rows[-1].value == 0.0 and not table.rows[-1].met
+    assert "no such motion" in table.rows[0].note
+    monkeypatch.setattr(replay, "middle_outcome", broken)
+    (row, *_) = replay.run(quick=True, parts=("on the way",)).rows
+    assert row.value == 0.0 and "no such motion" in row.note
 
 
 def test_robustness_tells_survival_by_disturbance(made, tmp_path):

@@ -6,6 +6,7 @@ Then the motion goes on from where the feet are.
 """
 
 from collections.abc import Sequence
+from math import exp
 
 import numpy as np
 
@@ -32,6 +33,8 @@ WITHIN = -0.02
 UPRIGHT, FARTHEST = 0.2, 0.6
 """Feet farther than the first from under the centre of mass bend the legs, up to the second [leg
 lengths]."""
+STRAIGHTENS = 0.3
+"""Time constant with which legs straighten again once the motion takes the feet elsewhere [s]."""
 
 
 class Catch:
@@ -54,6 +57,7 @@ class Catch:
         self.swing: Swing | None = None
         self.bent = 0.0
         self._since = self._landed = 0.0
+        self._stances: list[int | None] = []
 
     def look(
         self,
@@ -80,6 +84,8 @@ class Catch:
             load: Of the feet along the normal [N].
             missed: How far the divergent component is off [m].
         """
+        if not self.displaced(gait):
+            self.bent *= exp(-step / STRAIGHTENS)
         if not self.waits and (missed < MISSED or not self._may(gait)):
             return
         now = self._pendulum(body, low, ahead)
@@ -96,9 +102,16 @@ class Catch:
                 self._since = time
             elif time - self._since > CALM:
                 self.waits = False
+                self._stances = [foot.number for foot in gait.feet]
+        if not self.waits:
+            return
         off = float(np.linalg.norm(now.feet - now.com, axis=1).max()) - UPRIGHT * self.leg
         reach = min(max(off, 0.0), FARTHEST * self.leg)
         self.bent = self.leg - float(np.sqrt(self.leg**2 - reach**2))
+
+    def displaced(self, gait: Gait) -> bool:
+        """Return whether the feet are where steps have put them, and not the motion."""
+        return self.waits or self._stances == [foot.number for foot in gait.feet]
 
     def _pendulum(self, body: BodyState, low, ahead: Array) -> Pendulum:
         """Return the person as a pendulum."""

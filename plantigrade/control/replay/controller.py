@@ -74,7 +74,7 @@ class Replay:
         self.normal = self.ground.normal
         self.normals = np.tile(self.normal, (len(self.points), 1))
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
-        self.weights = tasks.Weights.of(human)
+        self.weights, self.legs = tasks.Weights.of(human), tasks.leg_joints(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         self.damping = SOFT * np.maximum(-low, high)
         self.body = BodyState(human, human.standing())
@@ -171,15 +171,18 @@ class Replay:
         gait, reference, normal = self.gait, self.reference, self.normal
         qpos, qvel = state.qpos, state.qvel
         rate = min(gait.rate, FASTER)
-        on = ref["on"] > 0.5
+        on, soon = ref["on"] > 0.5, ref["soon"] > 0.5
         for i, own in enumerate(gait.feet):
             if own.early:
                 just = reference.at(own.touchdown + JUST)
-                on[self.side_of == i] = just["on"][self.side_of == i] > 0.5
+                on[self.of_side[i]] = just["on"][self.of_side[i]] > 0.5
+                soon[self.of_side[i]] = just["soon"][self.of_side[i]] > 0.5
         gap = height - self._lifted()
-        active, held = self._touching(on, gap)
+        active, held = self._touching(on, soon, gap)
         points = body.rigid_points(self.points.body[active], low[active])
-        wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel)
+        # Feet that steps have put elsewhere bend the legs otherwise than the motion has them.
+        slack = self.legs if self.catch.displaced(gait) else None
+        wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel, slack)
         centre = self._com_acceleration(body, ref, rate, low, active)
         M, h = body.mass_matrix, body.bias
         rows: list[Rows | PointRows] = [tasks.com_rows(M, h, self.human.mass, self.gravity, centre)]
@@ -248,12 +251,17 @@ class Replay:
             },
         )
 
-    def _touching(self, on: Array, gap: Array) -> tuple[Array, Array]:
-        """Return which points touch, and which of them are held."""
+    def _touching(self, on: Array, soon: Array, gap: Array) -> tuple[Array, Array]:
+        """Return which points touch, and which of them are held.
+
+        A point that is down a little sooner than the motion has it stays down: to lift it again,
+        as the motion does not yet have it there, leaves the foot on its heel for a whole step.
+        """
         gait = self.gait
         stands = np.array([*(f.stands for f in gait.feet), True])[self.side_of]
-        planned = on & stands & (gap < PLANNED)
-        touching = planned | (stands & (gap < TOUCHING) & (self.side_of != SEAT))
+        touches = stands & (gap < TOUCHING) & (self.side_of != SEAT)
+        planned = (on & stands & (gap < PLANNED)) | (soon & touches)
+        touching = planned | touches
         active = touching.nonzero()[0]
         return active, planned[active]
 

@@ -23,6 +23,8 @@ STEP = 0.002
 """Of the grid [s]."""
 AFTER = 4.0
 """So long after the end (or the second period) offsets of the feet are looked ahead [s]."""
+SOON = 0.08
+"""So long before a point is to be down it may stay down that touches [s]."""
 MOVING = 0.2
 """A motion whose ends are slower than this does not repeat itself [m/s]."""
 
@@ -161,6 +163,7 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
         "turn_velocity": swept["turn_velocity"],
         "turn_acceleration": np.gradient(swept["turn_velocity"], STEP, axis=0),
         "on": on.astype(float),
+        "soon": before(on, round(SOON / STEP), periodic=period is not None).astype(float),
         "low": swept["low"],
     }
     if ends:  # then it stands still
@@ -168,6 +171,19 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
             columns[name] = np.concatenate([columns[name], np.zeros_like(columns[name][:1])])
         columns = {k: np.concatenate([x, x[-1:]]) if len(x) == n else x for k, x in columns.items()}
     return assembled(columns, schedule, omega, period, motion.duration, advance, ends)
+
+
+def before(on: Bool[Array, "n k"], rows: int, *, periodic: bool) -> Bool[Array, "n k"]:
+    """Return what is down now or within so many rows.
+
+    Args:
+        on: What is down.
+        rows: How many.
+        periodic: Whether the last row is the first one again.
+    """
+    more = on[1 : rows + 1] if periodic else np.repeat(on[-1:], rows, axis=0)
+    ahead = np.concatenate([on, more])
+    return np.any([ahead[i : i + len(on)] for i in range(len(ahead) - len(on) + 1)], axis=0)
 
 
 def assembled(columns, schedule, omega, period, duration, advance, ends) -> Reference:

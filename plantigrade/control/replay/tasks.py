@@ -6,7 +6,7 @@ from math import hypot
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.replay.reference import Instant
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.models import Human
@@ -26,6 +26,9 @@ PLANNED, UNPLANNED = 0.07, 0.35
 JOINT_GAINS, PELVIS_GAINS = (100.0, 18.0), (100.0, 20.0)
 PLACE_GAINS, TURN_GAINS = (400.0, 40.0), (200.0, 28.0)
 """Stiffness and damping by mass [1/s², 1/s]."""
+HANGING_GAINS = (800.0, 40.0)
+"""The same of the turn of a foot that stands and hangs off the ground in part: until it lies, the
+pressure is under its heel (or toes) alone. With those of the others that takes half a step."""
 FARTHEST = 0.15
 """A foot's error counts no further than this [m]."""
 _ONE = np.eye(3)
@@ -100,7 +103,7 @@ def turn_rows(J, bias, wanted, error, rate_error, *, normal=None, hangs: bool = 
 
     One that stands but hangs off the ground, in part, is laid on it as firmly as one that swings.
     """
-    k, d = TURN_GAINS
+    k, d = HANGING_GAINS if hangs and normal is not None else TURN_GAINS
     right = wanted + k * error + d * rate_error - bias
     if normal is None:
         return Rows(J, right, SWING_TURN**2)
@@ -141,12 +144,25 @@ class Weights:
         return cls(np.concatenate([root, joints]) ** 2, (TORQUE / np.maximum(-low, high)) ** 2)
 
 
-def wanted_accelerations(ref: Instant, rate: float, qpos: Array, qvel: Array) -> Array:
-    """Return the accelerations of pelvis and joints that lead back to the motion."""
+def leg_joints(human: Human) -> Bool[Array, " n_hinges"]:
+    """Return which hinges are those of hips, knees and ankles."""
+    return np.array([name.startswith(LEGS) for name in human.coordinates])
+
+
+def wanted_accelerations(
+    ref: Instant, rate: float, qpos: Array, qvel: Array, slack: Array | None = None
+) -> Array:
+    """Return the accelerations of pelvis and joints that lead back to the motion.
+
+    Joints that are slack are only slowed: they are where something else has led them.
+    """
     wanted = rate**2 * ref["a"]
     late = rate * ref["v"] - qvel
     k, d = JOINT_GAINS
-    wanted[6:] += k * (ref["q"][7:] - qpos[7:]) + d * late[6:]
+    off = ref["q"][7:] - qpos[7:]
+    if slack is not None:
+        off[slack] = 0.0
+    wanted[6:] += k * off + d * late[6:]
     k, d = PELVIS_GAINS
     wanted[3:6] += k * root_error(ref["q"][3:7], qpos[3:7]) + d * late[3:6]
     wanted[:3] = 0.0
