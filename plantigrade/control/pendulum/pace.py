@@ -6,9 +6,11 @@ another length at the same cadence need no other pressure within the foot. At an
 the pressure, :math:`x - p' = c^2 (x - p)`; the sole is long enough for small changes.
 """
 
+from math import atan2, cos, hypot, sin
+
 import numpy as np
 
-from plantigrade.arrays import Array
+from plantigrade.arrays import Array, Float
 from plantigrade.control.replay.reference import Instant, Reference
 from plantigrade.control.replay.schedule import Schedule
 
@@ -20,6 +22,12 @@ PLACES = ("com", "pressure", "foot", "low")
 """Places along the walk."""
 MOTIONS = ("com_velocity", "foot_velocity", "com_acceleration", "foot_acceleration")
 """Their rates, and rates of these."""
+
+WIDER = 0.6
+"""Feet that are no longer ahead of each other are so much farther apart sideways, by the part that
+steps are shorter."""
+LIFTED = 0.5
+"""Feet are lifted less in shorter steps by this part of what these are shorter."""
 
 
 class Paced:
@@ -37,16 +45,22 @@ class Paced:
         self.omega, self.period = reference.omega, reference.period
         self.duration, self.ends = reference.duration, reference.ends
         self.stride, self.cadence, self.inward = 1.0, 1.0, 0.0
+        feet = reference.table[:, reference.columns["foot"][0]].reshape(-1, 2, 3)
+        self._low = feet[:, :, 2].min(axis=0)
         width = reference.table.shape[1]
         self._along, self._moving = np.zeros(width, dtype=bool), np.zeros(width, dtype=bool)
         self._order = np.zeros(width)
+        self._across = np.zeros(width, dtype=bool)
         for name in PLACES:
             self._along[self._cut(name, 0)] = True
         for name in MOTIONS:
             self._moving[self._cut(name, 0)] = True
-        self._along[reference.columns["q"][0].start] = True
-        for name in ("v", "a"):
-            self._moving[reference.columns[name][0].start] = True
+        for name in (*PLACES, *MOTIONS):
+            self._across[self._cut(name, 1)] = True
+        for name in ("q", "v", "a"):
+            first = reference.columns[name][0].start
+            (self._along if name == "q" else self._moving)[first] = True
+            self._across[first + 1] = True
         for names, order in ((RATES, 1.0), (CHANGES, 2.0)):
             for name in names:
                 self._order[reference.columns[name][0]] = order
@@ -99,10 +113,29 @@ class Paced:
         if self.cadence != 1.0:
             com, pressure = row[self._com], row[self._pressure]
             pressure[:2] = com[:2] - self.cadence**2 * (com - pressure)[:2]
+        if self.stride < 1.0:
+            self._flatten(row)
         if self.inward:  # the pressure pushes the mass to that side
             row[self._com.start + 1] += self.inward
             row[self._push.start + 1] += self.omega**2 * self.inward
         return Instant(row, self.recorded.columns)
+
+    def _flatten(self, row: Array) -> None:
+        """Let feet roll and lift less, in steps that are shorter: nobody pushes off in place."""
+        columns, less = self.recorded.columns, 1.0 - self.stride
+        place = row[columns["foot"][0]].reshape(2, 3)
+        place[:, 2] -= LIFTED * less * (place[:, 2] - self._low)
+        turns = row[columns["turn"][0]].reshape(2, 3, 3)
+        for i, turn in enumerate(turns):
+            x, y, z = turn[:, 2]
+            far = hypot(x, y)
+            if far > 1e-6:
+                back = less * atan2(far, z)
+                turns[i] = rotated(-y / far, x / far, -back) @ turn
+        for name in ("turn_velocity", "turn_acceleration"):
+            row[columns[name][0]].reshape(2, 3)[:, :2] *= self.stride
+        for name in ("foot_velocity", "foot_acceleration"):
+            row[columns[name][0]].reshape(2, 3)[:, 2] *= 1.0 - LIFTED * less
 
     @property
     def _shift(self) -> float:
@@ -115,3 +148,19 @@ class Paced:
     def _settle(self) -> None:
         self._factor = np.where(self._along | self._moving, self.stride, 1.0)
         self._factor *= self.cadence**self._order
+        self._factor[self._across] *= 1.0 + WIDER * max(1.0 - self.stride, 0.0)
+
+
+def rotated(x: float, y: float, angle: float) -> Float[Array, "3 3"]:
+    """Return the rotation about a level axis.
+
+    Args:
+        x: Of the axis.
+        y: Likewise; together of length one.
+        angle: By how much [rad].
+    """
+    c, s = cos(angle), sin(angle)
+    k = 1.0 - c
+    return np.array(
+        [[c + k * x * x, k * x * y, s * y], [k * x * y, c + k * y * y, -s * x], [-s * y, s * x, c]]
+    )

@@ -35,6 +35,9 @@ SLOW = 0.35
 """Who steps no longer than this, by the recorded steps, may come to stand."""
 WITHIN = 0.02
 """They stand once the extrapolated centre of mass is so far inside of what both feet span [m]."""
+NEAR, LEANING = 0.005, 1.5
+"""Who starts brings the extrapolated centre of mass so near to where the walk has it [m], or tries
+for so long [s]."""
 LOW = 0.01
 """What is so near the ground carries then [m]."""
 
@@ -153,7 +156,7 @@ class Walker:
         if self.walks and self._may_stand(state):
             self._stop(state)
         elif not self.walks and self.targets[0].value > 0.0:
-            self._go_on(state)
+            self._lean(state)
         if not self.walks:
             self._stood[-1] = (self._stood[-1][0], state.time)
             return self._balance(state)
@@ -179,7 +182,7 @@ class Walker:
         self._stride, self._mean, self._more = 1.0, self._own, 0.0
         self._last = float(self.pendulum.place[0])
         self._asked = self._way = np.nan
-        self._steady = 0.0
+        self._steady, self._since = 0.0, None
         self._rate = self._aside = self._astray = 0.0
         self._stood: list[tuple[float, float]] = []
 
@@ -267,34 +270,57 @@ class Walker:
         stands = standing_on(human, world.ground, place=place)
         self._balance = Balance(Settling(human, state.qpos, stands, state.time), stepping=True)
 
-    def _go_on(self, state: State) -> None:
-        """Walk again, with steps in place at first."""
+    def _lean(self, state: State) -> None:
+        """Bring the weight over the foot that is to stand first; then walk, in place at first."""
         pendulum, paced = self.pendulum, self.pendulum.reference
         body = self._seen(state).body
         feet = body.position(pendulum.feet)
-        phase = self._between(float(feet[0, 0] - feet[1, 0]))
-        middle = feet.mean(axis=0)
-        paced.start(0.0, phase, float(middle[0]))
-        self.frame.shift(float(middle[1]))
-        self.walks, self._stride, self._mean, self._more = True, 0.0, 0.0, 0.0
-        self._last = float(middle[0])
-        pendulum.place = middle[:2] * [1.0, 0.0]
+        if self._since is None:
+            self._since, self._from = state.time, self._lift(float(feet[0, 0] - feet[1, 0]))
+        phase, stands, off = self._from
+        goal = float(feet[stands, 1]) + off
+        xi = float((body.com + body.com_velocity / paced.omega)[1])
+        toward_it = 1.0 if stands else -1.0
+        if (goal - xi) * toward_it > NEAR and state.time - self._since < LEANING:
+            middle = float(feet[:, 1].mean())
+            for target, along in zip(self._balance.targets[:2], self.frame.turn[:2, 1], strict=True):
+                far = 100.0 * along * (goal - middle)
+                target.set(min(max(far, target.low), target.high))
+            return
+        ahead, left = feet[:, :2].mean(axis=0)
+        paced.start(0.0, phase, float(ahead))
+        now = paced.at(phase)["foot"][stands, 1]
+        self.frame.shift(float(feet[stands, 1] - now))
+        pendulum.place = np.array([ahead, 0.0])
         pendulum.resume(self._seen(state).body, phase)
+        self.walks, self._since = True, None
+        self._stride = self._mean = self._more = 0.0
+        self._last = float(ahead)
 
-    def _between(self, ahead: float) -> float:
-        """Return when both feet of the recording carry alike, the foot in front being the same.
+    def _lift(self, ahead: float) -> tuple[float, int, float]:
+        """Return with what the recording a walk begins: a foot is about to leave the ground.
 
         Args:
-            ahead: How far the right foot is in front [m].
+            ahead: How far the right foot is in front of the left one [m]; that stays on.
+
+        Returns:
+            The phase [s]; which foot stands; how far the extrapolated centre of mass is then to the
+            left of it [m].
         """
-        paced = self.pendulum.reference.recorded
-        times = np.arange(0.0, paced.duration, 0.01)
-        best = []
-        for time in times:
-            now = paced.at(float(time))
-            carries = [float((now["on"][self.pendulum.side_of == i] > 0.5).any()) for i in (0, 1)]
-            foot, com = now["foot"], now["com"]
-            middle = abs(float(com[0] - foot[:, 0].mean())) + 10.0 * (2.0 - sum(carries))
-            same = float(foot[0, 0] - foot[1, 0]) * ahead >= 0.0
-            best.append(middle + (0.0 if same else 1.0))
-        return float(times[int(np.argmin(best))])
+        recorded = self.pendulum.reference.recorded
+        stands = 0 if ahead >= 0.0 else 1
+        times = np.arange(0.0, recorded.duration, 0.01)
+        both = [
+            all(recorded.schedule.standing(side, float(t)) is not None for side in SIDES)
+            for t in times
+        ]
+        front = [recorded.at(float(t))["foot"][:, 0] for t in times]
+        ends = [
+            k
+            for k in range(len(times))
+            if both[k] and not both[(k + 1) % len(times)] and front[k].argmax() == stands
+        ]
+        phase = float(times[ends[0]]) if ends else 0.0
+        now = recorded.at(phase)
+        xi = now["com"] + now["com_velocity"] / recorded.omega
+        return phase, stands, float(xi[1] - now["foot"][stands, 1])
