@@ -21,7 +21,6 @@ from plantigrade.control.pendulum.wanted import (
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.controller import (
-    BACK_UP,
     BOUNCE,
     FASTER,
     FIRM,
@@ -54,6 +53,10 @@ CLEAR = 0.012
 millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
 LIFT = 0.02
 """And so much by how fast it is led elsewhere [s]."""
+BACK = (-3.0, 4.0)
+"""Limits of the vertical acceleration that leads back to the recorded height [m/s²]: more would
+throw who lands low into the air again."""
+STILL = np.zeros(3)
 AXES = np.eye(2)
 """The walk's way: ahead and to the left, as columns."""
 WALKS = 10.0
@@ -268,6 +271,7 @@ class Pendulum:
         centre = self._com_acceleration(body, ref, rate, low, active)
         rows: list[Rows | PointRows] = [com_rows(M, h, body.mass, self.gravity, centre)]
         feet = body.rigid_points(self.feet.body, foot)
+        newest = max((f.touchdown for f in gait.standing), default=np.inf)
         for i, own in enumerate(gait.feet):
             k = feet.owner[i]
             J, speed, bias = feet.body_jacobian[k], feet.body_velocity[k], feet.body_bias[k]
@@ -282,6 +286,10 @@ class Pendulum:
             if not own.stands:
                 place, pace, push = self._swing(own, i, ref, rate, foot)
                 rows.append(place_rows(J[3:], bias[3:], speed[3:], place - foot[i], pace, push))
+            elif own.touchdown >= newest and not np.isin(self.of_side[i], active).any():
+                # What carries has lost the ground: it is led back there.
+                gap = -float(height[self.of_side[i]].min()) * normal
+                rows.append(place_rows(J[3:], bias[3:], speed[3:], gap, STILL, STILL))
         if held.any():
             rows.append(held_rows(points, held, height[active], up))
         passive = state.world.actuators.passive(state.angles, state.rates)
@@ -340,7 +348,7 @@ class Pendulum:
         off = ref["com"][2] + level - self.plan.bent - c[2]
         pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
         own = rate**2 * ref["com_acceleration"][2]
-        back = min(max((pace - v[2]) / time, BACK_UP[0]), BACK_UP[1])
+        back = min(max((pace - v[2]) / time, BACK[0]), BACK[1])
         wanted[2] = min(max(own + back, min(own, SINKS)), HEIGHTS[1])
         return wanted
 
