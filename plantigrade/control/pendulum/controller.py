@@ -21,11 +21,9 @@ from plantigrade.control.pendulum.wanted import (
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.controller import (
-    BOUNCE,
     FASTER,
     FIRM,
     GRIP,
-    HEIGHTS,
     INSIDE,
     PLANNED,
     SOFT,
@@ -44,8 +42,9 @@ from plantigrade.world import Command, Drawing, StablePD, State, World
 
 VERTICAL = (5.0, 0.06)
 """The height of the mass is led back at this rate [1/s], in this time [s]."""
-SINKS = -3.0
-"""The mass is let down no faster than so [m/s²]: who falls can neither press nor step."""
+SINKS, RISES = -3.0, 4.0
+"""The mass is let down and pressed up no faster than so, unless the recording does [m/s²]: who
+falls can neither press nor step, and who is thrown up neither."""
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
 CLEAR = 0.012
@@ -343,13 +342,13 @@ class Pendulum:
         wanted = np.array(ref["com_acceleration"])
         wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
         k, time = VERTICAL
-        rate = min(rate, BOUNCE)
+        rate = min(rate, 1.0)
         level, rise = self._slope(c)
         off = ref["com"][2] + level - self.plan.bent - c[2]
         pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
         own = rate**2 * ref["com_acceleration"][2]
         back = min(max((pace - v[2]) / time, BACK[0]), BACK[1])
-        wanted[2] = min(max(own + back, min(own, SINKS)), HEIGHTS[1])
+        wanted[2] = min(max(own + back, min(own, SINKS)), max(own, RISES))
         return wanted
 
     def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:
