@@ -11,6 +11,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum.hold import Hold
 from plantigrade.control.pendulum.landing import LAWS, DivergentLaw, EnergyLaw, Reach, Strike
 from plantigrade.control.pendulum.landing import landing as predicted
 from plantigrade.control.pendulum.pendulum import (
@@ -32,7 +33,7 @@ from plantigrade.models import Human
 from plantigrade.record import Run
 from plantigrade.wbc.whole_body import Rows, Touching
 from plantigrade.workflows.simulate import simulate
-from plantigrade.world import Push, World
+from plantigrade.world import Push, StablePD, World
 
 LEG = 0.95
 
@@ -342,6 +343,38 @@ def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun
     assert figures["landings"] == 1 and "1 step, in the median" in controller.said()[0]
 
 
+def test_a_command_holds_for_a_tick_unless_a_sole_touches_or_leaves():
+    hold, up, down = Hold(0.02, 0.005), np.zeros(3, dtype=bool), np.array([True, False, False])
+    stands = [True, False]
+    assert [hold.goes_on(up, stands) for _ in range(6)] == [False, True, True, True, False, True]
+    assert not hold.goes_on(down, stands)  # at once, and a whole tick begins
+    assert [hold.goes_on(down, stands) for _ in range(4)] == [True, True, True, False]
+    assert not hold.goes_on(down, [True, True])
+    qacc = np.arange(8.0)
+    hold.keep(StablePD(np.zeros(2), np.ones(2), torque=np.full(2, 7.0)), qacc)
+    hold.later()
+    later = hold.later()
+    np.testing.assert_allclose(later.velocity, 1.0 + 0.01 * qacc[6:])
+    np.testing.assert_array_equal(later.torque, 7.0)
+    assert Hold(0.001, 0.005).looks == 1
+
+
+def test_a_walk_with_a_tick_of_20_ms_lands_its_step_with_a_third_of_the_programs(walk, monkeypatch):
+    solved, solve = [], BoxProgram.solve
+    monkeypatch.setattr(BoxProgram, "solve", lambda *a, **k: solved.append(1) or solve(*a, **k))
+    controller, motion = Pendulum(walk, tick=0.02), walk.motion
+    start = {"qpos": motion.qpos[0], "qvel": motion.qvel[0]}
+    world = World(
+        walk.human, rate=1000.0, control_rate=controller.control_rate, recording=False, **start
+    )
+    state = world.reset()
+    while world.time < 0.6:
+        state = world.step(controller(state))
+    assert 30 <= len(solved) < 48 and world.fall is None
+    assert controller.landings[0].error < 0.06
+    assert controller.figures()["speed_m_s"] == pytest.approx(1.2, rel=0.15)
+
+
 def test_a_foot_is_tilted_the_shortest_way_to_the_normal_of_the_ground():
     normal = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
     turn = tilted(normal)
@@ -368,6 +401,8 @@ def test_a_recorded_walk_goes_on_at_its_speed_after_a_push(data):
 def test_another_law_ground_or_person_is_refused(walk):
     with pytest.raises(ParameterError, match="no landing law 'moon'; there are divergent"):
         Pendulum(walk, "moon")
+    with pytest.raises(ParameterError, match="tick=0 s must be above 0 and at most 0.1 s"):
+        Pendulum(walk, tick=0.0)
     with pytest.raises(ParameterError, match="recorded on level ground"):
         Pendulum(replace(walk, ground=Ground(slope=0.1)))
     other = World(Human.create(1.7, 65.0, joints="66"), recording=False)

@@ -6,6 +6,7 @@ from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.frame import Underfoot
+from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan
@@ -58,6 +59,9 @@ throw who lands low into the air again."""
 STILL = np.zeros(3)
 AXES = np.eye(2)
 """The walk's way: ahead and to the left, as columns."""
+TICK = 0.010
+"""So long a command holds, unless a sole touches the ground or leaves it [s]; looked for at every
+control step."""
 WALKS = 10.0
 """How long a walk is repeated where no duration is named [s]."""
 
@@ -70,6 +74,7 @@ class Pendulum:
             (:func:`plantigrade.control.pendulum.cycle.walk_of`), any other motion ends.
         law: Name of the law by which feet land, one of
             :data:`~plantigrade.control.pendulum.landing.LAWS`.
+        tick: So long a command holds, unless a sole touches the ground or leaves it [s].
 
     Attributes:
         rate: Steps of the physics per second that it wants [1/s].
@@ -82,20 +87,23 @@ class Pendulum:
         height: How high that is above the ground [m].
 
     Raises:
-        ParameterError: If there is no such law, the walk was not recorded on level ground, or its
-            motion has less than two frames.
+        ParameterError: If there is no such law, a tick is no time, the walk was not recorded on
+            level ground, or its motion has less than two frames.
     """
 
     rate, control_rate, record_rate = 1000.0, 200.0, 100.0
 
-    def __init__(self, record: Record, law: str = "divergent"):
+    def __init__(self, record: Record, law: str = "divergent", tick: float = TICK):
         if law not in LAWS:
             raise ParameterError(f"no landing law {law!r}; there are {', '.join(LAWS)}")
+        if not 0.0 < tick <= LONGEST:
+            raise ParameterError(f"tick={tick:g} s must be above 0 and at most {LONGEST:g} s")
         ground = record.ground
         if ground.slope or ground.steps or ground.uneven:
             raise ParameterError("a pendulum needs a walk that was recorded on level ground")
         self.record, self.human = record, record.human
         self.law: LandingLaw = LAWS[law]
+        self.tick = tick
         self.clearance = clearance_of(record)
         self.reference = Paced(reference_of(record, self.clearance))
         repeats = self.reference.period is not None
@@ -180,8 +188,9 @@ class Pendulum:
         """Go on, on the feet as they are, from a phase of the recording [s]."""
         assert self._world is not None  # it has begun
         gait = self.gait = Gait(self.reference.recorded, self.record.weight, phase)
-        step = 1.0 / self._world.control_rate
-        self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, step)
+        self.hold = Hold(self.tick, 1.0 / self._world.control_rate)
+        tick = 2.0 * self.hold.half
+        self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, tick)
         self.landing, self._clock = None, phase
         ref, foot = self.reference.at(phase), body.position(self.feet)
         for i, own in enumerate(gait.feet):
@@ -222,13 +231,20 @@ class Pendulum:
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
         self.place, self._now = body.com[:2].copy(), self._now + step
-        self.landing = self.plan.next(body, ref, foot, self._slope(body.com)[1], self._level)
+        holds = self.hold.goes_on(height < TOUCHING, [f.stands for f in gait.feet])
+        if not holds:
+            self.landing = self.plan.next(body, ref, foot, self._slope(body.com)[1], self._level)
         pace = hurried(self.plan.error) if self.landing is None else self.landing.rate
         own = step * reference.cadence  # seconds of the recording
         self._clock += own
         gait.advance(self._clock, own, pace)
-        ref = reference.at(gait.phase)
-        return self._command(state, body, ref, low, height, foot)
+        if holds:
+            return self.hold.later()
+        if self.hold.looks > 1:  # the middle of the tick is what counts
+            body = body.integrated(self.hold.qacc, self.hold.half)
+            foot, (low, height) = body.position(self.feet), self._soles(body)
+        ahead = max(self.hold.half - step, 0.0) * reference.cadence * gait.rate
+        return self._command(state, body, reference.at(gait.phase + ahead), low, height, foot)
 
     def _soles(self, body: BodyState) -> tuple[Array, Array]:
         """Return the lowest points of the spheres, and their heights over the ground [m]."""
@@ -306,9 +322,9 @@ class Pendulum:
         apart = state.angles - ref["q"][7:]
         found = self.landing
         place = np.full(2, np.nan) if found is None else found.place
-        return StablePD(
+        command = StablePD(
             state.angles,
-            body.qvel[6:] + half * answer.qacc[6:],
+            state.rates + half * answer.qacc[6:],
             torque=answer.torque,
             stiffness=0.0,
             damping=self.damping,
@@ -323,6 +339,7 @@ class Pendulum:
                 "solved": float(answer.ok),
             },
         )
+        return self.hold.keep(command, answer.qacc)
 
     def _joints(self, body: BodyState, ref: Instant, rate: float) -> Array:
         """Return the accelerations of joints and pelvis that are wanted: rates along the bell."""
