@@ -1,5 +1,7 @@
 """The controller that walks as recorded: pendulum, landing, wanted velocities, torques."""
 
+from math import hypot, sqrt
+
 import numpy as np
 
 from plantigrade.arrays import Array
@@ -91,7 +93,7 @@ class Pendulum:
             level ground, or its motion has less than two frames.
     """
 
-    rate, control_rate, record_rate = 1000.0, 200.0, 100.0
+    rate, control_rate, record_rate = 600.0, 200.0, 100.0
 
     def __init__(self, record: Record, law: str = "divergent", tick: float = TICK):
         if law not in LAWS:
@@ -113,7 +115,7 @@ class Pendulum:
         self.radius = np.array([[s.radius] for s in self.sites])
         self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
         self.of_side = [(self.side_of == i).nonzero()[0] for i in range(len(SIDES))]
-        self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
+        self.feet = np.array([human.body(f"foot_{s}") for s in SIDES])
         self.weights = Weights.of(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         self.damping = SOFT * np.maximum(-low, high)
@@ -192,15 +194,15 @@ class Pendulum:
         tick = 2.0 * self.hold.half
         self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, tick)
         self.landing, self._clock = None, phase
-        ref, foot = self.reference.at(phase), body.position(self.feet)
+        ref, foot = self.reference.at(phase), body.origins[self.feet]
         for i, own in enumerate(gait.feet):
             if own.stands and own.number is not None:
                 gait.offset(own.number)[:2] = (foot[i] - ref["foot"][i])[:2]
 
     def _level(self, place: Array) -> float:
         """Return the height of the ground at a place [m]."""
-        n = self.normal
-        return float((self.ground.under(place) - n[0] * place[0] - n[1] * place[1]) / n[2])
+        (x, y, z), (ahead, left, _) = self.normal.tolist(), place.tolist()
+        return (float(self.ground.under(place)) - x * ahead - y * left) / z
 
     def _slope(self, place: Array) -> tuple[float, Array]:
         """Return height and rise of the ground about a place, over a step: it need not be even."""
@@ -218,7 +220,7 @@ class Pendulum:
             self.begin(state)
         step = 1.0 / state.world.control_rate
         gait, reference, body = self.gait, self.reference, state.body
-        foot = self._foot = body.position(self.feet)
+        foot = self._foot = body.origins[self.feet]
         low, height = self._soles(body)
         load = state.world.contacts.loads(state.world.data, self.side_of, self.normal)
         ref = reference.at(gait.phase)
@@ -242,7 +244,7 @@ class Pendulum:
             return self.hold.later()
         if self.hold.looks > 1:  # the middle of the tick is what counts
             body = body.integrated(self.hold.qacc, self.hold.half)
-            foot, (low, height) = body.position(self.feet), self._soles(body)
+            foot, (low, height) = body.origins[self.feet], self._soles(body)
         ahead = max(self.hold.half - step, 0.0) * reference.cadence * gait.rate
         return self._command(state, body, reference.at(gait.phase + ahead), low, height, foot)
 
@@ -285,23 +287,24 @@ class Pendulum:
         M, h = body.mass_matrix, body.bias
         centre = self._com_acceleration(body, ref, rate, low, active)
         rows: list[Rows | PointRows] = [com_rows(M, h, body.mass, self.gravity, centre)]
-        feet = body.rigid_points(self.feet.body, foot)
+        feet = body.rigid_points(self.feet, foot)
+        turned = body.rotations[self.feet].reshape(2, 9)
         newest = max((f.touchdown for f in gait.standing), default=np.inf)
         for i, own in enumerate(gait.feet):
             k = feet.owner[i]
             J, speed, bias = feet.body_jacobian[k], feet.body_velocity[k], feet.body_bias[k]
             normal = self.ground.normal_at(foot[i])
             tilt = tilted(normal)
-            turn = tilt @ ref["turn"][i].reshape(3, 3)
-            error = turn_error(turn.ravel(), body.rotation(int(self.feet.body[i])).ravel())
-            goal = rate * tilt @ ref["turn_velocity"][i]
-            push = rate**2 * tilt @ ref["turn_acceleration"][i]
+            turn = (tilt @ ref["turn"][i].reshape(3, 3)).ravel()
+            error = turn_error(turn, turned[i])
+            goal = tilt @ (rate * ref["turn_velocity"][i])
+            push = tilt @ (rate**2 * ref["turn_acceleration"][i])
             across = normal if own.stands else None
             rows.append(turn_rows(J[:3], bias[:3], speed[:3], error, goal, push, across))
             if not own.stands:
                 place, pace, push = self._swing(own, i, ref, rate, foot)
                 rows.append(place_rows(J[3:], bias[3:], speed[3:], place - foot[i], pace, push))
-            elif own.touchdown >= newest and not np.isin(self.of_side[i], active).any():
+            elif own.touchdown >= newest and not (self.side_of[active] == i).any():
                 # What carries has lost the ground: it is led back there.
                 gap = -float(height[self.of_side[i]].min()) * normal
                 rows.append(place_rows(J[3:], bias[3:], speed[3:], gap, STILL, STILL))
@@ -329,10 +332,10 @@ class Pendulum:
             stiffness=0.0,
             damping=self.damping,
             signals={
-                "tracking_error": float(np.sqrt(np.mean(apart**2))),
+                "tracking_error": sqrt(apart @ apart / len(apart)),
                 "phase": gait.phase,
                 "phase_rate": gait.rate,
-                "capture_error": float(np.linalg.norm(self.plan.error)),
+                "capture_error": hypot(*self.plan.error),
                 "landing": place,
                 "landing_time": np.nan if found is None else found.after,
                 "limited": float(answer.limited),
@@ -373,7 +376,7 @@ class Pendulum:
         low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
         nominal = pressure + self.plan.shift[:2]
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
-        return np.clip(pressure + moved, low, high) - pressure
+        return np.minimum(np.maximum(pressure + moved, low), high) - pressure
 
     def _swing(self, own, i: int, ref, rate: float, foot) -> tuple[Array, Array, Array]:
         """Return place, velocity and acceleration that a swinging foot is to have.
@@ -392,7 +395,7 @@ class Pendulum:
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
         u = (self.gait.phase - own.lifted) / max(own.touchdown - own.lifted, 1e-3)
-        clear = CLEAR * self.leg + LIFT * min(float(np.linalg.norm(own.swing.velocity)), 2.0)
+        clear = CLEAR * self.leg + LIFT * min(hypot(*own.swing.velocity), 2.0)
         place[2] += self._level(place) + clear * max(4.0 * u * (1.0 - u), 0.0)
         n = self.ground.normal_at(place)
         pace[2] -= (n[:2] @ pace[:2]) / n[2]
