@@ -163,7 +163,8 @@ def test_after_a_push_the_extrapolated_centre_brings_the_orbit_back(strike):
 
 
 def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(strike):
-    reach = Reach(0.9, 1.0, np.eye(2), 0.06)
+    still = {"here": np.zeros(2), "speed": np.zeros(2)}
+    reach = Reach(axes=np.eye(2), nominal=strike.lands, side=1.0, leg=0.9, narrowest=0.06, **still)
     half = np.array([0.0, -0.02])
     slow = predicted(
         DivergentLaw(), half, strike.velocity, np.zeros(2), np.zeros(2), 0.2, strike, reach
@@ -174,11 +175,14 @@ def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(st
     )  # fmt: skip
     assert fast.rate > slow.rate and fast.after < slow.after
     assert fast.place[0] > slow.place[0]
-    far = reach.within(np.array([[3.0, 0.1], [0.1, -0.3], [0.5, -0.1], [0.0, 2.0]]), np.zeros(2))
-    np.testing.assert_allclose(far[0], [1.1 * 0.9, 0.1])
+    asked = np.array([[3.0, 0.1], [0.1, 0.03], [0.8, -0.1], [0.0, 2.0]])
+    far = strike.lands + reach.clipped(asked - strike.lands)
+    np.testing.assert_allclose(far[0], [reach.farthest * 0.9, 0.1])
     np.testing.assert_allclose(far[1], [0.1, 0.06])  # beside the other foot: not through it
-    np.testing.assert_allclose(far[2], [0.5, -0.1])  # ahead of it a foot may cross
-    assert far[3, 1] == pytest.approx(0.75 * 0.9)
+    np.testing.assert_allclose(far[2], [0.8, -0.1])  # ahead of it a foot may cross
+    np.testing.assert_allclose(far[3], [0.0, reach.widest * 0.9])
+    late = reach.hasty(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
+    assert late[0] == 0.0 < late[1]  # feet are no faster than they can be
 
 
 def test_the_bell_is_steep_near_its_goal_and_falls_far_off():
