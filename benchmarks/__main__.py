@@ -21,6 +21,7 @@ from benchmarks import (  # noqa: E402
     fits,
     kinematics,
     live,
+    pendulum,
     processes,
     reading,
     synthesis,
@@ -35,7 +36,7 @@ OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
     *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live"),
-    *("environment", "controllers"),
+    *("environment", "controllers", "pendulum"),
     *("kinematics", "opensim", "reading", "fits"),
 )
 
@@ -56,6 +57,7 @@ def main() -> int:
         "live": live.rows,
         "environment": environment.rows,
         "controllers": controllers.rows,
+        "pendulum": pendulum.rows,
         "kinematics": lambda: kinematics.rows(data),
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
         "reading": lambda: reading.rows(data),

@@ -1,11 +1,14 @@
 """The controller that walks as recorded: pendulum, landing, wanted velocities, torques."""
 
+from math import hypot, sqrt
+
 import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.frame import Underfoot
+from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan
@@ -21,12 +24,9 @@ from plantigrade.control.pendulum.wanted import (
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.controller import (
-    BACK_UP,
-    BOUNCE,
     FASTER,
     FIRM,
     GRIP,
-    HEIGHTS,
     INSIDE,
     PLANNED,
     SOFT,
@@ -45,8 +45,9 @@ from plantigrade.world import Command, Drawing, StablePD, State, World
 
 VERTICAL = (5.0, 0.06)
 """The height of the mass is led back at this rate [1/s], in this time [s]."""
-SINKS = -3.0
-"""The mass is let down no faster than so [m/s²]: who falls can neither press nor step."""
+SINKS, RISES = -3.0, 4.0
+"""The mass is let down and pressed up no faster than so, unless the recording does [m/s²]: who
+falls can neither press nor step, and who is thrown up neither."""
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
 CLEAR = 0.012
@@ -54,8 +55,15 @@ CLEAR = 0.012
 millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
 LIFT = 0.02
 """And so much by how fast it is led elsewhere [s]."""
+BACK = (-3.0, 4.0)
+"""Limits of the vertical acceleration that leads back to the recorded height [m/s²]: more would
+throw who lands low into the air again."""
+STILL = np.zeros(3)
 AXES = np.eye(2)
 """The walk's way: ahead and to the left, as columns."""
+TICK = 0.010
+"""So long a command holds, unless a sole touches the ground or leaves it [s]; looked for at every
+control step."""
 WALKS = 10.0
 """How long a walk is repeated where no duration is named [s]."""
 
@@ -68,6 +76,7 @@ class Pendulum:
             (:func:`plantigrade.control.pendulum.cycle.walk_of`), any other motion ends.
         law: Name of the law by which feet land, one of
             :data:`~plantigrade.control.pendulum.landing.LAWS`.
+        tick: So long a command holds, unless a sole touches the ground or leaves it [s].
 
     Attributes:
         rate: Steps of the physics per second that it wants [1/s].
@@ -80,20 +89,23 @@ class Pendulum:
         height: How high that is above the ground [m].
 
     Raises:
-        ParameterError: If there is no such law, the walk was not recorded on level ground, or its
-            motion has less than two frames.
+        ParameterError: If there is no such law, a tick is no time, the walk was not recorded on
+            level ground, or its motion has less than two frames.
     """
 
-    rate, control_rate, record_rate = 1000.0, 200.0, 100.0
+    rate, control_rate, record_rate = 600.0, 200.0, 100.0
 
-    def __init__(self, record: Record, law: str = "divergent"):
+    def __init__(self, record: Record, law: str = "divergent", tick: float = TICK):
         if law not in LAWS:
             raise ParameterError(f"no landing law {law!r}; there are {', '.join(LAWS)}")
+        if not 0.0 < tick <= LONGEST:
+            raise ParameterError(f"tick={tick:g} s must be above 0 and at most {LONGEST:g} s")
         ground = record.ground
         if ground.slope or ground.steps or ground.uneven:
             raise ParameterError("a pendulum needs a walk that was recorded on level ground")
         self.record, self.human = record, record.human
         self.law: LandingLaw = LAWS[law]
+        self.tick = tick
         self.clearance = clearance_of(record)
         self.reference = Paced(reference_of(record, self.clearance))
         repeats = self.reference.period is not None
@@ -103,7 +115,7 @@ class Pendulum:
         self.radius = np.array([[s.radius] for s in self.sites])
         self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
         self.of_side = [(self.side_of == i).nonzero()[0] for i in range(len(SIDES))]
-        self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
+        self.feet = np.array([human.body(f"foot_{s}") for s in SIDES])
         self.weights = Weights.of(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         self.damping = SOFT * np.maximum(-low, high)
@@ -178,18 +190,19 @@ class Pendulum:
         """Go on, on the feet as they are, from a phase of the recording [s]."""
         assert self._world is not None  # it has begun
         gait = self.gait = Gait(self.reference.recorded, self.record.weight, phase)
-        step = 1.0 / self._world.control_rate
-        self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, step)
+        self.hold = Hold(self.tick, 1.0 / self._world.control_rate)
+        tick = 2.0 * self.hold.half
+        self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, tick)
         self.landing, self._clock = None, phase
-        ref, foot = self.reference.at(phase), body.position(self.feet)
+        ref, foot = self.reference.at(phase), body.origins[self.feet]
         for i, own in enumerate(gait.feet):
             if own.stands and own.number is not None:
                 gait.offset(own.number)[:2] = (foot[i] - ref["foot"][i])[:2]
 
     def _level(self, place: Array) -> float:
         """Return the height of the ground at a place [m]."""
-        n = self.normal
-        return float((self.ground.under(place) - n[0] * place[0] - n[1] * place[1]) / n[2])
+        (x, y, z), (ahead, left, _) = self.normal.tolist(), place.tolist()
+        return (float(self.ground.under(place)) - x * ahead - y * left) / z
 
     def _slope(self, place: Array) -> tuple[float, Array]:
         """Return height and rise of the ground about a place, over a step: it need not be even."""
@@ -207,7 +220,7 @@ class Pendulum:
             self.begin(state)
         step = 1.0 / state.world.control_rate
         gait, reference, body = self.gait, self.reference, state.body
-        foot = self._foot = body.position(self.feet)
+        foot = self._foot = body.origins[self.feet]
         low, height = self._soles(body)
         load = state.world.contacts.loads(state.world.data, self.side_of, self.normal)
         ref = reference.at(gait.phase)
@@ -220,13 +233,20 @@ class Pendulum:
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
         self.place, self._now = body.com[:2].copy(), self._now + step
-        self.landing = self.plan.next(body, ref, foot, self._slope(body.com)[1], self._level)
+        holds = self.hold.goes_on(height < TOUCHING, [f.stands for f in gait.feet])
+        if not holds:
+            self.landing = self.plan.next(body, ref, foot, self._slope(body.com)[1], self._level)
         pace = hurried(self.plan.error) if self.landing is None else self.landing.rate
         own = step * reference.cadence  # seconds of the recording
         self._clock += own
         gait.advance(self._clock, own, pace)
-        ref = reference.at(gait.phase)
-        return self._command(state, body, ref, low, height, foot)
+        if holds:
+            return self.hold.later()
+        if self.hold.looks > 1:  # the middle of the tick is what counts
+            body = body.integrated(self.hold.qacc, self.hold.half)
+            foot, (low, height) = body.origins[self.feet], self._soles(body)
+        ahead = max(self.hold.half - step, 0.0) * reference.cadence * gait.rate
+        return self._command(state, body, reference.at(gait.phase + ahead), low, height, foot)
 
     def _soles(self, body: BodyState) -> tuple[Array, Array]:
         """Return the lowest points of the spheres, and their heights over the ground [m]."""
@@ -267,21 +287,27 @@ class Pendulum:
         M, h = body.mass_matrix, body.bias
         centre = self._com_acceleration(body, ref, rate, low, active)
         rows: list[Rows | PointRows] = [com_rows(M, h, body.mass, self.gravity, centre)]
-        feet = body.rigid_points(self.feet.body, foot)
+        feet = body.rigid_points(self.feet, foot)
+        turned = body.rotations[self.feet].reshape(2, 9)
+        newest = max((f.touchdown for f in gait.standing), default=np.inf)
         for i, own in enumerate(gait.feet):
             k = feet.owner[i]
             J, speed, bias = feet.body_jacobian[k], feet.body_velocity[k], feet.body_bias[k]
             normal = self.ground.normal_at(foot[i])
             tilt = tilted(normal)
-            turn = tilt @ ref["turn"][i].reshape(3, 3)
-            error = turn_error(turn.ravel(), body.rotation(int(self.feet.body[i])).ravel())
-            goal = rate * tilt @ ref["turn_velocity"][i]
-            push = rate**2 * tilt @ ref["turn_acceleration"][i]
+            turn = (tilt @ ref["turn"][i].reshape(3, 3)).ravel()
+            error = turn_error(turn, turned[i])
+            goal = tilt @ (rate * ref["turn_velocity"][i])
+            push = tilt @ (rate**2 * ref["turn_acceleration"][i])
             across = normal if own.stands else None
             rows.append(turn_rows(J[:3], bias[:3], speed[:3], error, goal, push, across))
             if not own.stands:
                 place, pace, push = self._swing(own, i, ref, rate, foot)
                 rows.append(place_rows(J[3:], bias[3:], speed[3:], place - foot[i], pace, push))
+            elif own.touchdown >= newest and not (self.side_of[active] == i).any():
+                # What carries has lost the ground: it is led back there.
+                gap = -float(height[self.of_side[i]].min()) * normal
+                rows.append(place_rows(J[3:], bias[3:], speed[3:], gap, STILL, STILL))
         if held.any():
             rows.append(held_rows(points, held, height[active], up))
         passive = state.world.actuators.passive(state.angles, state.rates)
@@ -299,23 +325,24 @@ class Pendulum:
         apart = state.angles - ref["q"][7:]
         found = self.landing
         place = np.full(2, np.nan) if found is None else found.place
-        return StablePD(
+        command = StablePD(
             state.angles,
-            body.qvel[6:] + half * answer.qacc[6:],
+            state.rates + half * answer.qacc[6:],
             torque=answer.torque,
             stiffness=0.0,
             damping=self.damping,
             signals={
-                "tracking_error": float(np.sqrt(np.mean(apart**2))),
+                "tracking_error": sqrt(apart @ apart / len(apart)),
                 "phase": gait.phase,
                 "phase_rate": gait.rate,
-                "capture_error": float(np.linalg.norm(self.plan.error)),
+                "capture_error": hypot(*self.plan.error),
                 "landing": place,
                 "landing_time": np.nan if found is None else found.after,
                 "limited": float(answer.limited),
                 "solved": float(answer.ok),
             },
         )
+        return self.hold.keep(command, answer.qacc)
 
     def _joints(self, body: BodyState, ref: Instant, rate: float) -> Array:
         """Return the accelerations of joints and pelvis that are wanted: rates along the bell."""
@@ -335,13 +362,13 @@ class Pendulum:
         wanted = np.array(ref["com_acceleration"])
         wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
         k, time = VERTICAL
-        rate = min(rate, BOUNCE)
+        rate = min(rate, 1.0)
         level, rise = self._slope(c)
         off = ref["com"][2] + level - self.plan.bent - c[2]
         pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
         own = rate**2 * ref["com_acceleration"][2]
-        back = min(max((pace - v[2]) / time, BACK_UP[0]), BACK_UP[1])
-        wanted[2] = min(max(own + back, min(own, SINKS)), HEIGHTS[1])
+        back = min(max((pace - v[2]) / time, BACK[0]), BACK[1])
+        wanted[2] = min(max(own + back, min(own, SINKS)), max(own, RISES))
         return wanted
 
     def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:
@@ -349,7 +376,7 @@ class Pendulum:
         low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
         nominal = pressure + self.plan.shift[:2]
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
-        return np.clip(pressure + moved, low, high) - pressure
+        return np.minimum(np.maximum(pressure + moved, low), high) - pressure
 
     def _swing(self, own, i: int, ref, rate: float, foot) -> tuple[Array, Array, Array]:
         """Return place, velocity and acceleration that a swinging foot is to have.
@@ -368,7 +395,7 @@ class Pendulum:
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
         u = (self.gait.phase - own.lifted) / max(own.touchdown - own.lifted, 1e-3)
-        clear = CLEAR * self.leg + LIFT * min(float(np.linalg.norm(own.swing.velocity)), 2.0)
+        clear = CLEAR * self.leg + LIFT * min(hypot(*own.swing.velocity), 2.0)
         place[2] += self._level(place) + clear * max(4.0 * u * (1.0 - u), 0.0)
         n = self.ground.normal_at(place)
         pace[2] -= (n[:2] @ pace[:2]) / n[2]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 
@@ -182,11 +183,11 @@ class Plan:
             more: How much longer the leg is [leg lengths].
         """
         leg = (STRAIGHT + more) * self.leg
-        high = [
-            np.sqrt(max(leg**2 - float(np.sum((c - f) ** 2)), 0.0))
-            for c, f in ((com, foot), (com_ref[:2], foot_ref[:2]))
-        ]
-        drop = level(np.append(com, 0.0)) - level(np.append(foot, 0.0))
+        high = []
+        for c, f in ((com, foot), (com_ref, foot_ref)):
+            x, y = (c - f).tolist()[:2]
+            high.append(sqrt(max(leg**2 - x * x - y * y, 0.0)))
+        drop = level(np.array([*com, 0.0])) - level(np.array([*foot, 0.0]))
         spare = high[1] + self.hip - float(com_ref[2] - foot_ref[2])
         bent = high[1] - high[0] + drop - max(spare, 0.0)
         self.bent = min(max(self.bent, bent), LOWEST * self.leg)
@@ -199,12 +200,13 @@ class Plan:
         """
         far = ASTRAY * self.leg
         off = self.shift[:2] - self.path
-        self.path[0] += off[0] - np.clip(off[0], -far, far)
+        near = np.minimum(np.maximum(off, -far), far)
+        self.path[0] += off[0] - near[0]
         if self.turning:  # nobody has to go back to the line of before
             self.path[1] += self.step / ANEW * off[1]
-        self.lead -= self.step * REGAIN * np.clip(off, -far, far)
-        self.lead = np.clip(self.lead, -far, far)
-        return self.shift[:2] - np.clip(off, -far, far) + self.lead
+        self.lead -= self.step * REGAIN * near
+        self.lead = np.minimum(np.maximum(self.lead, -far), far)
+        return self.shift[:2] - near + self.lead
 
 
 def turned(angle: float) -> Float[Array, "2 2"]:

@@ -57,6 +57,8 @@ def bell(error: Float[Array, "*n"]) -> Float[Array, "*n"]:
         error: Angle from where it is to where it should be [rad].
     """
     size = np.abs(error)
+    if size.max(initial=0.0) <= PEAK:
+        return SLOPE * error
     high = FASTEST * np.exp(-(((size - PEAK) / WIDTH) ** 2))
     high = np.where(size > PEAK, np.maximum(high, LEAST * FASTEST), high)
     return np.sign(error) * np.minimum(SLOPE * size, high)

@@ -6,6 +6,8 @@ time, and what the recording itself has.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from math import sqrt
 
 import numpy as np
 
@@ -27,6 +29,8 @@ QUICK = 2.0
 """Constant of the bell within a foot that swings: its toes are needed again soon."""
 STILL = 0.025
 """In this time what touches is to be still [s]."""
+
+_ONE = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,7 @@ def joint_accelerations(qvel, error, velocity, acceleration, pace) -> Float[Arra
 
 def place_rows(J, bias, speed, error, velocity, acceleration) -> Rows:
     """Return rows that lead a point."""
-    size = float(np.linalg.norm(error))
+    size = sqrt(error @ error)
     error = error * min(1.0, FARTHEST / max(size, 1e-9))
     wanted = velocity + PLACE[0] * error
     return Rows(J, acceleration + (wanted - speed) / PLACE[1] - bias, SWING**2)
@@ -91,7 +95,7 @@ def turn_rows(J, bias, spin, error, velocity, acceleration, normal=None) -> Rows
     right = acceleration + (velocity + TURN[0] * error - spin) / TURN[1] - bias
     if normal is None:
         return Rows(J, right, SWING_TURN**2)
-    across = np.eye(3) - np.outer(normal, normal)
+    across = _ONE - normal[:, None] * normal
     return Rows(across @ J, across @ right, STANCE_TURN**2)
 
 
@@ -104,7 +108,11 @@ def held_rows(points: RigidPoints, held, gap, normal) -> PointRows:
 
 def tilted(normal: Array) -> Array:
     """Return the shortest rotation of the vertical to a normal of the ground."""
-    x, y, z = normal
+    return _tilted(*normal.tolist())
+
+
+@lru_cache(maxsize=16)
+def _tilted(x: float, y: float, z: float) -> Array:
     k = 1.0 / (1.0 + z)
     xx, xy, yy = k * x * x, k * x * y, k * y * y
     return np.array([[1.0 - xx, -xy, x], [-xy, 1.0 - yy, y], [-x, -y, z]])

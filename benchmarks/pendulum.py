@@ -1,0 +1,106 @@
+"""Walking by a pendulum: 20 ms of simulated time, and what takes them.
+
+A textbook walk of a person of 43 coordinates is carried out at the controller's own rates, with
+commands that hold for 5 ms, for its own tick and for 20 ms. Filter is the look at the soles, phase
+and the plan of the step; tracking what is wanted of the body; program the torques and forces for
+it; physics all that the world does. The paper took 13.55 ms, on a machine of 2008.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum.controller import TICK
+from plantigrade.experiments.table import Row, at_most
+from plantigrade.kinematics.textbook_walk import textbook_walk
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.record import Record
+from plantigrade.world import World
+
+GOALS = {0.005: 6.0, TICK: 6.0, 0.020: 2.0}  # tick [s] → median of 20 ms of simulated time [ms]
+TAIL = 2.0  # 99th percentile by the median
+SPAN, SECONDS = 0.02, 6.0  # [s]
+PARTS = ("filter", "tracking", "program", "physics")
+
+
+def rows() -> Iterator[Row]:
+    """Yield what 20 ms of a walk take, at three ticks, in all and in parts."""
+    record = walk()
+    for tick, goal in GOALS.items():
+        spent, programs = walked(record, tick)
+        subject = f"pendulum, 43 coordinates, tick of {1e3 * tick:g} ms"
+        whole = spent.sum(axis=1)
+        middle = float(np.median(whole))
+        yield at_most(subject, "20 ms, median", middle, goal, "ms")
+        yield at_most(subject, "99th percentile by the median",
+                      float(np.percentile(whole, 99)) / middle, TAIL, "")  # fmt: skip
+        for name, part in zip(PARTS, spent.T, strict=True):
+            yield Row(subject, f"of it: {name}", float(np.median(part)), "ms")
+        yield Row(subject, "programs in 20 ms, mean", programs, "")
+
+
+def walk() -> Record:
+    """Return the textbook walk, a stride of it closed."""
+    human = Human.create(1.75, 75.0, joints="43", feet="two-segment")
+    textbook = textbook_walk(human, speed=1.3, rate=60.0, cycles=2)
+    rest = np.zeros((len(textbook.time), human.model.nv))
+    return walk_of(
+        Record(human, Motion(textbook.time, textbook.qpos, rest, human.joint_names,
+                             events=textbook.events))
+    )  # fmt: skip
+
+
+def walked(record: Record, tick: float) -> tuple[np.ndarray, float]:
+    """Return what each 20 ms took, in parts [ms], and how many programs they needed.
+
+    Raises:
+        RuntimeError: If who should walk fell: then nothing was measured.
+    """
+    controller = Pendulum(record, tick=tick)
+    motion = record.motion
+    world = World(
+        record.human,
+        record.ground,
+        rate=controller.rate,
+        control_rate=controller.control_rate,
+        recording=False,
+        qpos=motion.qpos[0],
+        qvel=motion.qvel[0],
+    )
+    clocks = {"command": 0.0, "program": 0.0}
+    state, looks, programs = world.reset(), [], 0
+
+    def clocked(owner: Any, method: str, name: str) -> None:
+        inner: Callable[..., Any] = getattr(owner, method)
+
+        def timed(*arguments, **options):
+            began = time.process_time()
+            answer = inner(*arguments, **options)
+            clocks[name] += time.process_time() - began
+            return answer
+
+        setattr(owner, method, timed)
+
+    clocked(controller, "_command", "command")
+    state = world.step(controller(state))  # the first one also makes ready
+    clocked(controller.program, "solve", "program")
+    while world.time < SECONDS:
+        clocks.update(command=0.0, program=0.0)
+        began = time.process_time()
+        command = controller(state)
+        decided = time.process_time()
+        state = world.step(command)
+        done = time.process_time()
+        programs += clocks["program"] > 0.0
+        tracking = clocks["command"] - clocks["program"]
+        whole = decided - began
+        looks.append([whole - clocks["command"], tracking, clocks["program"], done - decided])
+    if world.fall is not None or world.diverged is not None:
+        raise RuntimeError("the person who should walk fell: nothing was measured")
+    own = round(SPAN * controller.control_rate)
+    spans = np.array(looks[: len(looks) // own * own]).reshape(-1, own, len(PARTS))
+    return 1e3 * spans.sum(axis=1), programs / len(spans)
