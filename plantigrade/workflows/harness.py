@@ -12,8 +12,10 @@
 """
 
 import copy
+import copyreg
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,8 @@ from plantigrade.world import Command, Disturbance, PhasePush, State, World, on_
 from plantigrade.world.disturbance import LIFTED, LOADED, SWING, Steps, trunk
 from plantigrade.world.world import CONTROL_RATE, RATE
 
+# Settings that nobody can change are copied with their walker, which Python would refuse.
+copyreg.pickle(MappingProxyType, lambda fixed: (MappingProxyType, (dict(fixed),)))
 WATCH = 6.0
 """So long somebody is watched after what disturbed them has ended [s]."""
 SPEED, HEIGHT = 0.20, 0.05

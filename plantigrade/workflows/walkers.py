@@ -13,7 +13,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.choices import CONTROLLERS, Situation
-from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum import Walker as Led
+from plantigrade.control.pendulum import walk_of
 from plantigrade.control.pendulum.landing import LAWS
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
@@ -134,7 +135,7 @@ class _Law:
     law: str
 
     def __call__(self, record: Record) -> Controller:
-        return Pendulum(record, self.law)
+        return Led(record, law=self.law)
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,7 @@ def test_controllers_by_word(record, tmp_path):
     one = walker(f"{path}:still", record)
     assert one.name.endswith(":still") and one.make(one.record)(None) is None
     law = walker("pendulum:energy", record)
-    assert type(law.make(law.record).law).__name__ == "EnergyLaw"
+    assert type(law.make(law.record).pendulum.law).__name__ == "EnergyLaw"
     for word, told in (
         ("moon", "no controller 'moon'; there are passive"),
         ("pendulum:moon", "no landing law 'moon'"),
