@@ -7,7 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.batched import BatchedFunction
 from plantigrade.constants import FRICTION
+from plantigrade.contact.ground import Ground
 from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
 from plantigrade.synthesize.contact_record import contact_record
@@ -186,6 +188,32 @@ class Solution:
                 free = replace(family, parameters=np.zeros((len(times), 0)))
                 depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / UNIT)
         return times, depth
+
+    def too_low(
+        self, samples_per_interval: int = 6
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Return times between the nodes [s], and how much too low a foot in the air is there [m].
+
+        Negative where all are high enough, by no more than that; of a motion whose task asks for
+        no clearance -inf.
+        """
+        times, body = self.times(samples_per_interval)[:-1], self.body
+        low = np.full(len(times), -np.inf)
+        asked = [c for c in self.task.conditions(body) if c.quantity == "clearance"]
+        if not asked:
+            return times, low
+        places = body.cache.get(
+            "site positions", lambda: BatchedFunction(body.symbolic.positions(list(body.sites)))
+        )
+        place = places(self.problem.states(self.coefficients, times)[0])[0]
+        place = place.reshape(len(times), len(body.sites), 3)
+        height = place[..., 2] - Ground.of_plan(self.task.plan).along(place[..., 0])
+        index = {(s.body, tuple(s.position)): k for k, s in enumerate(body.sites)}
+        for c in asked:
+            holds = c.holds_at(times)
+            short = c.bounds(times[holds])[0] - height[holds, index[c.of, c.position]]
+            low[holds] = np.maximum(low[holds], short)
+        return times, low
 
     def record(
         self, *, samples_per_interval: int = SAMPLES_PER_INTERVAL, strides: int = 2
