@@ -10,6 +10,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.batched import BatchedFunction
 from plantigrade.constants import FRICTION
 from plantigrade.contact.ground import Ground
+from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
 from plantigrade.synthesize.contact_record import contact_record
@@ -20,7 +21,7 @@ from plantigrade.synthesize.sampling import Sampled, sample
 from plantigrade.synthesize.solvers.result import Iterate, Multipliers
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Contact
-from plantigrade.synthesize.terms.limits import Limits
+from plantigrade.synthesize.terms.limits import Limits, PowerLimit
 from plantigrade.synthesize.terms.solid import ARMS, LEGS, UNIT, SolidLimbs
 from plantigrade.synthesize.transcription.evaluation import Evaluation
 from plantigrade.synthesize.transcription.forces_between import remainder
@@ -145,7 +146,9 @@ class Solution:
     def overloaded(
         self, samples_per_interval: int = 6
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-        """Return times between the nodes [s], and the largest use of a joint's torque or speed.
+        """Return times between the nodes [s], and the largest use of a joint's limits there.
+
+        They are those of torque, speed and power.
 
         A use of 1 is the limit; at nodes the solver keeps it.
         """
@@ -168,6 +171,13 @@ class Solution:
             use = np.where(tau > 0, tau / limit[1], tau / limit[0])
         use = np.nan_to_num(use, posinf=0.0, neginf=0.0)
         use = np.maximum(use, np.abs(states[1][:, 6:]) / speed)
+        powers = [t.watts(body) for t in self.task.terms if isinstance(t, PowerLimit)]
+        if powers:
+            q, v, human = states[0], states[1][:, 6:], body.human
+            tissue = passive_moments(
+                human.coordinates, list(q[:, 6:].T), list(v.T), scale(human.mass, human.height)
+            )
+            use = np.maximum(use, np.abs((tau - np.stack(tissue, axis=1)) * v) / min(powers))
         return times, use.max(axis=1, initial=0.0)
 
     def overlapping(
