@@ -7,7 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.batched import BatchedFunction
 from plantigrade.constants import FRICTION
+from plantigrade.contact.ground import Ground
+from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
 from plantigrade.synthesize.contact_record import contact_record
@@ -18,7 +21,7 @@ from plantigrade.synthesize.sampling import Sampled, sample
 from plantigrade.synthesize.solvers.result import Iterate, Multipliers
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Contact
-from plantigrade.synthesize.terms.limits import Limits
+from plantigrade.synthesize.terms.limits import Limits, PowerLimit
 from plantigrade.synthesize.terms.solid import ARMS, LEGS, UNIT, SolidLimbs
 from plantigrade.synthesize.transcription.evaluation import Evaluation
 from plantigrade.synthesize.transcription.forces_between import remainder
@@ -143,7 +146,9 @@ class Solution:
     def overloaded(
         self, samples_per_interval: int = 6
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-        """Return times between the nodes [s], and the largest use of a joint's torque or speed.
+        """Return times between the nodes [s], and the largest use of a joint's limits there.
+
+        They are those of torque, speed and power.
 
         A use of 1 is the limit; at nodes the solver keeps it.
         """
@@ -166,6 +171,13 @@ class Solution:
             use = np.where(tau > 0, tau / limit[1], tau / limit[0])
         use = np.nan_to_num(use, posinf=0.0, neginf=0.0)
         use = np.maximum(use, np.abs(states[1][:, 6:]) / speed)
+        powers = [t.watts(body) for t in self.task.terms if isinstance(t, PowerLimit)]
+        if powers:
+            q, v, human = states[0], states[1][:, 6:], body.human
+            tissue = passive_moments(
+                human.coordinates, list(q[:, 6:].T), list(v.T), scale(human.mass, human.height)
+            )
+            use = np.maximum(use, np.abs((tau - np.stack(tissue, axis=1)) * v) / min(powers))
         return times, use.max(axis=1, initial=0.0)
 
     def overlapping(
@@ -186,6 +198,32 @@ class Solution:
                 free = replace(family, parameters=np.zeros((len(times), 0)))
                 depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / UNIT)
         return times, depth
+
+    def too_low(
+        self, samples_per_interval: int = 6
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Return times between the nodes [s], and how much too low a foot in the air is there [m].
+
+        Negative where all are high enough, by no more than that; of a motion whose task asks for
+        no clearance -inf.
+        """
+        times, body = self.times(samples_per_interval)[:-1], self.body
+        low = np.full(len(times), -np.inf)
+        asked = [c for c in self.task.conditions(body) if c.quantity == "clearance"]
+        if not asked:
+            return times, low
+        places = body.cache.get(
+            "site positions", lambda: BatchedFunction(body.symbolic.positions(list(body.sites)))
+        )
+        place = places(self.problem.states(self.coefficients, times)[0])[0]
+        place = place.reshape(len(times), len(body.sites), 3)
+        height = place[..., 2] - Ground.of_plan(self.task.plan).along(place[..., 0])
+        index = {(s.body, tuple(s.position)): k for k, s in enumerate(body.sites)}
+        for c in asked:
+            holds = c.holds_at(times)
+            short = c.bounds(times[holds])[0] - height[holds, index[c.of, c.position]]
+            low[holds] = np.maximum(low[holds], short)
+        return times, low
 
     def record(
         self, *, samples_per_interval: int = SAMPLES_PER_INTERVAL, strides: int = 2

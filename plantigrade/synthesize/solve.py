@@ -4,7 +4,7 @@ A task is solved on its own mesh from its own guess, or from the motion of a sim
 corresponding mesh. If that fails, easier problems lead the way: half the nodes; a cost of
 smoothness alone, from which the true problem is then solved; and last IPOPT. Once solved, the mesh
 is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
-torque or speed than a joint has, or takes limbs into each other. Every
+torque or speed than a joint has, takes limbs into each other, or a swinging foot too low. Every
 step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
 """
 
@@ -34,7 +34,8 @@ Progress = Callable[[str, Iterate], bool | None]
 UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
 OVERLAPPING = 0.002  # depth of limbs in each other above which it is, too [m]
 OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
-REFINEMENTS = 4  # of the mesh, at most
+LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
+REFINEMENTS = 6  # of the mesh, at most
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 
@@ -125,7 +126,8 @@ def synthesize(
         times, missing = solution.unexplained()
         _, use = solution.overloaded()
         entered = solution.overlapping()[1] > OVERLAPPING
-        wrong = (missing > UNEXPLAINED) | (use > OVERLOADED) | entered
+        low = solution.too_low()[1] > LOW
+        wrong = (missing > UNEXPLAINED) | (use > OVERLOADED) | entered | low
         finer = split(solution.nodes, times[wrong])
         if len(finer) == len(solution.nodes):
             break

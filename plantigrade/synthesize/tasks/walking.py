@@ -15,8 +15,7 @@ The cost is the same at every speed, for every person and every foot:
   [Winter1995]_;
 - weakly, deviations of joints of the trunk from straight, and of the arms from hanging.
 
-Legs and arms are solid, and the plan uses no more friction than people do [Fong2009]_. In a
-periodic walk only the legs have rows: its arms swing clear, as the checker finds.
+Legs and arms are solid, and the plan uses no more friction than people do [Fong2009]_.
 
 The weights were set with norms of walking in view ([Schwartz2008]_); the problem itself contains no
 recording and no norm.
@@ -137,10 +136,7 @@ def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.
     """Return the task of a periodic walk up a slope [rad], of which half a stride is solved."""
     plan = replace(periodic_walk_plan(human, parameters), slope=slope)
     rate = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL)
-    terms = tuple(
-        replace(t, arms=-np.inf) if isinstance(t, SolidLimbs) else t for t in walking_terms(slope)
-    )  # its arms swing clear of the body, which the checker looks at all the same
-    return MotionTask("walk", plan, terms, _guess(parameters), rate)
+    return MotionTask("walk", plan, walking_terms(slope), _guess(parameters), rate)
 
 
 def _guess(parameters: GaitParameters) -> Guess:

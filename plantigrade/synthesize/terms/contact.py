@@ -126,7 +126,10 @@ class Clearance(Term):
             (here, _, before), (there, _, after) = one.footprint.position, two.footprint.position
             gone = here + (there - here) * part**3 * (10 - 15 * part + 6 * part**2)
             above = self.height * np.sin(np.pi * part) ** 2
-            margin = np.where((part > 0.02) & (part < 0.98), BESIDE, 0.0)
+            # Both ends of an interval in which a step is crossed are above it.
+            moved = np.abs(np.diff(np.concatenate([[here], gone, [there]])))
+            margin = np.maximum(BESIDE, np.maximum(moved[:-1], moved[1:]))
+            margin = np.where((part > 0.02) & (part < 0.98), margin, 0.0)
             for k, site in enumerate(b.body.sites):
                 if site.side == side:
                     x = gone + float(flat[side][site.name][0])

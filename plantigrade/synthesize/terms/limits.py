@@ -12,6 +12,7 @@ from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.record.conditions import Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.dynamics import EDGE
 from plantigrade.synthesize.terms.term import Term
 
 
@@ -120,16 +121,18 @@ class PowerLimit(Term):
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit work rates."""
-        b.limit(b.family("work rate"), upper=self._watts(b.body) / b.body.torque)
+        most = self.watts(b.body) / b.body.torque
+        b.limit(b.family("work rate"), upper=float(np.hypot(most, EDGE)) - EDGE)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return the limit of every joint."""
-        most = (self._watts(body),) * 2
+        most = (self.watts(body),) * 2
         least = (-most[0],) * 2
         return tuple(
             Condition(f"power of {n}", "power", (0.0, np.inf), least, most, n)
             for n in body.symbolic.names[6:]
         )
 
-    def _watts(self, body: ContactBody) -> float:
+    def watts(self, body: ContactBody) -> float:
+        """Return the limit of this person [W]."""
         return self.limit * body.symbolic.mass

@@ -1,4 +1,4 @@
-r"""Solid limbs: legs do not pass through each other, arms not through trunk and thighs.
+r"""Solid limbs: legs do not pass through each other, arms not through trunk, thighs and each other.
 
 One smooth row a limb and node. Of all distances :math:`d_i` between a point of one limb and what it
 must not enter, the row is
@@ -38,6 +38,9 @@ ROUND = 1e-3  # where the distance to an axis is rounded off [m]
 UNIT = 10.0  # rows are in tenths of a metre
 EDGE = float(np.sqrt(2.0))  # of half its height: what a rod needs to cover the edge of a box
 NEAREST = 0.012  # how far from its most medial bone one is looked at beside the other foot [m]
+TALL = 1.74
+"""Stature of the person whose margins are given [m]."""
+HAND = 6  # spheres of a hand, palm and fingers: the last of an arm
 LEGS, ARMS = "solid legs", "solid arms"
 
 
@@ -59,11 +62,12 @@ class Rod:
 
 @dataclass(frozen=True)
 class SolidLimbs(Term):
-    """Legs and feet do not enter each other, arms not trunk and thighs.
+    """Legs and feet do not enter each other, arms not trunk and thighs, nor one hand the other.
 
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
-        arms: Distance that arms keep from trunk and thighs [m].
+        arms: Distance that arms keep from trunk, thighs and each other, of a person of
+            :data:`TALL` [m]; in proportion for others, whose arms hang as near.
 
     Neither is looked at where it is not finite.
     """
@@ -73,8 +77,9 @@ class SolidLimbs(Term):
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
+        near = self.arms * b.body.human.height / TALL
         for family, margin in ((legs(b.body, len(b.nodes)), self.margin),
-                               (arms(b.body, len(b.nodes)), self.arms)):  # fmt: skip
+                               (arms(b.body, len(b.nodes)), near)):  # fmt: skip
             if np.isfinite(margin):
                 b.limit(b.add(family), lower=UNIT * margin)
 
@@ -101,7 +106,7 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    """Return how far each arm is from trunk and thigh [0.1 m]."""
+    """Return how far each arm is from trunk and thigh, and the hands from each other [0.1 m]."""
     human = body.human
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
@@ -115,10 +120,12 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
                 d.append(at.apart(x, thigh))
                 d += [at.beside(x, name, solid) for name, solid in trunk]
             rows.append(UNIT * _least(ca, d))
-        return ca.vertcat(*rows)
+        hands = [_arm(human, side)[-HAND:] for side in SIDES]
+        d = [at.spheres(x, y) for x in hands[0] for y in hands[1]]
+        return ca.vertcat(*rows, UNIT * _least(ca, d))
 
     function = body.function(ARMS, expression)
-    names = tuple(f"distance of arm_{s}" for s in SIDES)
+    names = (*(f"distance of arm_{s}" for s in SIDES), "distance of the hands")
     return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
 
 
@@ -141,6 +148,11 @@ class _Placed:
         part = ca.fmin(ca.fmax(ca.dot(off, way), 0), 1) * length
         off = off - part * way
         return ca.sqrt(ca.dot(off, off) + ROUND**2) - (x.radius + rod.radius)
+
+    def spheres(self, x: Rod, y: Rod) -> Any:
+        """Return how far two spheres are from each other [m]."""
+        off = self._at(x.body, x.a) - self._at(y.body, y.a)
+        return self.ca.sqrt(self.ca.dot(off, off) + ROUND**2) - (x.radius + y.radius)
 
     def beside(self, x: Rod, body: str, solid: Solid) -> Any:
         """Return about how far a sphere is from an ellipsoid [m]."""
