@@ -33,6 +33,7 @@ COMMANDS = {
     "reproduce": "Rebuild a recorded gait from three ordered tasks; several make a study.",
     "synthesize": "Make a motion from a task alone, by trajectory optimisation.",
     "simulate": "Put a person, or a motion, into the physical world with a controller.",
+    "train": "Teach a person to walk after a reference, by reinforcement learning.",
     "vault": "Search the activations that throw a gymnast off the vaulting table fastest.",
     "convert": "Convert a motion file to another format.",
     "model": "Write the human as MJCF and print what it is made of.",

@@ -22,8 +22,8 @@ ROOMS = ("synthesize",)
 """Room whose code makes motions."""
 DRAWN = {"charts", "printable"}
 """What shows results and decides none."""
-READ = {".py", ".toml", ".json"}
-"""Endings of files that decide results: code, and what it reads from the package."""
+READ = {".py", ".toml", ".json", ".npz"}
+"""Endings of files that decide results: code, and what it reads from the package (policies)."""
 _IMPORTED = re.compile(r"^\s*(?:from|import) plantigrade\.(\w+)", re.MULTILINE)
 
 
@@ -145,7 +145,8 @@ def code_of(rooms: tuple[str, ...]) -> list[Path]:
             own = sorted(p for p in (root / room).rglob("*") if p.suffix in READ)
             own = own or [root / f"{room}.py"]
             found[room] = own
-            names = {n for p in own for n in _IMPORTED.findall(p.read_text(encoding="utf-8"))}
+            code = [p for p in own if p.suffix == ".py"]
+            names = {n for p in code for n in _IMPORTED.findall(p.read_text(encoding="utf-8"))}
             left += names - DRAWN
     return sorted({path for own in found.values() for path in own})
 

@@ -26,13 +26,14 @@ class Arrays:
 
     Args:
         path: The file.
+        remedy: What to do where something is wrong with it.
 
     Raises:
         FileError: If the file cannot be read, is damaged, or unpacks to more than is allowed.
     """
 
-    def __init__(self, path: str | Path):
-        self.path = Path(path)
+    def __init__(self, path: str | Path, remedy: str = _REMEDY):
+        self.path, self._remedy = Path(path), remedy
         self._arrays = _load(self.path)
 
     def __contains__(self, key: str) -> bool:
@@ -142,7 +143,7 @@ class Arrays:
 
     def refuse(self, problem: str, key: str) -> NoReturn:
         """Raise a FileError that names the array ``key`` and what is wrong with it."""
-        raise FileError(self.path, problem, where=key, remedy=_REMEDY)
+        raise FileError(self.path, problem, where=key, remedy=self._remedy)
 
 
 def read_npz(path: str | Path) -> Recording:

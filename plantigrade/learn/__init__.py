@@ -1,24 +1,58 @@
-"""Learning to walk: a Gymnasium environment over the world.
+"""Learning to walk: a Gymnasium environment over the world, and policies that have learned.
 
-Importing this room registers ``plantigrade/Walk-v0``. It needs the extra ``learn``.
+Importing this room registers ``plantigrade/Walk-v0`` where Gymnasium is installed. The environments
+need the extra ``learn``; a trained policy does not.
 """
 
-from plantigrade.extras import require
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
 from plantigrade.learn.action import PAPER_GAINS, Gains
-from plantigrade.learn.environment import Walk, Walks
+from plantigrade.learn.controller import PolicyController
 from plantigrade.learn.following import Rules
+from plantigrade.learn.policy import Policy
 from plantigrade.learn.reference import Reference
 from plantigrade.learn.reward import Weights
 
-__all__ = ["PAPER_GAINS", "WALK", "Gains", "Reference", "Rules", "Walk", "Walks", "Weights"]
+if TYPE_CHECKING:
+    from plantigrade.learn.environment import Walk, Walks
+
+__all__ = [
+    "PAPER_GAINS",
+    "WALK",
+    "Gains",
+    "Policy",
+    "PolicyController",
+    "Reference",
+    "Rules",
+    "Walk",
+    "Walks",
+    "Weights",
+]
 
 WALK = "plantigrade/Walk-v0"
 """Name of the environment for ``gymnasium.make``."""
 
-_gymnasium = require("gymnasium", "learn")
-if WALK not in _gymnasium.registry:
-    _gymnasium.register(
-        WALK,
-        entry_point="plantigrade.learn.environment:Walk",
-        vector_entry_point="plantigrade.learn.environment:Walks",
-    )
+
+def __getattr__(name: str) -> Any:
+    """Import the environments when they are asked for: they need Gymnasium."""
+    if name not in ("Walk", "Walks"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    import plantigrade.learn.environment as environment
+
+    return getattr(environment, name)
+
+
+def _register() -> None:
+    import gymnasium
+
+    if WALK not in gymnasium.registry:
+        gymnasium.register(
+            WALK,
+            entry_point="plantigrade.learn.environment:Walk",
+            vector_entry_point="plantigrade.learn.environment:Walks",
+        )
+
+
+if find_spec("gymnasium") is not None:
+    _register()

@@ -112,6 +112,11 @@ class Action:
             damping[:, self._variable] *= factor[:, self._joint]
         return stiffness, damping
 
+    def stiffness_of_joints(self, action: Float[Array, "n k"]) -> Float[Array, "n n_joints"]:
+        """Return the stiffness that actions give each of :attr:`joints` [N m/rad]."""
+        first = np.unique(self._joint, return_index=True)[1]
+        return self.gains_of(action)[0][:, self._variable[first]]
+
     def targets(self, action: Float[Array, "n k"], reference: Frame) -> Float[Array, "n n_hinges"]:
         """Return the postures that actions within ±1 ask for at the end of the control step."""
         target = reference.qpos[:, 7:].copy()

@@ -1,7 +1,7 @@
 """Persons who are to follow a walk, several worlds at once: what both environments are made of."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -15,14 +15,17 @@ from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.learn.action import PAPER_GAINS, Action, Gains
+from plantigrade.learn.mirror import Mirror, refuse_uneven
 from plantigrade.learn.observation import Observation
-from plantigrade.learn.reference import Reference
+from plantigrade.learn.reference import Frame, Reference
 from plantigrade.learn.reward import LEAN_WEIGHTS, Reward, Weights
 from plantigrade.learn.view import View
+from plantigrade.models import Human
 from plantigrade.options import shown
 from plantigrade.record import Record, Run
 from plantigrade.world import Disturbance, StablePD, World, on_ground
 from plantigrade.world.grounds import ground_named, platform_named
+from plantigrade.world.together import Together
 
 RATE, CONTROL_RATE = 150.0, 30.0
 """Steps of the physics, and of the policy, by default [1/s]."""
@@ -64,6 +67,8 @@ class Rules:
         passive: Whether joints resist by themselves, as tissue does; the paper's do not.
         recording: Whether episodes are recorded; it costs a tenth.
         start: At which part of the stride every episode begins, from 0 to 1; random if absent.
+        mirrored: Whether the second half of the stride is seen and done in a mirror, so that it is
+            the first one again; in ``"lean"``, for a reference that is even to both sides.
 
     Raises:
         ParameterError: If a value is not allowed.
@@ -83,6 +88,7 @@ class Rules:
     passive: bool = False
     recording: bool = False
     start: float | None = None
+    mirrored: bool = False
 
     def __post_init__(self):
         """Refuse what cannot be."""
@@ -92,9 +98,11 @@ class Rules:
             raise ParameterError(f"duration={self.duration:g} s must be positive")
         if self.reach is not None and not 0.0 < self.reach < np.inf:
             raise ParameterError(f"reach={self.reach:g} rad must be positive")
+        if self.mirrored and self.form != "lean":
+            raise ParameterError("mirrored=True is for form='lean': the other is as printed")
         part_of_stride("start", self.start)
 
-    def world(self, human: Any) -> World:
+    def world(self, human: Human) -> World:
         """Return a world of such an episode."""
         ground = self.ground
         plate = platform_named(ground) if isinstance(ground, str) else None
@@ -128,6 +136,65 @@ def part_of_stride(name: str, part: Any) -> float | None:
     return float(part)
 
 
+class Form:
+    """What a policy sees and what its decisions mean, by the rules.
+
+    Args:
+        human: The person.
+        rules: The rules.
+
+    Attributes:
+        action: Which numbers of an action are what.
+        observation: Likewise of what is seen.
+    """
+
+    def __init__(self, human: Human, rules: Rules):
+        lean = rules.form == "lean"
+        self.action = Action(
+            human,
+            rules.base or (Gains() if lean else PAPER_GAINS),
+            all_joints=not lean,
+            variable=not lean if rules.gains is None else rules.gains,
+            reach=(0.6 if lean else 1.0) if rules.reach is None else rules.reach,
+            lead=lean,
+        )
+        self.observation = Observation(human, lean=lean)
+        self._mirror = Mirror(human, self.action) if rules.mirrored else None
+
+    def seen(
+        self, view: View, frame: Frame, phase: Float[Array, " n"]
+    ) -> Float[np.ndarray, "n size"]:
+        """Return what is seen.
+
+        Args:
+            view: The persons.
+            frame: Where they should be.
+            phase: Part of the stride that has passed.
+        """
+        seen = self.observation.of(view, frame, phase)
+        if self._mirror is not None:
+            late = phase >= 0.5
+            seen[late] = self._mirror.seen(seen[late])
+        return seen
+
+    def meant(
+        self, action: Float[np.ndarray, "n k"], phase: Float[Array, " n"]
+    ) -> Float[np.ndarray, "n k"]:
+        """Return what actions mean that were decided at some phase: within ±1, of their own side.
+
+        Raises:
+            ParameterError: If there is not a row of finite numbers for everybody.
+        """
+        bounded = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
+        persons, size = len(phase), len(self.action)
+        if bounded.shape != (persons, size) or not np.isfinite(bounded).all():
+            raise ParameterError(f"an action must be {size} finite numbers, for {persons} persons")
+        if self._mirror is not None:
+            late = phase >= 0.5
+            bounded[late] = self._mirror.done(bounded[late])
+        return bounded
+
+
 class Following:
     """Persons in worlds of their own, all after one reference.
 
@@ -138,6 +205,7 @@ class Following:
     Attributes:
         reference: What they follow.
         worlds: Their worlds.
+        form: What they see and do.
         action: Which numbers of an action are what.
         observation: Likewise of what is seen.
     """
@@ -147,17 +215,13 @@ class Following:
         self.rules, self.reference = rules, Reference.of(rules.reference)
         human = self.reference.human
         self.worlds = tuple(rules.world(human) for _ in range(n))
-        self.action = Action(
-            human,
-            rules.base or (Gains() if lean else PAPER_GAINS),
-            all_joints=not lean,
-            variable=not lean if rules.gains is None else rules.gains,
-            reach=(0.6 if lean else 1.0) if rules.reach is None else rules.reach,
-            lead=lean,
-        )
-        self.observation = Observation(human, lean=lean)
+        if rules.mirrored:
+            refuse_uneven(self.reference)
+        self.form = Form(human, rules)
+        self.action, self.observation = self.form.action, self.form.observation
         self._reward = Reward(human, rules.weights or (LEAN_WEIGHTS if lean else Weights()))
-        self._view = View(self.worlds)
+        self._motors = Together(self.worlds)
+        self._view = View(human, [(w.model, w.data) for w in self.worlds])
         rest = BodyState(human, human.standing())
         self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
         self._ankle = min(float(rest.origin(f"foot_{side}")[2]) for side in SIDES)
@@ -166,6 +230,18 @@ class Following:
         self._same = not self.action.joints and not rules.passive
         ground = self.worlds[0].ground
         self._even = ground == Ground(friction=ground.friction)
+
+    @property
+    def settled(self) -> Rules:
+        """The rules, with all that they leave to their form."""
+        action = self.action
+        return replace(
+            self.rules,
+            reference=self.reference,
+            gains=bool(action.joints),
+            base=action.gains,
+            reach=action.reach,
+        )
 
     @property
     def time(self) -> Float[Array, " n"]:
@@ -204,7 +280,7 @@ class Following:
         """Return what the persons see."""
         time = self.time
         phase = np.asarray(self.reference.phase(time))
-        return self.observation.of(self._view, self.reference.at(time), phase)
+        return self.form.seen(self._view, self.reference.at(time), phase)
 
     def step(
         self, action: Float[np.ndarray, "n k"]
@@ -218,11 +294,9 @@ class Following:
         Raises:
             ParameterError: If there is not a row of finite numbers for everybody.
         """
-        bounded = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
-        persons, size = len(self.worlds), len(self.action)
-        if bounded.shape != (persons, size) or not np.isfinite(bounded).all():
-            raise ParameterError(f"an action must be {size} finite numbers, for {persons} persons")
-        time = self.time + 1.0 / self.worlds[0].control_rate
+        time = self.time
+        bounded = self.form.meant(action, np.asarray(self.reference.phase(time)))
+        time = time + 1.0 / self.worlds[0].control_rate
         frame = self.reference.at(time)
         self._move(bounded, frame)
         whole = [i for i, world in enumerate(self.worlds) if world.diverged is None]
@@ -247,11 +321,13 @@ class Following:
                 world.actuators.retarget(world.data, each)
                 world.proceed()
             return
-        gains = self.action.gains_of(action)
-        for i, world in enumerate(self.worlds):
-            velocity = rates[i] if lead else None
-            stiffness, damping = gains[0][i], gains[1][i]
-            world.advance(StablePD(target[i], velocity, stiffness=stiffness, damping=damping))
+        stiffness, damping = self.action.gains_of(action)
+        force = stiffness * target
+        if lead:
+            force += damping * rates
+        self._motors.command(self._view.angles, force, stiffness, damping)
+        for world in self.worlds:
+            world.proceed()
 
     def _ends(self, frame: Any) -> list[str]:
         """Return why episodes end here; empty where they do not."""

@@ -19,6 +19,8 @@ from plantigrade.record import Record, Run
 
 HANDS = ("hand", "radius", "forearm", "fingers")
 """Bodies of an arm that may be its end, the best first."""
+BESIDE = 3 + 3 * 4 + 1
+"""Columns of a table beside configuration and velocity: see :class:`Reference`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,14 +6,15 @@ import mujoco
 import numpy as np
 
 from plantigrade.learn.reference import headings, limb_ends
-from plantigrade.world import World
+from plantigrade.models import Human
 
 
 class View:
     """The state of persons in worlds, all the same person.
 
     Args:
-        worlds: The worlds.
+        human: The person.
+        of: MuJoCo's model and data of each, whose first coordinates are the person's.
 
     Attributes:
         angles: Of the hinges, (n, hinges) [rad].
@@ -27,8 +28,8 @@ class View:
         turn: Maps rows of world axes to the heading of the pelvis, (n, 3, 3).
     """
 
-    def __init__(self, worlds: Sequence[World]):
-        human, n = worlds[0].human, len(worlds)
+    def __init__(self, human: Human, of: Sequence[tuple[mujoco.MjModel, mujoco.MjData]]):
+        n = len(of)
         bodies, hinges = len(human.body_names), len(human.coordinates)
         own, limbs = slice(1, bodies + 1), np.array(limb_ends(human))
         self.angles, self.rates = np.zeros((n, hinges)), np.zeros((n, hinges))
@@ -38,8 +39,7 @@ class View:
         self.turn, self._limbs = np.zeros((n, 3, 3)), limbs - 1
         # MuJoCo's arrays stay where they are; to make views of them takes longer than to read them.
         self._rows = []
-        for i, world in enumerate(worlds):
-            data = world.data
+        for i, (model, data) in enumerate(of):
             pairs = (
                 (self.angles[i], data.qpos[7 : 7 + hinges]),
                 (self.rates[i], data.qvel[6 : 6 + hinges]),
@@ -50,7 +50,7 @@ class View:
                 (self.turned[i], data.xquat[own]),
                 (self._every[i], data.xipos[own]),
             )
-            self._rows.append((world.model, data, pairs))
+            self._rows.append((model, data, pairs))
 
     @property
     def ends(self) -> np.ndarray:

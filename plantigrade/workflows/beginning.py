@@ -11,7 +11,7 @@ from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
-from plantigrade.control import Posture, Situation
+from plantigrade.control import Posture, Situation, controller_named
 from plantigrade.control.balance import Followed, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
 from plantigrade.control.pendulum import Wish, walk_of
@@ -27,6 +27,7 @@ from plantigrade.record.provenance import source_files
 from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.otherwise import Otherwise
+from plantigrade.workflows.policies import is_policy, policy_of
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.world import (
     Controller,
@@ -44,6 +45,8 @@ from plantigrade.world.world import CONTROL_RATE, RATE
 
 SETTLING = 1.0
 """So long a person stands before the first frame, until soles and springs are at rest [s]."""
+LEARNED_WALK = 10.0
+"""How long a policy walks where no duration is named [s]."""
 DEEP = 0.3
 """Nobody starts with the feet so far below the ground [m]."""
 STILL, NEAR = 0.05, 0.05
@@ -66,6 +69,7 @@ class Start:
         place: Where somebody stands who has no motion [m], and which way they look [rad].
         record: The motion with its forces.
         script: What they are to do in balance: a foot motion, or a motion brought over their feet.
+        policy: What has learned to move them.
     """
 
     human: Human
@@ -78,6 +82,7 @@ class Start:
     notes: tuple[str, ...] = ()
     record: Record | None = None
     script: Followed | None = None
+    policy: Controller | None = None
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def standing(self, ground: Ground) -> Array:
@@ -126,12 +131,41 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
+    if is_policy(how.controller):
+        return _learned(source, how, command)
     begin = _start_of(source, how, step, command)
     if how.controller != "pendulum" or begin.record is None:
         return begin
     walk = walk_of(begin.record)
     notes = (*begin.notes, *walk.notes[len(begin.record.notes) :])
     return replace(begin, record=walk, motion=walk.motion, ground=walk.ground, notes=notes)
+
+
+def controller_of(begin: Start, ground: Ground, how: SimulateSettings, word: str) -> Controller:
+    """Return a controller by its name, for who starts.
+
+    Raises:
+        ParameterError: If there is no such controller, or it does not fit the start.
+    """
+    if begin.policy is not None and is_policy(word):
+        return begin.policy
+    return controller_named(word, situation(begin, ground, how))
+
+
+def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
+    """Return the person of a policy, at the start of the walk that it follows.
+
+    Raises:
+        ParameterError: If a recording or a foot motion is named, too.
+        FileError: If there is no such policy.
+    """
+    if source is not None or how.motion is not None:
+        raise ParameterError("a policy walks as it was taught: leave out recording, run and motion")
+    policy = policy_of(how)
+    word, lasts = str(how.controller), how.duration or LEARNED_WALK
+    origin = Provenance(command, how.plain(), seed=how.seed)
+    name, motion = Path(word).stem, policy.motion(lasts)
+    return Start(policy.reference.human, Ground(), name, origin, motion, policy=policy)
 
 
 def _start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
@@ -303,6 +337,7 @@ def world_of(
         record_rate=frames,
         torque_rise=how.torque_rise,
         seed=how.seed,
+        passive=getattr(controller, "passive", True),
         sites=begin.sites,
         qpos=qpos,
         qvel=qvel,

@@ -11,7 +11,6 @@ from threading import Event, Thread
 from typing import Any
 
 from plantigrade.contact.ground import Ground
-from plantigrade.control import controller_named
 from plantigrade.control.choices import usual
 from plantigrade.errors import PlantigradeError
 from plantigrade.live.clock import Clock
@@ -21,7 +20,7 @@ from plantigrade.models import Human
 from plantigrade.record import Run
 from plantigrade.report.live_world import LiveWorld
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.beginning import Start, around, situation, start_of, world_of
+from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
@@ -87,7 +86,7 @@ class Stage:
 
         def controller(name: str) -> Controller:
             own = self.own if name == self.choice.controller else None
-            own = own or controller_named(name, situation(begin, self.ground, self.how))
+            own = own or controller_of(begin, self.ground, self.how, name)
             return self.otherwise.seen(own)
 
         world = world_of(begin, self.otherwise, self.how, acting, controller(choice.controller))

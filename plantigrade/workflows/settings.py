@@ -26,6 +26,8 @@ from plantigrade.vault.table import Table
 
 TRACK, PAPER = "track", "zhakatayev2023"
 """Motions that are made from something else than a task."""
+LEARNED, POLICY = "learned", ".npz"
+"""The controller that a trained policy of the package is, and how files of others end."""
 DEFAULT_JOINTS = "43"
 """Of a person who does a task."""
 SLOWEST, FASTEST = 0.5, 500.0
@@ -138,7 +140,7 @@ class SimulateSettings(FitSettings):
     }
 
     controller: OptionalWord = None
-    """passive, posture, balance, hybrid, stable-pd, replay, pendulum; absent: what is usual."""
+    """passive, posture, balance, hybrid, stable-pd, replay, pendulum, learned or a policy.npz."""
     motion: Annotated[str | None, optional("NAME|FILE")] = None
     """Foot motion: tiptoe, tilt-inside, tilt-outside, circling, one-foot, jump, or a TOML file."""
     speed: Annotated[str | None, optional("M/S[,M/S@S,…]")] = None
@@ -187,7 +189,8 @@ class SimulateSettings(FitSettings):
         if self.controller is not None:
             from plantigrade.control.choices import checked
 
-            checked(self.controller)
+            if not (self.controller == LEARNED or self.controller.endswith(POLICY)):
+                checked(self.controller)
         if self.stepping and self.controller != "balance" and self.motion is None:
             raise ParameterError("stepping is that of balance: add controller=balance")
         self._check_walk()
@@ -210,6 +213,36 @@ class SimulateSettings(FitSettings):
                 raise ParameterError(f"{name} is that of a walk: add controller=pendulum")
             if word is not None:
                 read(word)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainSettings(FitSettings):
+    """Everything that decides a training; what a recording needs to be fitted is among it."""
+
+    activity = "a training"
+    ranges = {
+        "steps": (1, 10**10, ""),
+        "goal": (0, 600, "s"),
+        "seeds": (1, 1000, ""),
+        "seed": SEEDS,
+    }
+
+    gains: Literal["variable", "fixed"] = "variable"
+    """Whether the stiffness of the feet is learned, too, or fixed."""
+    form: Literal["lean", "paper"] = "lean"
+    """State and action: those that learn in minutes, or as printed in the paper."""
+    ground: OptionalWord = None
+    """What is walked on while learning: flat, bumps:CM, … as for simulate."""
+    steps: int = 3_000_000
+    """It ends after so many decisions, 30 of which are a second of walking."""
+    goal: float = 20.0
+    """It ends where 16 of 16 starts lead to so long a walk without a fall [s]; 0: never."""
+    seeds: int = 1
+    """So many policies, with seeds from that of --seed on."""
+    seed: int = 0
+    """Seed of everything random."""
+    device: str = "cpu"
+    """Of torch: cpu, cuda."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from plantigrade.constants import SIDES
-from plantigrade.control import controller_named
 from plantigrade.control.choices import STANDING, usual
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.beginning import Start, around, situation, start_of, world_of
+from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, personal_figures, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
@@ -74,7 +73,7 @@ def simulate(
     moved_by = controller if callable(controller) else None
     word = how.controller or usual(begin.motion, begin.record, begin.script)
     if moved_by is None:
-        moved_by = controller_named(word, situation(begin, ground, how))
+        moved_by = controller_of(begin, ground, how, word)
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
     with step("simulating"):

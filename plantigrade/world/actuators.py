@@ -5,7 +5,7 @@ from math import isfinite
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.passive import (
     DAMPING,
@@ -163,6 +163,35 @@ class Actuators:
             model.dof_armature[self._hinges] = own + armature
         return command
 
+    @property
+    def sagittal(self) -> Int[Array, " k"]:
+        """Hinges whose passive moments are curves: hips, knees and ankles of both legs, or none."""
+        return self._sagittal
+
+    @property
+    def loose(self) -> Hinges:
+        """Passive damping of the hinges [N m s/rad]."""
+        return self._loose
+
+    @property
+    def springs(self) -> Hinges:
+        """Passive stiffness of the hinges, without that of the curves [N m/rad]."""
+        return self._spring if self._factor else self._nothing
+
+    def tangents(
+        self, angles: Float[Array, "*n n_hinges"]
+    ) -> tuple[Float[Array, "*n k"], Float[Array, "*n k"], Float[Array, "*n k"]]:
+        """Return springs that are tangents of the curves: where they rest, moments, stiffness.
+
+        Args:
+            angles: Of all hinges [rad].
+        """
+        now = angles[..., self._sagittal]
+        q = np.minimum(np.maximum(now, self._range[0]), self._range[1])
+        found = sagittal_springs(q.reshape(-1, 3).T, self._factor)
+        moments, stiffness = (x.T.reshape(q.shape) for x in found)
+        return q, moments, stiffness
+
     def retarget(self, data: mujoco.MjData, force: Hinges) -> None:
         """Give the stable PD that was commanded last another constant part, and keep its gains.
 
@@ -226,11 +255,8 @@ class Actuators:
         """
         moments = -self._spring * angles - self._loose * rates
         if len(self._sagittal):
-            now = angles[self._sagittal]
-            q = np.minimum(np.maximum(now, self._range[0]), self._range[1])
-            tangent, stiffness = sagittal_springs(q.reshape(-1, 3).T, self._factor)
-            off = now - q
-            moments[self._sagittal] += tangent.T.ravel() - stiffness.T.ravel() * off
+            q, tangent, stiffness = self.tangents(angles)
+            moments[self._sagittal] += tangent - stiffness * (angles[self._sagittal] - q)
         return moments
 
     def _passive(self, data: mujoco.MjData) -> None:
@@ -238,11 +264,10 @@ class Actuators:
         if not len(self._sagittal):
             return
         hinges = self._sagittal
-        q = np.minimum(np.maximum(data.qpos[7:][hinges], self._range[0]), self._range[1])
-        moments, stiffness = sagittal_springs(q.reshape(-1, 3).T, self._factor)
-        self.model.jnt_stiffness[1:][hinges] = stiffness.T.ravel()
+        q, moments, stiffness = self.tangents(data.qpos[7 : 7 + self.n])
+        self.model.jnt_stiffness[1:][hinges] = stiffness
         self.model.qpos_spring[7:][hinges] = q
-        data.qfrc_applied[6:][hinges] = moments.T.ravel()
+        data.qfrc_applied[6:][hinges] = moments
 
     def joint_forces(
         self, data: mujoco.MjData, constraint: Float[Array, " nv"] | None

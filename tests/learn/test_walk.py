@@ -172,7 +172,8 @@ def test_the_reward_is_one_on_the_reference_and_less_beside_it(lean):
     *_, info = lean.step(np.zeros(len(lean.following.action)))
     assert {"pose", "velocity", "com", "ends"} < set(info)
     frame = lean.following.reference.at(lean.following.time)
-    data, view = lean.world.data, View([lean.world])
+    data = lean.world.data
+    view = View(SMALL, [(lean.world.model, data)])
     data.qpos[: SMALL.model.nq], data.qvel[: SMALL.model.nv] = frame.qpos[0], frame.qvel[0]
     view.look()
     reward = Reward(SMALL, LEAN_WEIGHTS)

@@ -1,0 +1,91 @@
+"""Teach a person to walk."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from plantigrade.commands.options import RunOptions
+from plantigrade.commands.outcome import Outcome
+from plantigrade.errors import ParameterError
+from plantigrade.options import Flag
+from plantigrade.workflows.settings import TrainSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command(TrainSettings, RunOptions):
+    """Teach a person to walk after a reference, by reinforcement learning.
+
+    Any walk is a reference: a recording, which is fitted first, or a run; without either the
+    published mean walk. Needs the extra: pip install 'plantigrade[learn]'. What was stopped, by
+    Ctrl-C or otherwise, goes on with --resume as if it had not been. The exit code is 0 if the goal
+    was reached with every seed, otherwise 3.
+    """
+
+    source: Annotated[
+        tyro.conf.Positional[Path | None],
+        tyro.conf.arg(metavar="[FILE|RUN]", help_behavior_hint=""),
+    ] = None
+    """Recording or run folder whose walk is followed."""
+    resume: Flag = False
+    """Take up a training that was stopped, in the folder of --out."""
+
+    def __post_init__(self):
+        """Refuse what cannot be."""
+        super().__post_init__()
+        if self.resume and self.overwrite:
+            raise ParameterError("--resume keeps what is there, --overwrite replaces it: give one")
+
+    def run(self) -> Outcome:
+        """Train, and print where the policies are."""
+        from plantigrade.commands.progress import Progress
+        from plantigrade.record.run import RUNS
+        from plantigrade.workflows.train import train
+
+        progress = Progress(quiet=self.quiet)
+        out = self.out or RUNS / f"train-{'textbook' if self.source is None else self.source.stem}"
+        try:
+            taught = train(
+                self.source,
+                TrainSettings.of(self),
+                out=out,
+                resume=self.resume,
+                overwrite=self.overwrite,
+                step=progress.step,
+                tell=lambda seed, row: progress.say(line(seed, row)),
+            )
+        except KeyboardInterrupt:
+            progress.warn(f"stopped: add --resume (and --out {out}) to go on, nothing is lost")
+            raise SystemExit(130) from None
+        said = [f"{one.folder}: {ended(one.reached, one.last)}" for one in taught]
+        file = taught[0].folder / "policy.npz"
+        said.append(f"  walk with it     plantigrade simulate --controller {file}")
+        missed = [one.seed for one in taught if self.goal and not one.reached]
+        metrics: dict[str, Any] = {
+            "status": "ok",
+            "seeds": [one.seed for one in taught],
+            "decisions": [one.last.decisions for one in taught],
+            "training_s": [one.last.seconds for one in taught],
+            "falls_per_min": [one.last.falls_per_minute for one in taught],
+            "goal_reached": [one.reached for one in taught],
+        }
+        if missed:
+            metrics["status"] = f"the goal was not reached with seed {', '.join(map(str, missed))}"
+        return Outcome("\n".join(said), metrics)
+
+
+def line(seed: int, row: Any) -> str:
+    """Return a line of progress."""
+    looked = "" if row.standing < 0 else f"; {row.standing} of 16 starts last, {row.lasted:.1f} s"
+    return (
+        f"seed {seed}: {row.decisions / 1e6:.2f} M decisions, {row.seconds / 60:.1f} min: reward "
+        f"{row.reward:.2f} (pose {row.pose:.2f}, velocity {row.velocity:.2f}, mass {row.com:.2f}, "
+        f"ends {row.ends:.2f}), {row.falls_per_minute:.1f} falls a minute{looked}"
+    )
+
+
+def ended(reached: bool, row: Any) -> str:
+    """Return how a training ended."""
+    how = "goal reached" if reached else "ended"
+    return f"{how} after {row.decisions / 1e6:.2f} M decisions, {row.seconds / 60:.1f} min"

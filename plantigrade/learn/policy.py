@@ -1,0 +1,166 @@
+"""A trained policy as one small file, which walks with NumPy alone.
+
+The file is an npz without pickles: the layers of the network (``weight_0``, ``bias_0``, …), by what
+is seen is normalised (``mean``, ``scale``), one stride of the reference (``reference``), and
+``about``, JSON with the person, the rules, the versions and how it was trained.
+"""
+
+import io
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Float
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.io.npz import Arrays
+from plantigrade.io.text import not_written
+from plantigrade.learn.action import Gains
+from plantigrade.learn.following import Following, Form, Rules
+from plantigrade.learn.reference import BESIDE, Reference
+from plantigrade.models import Human
+
+CLIP = 8.0
+"""What is seen is cut off at so many standard deviations."""
+REMEDY = "name a policy.npz that plantigrade train wrote"
+KIND = "plantigrade policy 1"
+"""Says in a file what it is, and in which version of the format."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Policy:
+    """A network that decides, and all that must be known to let it decide.
+
+    Attributes:
+        layers: Weights (inputs, outputs) and biases (outputs,) of each layer; ELU between them.
+        mean: Of what is seen, by which it is normalised.
+        scale: Its standard deviation.
+        rules: Of the episodes in which it was trained, with its reference.
+        about: How it was trained: versions, seed, decisions.
+    """
+
+    layers: tuple[tuple[Float[np.ndarray, "i o"], Float[np.ndarray, " o"]], ...]
+    mean: Float[np.ndarray, " size"]
+    scale: Float[np.ndarray, " size"]
+    rules: Rules
+    about: Mapping[str, Any]
+
+    @property
+    def reference(self) -> Reference:
+        """The walk that it follows."""
+        assert isinstance(self.rules.reference, Reference)
+        return self.rules.reference
+
+    def __call__(self, seen: Float[np.ndarray, "n size"]) -> Float[np.ndarray, "n k"]:
+        """Return what it decides, one row for each of what is seen, within ±1."""
+        x = np.clip((seen - self.mean) / self.scale, -CLIP, CLIP)
+        for weight, bias in self.layers[:-1]:
+            x = x @ weight
+            x += bias
+            x = np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0)))
+        weight, bias = self.layers[-1]
+        return np.clip(x @ weight + bias, -1.0, 1.0)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the policy; a file of that name is replaced at once, or not at all.
+
+        Raises:
+            FileError: If it cannot be written.
+        """
+        path, rules, reference = Path(path), self.rules, self.reference
+        arrays: dict[str, Any] = {"mean": self.mean, "scale": self.scale}
+        for i, (weight, bias) in enumerate(self.layers):
+            arrays |= {f"weight_{i}": weight, f"bias_{i}": bias}
+        arrays["reference"] = reference.table.astype(np.float32)
+        about = {
+            "kind": KIND,
+            "human": reference.human.to_dict(),
+            "period": reference.period,
+            "stride": reference.stride,
+            "cyclic": reference.cyclic,
+            "rules": {name: getattr(rules, name) for name in _PLAIN},
+            "base": asdict(rules.base or Gains()),
+            "about": dict(self.about),
+        }
+        arrays["about"] = np.array(json.dumps(about, sort_keys=True))
+        stream = io.BytesIO()
+        np.savez_compressed(stream, **arrays)
+        beside = path.with_name(f".{path.name}.part")
+        try:
+            beside.write_bytes(stream.getvalue())
+            os.replace(beside, path)
+        except OSError as error:
+            raise not_written(path, error) from error
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Policy":
+        """Read a policy.
+
+        Raises:
+            FileError: If there is no such file, or it does not hold a whole policy.
+        """
+        arrays = Arrays(path, REMEDY)
+        try:
+            about = json.loads(str(arrays.any("about")))
+            if about["kind"] != KIND:
+                raise ValueError(f"it is {about['kind']!r}, not {KIND!r}")
+            human = Human.from_dict(about["human"])
+            columns = human.model.nq + human.model.nv + BESIDE
+            table = np.asarray(_numbers(arrays, "reference", None, columns), dtype=float)
+            walk = (float(about["period"]), float(about["stride"]), bool(about["cyclic"]))
+            reference = Reference(human, *walk, table)
+            rules = Rules(reference=reference, base=Gains(**about["base"]), **about["rules"])
+            form = Form(human, rules)
+            trained = dict(about["about"])
+        except (KeyError, TypeError, ValueError, ParameterError) as error:
+            raise FileError(path, f"is no policy of this version: {error}") from error
+        size, layers = len(form.observation), []
+        mean, scale = (_numbers(arrays, name, size) for name in ("mean", "scale"))
+        while f"weight_{len(layers)}" in arrays:
+            weight = _numbers(arrays, f"weight_{len(layers)}", size, None)
+            size = weight.shape[1]
+            layers.append((weight, _numbers(arrays, f"bias_{len(layers)}", size)))
+        if size != len(form.action):
+            arrays.refuse(
+                f"ends in {size} numbers, not {len(form.action)}", f"weight_{len(layers)}"
+            )
+        return cls(layers=tuple(layers), mean=mean, scale=scale, rules=rules, about=trained)
+
+
+def lasted(policy: Policy, following: Following, duration: float) -> Float[np.ndarray, " n"]:
+    """Return how long persons walk without a fall, from instants spread over the stride [s].
+
+    Args:
+        policy: What decides.
+        following: The persons.
+        duration: At most so long [s].
+    """
+    n, rate = len(following.worlds), following.rules.control_rate
+    following.begin(range(n), [(i + 0.5) / n for i in range(n)], range(n))
+    steps = round(duration * rate)
+    times, up = np.full(n, steps / rate), np.ones(n, dtype=bool)
+    for k in range(steps):
+        _, ends, _, _ = following.step(policy(following.seen()))
+        fell = up & np.array([bool(end) for end in ends])
+        times[fell] = k / rate
+        up &= ~fell
+        if not up.any():
+            break
+    return times
+
+
+def _numbers(arrays: Arrays, key: str, *shape: int | None) -> np.ndarray:
+    """Return an array that must be there; a FileError if it is not, or is not finite."""
+    numbers = arrays.finite(key, *shape)
+    if numbers is None:
+        arrays.refuse("is missing", key)
+    return np.asarray(numbers, dtype=np.float32)
+
+
+_PLAIN = ("form", "gains", "reach", "rate", "control_rate", "passive", "duration", "mirrored")
+"""Fields of the rules that a file keeps."""

@@ -1,0 +1,381 @@
+"""Proximal policy optimisation of a walk, by stable-baselines3.
+
+Training goes in parts of a few updates. Every part starts all episodes anew, from random numbers of
+its own, and all that it leaves is in the checkpoint: so one that was stopped and taken up again
+ends in the same policy, number for number, as one that was not.
+"""
+
+import csv
+import os
+import time as clock
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.extras import require
+from plantigrade.io.text import not_written
+from plantigrade.learn.environment import Walks
+from plantigrade.learn.following import Following, Rules
+from plantigrade.learn.persons import Persons
+from plantigrade.learn.policy import CLIP, Policy, lasted
+
+_torch = require("torch", "learn")
+_sb3 = require("stable_baselines3", "learn")
+_vec = require("stable_baselines3.common.vec_env", "learn")
+_utils = require("stable_baselines3.common.utils", "learn")
+
+CHECKPOINT, POLICY, CURVE = "checkpoint.pt", "policy.npz", "curve.csv"
+"""Names of the files of a training."""
+CHANGE = 1.5
+"""Factor by which the learning rate follows the divergence."""
+SLOWEST, FASTEST = 1e-5, 1e-3
+"""Range of learning rates."""
+READY = 4.0
+"""With fewer falls than one in so long a time the goal is looked at [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Learning:
+    """How a policy learns: the networks of [Park2020]_, and what taught a walk in 10 minutes.
+
+    Attributes:
+        persons: How many walk at once.
+        steps: Decisions of each between two updates.
+        updates: Updates in a part.
+        epochs: Passes over the decisions in an update.
+        batch: Decisions in a gradient.
+        gamma: Discount of a decision later.
+        trace: λ of the generalised advantage.
+        clip: By which the ratio of probabilities may change.
+        rate: Learning rate to begin with; it follows the divergence.
+        divergence: Wanted of the policies before and after an update.
+        spread: Standard deviation of displacements to begin with [rad].
+        layers: Neurons of the hidden layers, of actor and critic.
+        starts: From how many instants of the stride the goal is looked at.
+        patience: Parts between two looks.
+    """
+
+    persons: int = 64
+    steps: int = 64
+    updates: int = 5
+    epochs: int = 5
+    batch: int = 1024
+    gamma: float = 0.97
+    trace: float = 0.95
+    clip: float = 0.2
+    rate: float = 1e-4
+    divergence: float = 0.02
+    spread: float = 0.11
+    layers: tuple[int, ...] = (256, 128, 128)
+    starts: int = 16
+    patience: int = 4
+
+    @property
+    def part(self) -> int:
+        """Decisions in a part."""
+        return self.persons * self.steps * self.updates
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """One row of the learning curve: a part of the training.
+
+    Attributes:
+        decisions: So far.
+        seconds: Of the clock, so far, as long as it ran [s].
+        reward: Mean of a decision, with noise.
+        pose: Likewise of the term; the next three, too.
+        velocity: Likewise.
+        com: Likewise.
+        ends: Likewise.
+        falls_per_minute: With noise.
+        spread: Standard deviation of actions.
+        rate: Learning rate.
+        standing: Of the starts that were looked at without noise, how many did not fall; -1 where
+            none was looked at.
+        lasted: How long they walked on average [s]; -1 likewise.
+    """
+
+    decisions: int
+    seconds: float
+    reward: float
+    pose: float
+    velocity: float
+    com: float
+    ends: float
+    falls_per_minute: float
+    spread: float
+    rate: float
+    standing: int = -1
+    lasted: float = -1.0
+
+
+class Training:
+    """A policy that learns, in a folder.
+
+    Args:
+        rules: What an episode is.
+        folder: Where checkpoint, curve and policy are; it must exist. A checkpoint that is there is
+            taken up.
+        seed: Of all random numbers.
+        goal: Training ends where none of the starts leads to a fall in so long a time; zero: never
+            [s].
+        most: Training ends after so many decisions.
+        how: How it learns.
+        device: Of torch.
+
+    Raises:
+        ParameterError: If the checkpoint there is of another training.
+        FileError: If it cannot be read.
+        MissingExtra: If the extra is not installed.
+
+    Attributes:
+        curve: What has been so far.
+        reached: Whether the goal was.
+    """
+
+    def __init__(
+        self,
+        rules: Rules,
+        folder: str | Path,
+        *,
+        seed: int = 0,
+        goal: float = 20.0,
+        most: int = 3_000_000,
+        how: Learning | None = None,
+        device: str = "cpu",
+    ):
+        how = how or Learning()
+        self.folder, self.seed, self.goal, self.most = Path(folder), seed, goal, most
+        self.how, self.curve, self.reached = how, list[Progress](), False
+        _torch.set_num_threads(1)
+        walks = Walks(how.persons, **{f.name: getattr(rules, f.name) for f in fields(rules)})
+        self.following = walks.following
+        self._persons = Persons(walks, 5.0 * (1.0 - how.gamma))
+        self._norm = _vec.VecNormalize(self._persons, norm_reward=False, clip_obs=CLIP)
+        _utils.set_random_seed(seed)
+        self._learner = _sb3.PPO(
+            "MlpPolicy",
+            self._norm,
+            learning_rate=how.rate,
+            n_steps=how.steps,
+            batch_size=how.batch,
+            n_epochs=how.epochs,
+            gamma=how.gamma,
+            gae_lambda=how.trace,
+            clip_range=how.clip,
+            max_grad_norm=1.0,
+            policy_kwargs={
+                "net_arch": {"pi": list(how.layers), "vf": list(how.layers)},
+                "activation_fn": _torch.nn.ELU,
+                "log_std_init": float(np.log(how.spread / self.following.action.reach)),
+            },
+            device=device,
+        )
+        self._learner.set_logger(_sb3.common.logger.Logger(None, []))
+        self._rate = how.rate
+        self._judged: Following | None = None
+        if (self.folder / CHECKPOINT).exists():
+            self._take_up(self.folder / CHECKPOINT)
+
+    @property
+    def decisions(self) -> int:
+        """How many there have been."""
+        return self.curve[-1].decisions if self.curve else 0
+
+    @property
+    def network(self) -> Any:
+        """Actor and critic, as torch has them."""
+        return self._learner.policy
+
+    @property
+    def over(self) -> bool:
+        """Whether it has ended."""
+        return self.reached or self.decisions >= self.most
+
+    def run(self, tell: Callable[[Progress], None] = lambda _: None) -> Policy:
+        """Learn until the goal or the end, and return the policy, which is in the folder, too.
+
+        Args:
+            tell: Is called after every part.
+        """
+        while not self.over:
+            row = self.learn()
+            self._keep()
+            tell(row)
+        return self.policy()
+
+    def learn(self) -> Progress:
+        """Do one part, and return how it went."""
+        began, how, learner = clock.perf_counter(), self.how, self._learner
+        index, before = len(self.curve), self.curve[-1].seconds if self.curve else 0.0
+        number = int(np.random.SeedSequence([self.seed, index]).generate_state(1)[0]) % 2**31
+        _utils.set_random_seed(number)
+        self._norm.seed(number)
+        self._persons.count_anew()
+        learner._last_obs = None  # so that all episodes start anew
+        learner.learn(how.part, callback=_Follow(self), reset_num_timesteps=False)
+        self.follow()
+        counted = self._persons
+        row = {k: v / counted.decisions for k, v in counted.rewards.items()}
+        control = self.following.rules.control_rate
+        falls = 60.0 * control * counted.falls / counted.decisions
+        standing, average = -1, -1.0
+        if self.goal and falls < 60.0 / READY and (index + 1) % how.patience == 0:
+            policy = self.policy()
+            self._judged = self._judged or Following(policy.rules, how.starts)
+            survived = lasted(policy, self._judged, self.goal)
+            standing = int((survived >= self.goal - 1e-6).sum())
+            average = float(survived.mean())
+            self.reached = standing == how.starts
+        self.curve.append(
+            Progress(
+                decisions=self.decisions + how.part,
+                seconds=before + clock.perf_counter() - began,
+                falls_per_minute=falls,
+                spread=float(learner.policy.log_std.detach().exp().mean()),
+                rate=self._rate,
+                standing=standing,
+                lasted=average,
+                **row,
+            )
+        )
+        return self.curve[-1]
+
+    def follow(self) -> None:
+        """Let the learning rate follow the divergence of the last update."""
+        found = self._learner.logger.name_to_value.get("train/approx_kl")
+        if found is None:
+            return
+        wanted = self.how.divergence
+        if found > 2.0 * wanted:
+            self._rate = max(self._rate / CHANGE, SLOWEST)
+        elif found < 0.5 * wanted:
+            self._rate = min(self._rate * CHANGE, FASTEST)
+        self._learner.lr_schedule = _utils.ConstantSchedule(self._rate)
+
+    def policy(self) -> Policy:
+        """Return the policy as it is now, without its noise."""
+        net = self._learner.policy
+        linear = [m for m in net.mlp_extractor.policy_net if isinstance(m, _torch.nn.Linear)]
+        layers = tuple(
+            (
+                m.weight.detach().cpu().numpy().T.copy(),
+                m.bias.detach().cpu().numpy().copy(),
+            )
+            for m in (*linear, net.action_net)
+        )
+        rms = self._norm.obs_rms
+        return Policy(
+            layers=layers,
+            mean=rms.mean.astype(np.float32),
+            scale=np.sqrt(rms.var + self._norm.epsilon).astype(np.float32),
+            rules=self.following.settled,
+            about={
+                "decisions": self.decisions,
+                "seed": self.seed,
+                "torch": _torch.__version__,
+                "stable_baselines3": _sb3.__version__,
+            },
+        )
+
+    def _keep(self) -> None:
+        """Write checkpoint, curve and policy."""
+        rms, learner = self._norm.obs_rms, self._learner
+        state = {
+            "what": self._what(),
+            "policy": learner.policy.state_dict(),
+            "optimizer": learner.policy.optimizer.state_dict(),
+            "mean": _torch.from_numpy(np.array(rms.mean)),
+            "var": _torch.from_numpy(np.array(rms.var)),
+            "count": float(rms.count),
+            "rate": self._rate,
+            "reached": self.goal if self.reached else None,
+            "curve": [asdict(row) for row in self.curve],
+        }
+        path = self.folder / CHECKPOINT
+        beside = path.with_name(f".{path.name}.part")
+        self.policy().save(self.folder / POLICY)
+        try:
+            _torch.save(state, beside)
+            os.replace(beside, path)
+            with open(self.folder / CURVE, "w", newline="", encoding="utf-8") as stream:
+                table = csv.DictWriter(stream, [f.name for f in fields(Progress)])
+                table.writeheader()
+                table.writerows({k: _short(v) for k, v in asdict(r).items()} for r in self.curve)
+        except OSError as error:
+            raise not_written(path, error) from error
+
+    def _what(self) -> dict[str, Any]:
+        """Return what decides the training, but its end."""
+        rules = self.following.settled
+        names = (
+            "form",
+            "gains",
+            "reach",
+            "rate",
+            "control_rate",
+            "passive",
+            "duration",
+            "mirrored",
+        )
+        reference = self.following.reference
+        return {
+            "seed": self.seed,
+            **{name: getattr(rules, name) for name in names},
+            "ground": str(rules.ground),
+            "human": reference.human.to_dict(),
+            "period": reference.period,
+            **{f"learning.{k}": v for k, v in asdict(self.how).items()},
+        }
+
+    def _take_up(self, path: Path) -> None:
+        try:
+            state = _torch.load(path, weights_only=True)
+            what, curve = state["what"], [Progress(**row) for row in state["curve"]]
+        except Exception as error:
+            raise FileError(path, f"no checkpoint of a training: {error}") from error
+        mine = self._what()
+        other = [k for k in mine if what.get(k) != mine[k]]
+        if other:
+            raise ParameterError(
+                f"{path} is the checkpoint of another training: {', '.join(other)} differ; give "
+                "another folder, or the options of that training"
+            )
+        learner, rms = self._learner, self._norm.obs_rms
+        learner.policy.load_state_dict(state["policy"])
+        learner.policy.optimizer.load_state_dict(state["optimizer"])
+        rms.mean, rms.var = state["mean"].numpy(), state["var"].numpy()
+        rms.count, self._rate = state["count"], state["rate"]
+        learner.lr_schedule = _utils.ConstantSchedule(self._rate)
+        self.curve, self.reached = (
+            curve,
+            state["reached"] is not None and state["reached"] >= self.goal > 0,
+        )
+
+
+class _Follow(_sb3.common.callbacks.BaseCallback):
+    """Lets the learning rate follow after every update of a part but the last."""
+
+    def __init__(self, training: Training):
+        super().__init__()
+        self._training = training
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _on_training_start(self) -> None:
+        self._first = True
+
+    def _on_rollout_start(self) -> None:
+        if not self._first:
+            self._training.follow()
+        self._first = False
+
+
+def _short(value: float | int) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,147 @@
+"""Teach a person to walk after a reference; one folder for each seed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from plantigrade.errors import ParameterError, RunExists
+from plantigrade.learn.following import Rules
+from plantigrade.learn.mirror import EVEN, unevenness
+from plantigrade.learn.reference import Reference
+from plantigrade.models import Human
+from plantigrade.options import as_path
+from plantigrade.record import Run
+from plantigrade.threads import on_one_thread
+from plantigrade.workflows.fit import Step, fit_trial, silent
+from plantigrade.workflows.settings import TrainSettings
+
+if TYPE_CHECKING:
+    from plantigrade.learn.training import Progress
+
+PAPER_PERSON = {"height": 1.50, "mass": 48.5, "joints": "66"}
+"""The person of [Park2020]_, who walks where no recording is named."""
+FILES = ("checkpoint.pt", "curve.csv", "policy.npz")
+
+
+@dataclass(frozen=True)
+class Taught:
+    """What came of one seed.
+
+    Attributes:
+        seed: The seed.
+        folder: Where its policy, learning curve and checkpoint are.
+        reached: Whether the goal was.
+        last: Last row of its learning curve.
+    """
+
+    seed: int
+    folder: Path
+    reached: bool
+    last: "Progress"
+
+
+@on_one_thread
+def train(
+    source: str | Path | Run | None = None,
+    settings: TrainSettings | None = None,
+    *,
+    out: str | Path,
+    resume: bool = False,
+    overwrite: bool = False,
+    step: Step = silent,
+    tell: Callable[[int, Any], None] = lambda seed, row: None,
+    **options: Any,
+) -> tuple[Taught, ...]:
+    """Teach a person to walk after a reference.
+
+    Args:
+        source: A recording, which is fitted first, or a run or its folder; without either the
+            published mean walk on the person of [Park2020]_.
+        settings: What decides the result.
+        out: Folder; each seed has one of its own within.
+        resume: Take up what was stopped; what has ended is kept as it is.
+        overwrite: Replace what is there.
+        step: Shows progress of a fit.
+        tell: Called with the seed and a :class:`~plantigrade.learn.training.Progress` after every
+            part of a training.
+        options: Fields of ``settings`` by name; they replace those of ``settings``.
+
+    Raises:
+        ParameterError: If a value is not allowed, or what is taken up is another training.
+        RunExists: If there is a training already, neither to be taken up nor replaced.
+        MissingExtra: If the extra ``learn`` is not installed.
+        FileError: If a file or run cannot be read.
+        FitError: If a recording cannot be fitted.
+    """
+    from plantigrade.learn.training import Training
+
+    how = TrainSettings.given("train", settings, options)
+    folder = as_path(out, "the folder of a training").expanduser()
+    places = [folder / f"seed-{how.seed + i}" for i in range(how.seeds)]
+    _claim(places, resume, overwrite)
+    rules = rules_of(source, how, step)
+    taught = []
+    for i, place in enumerate(places):
+        place.mkdir(parents=True, exist_ok=True)
+        seed = how.seed + i
+        training = Training(
+            rules, place, seed=seed, goal=how.goal, most=how.steps, device=how.device
+        )
+        training.run(lambda row, seed=seed: tell(seed, row))
+        taught.append(Taught(seed, place, training.reached, training.curve[-1]))
+    return tuple(taught)
+
+
+def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
+    """Return the rules of the episodes that settings ask for.
+
+    A stride that is even to both sides is learned for one side only, in the form ``lean``.
+
+    Raises:
+        ParameterError: If a run is given, and a person too, or it cannot be followed.
+        FileError: If a file or run cannot be read.
+        FitError: If a recording cannot be fitted.
+    """
+    reference = _reference(source, how, step)
+    lean = how.form == "lean"
+    return Rules(
+        reference=reference,
+        form=how.form,
+        gains=how.gains == "variable",
+        ground=how.ground or "flat",
+        passive=lean,
+        mirrored=bool(lean and unevenness(reference) < EVEN),
+    )
+
+
+def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
+    if source is None:
+        return Reference.textbook(Human.create(**{**PAPER_PERSON, **how.known}))
+    if not isinstance(source, Run):
+        path = as_path(source, "what is followed")
+        if not path.is_dir():
+            return Reference.of(fit_trial(path, how, step)[1].record())
+    if how.known:
+        raise ParameterError(
+            f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
+        )
+    return Reference.of(source)
+
+
+def _claim(places: list[Path], resume: bool, overwrite: bool) -> None:
+    """Refuse to lose a training; remove what is to be replaced.
+
+    Raises:
+        RunExists: If there is one.
+    """
+    if resume:
+        return
+    there = [p / name for p in places for name in FILES if (p / name).exists()]
+    if there and not overwrite:
+        raise RunExists(
+            f"{there[0].parent} holds a training: add --resume to take it up, --overwrite to "
+            "replace it, or name another --out"
+        )
+    for file in there:
+        file.unlink()

@@ -1,0 +1,98 @@
+"""What is measured of learned walks: strikes, cycles, pushes; and the tables of it."""
+
+import numpy as np
+import pytest
+
+from plantigrade.experiments import (
+    ankle_torque,
+    gain_curves,
+    learned,
+    learned_walk,
+    pushed_walk,
+    rough_walk,
+)
+from plantigrade.experiments.kept_results import KeptResults
+from plantigrade.experiments.learned import Walk
+
+FOOT = "multi-segment"
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return learned.measure(Walk(foot=FOOT), 4.5)
+
+
+def kept(results: dict) -> KeptResults:
+    found = KeptResults()
+    found.results = results
+    return found
+
+
+def test_a_walk_is_measured(measured):
+    """Bounds wide enough for another policy, and for another machine."""
+    assert measured["stood"] and measured["body_rms"] < 5.0 and measured["heel_first"] > 0.3
+    assert measured["speed"] == pytest.approx(measured["speed_wanted"], rel=0.1)
+    assert 0.85 < measured["weight"] < 1.15 < measured["peak_force"]
+    assert measured["begins"]["heel"] <= measured["begins"]["toes"] < 0.3
+    assert 0.35 < measured["stance"] < 0.75
+    strikes = measured["strikes"]
+    assert all(0.8 < d < 1.2 for side in "rl" for d in np.diff(strikes[side]))
+    moment, stiffness = np.array(measured["moment"]), measured["stiffness"]
+    assert moment.shape[1] == learned.POINTS and -2.5 < moment.mean(axis=0).min() < -0.8
+    assert set(stiffness) == {
+        "foot", "medial_phalanges", "lateral_metatarsal", "lateral_phalanges", "heel"
+    }  # fmt: skip
+    assert 100.0 < np.mean(stiffness["foot"]) < 1000.0 and 10.0 < np.mean(stiffness["heel"]) < 300.0
+    mean, sd = learned.ankle_norm(FOOT, measured["speed"])
+    assert np.corrcoef(moment.mean(axis=0), mean)[0, 1] > 0.7 and (sd >= 0.0).all()
+
+
+def test_tables_show_what_was_measured(measured):
+    found = kept({f"strides/{FOOT}": measured, f"curves/{FOOT}": measured,
+                  f"ankle/{FOOT}": measured, f"starts/{FOOT}/0": {"stood": True, "time": 20.0},
+                  f"long/{FOOT}": {"stood": False, "time": 31.0},
+                  f"push/{FOOT}/left/0.0": {"force": 60.0},
+                  f"push/{FOOT}/front/0.0": {"force": 20.0},
+                  f"held/{FOOT}/level/learned/0": {"stood": True, "time": 10.0},
+                  f"held/{FOOT}/level/held/0": {"stood": False, "time": 3.0},
+                  **{f"rough/{FOOT}/3/{i}": {"stood": i > 0, "time": 2.0} for i in range(10)},
+                  "rough/rigid/3/0": {"error": "no"}})  # fmt: skip
+    figures = {}
+    for module in (learned_walk, gain_curves, ankle_torque, rough_walk, pushed_walk):
+        assert all(grid.lines for grid in module.EXPERIMENT.grids(found))
+        figures |= {f"{row.subject} {row.quantity}": row for row in module.EXPERIMENT.rows(found)}
+    assert figures[f"{FOOT} 3 cm walked of 10"].met and not figures[f"{FOOT} walks on"].met
+    assert figures[f"{FOOT} side push, least"].value == 60.0
+    assert figures[f"{FOOT} all around, mean"].value == 40.0
+    assert figures[f"{FOOT} level held walked"].value == 0.0
+    assert figures[f"{FOOT} joints off the reference"].met
+    assert learned_walk.EXPERIMENT.brief({"stood": False, "time": 2.0}) == "fell after 2.0 s"
+
+
+def test_pushes_grow_until_a_fall(monkeypatch):
+    forces = []
+
+    def last(walk, duration, acting):
+        forces.append(acting[0].force)
+        return {"stood": acting[0].force < 50.0}
+
+    monkeypatch.setattr(pushed_walk, "last", last)
+    assert pushed_walk.limit(Walk(foot=FOOT), 90) == {"force": 40.0}
+    assert forces == [20.0, 40.0, 60.0]
+
+
+def test_held_stiffness_is_held_and_ground_is_walked_on():
+    walk = Walk(foot=FOOT, ground="bumps:2", seed=1, held=True)
+    controller = walk.controller()
+    world = walk.world(controller)
+    command = controller(world.reset())
+    np.testing.assert_allclose(command.signals["foot_stiffness"][[0, 1]], [400.0, 60.0])
+    assert world.ground.uneven and learned.last(walk, 0.5)["stood"]
+
+
+def test_every_policy_of_the_package_is_measured():
+    feet = list(learned.there())
+    assert FOOT in feet
+    for module in (learned_walk, gain_curves, ankle_torque, rough_walk, pushed_walk):
+        keys = [k for part in module.EXPERIMENT.parts.values() for k in part(True)]
+        assert {key.split("/")[1] for key in keys} == set(feet)

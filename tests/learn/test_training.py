@@ -1,0 +1,68 @@
+"""What is stopped goes on as if it had not been; a goal ends it. Needs torch: skipped without."""
+
+import importlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.learn import Policy, Reference, Rules
+from plantigrade.models import Human
+
+pytest.importorskip("stable_baselines3", reason="training needs the extra: torch")
+training = importlib.import_module("plantigrade.learn.training")
+Learning, Training = training.Learning, training.Training
+
+SMALL = Human.create(1.7, 65.0, "female", "42", "rigid")
+HOW = Learning(persons=4, steps=8, updates=1, epochs=2, batch=16, layers=(8, 8), starts=2)
+
+
+@pytest.fixture(scope="module")
+def rules():
+    return Rules(reference=Reference.textbook(SMALL), passive=True, mirrored=True)
+
+
+def test_what_was_stopped_ends_in_the_same_policy(rules, tmp_path):
+    """Number for number; another seed does not."""
+    whole, parts, other = (tmp_path / name for name in ("whole", "parts", "other"))
+    for folder in (whole, parts, other):
+        folder.mkdir()
+    Training(rules, whole, most=96, how=HOW).run()
+    rows = []
+    Training(rules, parts, most=32, how=HOW).run(rows.append)
+    again = Training(rules, parts, most=96, how=HOW)
+    assert again.decisions == 32 and [row.decisions for row in again.curve] == [32]
+    again.run(rows.append)
+    assert [row.decisions for row in rows] == [32, 64, 96]
+    assert (whole / "policy.npz").read_bytes() == (parts / "policy.npz").read_bytes()
+    Training(rules, other, seed=1, most=96, how=HOW).run()
+    assert (whole / "policy.npz").read_bytes() != (other / "policy.npz").read_bytes()
+    lines = (parts / "curve.csv").read_text("utf-8").splitlines()
+    assert lines[0].startswith("decisions,seconds,reward") and len(lines) == 4
+    assert not list(parts.glob(".*"))
+    with pytest.raises(ParameterError, match="another training: mirrored differ"):
+        Training(replace(rules, mirrored=False), parts, how=HOW)
+    (parts / "checkpoint.pt").write_bytes(b"nothing")
+    with pytest.raises(FileError, match="no checkpoint"):
+        Training(rules, parts, how=HOW)
+
+
+def test_the_policy_is_what_torch_computes_and_a_goal_ends_it(rules, tmp_path):
+    """With a goal that everybody reaches it ends at the first look."""
+    import torch
+
+    taught = Training(rules, tmp_path, goal=0.1, how=replace(HOW, patience=2))
+    seen = np.random.default_rng(0).normal(size=(3, 15 * len(SMALL.body_names) + 9))
+    before = taught.policy()(seen.astype(np.float32))
+    rows = []
+    # Falls are rarer than one in four seconds where an episode has hardly begun.
+    policy = taught.run(rows.append)
+    assert taught.reached and rows[-1].standing == 2 and len(rows) == 2
+    assert not np.allclose(policy(seen.astype(np.float32)), before)
+    loaded = Policy.load(tmp_path / "policy.npz")
+    net = taught.network
+    with torch.no_grad():
+        x = torch.as_tensor(np.clip((seen - policy.mean) / policy.scale, -8, 8), dtype=torch.float)
+        expected = net.action_net(net.mlp_extractor.forward_actor(x)).clamp(-1, 1).numpy()
+    np.testing.assert_allclose(loaded(seen.astype(np.float32)), expected, atol=1e-5)
