@@ -13,7 +13,8 @@ from plantigrade.errors import FileError, ParameterError
 from plantigrade.experiments import synthesis_bench as bench
 from plantigrade.experiments import synthesis_fidelity as fidelity
 from plantigrade.experiments.kept_results import KeptResults, code_of, code_version
-from plantigrade.experiments.synthesis_trial import crude, tried, why
+from plantigrade.experiments.random_requests import random_request
+from plantigrade.experiments.synthesis_trial import crude, task_of, tried, why
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
 STAGE = {
@@ -118,6 +119,17 @@ def test_the_crude_guess_knows_nothing_of_walking(human):
     q = task.guess(body, task.plan, np.linspace(0.0, 3.0, 7))
     assert np.ptp(q[:, 6:], axis=0).max() < 1e-9, "no joint moves"
     assert np.ptp(q[:, 3]) > 1.5, "but the body does"
+
+
+def test_random_requests_repeat_and_are_ones_that_every_task_takes():
+    asked = [random_request(seed) for seed in range(24)]
+    assert {r.task for r in asked} >= {"walk", "sit-to-stand", "squat", "reach", "jump", "take-off"}
+    assert len({(r.joints, r.feet) for r in asked}) > 6
+    assert random_request(7) == asked[7] != asked[19]
+    for r in asked[:12]:
+        assert 45.0 <= r.mass <= 110.0 and 1.45 <= r.height <= 1.95
+        assert task_of(r.task, r.human, r.told).plan.duration > 0.3
+        assert r.task in r.words and f"{r.height:.2f} m" in r.words
 
 
 def test_random_walks_are_in_range_and_repeat():

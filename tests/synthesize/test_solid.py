@@ -4,12 +4,18 @@ import mujoco
 import numpy as np
 import pytest
 
+from plantigrade.contact.plan import ContactPlan
 from plantigrade.models import Human
 from plantigrade.synthesize import ContactBody, ProblemBuilder, make_task
 from plantigrade.synthesize.diagnose.violations import values
+from plantigrade.synthesize.guess.postures import (
+    standing_feet,
+    standing_posture,
+    standing_stances,
+)
 from plantigrade.synthesize.terms.heading import path_heading
 from plantigrade.synthesize.terms.momentum import AngularMomentum
-from plantigrade.synthesize.terms.solid import UNIT, SolidLimbs, arms, legs
+from plantigrade.synthesize.terms.solid import ARMS, UNIT, SolidLimbs, arms, legs
 from tests.synthesize.coarse_walk import body, solved
 
 pytestmark = pytest.mark.solver
@@ -67,6 +73,41 @@ def test_limbs_that_the_rows_keep_apart_are_apart(feet):
         assert kept.sum() > 10
         assert distance[kept].min() > -0.001  # what the row keeps apart is apart
         assert np.median((distance - row)[kept]) < 0.025  # and not much more than it must
+
+
+def test_hands_that_the_row_keeps_apart_are_apart():
+    """Of arms that swing inwards in front of the body, at random."""
+    human = Human.create(joints="43")
+    given = ContactBody(human, ())
+    rng, names = np.random.default_rng(5), given.symbolic.names
+    q = np.tile(standing_posture(human), (60, 1))
+    for stem, low, high in (
+        ("arm_flex", 0.2, 0.9), ("arm_add", 0.0, 0.6), ("arm_rot", 0.2, 0.9),
+        ("elbow_flex", 0.6, 1.3),
+    ):  # fmt: skip
+        for side in "rl":
+            q[:, names.index(f"{stem}_{side}")] = rng.uniform(low, high, len(q))
+    zero = np.zeros_like(q)
+    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 2] / UNIT
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    distance = np.array([apart(human, x, ["hand_r"], ["hand_l"]) for x in qpos])
+    assert (distance < 0.0).any()
+    kept = row > 0.0
+    assert kept.sum() > 10
+    assert distance[kept].min() > -0.006  # a hand is a few spheres here
+    assert np.median((distance - row)[kept]) < 0.025
+
+
+@pytest.mark.parametrize("height, mass", [(1.0, 16.0), (1.45, 66.0), (1.61, 78.0), (2.0, 120.0)])
+def test_people_of_all_sizes_stand_with_their_arms_clear(height, mass):
+    human = Human.create(height, mass, joints="42")
+    plan = ContactPlan(1.0, standing_stances(standing_feet(human), 1.0))
+    builder = ProblemBuilder(ContactBody.for_plan(human, plan), plan, np.array([0.0, 0.5, 1.0]))
+    SolidLimbs().add_to(builder)
+    asked = builder.family(ARMS)
+    q = np.tile(standing_posture(human), (3, 1))
+    u = np.zeros((3, 3 * len(builder.body.sites)))
+    assert np.all(values(asked, q, 0.0 * q, 0.0 * q, u) >= asked.lower)
 
 
 def test_the_row_of_a_walk_is_kept_between_nodes_too():

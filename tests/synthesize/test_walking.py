@@ -4,11 +4,15 @@ import numpy as np
 import pytest
 
 from plantigrade import check
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.plan import Footprint
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize import make_task
+from plantigrade.synthesize import ContactBody, ProblemBuilder, make_task
+from plantigrade.synthesize.guess.postures import smooth_step
 from plantigrade.synthesize.problem.contact import site_targets
+from plantigrade.synthesize.terms.contact import Clearance
 from plantigrade.synthesize.terms.posture import Posture, Rest
 from plantigrade.synthesize.transcription.mesh import nodes_of
 from tests.models.presets import other_side
@@ -169,3 +173,30 @@ def test_every_change_of_contact_is_a_node():
         plan = make_task("walk", human, {"speed": 0.8, "steps": 2}).plan
         nodes = nodes_of(plan, 13.0)
         assert np.abs(plan.switches[:, None] - nodes).min(axis=1).max() < 1e-9
+
+
+def test_both_ends_of_an_interval_in_which_a_step_is_crossed_are_above_it():
+    human = Human.create(joints="43")
+    task = make_task("walk", human, {"step_height": -0.1})
+    given = ContactBody.for_plan(human, task.plan)
+    builder = ProblemBuilder(given, task.plan, task.nodes())
+    Clearance(0.01).add_to(builder)
+    low = builder.family("contact").lower[:, 2::3]
+    ground = Ground.of_plan(task.plan)
+    edge, level = ground.steps[0].x, ground.height
+    crossings = 0
+    for side in "rl":
+        one, two = [s for s in task.plan.stances if s.footprint.side == side][1:3]
+        (here, _, before), (there, _, after) = one.footprint.position, two.footprint.position
+        if not after < before:
+            continue
+        part = np.clip((builder.nodes - one.toe_off) / (two.heel_strike - one.toe_off), 0.0, 1.0)
+        flat = site_targets(given, Footprint(side, (0.0, 0.0, 0.0)))
+        for k, site in enumerate(given.sites):
+            if site.side == side:
+                x = flat[site.name][0] + here + (there - here) * smooth_step(part)
+                i = int(np.searchsorted(x, edge))  # the first node beyond the edge
+                assert 0.0 < part[i - 1] < part[i] < 1.0
+                assert low[i - 1, k] >= level and low[i, k] >= level
+                crossings += 1
+    assert crossings == 2 * len([s for s in given.sites if s.side == "r"])
