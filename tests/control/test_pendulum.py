@@ -349,7 +349,7 @@ def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun
 
 
 def test_a_command_holds_for_a_tick_unless_a_sole_touches_or_leaves():
-    hold, up, down = Hold(0.02, 0.005), np.zeros(3, dtype=bool), np.array([True, False, False])
+    hold, up, down = Hold(0.02, 0.005, 8), np.zeros(3, dtype=bool), np.array([True, False, False])
     stands = [True, False]
     assert [hold.goes_on(up, stands) for _ in range(6)] == [False, True, True, True, False, True]
     assert not hold.goes_on(down, stands)  # at once, and a whole tick begins
@@ -361,7 +361,7 @@ def test_a_command_holds_for_a_tick_unless_a_sole_touches_or_leaves():
     later = hold.later()
     np.testing.assert_allclose(later.velocity, 1.0 + 0.01 * qacc[6:])
     np.testing.assert_array_equal(later.torque, 7.0)
-    assert Hold(0.001, 0.005).looks == 1
+    assert Hold(0.001, 0.005, 8).looks == 1
 
 
 def test_a_walk_with_a_tick_of_20_ms_lands_its_step_with_a_third_of_the_programs(walk, monkeypatch):

@@ -190,7 +190,8 @@ class Pendulum:
         """Go on, on the feet as they are, from a phase of the recording [s]."""
         assert self._world is not None  # it has begun
         gait = self.gait = Gait(self.reference.recorded, self.record.weight, phase)
-        self.hold = Hold(self.tick, 1.0 / self._world.control_rate)
+        nv = self.human.model.nv
+        self.hold = Hold(self.tick, 1.0 / self._world.control_rate, nv)
         tick = 2.0 * self.hold.half
         self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, tick)
         self.landing, self._clock = None, phase

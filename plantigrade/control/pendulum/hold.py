@@ -6,6 +6,8 @@ a second. Whoever looks at the soles more often than they solve the program need
 
 from dataclasses import replace
 
+import numpy as np
+
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.world import StablePD
 
@@ -19,13 +21,18 @@ class Hold:
     Args:
         tick: So long it holds [s].
         step: From one look to the next [s].
+        nv: Coordinates of the person.
+
+    Attributes:
+        looks: In a tick.
+        qacc: Accelerations that the last command gives.
     """
 
-    def __init__(self, tick: float, step: float):
+    def __init__(self, tick: float, step: float, nv: int):
         self.looks, self.step = max(round(tick / step), 1), step
         self._left, self._near, self._stands = 0, b"", b""
         self._command: StablePD | None = None
-        self._qacc: Array | None = None
+        self.qacc: Float[Array, " nv"] = np.zeros(nv)
 
     @property
     def half(self) -> float:
@@ -46,19 +53,14 @@ class Hold:
         self._left = (self._left if goes else self.looks) - 1
         return goes
 
-    @property
-    def qacc(self) -> Float[Array, " nv"] | float:
-        """What the last command gives."""
-        return 0.0 if self._qacc is None else self._qacc
-
     def keep(self, command: StablePD, qacc: Float[Array, " nv"]) -> StablePD:
         """Take a new command, and what accelerations it gives."""
-        self._command, self._qacc = command, qacc
+        self._command, self.qacc = command, qacc
         return command
 
     def later(self) -> StablePD:
         """Return the last command a look later: rates go on as they were planned."""
-        command, qacc = self._command, self._qacc
-        assert command is not None and command.velocity is not None and qacc is not None
-        self._command = replace(command, velocity=command.velocity + self.step * qacc[6:])
+        command = self._command
+        assert command is not None and command.velocity is not None
+        self._command = replace(command, velocity=command.velocity + self.step * self.qacc[6:])
         return self._command

@@ -274,7 +274,7 @@ class Walker:
         """Bring the weight over the foot that is to stand first; then walk, in place at first."""
         pendulum, paced = self.pendulum, self.pendulum.reference
         body = self._seen(state).body
-        feet = body.position(pendulum.feet)
+        feet = body.origins[pendulum.feet]
         if self._since is None:
             self._since, self._from = state.time, self._lift(float(feet[0, 0] - feet[1, 0]))
         phase, stands, off = self._from
