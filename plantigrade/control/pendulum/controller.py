@@ -1,5 +1,6 @@
 """The controller that walks as recorded: pendulum, landing, wanted velocities, torques."""
 
+from dataclasses import replace
 from math import hypot, sqrt
 
 import numpy as np
@@ -287,7 +288,9 @@ class Pendulum:
         points = body.rigid_points(touching.body, where)
         M, h = body.mass_matrix, body.bias
         centre = self._com_acceleration(body, ref, rate, low, active)
-        rows: list[Rows | PointRows] = [com_rows(M, h, body.mass, self.gravity, centre)]
+        rows: list[Rows | PointRows] = [
+            replace(com_rows(M, h, body.mass, self.gravity, centre), weight=self.weights.centre)
+        ]
         feet = body.rigid_points(self.feet, foot)
         turned = body.rotations[self.feet].reshape(2, 9)
         newest = max((f.touchdown for f in gait.standing), default=np.inf)
@@ -395,9 +398,11 @@ class Pendulum:
         place[:2] += own.swing.offset
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
-        u = (self.gait.phase - own.lifted) / max(own.touchdown - own.lifted, 1e-3)
         clear = CLEAR * self.leg + LIFT * min(hypot(*own.swing.velocity), 2.0)
-        place[2] += self._level(place) + clear * max(4.0 * u * (1.0 - u), 0.0)
+        lasts = max(own.touchdown - own.lifted, 1e-3)
+        u = min(max((self.gait.phase - own.lifted) / lasts, 0.0), 1.0)
+        place[2] += self._level(place) + 4.0 * clear * u * (1.0 - u)
+        pace[2] += 4.0 * clear * (1.0 - 2.0 * u) * rate / lasts
         n = self.ground.normal_at(place)
         pace[2] -= (n[:2] @ pace[:2]) / n[2]
         if own.lowered:

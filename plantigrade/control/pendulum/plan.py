@@ -24,8 +24,9 @@ ASTRAY = 0.4
 STRAIGHT, TIPTOE = 0.99, 0.12
 """Legs are straight at so much of their length; a trailing one is longer by its ankle [leg
 lengths]."""
-LOWEST = 0.2
-"""So much lower the body goes for far feet, at most [leg lengths]."""
+LOWEST, RISING = 0.2, 0.5
+"""So much lower the body goes for far feet, at most [leg lengths]; it comes up again in this time
+[s], lest it be thrown up between steps."""
 REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
 
@@ -101,7 +102,7 @@ class Plan:
         self.shift = share @ offsets / max(share.sum(), 1e-9)
         path = self._path()
         swinging = [f for f in gait.feet if not f.stands and f.number is not None]
-        self.bent = 0.0
+        self.bent *= 1.0 - self.step / RISING
         if len(standing) != 1 or len(swinging) != 1:
             for f in standing:
                 k = SIDES.index(f.side)
@@ -188,9 +189,9 @@ class Plan:
             x, y = (c - f).tolist()[:2]
             high.append(sqrt(max(leg**2 - x * x - y * y, 0.0)))
         drop = level(np.array([*com, 0.0])) - level(np.array([*foot, 0.0]))
-        spare = high[1] + self.hip - float(com_ref[2] - foot_ref[2])
-        bent = high[1] - high[0] + drop - max(spare, 0.0)
-        self.bent = min(max(self.bent, bent), LOWEST * self.leg)
+        spare = max(high[1] + self.hip - float(com_ref[2] - foot_ref[2]), 0.0)
+        bent = min(high[1] - high[0], LOWEST * self.leg) + drop - spare
+        self.bent = max(self.bent, bent)
 
     def _path(self) -> Array:
         """Return the place that feet are led back to, beside the recording's own [m].

@@ -14,7 +14,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.pendulum.velocities import REACHED, bell
-from plantigrade.control.replay.tasks import FARTHEST, TOES, joint_weights
+from plantigrade.control.replay.tasks import COM, FARTHEST, TOES, joint_weights
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
@@ -25,6 +25,8 @@ touches."""
 PLACE, TURN, PELVIS_TURN = (10.0, 0.025), (7.0, 0.036), (5.0, 0.05)
 """Velocity by error [1/s], and in which time it is reached [s]: of a swinging foot, of the turn of
 feet and of the pelvis. Together they are stiffness and damping of a critically damped spring."""
+HEIGHT = 10.0
+"""Weight of the height of the mass: where the body goes down, legs give way to it."""
 QUICK = 2.0
 """Constant of the bell within a foot that swings: its toes are needed again soon."""
 STILL = 0.025
@@ -40,19 +42,20 @@ class Weights:
     Attributes:
         weight: Cost of an acceleration missed, squared: root, whose place has none, then hinges.
         within: Which hinges are within the right foot, and which within the left.
+        centre: Weights of the acceleration of the mass, squared.
     """
 
     weight: Float[Array, " nv"]
     within: Bool[Array, "2 n_hinges"]
+    centre: Float[Array, " 3"]
 
     @classmethod
     def of(cls, human: Human) -> "Weights":
         """Return those of a person."""
-        joints = joint_weights(human)
+        joints, names = joint_weights(human), human.coordinates
         weight = np.concatenate([np.zeros(3), np.full(3, PELVIS), joints]) ** 2
-        names = human.coordinates
         sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
-        return cls(weight, sides & (joints == TOES))
+        return cls(weight, sides & (joints == TOES), np.array([*COM[:2], HEIGHT]) ** 2)
 
     def pace(self, swings: Sequence[bool]) -> Float[Array, " n_hinges"]:
         """Return the factor of the bell of every hinge.
