@@ -15,7 +15,7 @@ from plantigrade.control import Posture, Situation, controller_named
 from plantigrade.control.balance import Followed, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
 from plantigrade.control.pendulum import Wish, walk_of
-from plantigrade.control.pendulum.route import path, speeds
+from plantigrade.control.pendulum.route import depths, path, speeds
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -282,6 +282,7 @@ def wish_of(how: SimulateSettings) -> Wish:
     return Wish(
         speed=None if how.speed is None else speeds(how.speed),
         way=None if how.path is None else path(how.path),
+        stoop=None if how.stoop is None else depths(how.stoop),
     )
 
 

@@ -147,6 +147,8 @@ class SimulateSettings(FitSettings):
     """Speed of a pendulum's walk, also from a time on: 1.2,0.8@5,0@10; it stands at 0."""
     path: Annotated[str | None, optional("WAY")] = None
     """Way of a pendulum's walk: straight, bearing:DEG[,DEG@S,…] or points:X,Y/X,Y[/…]."""
+    stoop: Annotated[str | None, optional("CM[,CM@S,…]")] = None
+    """How much lower the head is in a pendulum's walk [cm], also from a time on: 0,25@3,0@6."""
     stepping: Flag = False
     """Let balance take a step where standing in place can no longer succeed."""
     ground: OptionalWord = None
@@ -205,9 +207,9 @@ class SimulateSettings(FitSettings):
 
     def _check_walk(self) -> None:
         """Refuse words that lead no walk."""
-        from plantigrade.control.pendulum.route import path, speeds
+        from plantigrade.control.pendulum.route import depths, path, speeds
 
-        for name, read in {"speed": speeds, "path": path}.items():
+        for name, read in {"speed": speeds, "path": path, "stoop": depths}.items():
             word = getattr(self, name)
             if word is not None and self.controller != "pendulum":
                 raise ParameterError(f"{name} is that of a walk: add controller=pendulum")

@@ -8,10 +8,12 @@ import pytest
 from plantigrade.contact.ground import Bump, Ground
 from plantigrade.control.pendulum import Walker, Wish, walk_of
 from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
+from plantigrade.control.pendulum.manner import stoop
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.pendulum.route import path, speeds
+from plantigrade.control.pendulum.route import depths, path, speeds
 from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import State
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.world import World
 
@@ -91,6 +93,23 @@ def test_a_walk_is_not_led_beyond_what_it_can(walk):
         Walker(walk_of(replace(walk, motion=part)), Wish(speed=speeds("1.0")))
     with pytest.raises(ParameterError, match="add controller=pendulum"):
         SimulateSettings(speed="1.0")
+
+
+def test_who_stoops_is_lower_by_about_as_much_and_comes_up_again(walk):
+    human, manner = walk.human, stoop(walk.human, 0.25)
+    stands, bent = State(human, human.standing()), np.array(human.standing())
+    bent[7:] += manner.angles
+    low = stands.moved_to(bent)
+    ankle = 0.5 * sum(low.origin(f"foot_{s}")[2] for s in "rl")  # the pelvis is where it was
+    head = stands.origin("head")[2] - (low.origin("head")[2] - ankle)
+    head -= 0.5 * sum(State(human, human.standing()).origin(f"foot_{s}")[2] for s in "rl")
+    assert head == pytest.approx(0.25, abs=0.08)
+    paced = Paced(reference_of(walk))
+    before = paced.at(0.3)["com"][2]
+    paced.manner = manner
+    assert before - paced.at(0.3)["com"][2] == pytest.approx(manner.lowered)
+    with pytest.raises(ParameterError, match="stoop must be 0–30 cm"):
+        depths("0,90@3")
 
 
 @pytest.mark.slow

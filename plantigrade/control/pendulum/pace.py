@@ -11,6 +11,7 @@ from math import atan2, cos, hypot, sin
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.pendulum.manner import Manner
 from plantigrade.control.replay.reference import Instant, Reference
 from plantigrade.control.replay.schedule import Schedule
 
@@ -36,6 +37,7 @@ class Paced:
     Attributes:
         stride: Length of its steps, by the recorded ones.
         cadence: Steps in a time, by the recorded ones.
+        manner: What is otherwise of the posture; None if it is as recorded.
         inward: How far the mass is nearer to the centre of a turn, to the left [m].
     """
 
@@ -45,6 +47,7 @@ class Paced:
         self.omega, self.period = reference.omega, reference.period
         self.duration, self.ends = reference.duration, reference.ends
         self.stride, self.cadence, self.inward = 1.0, 1.0, 0.0
+        self.manner: Manner | None = None
         feet = reference.table[:, reference.columns["foot"][0]].reshape(-1, 2, 3)
         self._low = feet[:, :, 2].min(axis=0)
         width = reference.table.shape[1]
@@ -106,13 +109,19 @@ class Paced:
     def at(self, phase: float) -> Instant:
         """Return everything at a phase: arrays by name."""
         found = self.recorded.at(phase)
-        if self.stride == self.cadence == 1.0 and self._shift == self.inward == 0.0:
+        same = self.stride == self.cadence == 1.0 and self._shift == self.inward == 0.0
+        if same and self.manner is None:
             return found
         row: Array = found.row * self._factor
         row[self._along] += self._shift
         if self.cadence != 1.0:
             com, pressure = row[self._com], row[self._pressure]
             pressure[:2] = com[:2] - self.cadence**2 * (com - pressure)[:2]
+        if self.manner is not None:
+            row[self._com.start + 2] -= self.manner.lowered
+            q = self.recorded.columns["q"][0]
+            row[q.start + 2] -= self.manner.lowered
+            row[q.start + 7 : q.stop] += self.manner.angles
         if self.stride < 1.0:
             self._flatten(row)
         if self.inward:  # the pressure pushes the mass to that side

@@ -8,6 +8,7 @@ from math import atan2, hypot, pi, remainder
 
 import numpy as np
 
+from plantigrade.control.pendulum.manner import DEEPEST
 from plantigrade.errors import ParameterError
 
 AHEAD = 0.6
@@ -18,6 +19,7 @@ PATH = (
     "write straight; bearing:DEG, or bearing:0,90@5 to turn left by 90° after 5 s; or "
     "points:X,Y/X,Y such as points:4,0/4,3 in metres, x ahead and y to the left"
 )
+STOOP = "write CM, or 0,25@3,0@6 to walk with the head 25 cm lower from 3 to 6 s"
 SPEED = "write M/S, or 1.2,0.8@5,0@10 to go slower after 5 s and stand after 10 s"
 
 
@@ -73,6 +75,18 @@ def speeds(word: str) -> Timed:
     found = Timed.written(word, "speed", SPEED)
     if not all(0.0 <= v <= FASTEST for v in found.values):
         raise ParameterError(f"{word!r}: a speed must be 0–{FASTEST:g} m/s")
+    return found
+
+
+def depths(word: str) -> Timed:
+    """Return the stoops of a word [cm].
+
+    Raises:
+        ParameterError: If it is none.
+    """
+    found = Timed.written(word, "stoop", STOOP)
+    if not all(0.0 <= d <= DEEPEST for d in found.values):
+        raise ParameterError(f"{word!r}: a stoop must be 0–{DEEPEST:g} cm")
     return found
 
 

@@ -10,6 +10,7 @@ from plantigrade.control.balance import Balance
 from plantigrade.control.balance.support import beyond
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
+from plantigrade.control.pendulum.manner import DEEPEST, Manner, stoop
 from plantigrade.control.pendulum.route import Points, Timed, Way, toward
 from plantigrade.control.pendulum.settling import Settling
 from plantigrade.control.pendulum.words import led_told
@@ -23,6 +24,8 @@ SPEEDING, TURNING = 0.5, 0.4
 """A walk is made faster or slower by so much [m/s²], and turned so fast [rad/s]."""
 TWISTING = 1.0
 """So much sooner it is turned [rad/s²]."""
+BOWING = 0.25
+"""The head is lowered and raised so fast [m/s]."""
 STEERING = 2.0
 """A bearing that is missed is turned to at this rate [1/s]."""
 REGAIN, CORRECTED = 0.08, 0.25
@@ -49,10 +52,12 @@ class Wish:
     Attributes:
         speed: How fast [m/s]; as recorded if absent.
         way: Where to; straight on if absent.
+        stoop: How much lower the head is than recorded [cm]; not at all if absent.
     """
 
     speed: Timed | None = None
     way: Way | None = None
+    stoop: Timed | None = None
 
 
 class Walker:
@@ -96,6 +101,7 @@ class Walker:
         self.targets = (
             Target("speed", 0.0, most, min(max(self._own, 0.0), most), "m/s"),
             Target("heading", -180.0, 180.0, 0.0, "deg"),
+            Target("stoop", 0.0, DEEPEST, 0.0, "cm"),
         )
         self.walks, self._world, self._balance = True, None, Balance()
 
@@ -163,6 +169,7 @@ class Walker:
         pendulum, frame, step = self.pendulum, self.frame, 1.0 / state.world.control_rate
         self._steer(step)
         self._pace(step)
+        self._bow(step)
         if self._ground.moves or not frame.is_world:
             pendulum.ground, pendulum.normal = self._ground, self._ground.normal
         command = pendulum(self._seen(state))
@@ -181,7 +188,9 @@ class Walker:
         self.walks, self._time = True, 0.0
         self._stride, self._mean, self._more = 1.0, self._own, 0.0
         self._last = float(self.pendulum.place[0])
-        self._asked = self._way = np.nan
+        self._asked = self._way = self._stooping = np.nan
+        self._depth, self._deepest = 0.0, stoop(state.human, 0.01 * DEEPEST)
+        self.pendulum.reference.manner = None
         self._steady, self._since = 0.0, None
         self._rate = self._aside = self._astray = 0.0
         self._stood: list[tuple[float, float]] = []
@@ -192,7 +201,12 @@ class Walker:
 
     def _ask(self, time: float) -> None:
         """Set the targets to what is wanted now, where that is another than before."""
-        speed, heading = self.targets
+        speed, heading, low = self.targets
+        if self.wish.stoop is not None:
+            asked = self.wish.stoop.at(time)
+            if asked != self._stooping:
+                self._stooping = asked
+                low.set(asked)
         if self.wish.speed is not None:
             asked = self.wish.speed.at(time)
             if asked != self._asked:
@@ -211,6 +225,19 @@ class Walker:
     def _here(self) -> tuple[float, float]:
         """Where on their line the walker is, in the frame [m]."""
         return float(self.pendulum.place[0]), float(self.pendulum.plan.path[1])
+
+    def _bow(self, step: float) -> None:
+        """Stoop, or rise again."""
+        wanted = 0.01 * self.targets[2].value
+        if wanted == self._depth:
+            return
+        far = BOWING * step
+        self._depth += min(max(wanted - self._depth, -far), far)
+        whole = self._deepest
+        part = 100.0 * self._depth / DEEPEST
+        self.pendulum.reference.manner = (
+            Manner(part * whole.lowered, part * whole.angles) if self._depth > 0.0 else None
+        )
 
     def _steer(self, step: float) -> None:
         """Turn the frame to the bearing that is wanted."""
