@@ -221,7 +221,7 @@ class Solution:
         index = {(s.body, tuple(s.position)): k for k, s in enumerate(body.sites)}
         for c in asked:
             holds = c.holds_at(times)
-            short = c.bounds(times[holds])[0] - height[holds, index[c.of, c.position]]
+            short = c.bounds(times[holds])[0] - height[holds, index[c.of, tuple(c.position)]]
             low[holds] = np.maximum(low[holds], short)
         return times, low
 
