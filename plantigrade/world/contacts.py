@@ -109,7 +109,8 @@ class Contacts:
         push = (local * (contact.frame[which].reshape(-1, 3, 3) @ normal)).sum(axis=1)
         site = site[which]
         push[site[:, 1] < 0] *= -1.0  # the force is that on the second geom
-        return np.bincount(group[site.max(axis=1)], push, n)
+        load = np.bincount(group[site.max(axis=1)], push, n)
+        return np.asarray(load, dtype=float)  # of no contact: whole numbers
 
     def read(self, steps: Sequence[Taken | None]) -> Touch:
         """Return the forces of several steps."""
