@@ -34,7 +34,8 @@ from plantigrade.report.section import Section
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.harness import Going, Landing, PushedWalk, walk, world_for
 from plantigrade.workflows.motions import synthesize
-from plantigrade.workflows.walkers import Walker, on_body, walks_as
+from plantigrade.workflows.settings import LEARNED
+from plantigrade.workflows.walkers import Walker, on_body, walker, walks_as
 from plantigrade.world.grounds import ground_named
 
 FEET = ("multi-segment", "two-segment", "rigid")
@@ -63,7 +64,9 @@ NOTES = (
 
 @cache
 def walking_on(controller: str, data: Path | None, feet: str) -> Walker:
-    """Return somebody with a kind of feet."""
+    """Return somebody with a kind of feet; of the package's policies that of such feet."""
+    if controller == LEARNED:
+        return walker(f"{LEARNED}:{feet}")
     who = person(feet=feet)
     if data is None or not (data / RECORDING).exists():
         told = {"speed": SPEED, "periodic": True, "height": who.height, "mass": who.mass}

@@ -1,9 +1,8 @@
 """Whose walk the experiments on walking carry out, and what they have in common."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from plantigrade.experiments.kept_results import Result
 from plantigrade.models import Human
@@ -11,6 +10,7 @@ from plantigrade.record import Record
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.harness import Walked
 from plantigrade.workflows.motions import synthesize
+from plantigrade.workflows.policies import is_policy
 from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.walkers import Walker, as_strong, on_body, walker
 
@@ -47,13 +47,15 @@ def person(height: float = HEIGHT, mass: float = MASS, feet: str | None = None) 
 
 @cache
 def walking(
-    controller: str | Callable[[Record], Any],
+    controller: str,
     data: Path | None,
     height: float = HEIGHT,
     mass: float = MASS,
     strength: float = 1.0,
 ) -> Walker:
     """Return somebody of a size who walks the walk of these experiments, moved by a controller."""
+    if is_policy(controller.partition(":")[0]):
+        return walker(controller)  # as its own person
     record = own_walk(data)
     if (record.human.height, record.human.mass, strength) != (height, mass, 1.0):
         record = on_body(record, as_strong(person(height, mass), strength))

@@ -18,11 +18,14 @@ from plantigrade.control.pendulum import walk_of
 from plantigrade.control.pendulum.landing import LAWS
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.learn.controller import PolicyController, policy_named
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import lowpass
 from plantigrade.options import shown
 from plantigrade.record import Record
+from plantigrade.workflows.policies import is_policy, shipped
+from plantigrade.workflows.settings import LEARNED
 from plantigrade.world import Controller
 
 Make = Callable[[Record], Controller]
@@ -67,13 +70,14 @@ class Walker:
         return float(np.linalg.norm(self.way)) / self.period
 
 
-def walker(controller: str | Make, record: Record, name: str = "") -> Walker:
+def walker(controller: str | Make, record: Record | None = None, name: str = "") -> Walker:
     """Return somebody who walks: the walk given, or that of a controller which has its own.
 
     Args:
         controller: Its word (:func:`make_named`), or a function or class that is called with the
             walk and returns a controller ``controller(state) -> command``.
-        record: The walk: fitted, reproduced or synthesised; of a walk its most even stride.
+        record: The walk: fitted, reproduced or synthesised; of a walk its most even stride. Not
+            asked for where the controller has its own.
         name: What it is called; its own name if empty.
 
     Raises:
@@ -84,7 +88,11 @@ def walker(controller: str | Make, record: Record, name: str = "") -> Walker:
         raise ParameterError(f"a controller is a name or what makes one, not {shown(make)}")
     own = controller if isinstance(controller, str) else getattr(make, "__name__", "controller")
     walk = getattr(make, "record", None)
-    return Walker(walk_of(record) if walk is None else walk, make, name or str(own))
+    if walk is None:
+        if record is None:
+            raise ParameterError(f"{own} needs a walk: give record=")
+        walk = walk_of(record)
+    return Walker(walk, make, name or str(own))
 
 
 def walks_as(controller: str | Make, record: Record) -> Walker:
@@ -103,14 +111,18 @@ def make_named(word: str) -> Make:
     """Return what makes the controller of a word.
 
     A name of :data:`~plantigrade.control.choices.CONTROLLERS`; ``pendulum:LAW`` with a landing law;
-    or one from outside this package, ``FILE.py:NAME`` or ``package.module:NAME``: a function or
+    ``learned`` or ``learned:FEET``, a policy of the package, and ``FILE.npz``, another policy; or
+    one from outside this package, ``FILE.py:NAME`` or ``package.module:NAME``: a function or
     class that is called with the walk (:class:`~plantigrade.record.Record`) and returns a
     controller.
 
     Raises:
         ParameterError: If there is none.
+        FileError: If a policy cannot be read.
     """
     name, colon, what = word.rpartition(":")
+    if name == LEARNED or is_policy(word):
+        return _Learned(word)
     if name == "pendulum":
         if what not in LAWS:
             raise ParameterError(f"no landing law {what!r}; there are {', '.join(LAWS)}")
@@ -119,8 +131,8 @@ def make_named(word: str) -> Make:
         return _Named(word)
     if not colon or not name or not what:
         raise ParameterError(
-            f"no controller {word!r}; there are {', '.join(CONTROLLERS)}, pendulum:LAW, and your "
-            "own as FILE.py:NAME or package.module:NAME"
+            f"no controller {word!r}; there are {', '.join(CONTROLLERS)}, pendulum:LAW, learned, "
+            "FILE.npz, and your own as FILE.py:NAME or package.module:NAME"
         )
     found = getattr(_module(name, word), what, None)
     if not callable(found):
@@ -136,6 +148,27 @@ class _Law:
 
     def __call__(self, record: Record) -> Controller:
         return Led(record, law=self.law)
+
+
+@dataclass(frozen=True)
+class _Learned:
+    """Makes a trained policy, which walks as its own person."""
+
+    word: str
+
+    def __post_init__(self):
+        """Refuse what is not there."""
+        self(None)
+
+    @property
+    def record(self) -> Record:
+        """The walk that it follows."""
+        return self(None).record
+
+    def __call__(self, record: Record | None) -> PolicyController:
+        name, _, feet = self.word.partition(":")
+        policy = shipped(feet or "multi-segment") if name == LEARNED else self.word
+        return policy_named(policy)
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,7 @@ def test_two_results_are_compared(fakes, tmp_path, monkeypatch, capsys):
         ([], "name one experiment, or give --all or --compare"),
         (["gait-table", "--all"], "name one experiment, or give --all or --compare"),
         (["--all", "--compare", "a", "b"], "name one experiment, or give --all or --compare"),
-        (["gait"], "no experiment 'gait'; there are feet-while-walking, fit-accuracy"),
+        (["gait"], f"no experiment 'gait'; there are {next(iter(EXPERIMENTS))}, "),
         (["gait-table", "--part", "walk"], "--part means nothing for gait-table"),
         (["gait-table", "--out", "there"], "--out means nothing for gait-table"),
         (["spline-table", "--overwrite"], "--overwrite means nothing for spline-table"),

@@ -102,7 +102,13 @@ def test_controllers_by_word(record, tmp_path):
     assert one.name.endswith(":still") and one.make(one.record)(None) is None
     law = walker("pendulum:energy", record)
     assert type(law.make(law.record).pendulum.law).__name__ == "EnergyLaw"
+    policy = walker("learned:two-segment")  # has its own person and walk
+    assert policy.record.human.feet == "two-segment" and 0.5 < policy.speed < 2.0
+    assert callable(policy.make(policy.record))
+    with pytest.raises(ParameterError, match="needs a walk"):
+        walker("pendulum")
     for word, told in (
+        ("learned:none", "learned walks on feet="),
         ("moon", "no controller 'moon'; there are passive"),
         ("pendulum:moon", "no landing law 'moon'"),
         (f"{path}:nobody", "no function or class 'nobody'"),
