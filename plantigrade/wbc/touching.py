@@ -11,8 +11,7 @@ from plantigrade.kinematics.rigid_points import RigidPoints
 
 EDGES = 4
 """Edges of a friction pyramid."""
-_CORNER = 2 * np.pi * (np.arange(EDGES) + 0.5) / EDGES
-_ASIDE = np.array([np.cos(_CORNER), np.sin(_CORNER)])
+_CORNER = 2 * np.pi * np.arange(EDGES) / EDGES
 
 
 def _no_places() -> Array:
@@ -28,12 +27,15 @@ class Touching:
         place: Where it is, world [m].
         normal: Direction in which the ground pushes there, world.
         friction: Coefficient of friction.
+        along: Direction over the ground in which a pyramid has a corner, from x to y [rad]. Along
+            its corners a pyramid has the whole friction, half way between them 0.71 of it.
     """
 
     body: Int[Array, " k"] = field(default_factory=lambda: np.zeros(0, dtype=int))
     place: Float[Array, "k 3"] = field(default_factory=_no_places)
     normal: Float[Array, "k 3"] = field(default_factory=_no_places)
     friction: float = FRICTION
+    along: float = np.pi / EDGES
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -44,31 +46,34 @@ class Touching:
         n = self.normal
         if len(n) and (n == n[0]).all():
             edges = np.empty((len(n), 3, EDGES))
-            edges[:] = _level(tuple(n[0].tolist()), self.friction)
+            edges[:] = _level(tuple(n[0].tolist()), self.friction, self.along)
             return edges
-        return _pyramids(n, self.friction)
+        return _pyramids(n, self.friction, self.along)
 
 
-def _pyramids(n: Float[Array, "k 3"], friction: float) -> Float[Array, "k 3 n_edges"]:
+def _pyramids(n: Float[Array, "k 3"], friction: float, along: float) -> Float[Array, "k 3 n_edges"]:
     """Return the edges of pyramids about normals."""
-    aside = friction * _ASIDE
+    corner = _CORNER + along
+    aside = friction * np.array([np.cos(corner), np.sin(corner)])
     # Of any normal, two directions across it (Duff et al., 2017).
     sign = np.where(n[:, 2] < 0, -1.0, 1.0)
     level = n[:, :2].copy()
     level[:, 0] *= sign
-    along = level @ aside
+    rise = level @ aside
     edges = np.empty((len(n), 3, EDGES))
-    edges[:, :2] = n[:, :2, None] * (1.0 - along / (sign + n[:, 2])[:, None])[:, None]
+    edges[:, :2] = n[:, :2, None] * (1.0 - rise / (sign + n[:, 2])[:, None])[:, None]
     edges[:, 0] += aside[0]
     edges[:, 1] += sign[:, None] * aside[1]
-    edges[:, 2] = n[:, 2, None] - along
+    edges[:, 2] = n[:, 2, None] - rise
     return edges
 
 
 @lru_cache(maxsize=8)
-def _level(normal: tuple[float, float, float], friction: float) -> Float[Array, "1 3 n_edges"]:
+def _level(
+    normal: tuple[float, float, float], friction: float, along: float
+) -> Float[Array, "1 3 n_edges"]:
     """Return the pyramid of level ground, which is everywhere the same."""
-    return _pyramids(np.array([normal]), friction)
+    return _pyramids(np.array([normal]), friction, along)
 
 
 def wrenches(points: RigidPoints, edges: Float[Array, "k 3 n_edges"]) -> Float[Array, "d m"]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from plantigrade.control.balance.controller import kept_from_stops
 from plantigrade.control.balance.step import (
     BEYOND,
     LANDS,
@@ -109,12 +110,30 @@ def test_a_swing_arrives_where_it_is_planned():
     assert abs(place[2]) < 0.01
 
 
+def test_joints_near_a_stop_are_slowed_and_not_led_away_from_it():
+    stops, rates = np.array([[-1.0] * 5, [1.0] * 5]), np.array([0.0, 0.0, -2.0, 0.0, 2.0])
+    angles = np.array([0.0, -0.95, -0.95, -1.05, 0.95])
+    asked, weight = np.full(5, 3.0), np.full(5, 0.5)
+    kept_from_stops(stops, angles, rates, asked, weight)
+    assert (asked[0], weight[0]) == (3.0, 0.5)  # far from both
+    assert asked[1] == 3.0 and weight[1] > 10.0  # at rest near one: as it was, but firmly
+    assert asked[2] > 50.0  # on its way into one: slowed
+    assert asked[3] == pytest.approx(20.0) and weight[3] == 100.0  # beyond one: led back
+    assert asked[4] == pytest.approx(-60.0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("towards", [0.0, 90.0, 180.0])
 def test_who_is_pushed_too_hard_steps(towards):
     """Afterwards the person is at rest, and the feet hardly push against each other."""
     person = Standing(formulation="stepping")
-    push = Push(force=130.0, duration=0.4, time=0.1, direction=np.deg2rad(towards))
+    # From the front: three times what is withstood without a step.
+    push = Push(
+        force=190.0 if towards == 180.0 else 130.0,
+        duration=0.4,
+        time=0.1,
+        direction=np.deg2rad(towards),
+    )
     world, balance = person((push,))
     state, opposing = world.reset(), []
     while world.time < 5.5 and world.fall is None:  # as long as the table of pushes watches

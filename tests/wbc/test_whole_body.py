@@ -48,6 +48,21 @@ def test_touched_places_move_as_the_engine_says(state):
     assert np.allclose(bias, state.bias_acceleration(points), atol=1e-10)
 
 
+@pytest.mark.parametrize("way", [0.0, 0.4, 2.0])
+def test_a_pyramid_has_the_whole_friction_along_its_corners(way):
+    normal, ahead = np.array([[0.0, 0.0, 1.0]]), np.array([np.cos(way), np.sin(way), 0.0])
+    for n in (normal, np.repeat([[0.6, 0.0, 0.8], [0.0, 0.0, 1.0]], [1, 1], axis=0)):
+        where = Touching(np.ones(len(n), dtype=int), np.zeros((len(n), 3)), n, 0.5, along=way)
+        flat = where.edges()[-1]
+        assert (ahead @ flat).max() == pytest.approx(0.5)
+        assert np.allclose(np.linalg.norm(flat[:2], axis=0), 0.5)
+        steep = where.edges()[0]
+        assert np.allclose(n[0] @ steep, 1.0)
+        assert np.allclose(np.linalg.norm(steep - n[0][:, None], axis=0), 0.5)
+    between = Touching(np.ones(1, dtype=int), np.zeros((1, 3)), normal, 0.5).edges()[0]
+    assert between[0].max() == pytest.approx(0.5 / np.sqrt(2.0))
+
+
 def test_torques_and_forces_give_the_accelerations(state):
     human, where = state.human, touching(state)
     program = WholeBody(human, armature=0.01)

@@ -7,6 +7,7 @@ can give, inside friction cones and therefore with the centre of pressure inside
 support, and with torques that the person has (:mod:`plantigrade.wbc.whole_body`).
 """
 
+from dataclasses import replace
 from math import hypot
 
 import numpy as np
@@ -32,7 +33,7 @@ FOOT_DAMPING, FOOT_STIFFNESS = 0.5, 30.0
 SHIFTING = 0.1
 """How fast the centre of mass is led to where a target has it [m/s]."""
 NEAR_STOP, STOP, STOP_GAIN = 0.15, 100.0, 400.0
-"""So near to its stop a joint is led away from it [rad], by what weight, and stiffness [1/s²]."""
+"""So near to its stop a joint is slowed [rad], by what weight at the stop, and stiffness [1/s²]."""
 STEPPED_GAIN, STEPPED_LEVEL = 800.0, 10.0
 """Stiffness with which points come to the ground once there were steps [1/s²], and their weight:
 the heel of a foot that trails in a long stance cannot, and must not outweigh balance."""
@@ -109,8 +110,12 @@ class Balance:
             self.recovery.feel(state)
             standing = self.recovery.look(state, standing)
         points = body.rigid_points(standing.touching.body, standing.touching.place)
+        centre, touching = self._centre(body, wanted, standing), standing.touching
+        if self.recovery.stepped:  # the whole friction where it stops the body
+            way = centre.right[:2]
+            touching = replace(touching, along=float(np.arctan2(way[1], way[0])))
         tasks = [
-            self._centre(body, wanted, standing),
+            centre,
             momentum_rows(body, w),
             self._held(standing, wanted, points),
             *self._lowered(state, wanted, standing),
@@ -126,13 +131,13 @@ class Balance:
             weight[6:][self.recovery.spine] = SPINE
         tracked = self._tracked(body, wanted, gain)
         if self.recovery.stepped:
-            self._kept_from_stops(state, tracked, weight)
+            kept_from_stops(self._stops, state.angles, state.rates, tracked[6:], weight[6:])
         dear = wanted.dear[standing.site] if isinstance(wanted.dear, np.ndarray) else wanted.dear
         cost = np.where(wanted.presses[standing.site], w.force * dear, w.unasked)
         passive = world.actuators.passive(state.angles, state.rates)
         answer = self.program.solve(
             body,
-            standing.touching,
+            touching,
             [t for t in tasks if t is not None],
             wanted=tracked,
             weight=weight,
@@ -164,15 +169,6 @@ class Balance:
             legs = self.recovery.legs
             off[6:][legs] = (self.recovery.settled - body.qpos[7:])[legs]
         return wanted.qacc + gain * off + self._slowing * slow
-
-    def _kept_from_stops(self, state: State, asked: Array, weight: Array) -> None:
-        """Let joints at a stop not be asked to go on: the program does not know of stops."""
-        low, high = self._stops[0] + NEAR_STOP, self._stops[1] - NEAR_STOP
-        q = state.angles
-        off = np.where(q < low, low - q, np.where(q > high, high - q, 0.0))
-        at = off != 0.0
-        asked[6:][at] = STOP_GAIN * off[at] - 2 * np.sqrt(STOP_GAIN) * state.rates[at]
-        weight[6:][at] = STOP
 
     def _centre(self, body: BodyState, wanted: Wanted, standing: Standing) -> Rows:
         """Return the rows of the centre of mass."""
@@ -241,3 +237,32 @@ def momentum_rows(body: BodyState, weights: Weights) -> Rows:
     asked = -weights.momentum_damping / body.mass * body.angular_momentum
     asked -= lever @ body.bias[:6]
     return Rows(lever @ body.mass_matrix[:6], asked, weights.momentum)
+
+
+def kept_from_stops(
+    stops: Float[Array, "2 n"],
+    angles: Float[Array, " n"],
+    rates: Float[Array, " n"],
+    asked: Float[Array, " n"],
+    weight: Float[Array, " n"],
+) -> None:
+    """Let joints near a stop not run into it, in place: the program does not know of stops.
+
+    They are slowed so that they would come to rest at it, the more firmly the nearer they are, and
+    not led away from it: a leg that stands far behind has its ankle there, and would push the body
+    over.
+
+    Args:
+        stops: Least and greatest angle of every joint [rad].
+        angles: Where the joints are [rad].
+        rates: How fast they are [rad/s].
+        asked: Their wanted accelerations [rad/s²].
+        weight: Of those.
+    """
+    low, high = stops
+    slowing = 2 * np.sqrt(STOP_GAIN) * rates
+    least, most = STOP_GAIN * (low - angles) - slowing, STOP_GAIN * (high - angles) - slowing
+    near = 1.0 - np.minimum(angles - low, high - angles) / NEAR_STOP
+    at = near > 0.0
+    asked[at] = np.minimum(np.maximum(asked, least), most)[at]
+    weight[at] = np.maximum(weight, STOP * np.minimum(near, 1.0) ** 2)[at]
