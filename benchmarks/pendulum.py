@@ -1,9 +1,9 @@
 """Walking by a pendulum: 20 ms of simulated time, and what takes them.
 
 A textbook walk of a person of 43 coordinates is carried out at the controller's own rates, with
-commands that hold for 5 ms, for its own tick and for 20 ms. Filter is the look at the soles, phase
-and the plan of the step; tracking what is wanted of the body; program the torques and forces for
-it; physics all that the world does. The paper took 13.55 ms, on a machine of 2008.
+commands that hold for 5 ms, which is its own tick, for 10 and for 20 ms. Filter is the look at the
+soles, phase and the plan of the step; tracking what is wanted of the body; program the torques and
+forces for it; physics all that the world does. The paper took 13.55 ms, on a machine of 2008.
 """
 
 import time
@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from plantigrade.control.pendulum import Pendulum, walk_of
-from plantigrade.control.pendulum.controller import TICK
 from plantigrade.experiments.table import Row, at_most
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
@@ -21,7 +20,11 @@ from plantigrade.motion import Motion
 from plantigrade.record import Record
 from plantigrade.world import World
 
-GOALS = {0.005: 6.0, TICK: 6.0, 0.020: 2.0}  # tick [s] → median of 20 ms of simulated time [ms]
+GOALS: dict[float, float | None] = {
+    0.005: 6.0,
+    0.010: None,
+    0.020: 2.0,
+}  # tick [s] → median of 20 ms of simulated time [ms]
 TAIL = 2.0  # 99th percentile by the median
 SPAN, SECONDS = 0.02, 6.0  # [s]
 PARTS = ("filter", "tracking", "program", "physics")
@@ -35,7 +38,11 @@ def rows() -> Iterator[Row]:
         subject = f"pendulum, 43 coordinates, tick of {1e3 * tick:g} ms"
         whole = spent.sum(axis=1)
         middle = float(np.median(whole))
-        yield at_most(subject, "20 ms, median", middle, goal, "ms")
+        if goal is None:
+            yield Row(subject, "20 ms, median", middle, "ms")
+        else:
+            yield at_most(subject, "20 ms, median", middle, goal, "ms")
+        yield Row(subject, "fastest twentieth", float(np.percentile(whole, 5)), "ms")
         yield at_most(subject, "99th percentile by the median",
                       float(np.percentile(whole, 99)) / middle, TAIL, "")  # fmt: skip
         for name, part in zip(PARTS, spent.T, strict=True):

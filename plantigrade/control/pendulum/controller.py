@@ -62,7 +62,7 @@ throw who lands low into the air again."""
 STILL = np.zeros(3)
 AXES = np.eye(2)
 """The walk's way: ahead and to the left, as columns."""
-TICK = 0.010
+TICK = 0.005
 """So long a command holds, unless a sole touches the ground or leaves it [s]; looked for at every
 control step."""
 WALKS = 10.0
