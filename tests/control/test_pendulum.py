@@ -23,9 +23,11 @@ from plantigrade.control.pendulum.pendulum import (
     struck,
     swung,
 )
+from plantigrade.control.pendulum.swing import SwingPath
 from plantigrade.control.pendulum.velocities import BoxProgram, bell
 from plantigrade.control.pendulum.wanted import tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
+from plantigrade.control.replay.gait import Foot
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
@@ -413,3 +415,30 @@ def test_another_law_ground_or_person_is_refused(walk):
     other = World(Human.create(1.7, 65.0, joints="66"), recording=False)
     with pytest.raises(ParameterError, match="degrees of freedom"):
         Pendulum(walk)(other.reset())
+
+
+def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands():
+    own = Foot("l", 1, False, touchdown=0.4, lifted=0.0)
+    goal, still = np.array([0.6, 0.0]), np.zeros(3)
+
+    def heights(level):
+        path = SwingPath(0.9)
+        path.stands(np.zeros(3))
+        found = []
+        for u in np.linspace(0.0, 1.0, 401):
+            place = np.array([0.6 * u, 0.0, 0.0])
+            pace = still + [0.6 / 0.4, 0.0, 0.0]
+            found.append(path.height(own, 0.4 * u, 1.0, place, pace, goal, level, None))
+        return np.array(found).T
+
+    high, speed = heights(lambda place: 0.1 if 0.3 < place[0] < 0.5 else 0.0)
+    assert high[0] == high[-1] == 0.0
+    assert high[160:260].min() > 0.1  # toes are over the edge before the ankle is
+    # It is told how fast it rises: else it comes late.
+    np.testing.assert_allclose(np.gradient(high, 0.001)[2:-2], speed[2:-2], atol=0.06)
+    up, _ = heights(lambda place: 0.1 if place[0] > 0.5 else 0.0)
+    assert up[-1] == pytest.approx(0.1) and up[200] > 0.095
+    slope, rises = heights(lambda place: 0.1 * place[0])
+    np.testing.assert_allclose(slope[[0, -1]], [0.0, 0.06])
+    plane, _ = heights(lambda place: 0.0)
+    np.testing.assert_allclose(slope - plane, np.linspace(0.0, 0.06, 401), atol=1e-9)

@@ -13,6 +13,7 @@ from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan
+from plantigrade.control.pendulum.swing import SwingPath
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
@@ -51,11 +52,6 @@ SINKS, RISES = -3.0, 4.0
 falls can neither press nor step, and who is thrown up neither."""
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
-CLEAR = 0.012
-"""A foot is swung so much higher than recorded, in the middle: recorded toes pass the ground within
-millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
-LIFT = 0.02
-"""And so much by how fast it is led elsewhere [s]."""
 BACK = (-3.0, 4.0)
 """Limits of the vertical acceleration that leads back to the recorded height [m/s²]: more would
 throw who lands low into the air again."""
@@ -195,6 +191,9 @@ class Pendulum:
         self.hold = Hold(self.tick, 1.0 / self._world.control_rate, nv)
         tick = 2.0 * self.hold.half
         self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, tick)
+        self.paths = [SwingPath(self.leg) for _ in gait.feet]
+        for path, at in zip(self.paths, body.origins[self.feet], strict=True):
+            path.stands(at)
         self.landing, self._clock = None, phase
         ref, foot = self.reference.at(phase), body.origins[self.feet]
         for i, own in enumerate(gait.feet):
@@ -305,10 +304,12 @@ class Pendulum:
             push = tilt @ (rate**2 * ref["turn_acceleration"][i])
             across = normal if own.stands else None
             rows.append(turn_rows(J[:3], bias[:3], speed[:3], error, goal, push, across))
-            if not own.stands:
+            if own.stands:
+                self.paths[i].stands(foot[i])
+            else:
                 place, pace, push = self._swing(own, i, ref, rate, foot)
                 rows.append(place_rows(J[3:], bias[3:], speed[3:], place - foot[i], pace, push))
-            elif own.touchdown >= newest and not (self.side_of[active] == i).any():
+            if own.stands and own.touchdown >= newest and not (self.side_of[active] == i).any():
                 # What carries has lost the ground: it is led back there.
                 gap = -float(height[self.of_side[i]].min()) * normal
                 rows.append(place_rows(J[3:], bias[3:], speed[3:], gap, STILL, STILL))
@@ -398,13 +399,13 @@ class Pendulum:
         place[:2] += own.swing.offset
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
-        clear = CLEAR * self.leg + LIFT * min(hypot(*own.swing.velocity), 2.0)
-        lasts = max(own.touchdown - own.lifted, 1e-3)
-        u = min(max((self.gait.phase - own.lifted) / lasts, 0.0), 1.0)
-        place[2] += self._level(place) + 4.0 * clear * u * (1.0 - u)
-        pace[2] += 4.0 * clear * (1.0 - 2.0 * u) * rate / lasts
-        n = self.ground.normal_at(place)
-        pace[2] -= (n[:2] @ pace[:2]) / n[2]
+        goal = None if self.landing is None else self.landing.place
+        plane = None if self.ground.uneven or self.ground.steps else self.normal
+        high, rises = self.paths[i].height(
+            own, self.gait.phase, rate, place, pace, goal, self._level, plane
+        )
+        place[2] += high
+        pace[2] += rises
         if own.lowered:
             place[2] -= own.lowered
             pace[2] = -0.4
