@@ -18,6 +18,9 @@ KEPT = (  # of the reproduced gait's figures, in those of the demo
     "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "contact_drift_max_mm",
     "sole_lowest_mm", "cycles_count",
 )  # fmt: skip
+PUSHED = "-pushed"
+PUSH, SLOWER, LASTS = "100,0.2,90,1.5", 0.8, 4.0
+"""The push of the last part; its walk by that of the recording, and how long it is [s]."""
 NAME, BESIDE, RECORDING = "demo", "-reproduced", "textbook_walk.c3d"
 COMPARED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
@@ -28,7 +31,8 @@ class Command(Person, RunOptions):
 
     A published mean walk is put on a person, written as a marker recording with the faults of a
     real one, read back, fitted, and held against the truth. Then the gait is rebuilt from a few
-    ordered tasks and held against the recorded one.
+    ordered tasks and held against the recorded one. At last the person walks in the physical
+    world, and is pushed.
     """
 
     activity = "walking"
@@ -40,7 +44,7 @@ class Command(Person, RunOptions):
     """Seed of the faults of the recording."""
 
     def run(self) -> Outcome:
-        """Walk, record, fit, reproduce."""
+        """Walk, record, fit, reproduce, walk on."""
         import shlex
         import tempfile
         import time
@@ -53,13 +57,14 @@ class Command(Person, RunOptions):
         from plantigrade.workflows import reproduce as reproducing
         from plantigrade.workflows.save import save
         from plantigrade.workflows.settings import ReproduceSettings
+        from plantigrade.workflows.simulate import simulate
         from plantigrade.workflows.textbook import recorded, textbook_walk
 
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet)
         if self.out is not None or self.overwrite:
             out = self.out or RUNS / NAME
-            for folder in (out, out.with_name(out.name + BESIDE)):
+            for folder in (out, *(out.with_name(out.name + end) for end in (BESIDE, PUSHED))):
                 refuse_existing(folder, self.overwrite)
         told = {"command": command_line(), "seed": self.seed}
         human = Person(**{**self.known, "joints": self.joints or "42"}).human()
@@ -78,10 +83,26 @@ class Command(Person, RunOptions):
                 gait = reproducing.run_of(
                     recording, trial, settings, title="Textbook walk, reproduced", **told
                 )
+        with progress.step("walking in the physical world, pushed"):
+            pushed = simulate(
+                fitted,
+                controller="pendulum",
+                speed=f"{SLOWER * self.speed:.3g}",
+                push=(PUSH,),
+                duration=LASTS,
+                command=told["command"],
+            )
+            pushed = replace(pushed, title="Textbook walk, pushed")
         more = {f"reproduced_{k}": gait.figures[k] for k in KEPT if k in gait.figures}
         fitted = replace(
             fitted,
-            figures={**fitted.figures, **more, **errors(walk, trial)},
+            figures={
+                **fitted.figures,
+                **more,
+                **errors(walk, trial),
+                "pushed_on_feet": pushed.figures["on_feet"],
+                "pushed_speed_at_end_m_s": pushed.figures["speed_at_end_m_s"],
+            },
             seconds={"demo": time.perf_counter() - started},
             name=NAME,
         )
@@ -90,12 +111,17 @@ class Command(Person, RunOptions):
             out = fitted.folder or Path()
             rebuilt = out.with_name(out.name + BESIDE)
             save(gait, rebuilt, overwrite=self.overwrite)
+            walked = out.with_name(out.name + PUSHED)
+            save(pushed, walked, overwrite=self.overwrite)
         metrics, kept_file = fitted.metrics, shlex.quote(str(out / RECORDING))
         text = (
             f"{fit.summary(out, metrics)}\n  against the truth, joint angles off by "
             f"{metrics['angle_error_mean_deg']:.1f}° (offset removed "
             f"{metrics['angle_error_offset_removed_deg']:.1f}°)\n"
             f"{reproduce.summary(rebuilt, gait.metrics)}\n"
+            f"{walked}: pushed by 100 N for 0.2 s in the physical world, "
+            f"{'it walks on' if pushed.ok else pushed.status}\n"
+            f"  viewer           {walked / 'viewer.html'}\n"
             f"next, the same recording by itself, and then your own:\n"
             f"  plantigrade fit {kept_file}\n"
             f"  plantigrade reproduce {kept_file}"

@@ -7,7 +7,7 @@ middle of a step. What is to be drawn lies in :attr:`Session.frame`, which is re
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Protocol, runtime_checkable
 
@@ -22,7 +22,7 @@ from plantigrade.live.hand import Hand, Rope
 from plantigrade.live.slope import Slope
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
-from plantigrade.world import Controller, Disturbance, Target, World
+from plantigrade.world import Controller, Disturbance, Load, Target, World
 from plantigrade.world.offers import drawings_of, targets_of
 from plantigrade.world.scene import GROUND
 
@@ -59,11 +59,13 @@ class Cast:
         world: The world, with the disturbances that it was asked to have.
         controller: Returns a new controller of a name.
         slope: The plate by which its ground tilts; None where the ground is not level.
+        load: What the person has on the back.
     """
 
     world: World
     controller: Callable[[str], Controller]
     slope: Slope | None
+    load: Load = field(default_factory=lambda: Load(0.0))
 
 
 @runtime_checkable
@@ -226,6 +228,16 @@ class Session:
         self._cast.slope.wanted = np.array([ahead, left])
 
     @property
+    def load(self) -> float:
+        """What the person has on the back [kg]."""
+        return self._load
+
+    def carry(self, mass: float) -> None:
+        """Give the person another load [kg]."""
+        self._cast.load.carry(self.world, mass)
+        self._load = mass
+
+    @property
     def friction(self) -> float:
         """Friction of the ground."""
         return self._friction
@@ -257,6 +269,7 @@ class Session:
         self._roughest = 0.0
         self._state = cast.world.reset()
         self.rub(cast.world.ground.friction)
+        self._load = cast.load.mass
         self.frame = self._look()
 
     def _step(self) -> None:
@@ -264,7 +277,11 @@ class Session:
         if world.diverged is not None or world.time > self.until - 1e-9:
             self.paused = True
             return
-        self._hand.said = {"live.friction": self._friction, **self._set()}
+        self._hand.said = {
+            "live.friction": self._friction,
+            "live.load": self._load,
+            **self._set(),
+        }
         try:
             self._state = world.step(self._controller(self._state))
         except PlantigradeError as error:  # of the controller's command

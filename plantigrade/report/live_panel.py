@@ -81,6 +81,10 @@ class Panel:
                 "Joint set", [*JOINT_SETS], initial_value=session.choice.joints
             )
             gui.add_markdown("Another body stands, at rest, where this one is.")
+            self._load = gui.add_slider(
+                "Load on the back [kg]", 0.0, max(40.0, session.load), 1.0, session.load
+            )
+        self._load.on_update(lambda event: event.client is None or self._carry())
         for box in (self._controller, self._feet, self._joints):
             box.on_update(lambda event: event.client is None or self._choose())
         with gui.add_folder("Show"):
@@ -131,7 +135,7 @@ class Panel:
             self._feet.value, self._joints.value = session.choice.feet, session.choice.joints
         if session.targets != self._of:
             self._offer(session.targets)
-        ground = [(self._friction, session.friction)]
+        ground = [(self._friction, session.friction), (self._load, session.load)]
         if session.slope_wanted is not None:
             ground += zip((self._slope, self._cross), np.rad2deg(session.slope_wanted), strict=True)
         for slider, value in ground:
@@ -185,6 +189,10 @@ class Panel:
     def _rub(self) -> None:
         friction = float(self._friction.value)
         self._ask(lambda: self.session.rub(friction))
+
+    def _carry(self) -> None:
+        mass = float(self._load.value)
+        self._ask(lambda: self.session.carry(mass))
 
     def _choose(self) -> None:
         wanted = Choice(self._controller.value, self._feet.value, self._joints.value)

@@ -33,6 +33,7 @@ from plantigrade.world import (
     Controller,
     Disturbance,
     FloorShift,
+    Load,
     Push,
     Rope,
     ThrownBox,
@@ -100,6 +101,7 @@ def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
         *(Push.written(word) for word in how.push),
         *(Rope.written(word) for word in how.rope),
         *(ThrownBox.written(word) for word in how.box),
+        *((Load(how.load),) if how.load else ()),
     )
     plate = None if how.ground is None else platform_named(how.ground)
     if how.shift is not None:

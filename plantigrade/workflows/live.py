@@ -25,7 +25,7 @@ from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.simulate import run_of
-from plantigrade.world import Controller, Disturbance, Platform
+from plantigrade.world import Controller, Disturbance, Load, Platform
 
 BY_HAND = (
     "A live session: what was pushed by hand is a contact site of its own (push_…); friction and "
@@ -82,7 +82,9 @@ class Stage:
         if place is not None:
             begin = replace(begin, motion=None, record=None, place=place)
         slope = Slope() if self._level else None
-        acting = (*(() if slope is None else (slope,)), *self.acting, hand)
+        load = next((d for d in self.acting if isinstance(d, Load)), Load(0.0))
+        others = (d for d in self.acting if d is not load)
+        acting = (*(() if slope is None else (slope,)), load, *others, hand)
 
         def controller(name: str) -> Controller:
             own = self.own if name == self.choice.controller else None
@@ -91,7 +93,7 @@ class Stage:
 
         world = world_of(begin, self.otherwise, self.how, acting, controller(choice.controller))
         self.begin = begin
-        return Cast(world=world, controller=controller, slope=slope)
+        return Cast(world=world, controller=controller, slope=slope, load=load)
 
 
 def another(human: Human, feet: str, joints: str) -> Human:

@@ -136,6 +136,7 @@ class SimulateSettings(FitSettings):
         "delay": (0, 0.5, "s"),
         "sensor_noise_deg": (0, 10, "deg"),
         "start_noise": (0, 10, "rad/s, m/s"),
+        "load": (0, 60, "kg"),
         "seed": SEEDS,
     }
 
@@ -172,6 +173,8 @@ class SimulateSettings(FitSettings):
     """How long a motor takes from nothing to its greatest torque [s]; at once if zero."""
     stiffness: float = 1.0
     """Stiffness of posture and stable-pd; 1 is four times the strength of a joint per radian."""
+    load: float = 0.0
+    """Pack on the back, of which the controller does not know [kg]."""
     mass_error_pct: float = 0.0
     """So much heavier is the person than the controller knows [%]; lighter if negative."""
     friction: Number = None

@@ -168,6 +168,7 @@ def _sentence(
         for what, words in kinds.items()
         if words
     )
+    pushes += f", with {how.load:g} kg on the back" if how.load else ""
     pushes += (", on a floor that shifts" if how.shift else "") + otherwise
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "

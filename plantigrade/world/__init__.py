@@ -9,6 +9,7 @@ What is named here is public: a :class:`World` with a ``controller(state) -> com
 from plantigrade.world.command import PD, Acceleration, Command, StablePD, Torque
 from plantigrade.world.disturbance import Disturbance, PhasePush, Push
 from plantigrade.world.falls import Fall
+from plantigrade.world.load import Load
 from plantigrade.world.offers import Drawing, Target
 from plantigrade.world.platform import FloorShift, Platform, Tilting
 from plantigrade.world.start import laid, on_ground, standing_on
@@ -26,6 +27,7 @@ __all__ = [
     "Drawing",
     "Fall",
     "FloorShift",
+    "Load",
     "PhasePush",
     "Platform",
     "Push",

@@ -45,6 +45,8 @@ def test_it_is_whole(first, runs):
     assert {p.name for p in (runs / "demo").iterdir()} == FILES | {KEPT}
     assert set(first["files"]) == FILES - {"metrics.json"} | {KEPT}
     assert first["status"] == "ok"
+    assert first["pushed_on_feet"] and first["pushed_speed_at_end_m_s"] > 0.5
+    assert (runs / "demo-pushed" / "viewer.html").is_file()
 
 
 @pytest.mark.slow

@@ -252,3 +252,22 @@ def test_a_controller_that_wants_commands_more_often_starts_anew(stage, monkeypa
     assert session.world.control_rate == 150.0 and session.world.time == pytest.approx(
         0.1, abs=0.01
     )
+
+
+def test_a_load_is_put_on_and_taken_off(session):
+    model, human = session.world.model, session.world.human
+    body = human.body(human.trunk)
+    own, place = float(model.body_mass[body]), model.body_ipos[body].copy()
+    inertia = np.sort(model.body_inertia[body])
+    session.carry(12.0)
+    assert session.load == 12.0
+    assert model.body_mass[body] == pytest.approx(own + 12.0)
+    moved = model.body_ipos[body] - place
+    assert moved == pytest.approx(12.0 / (own + 12.0) * np.array([-0.2, 0.0, 0.05]))
+    grown = model.body_inertia[body].sum() - inertia.sum()  # twice the reduced mass, squared arm
+    assert grown == pytest.approx(2 * own * 12.0 / (own + 12.0) * (0.2**2 + 0.05**2))
+    session.restart()
+    assert session.load == 0.0 and model.body_mass[body] == pytest.approx(own)
+    assert np.sort(model.body_inertia[body]) == pytest.approx(inertia)
+    with pytest.raises(ParameterError, match="load must be 0–60 kg"):
+        session.carry(200.0)

@@ -4,15 +4,19 @@ Ways are in the plane of the ground from where the walk starts: x ahead, y to th
 """
 
 from dataclasses import dataclass
-from math import atan2, hypot, pi, remainder
+from math import atan2, hypot, pi, remainder, tan
 
 import numpy as np
 
 from plantigrade.control.pendulum.manner import DEEPEST
 from plantigrade.errors import ParameterError
 
-AHEAD = 0.6
+AHEAD = 1.0
 """So far ahead of a walker on a way the place is that is walked to [m]: less turns sooner."""
+RADIUS = 2.0
+"""Of the turn at a corner [m]."""
+BRAKES = 0.8
+"""So far before the last point a walk begins to slow down [m]."""
 FASTEST = 5.0
 """Speeds above this are no walk [m/s]."""
 PATH = (
@@ -131,7 +135,7 @@ class Points:
             length = max(hypot(x1 - x0, y1 - y0), 1e-9)
             ahead = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / length
             last = self._leg == len(self.places) - 1
-            if ahead < length - (0.0 if last else self._early()):
+            if ahead < length - (min(BRAKES, 0.5 * length) if last else self._early()):
                 to = ahead + AHEAD
                 px, py = x0 + (x1 - x0) * to / length, y0 + (y1 - y0) * to / length
                 return atan2(py - y, px - x)
@@ -139,10 +143,11 @@ class Points:
         return None
 
     def _early(self) -> float:
-        """Return how far before a corner the next way is taken: half of it is still to go [m]."""
+        """Return how far before a corner its turn begins: as far as a circle needs [m]."""
         (x0, y0), (x1, y1), (x2, y2) = self.places[self._leg - 1 : self._leg + 2]
         turn = remainder(atan2(y2 - y1, x2 - x1) - atan2(y1 - y0, x1 - x0), 2.0 * pi)
-        return 0.5 * AHEAD * min(abs(turn), 1.0)
+        legs = hypot(x1 - x0, y1 - y0), hypot(x2 - x1, y2 - y1)
+        return min(RADIUS * tan(0.5 * min(abs(turn), 2.0)), *(0.5 * leg for leg in legs))
 
 
 Way = Bearings | Points
