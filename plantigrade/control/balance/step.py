@@ -43,9 +43,10 @@ OUTSIDE = -0.03
 """So far outside the support the capture point makes a step necessary [m]: it is not waited for to
 leave. A foot can be lifted only while the other one still carries, and a push to the side takes the
 load off the one that has to stand."""
-AHEAD, BACK, ASIDE, APART = 1.0, 0.9, 1.05, 0.17
+AHEAD, BACK, ASIDE, APART = 1.0, 0.72, 1.05, 0.17
 """How far a foot may be before, behind and beside the other, and how far beside it must be, of the
-length of a leg; the first three are half-axes of ellipses."""
+length of a leg; the first three are half-axes of ellipses. (A leg that stands farther behind has
+its hip at the stop, and pushes the body back over the other foot.)"""
 REACH = 0.7
 """How far a foot may be from under the centre of mass when it lands, of the length of a leg."""
 BEYOND = 0.12
