@@ -241,11 +241,12 @@ def test_what_was_learned_begins_a_policy_of_other_feet(policy, reference):
         carried_over(policy, other, Rules(reference=reference, form="paper"))
 
 
-def test_the_policy_of_the_package_walks():
-    """From two instants of the stride; with the feet that it names."""
-    policy = Policy.load(shipped("multi-segment"))
-    assert policy.reference.human.feet == "multi-segment" and policy.reference.human.model.nv == 66
-    assert shipped("multi-segment").stat().st_size < 2**20
+@pytest.mark.parametrize("feet", ["multi-segment", "two-segment", "rigid"])
+def test_the_policies_of_the_package_walk(feet):
+    """From two instants of the stride; with the feet that they name."""
+    policy = Policy.load(shipped(feet))
+    assert policy.reference.human.feet == feet and policy.reference.human.joints == "66"
+    assert shipped(feet).stat().st_size < 2**20
     assert (lasted(policy, Following(policy.rules, 2), 1.5) == 1.5).all()
     with pytest.raises(ParameterError, match="controller=learned walks on feet="):
         shipped("stilts")
