@@ -8,6 +8,7 @@ import numpy as np
 from plantigrade.extras import require
 from plantigrade.learn.environment import Walks
 
+require("stable_baselines3", "learn")
 _vec = require("stable_baselines3.common.vec_env", "learn")
 
 TERMS = ("pose", "velocity", "com", "ends")

@@ -5,6 +5,7 @@ is seen is normalised (``mean``, ``scale``), one stride of the reference (``refe
 ``about``, JSON with the person, the rules, the versions and how it was trained.
 """
 
+import hashlib
 import io
 import json
 import os
@@ -54,6 +55,14 @@ class Policy:
         """The walk that it follows."""
         assert isinstance(self.rules.reference, Reference)
         return self.rules.reference
+
+    @property
+    def digest(self) -> str:
+        """A word that changes with the network."""
+        found = hashlib.sha256()
+        for weight, bias in self.layers:
+            found.update(weight.tobytes() + bias.tobytes())
+        return found.hexdigest()[:12]
 
     def __call__(self, seen: Float[np.ndarray, "n size"]) -> Float[np.ndarray, "n k"]:
         """Return what it decides, one row for each of what is seen, within ±1."""

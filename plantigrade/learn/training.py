@@ -22,6 +22,7 @@ from plantigrade.learn.environment import Walks
 from plantigrade.learn.following import Following, Rules
 from plantigrade.learn.persons import Persons
 from plantigrade.learn.policy import CLIP, Policy, lasted
+from plantigrade.learn.transfer import carried_over
 
 _torch = require("torch", "learn")
 _sb3 = require("stable_baselines3", "learn")
@@ -57,6 +58,7 @@ class Learning:
         layers: Neurons of the hidden layers, of actor and critic.
         starts: From how many instants of the stride the goal is looked at.
         patience: Parts between two looks.
+        listening: Parts in which only the critic learns, where a policy is there to begin with.
     """
 
     persons: int = 64
@@ -73,6 +75,7 @@ class Learning:
     layers: tuple[int, ...] = (256, 128, 128)
     starts: int = 16
     patience: int = 4
+    listening: int = 1
 
     @property
     def part(self) -> int:
@@ -127,6 +130,7 @@ class Training:
         most: Training ends after so many decisions.
         how: How it learns.
         device: Of torch.
+        start: A policy to begin with, of any feet.
 
     Raises:
         ParameterError: If the checkpoint there is of another training.
@@ -148,6 +152,7 @@ class Training:
         most: int = 3_000_000,
         how: Learning | None = None,
         device: str = "cpu",
+        start: Policy | None = None,
     ):
         how = how or Learning()
         self.folder, self.seed, self.goal, self.most = Path(folder), seed, goal, most
@@ -179,6 +184,9 @@ class Training:
         self._learner.set_logger(_sb3.common.logger.Logger(None, []))
         self._rate = how.rate
         self._judged: Following | None = None
+        self._start = start
+        if start is not None:
+            self._begin_with(start)
         if (self.folder / CHECKPOINT).exists():
             self._take_up(self.folder / CHECKPOINT)
 
@@ -218,6 +226,7 @@ class Training:
         self._norm.seed(number)
         self._persons.count_anew()
         learner._last_obs = None  # so that all episodes start anew
+        self._let_actor_learn(self._start is None or index >= how.listening)
         learner.learn(how.part, callback=_Follow(self), reset_num_timesteps=False)
         self.follow()
         counted = self._persons
@@ -260,14 +269,12 @@ class Training:
 
     def policy(self) -> Policy:
         """Return the policy as it is now, without its noise."""
-        net = self._learner.policy
-        linear = [m for m in net.mlp_extractor.policy_net if isinstance(m, _torch.nn.Linear)]
         layers = tuple(
             (
                 m.weight.detach().cpu().numpy().T.copy(),
                 m.bias.detach().cpu().numpy().copy(),
             )
-            for m in (*linear, net.action_net)
+            for m in self._actor()
         )
         rms = self._norm.obs_rms
         return Policy(
@@ -280,8 +287,32 @@ class Training:
                 "seed": self.seed,
                 "torch": _torch.__version__,
                 "stable_baselines3": _sb3.__version__,
+                **({} if self._start is None else {"start": self._start.digest}),
             },
         )
+
+    def _begin_with(self, policy: Policy) -> None:
+        """Take over the actor of a policy, and its normalisation."""
+        human = self.following.reference.human
+        layers, mean, scale = carried_over(policy, human, self.following.settled)
+        with _torch.no_grad():
+            for module, (weight, bias) in zip(self._actor(), layers, strict=True):
+                module.weight.copy_(_torch.from_numpy(weight.T.copy()))
+                module.bias.copy_(_torch.from_numpy(bias))
+        rms = self._norm.obs_rms
+        rms.mean, rms.var = mean.astype(float), scale.astype(float) ** 2
+        rms.count = float(self.how.part)
+
+    def _actor(self) -> list[Any]:
+        """Return the layers of the actor."""
+        net = self._learner.policy
+        linear = [m for m in net.mlp_extractor.policy_net if isinstance(m, _torch.nn.Linear)]
+        return [*linear, net.action_net]
+
+    def _let_actor_learn(self, whether: bool) -> None:
+        own = [p for module in self._actor() for p in module.parameters()]
+        for parameter in (*own, self._learner.policy.log_std):
+            parameter.requires_grad_(whether)
 
     def _keep(self) -> None:
         """Write checkpoint, curve and policy."""
@@ -330,6 +361,7 @@ class Training:
             "ground": str(rules.ground),
             "human": reference.human.to_dict(),
             "period": reference.period,
+            "start": None if self._start is None else self._start.digest,
             **{f"learning.{k}": v for k, v in asdict(self.how).items()},
         }
 

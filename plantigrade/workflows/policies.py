@@ -34,6 +34,15 @@ def shipped(feet: str) -> Path:
     return path
 
 
+def file_of(word: str, feet: str | None = None) -> Path:
+    """Return the file of a policy by its word: ``learned``, for that of the package, or itself.
+
+    Raises:
+        ParameterError: If the package has none for such feet (multi-segment if absent).
+    """
+    return shipped(feet or "multi-segment") if word == LEARNED else Path(word)
+
+
 def policy_of(how: SimulateSettings) -> "PolicyController":
     """Return the policy that settings name.
 
@@ -43,12 +52,8 @@ def policy_of(how: SimulateSettings) -> "PolicyController":
     """
     from plantigrade.learn.controller import policy_named
 
-    known = dict(how.known)
-    word = str(how.controller)
-    if word == LEARNED:
-        path: Path = shipped(known.pop("feet", None) or "multi-segment")
-    else:
-        path = Path(word)
+    known, word = dict(how.known), str(how.controller)
+    path = file_of(word, known.pop("feet", None) if word == LEARNED else None)
     if known:
         raise ParameterError(
             f"a policy has its own person: leave out {', '.join(known)}, or train one for yours"

@@ -238,6 +238,8 @@ class TrainSettings(FitSettings):
     """State and action: those that learn in minutes, or as printed in the paper."""
     ground: OptionalWord = None
     """What is walked on while learning: flat, bumps:CM, … as for simulate."""
+    start: OptionalWord = None
+    """Policy to begin with, of any feet: a policy.npz, or learned, for the package's."""
     steps: int = 3_000_000
     """It ends after so many decisions, 30 of which are a second of walking."""
     goal: float = 20.0

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 from plantigrade.errors import ParameterError, RunExists
 from plantigrade.learn.following import Rules
 from plantigrade.learn.mirror import EVEN, unevenness
+from plantigrade.learn.policy import Policy
 from plantigrade.learn.reference import Reference
 from plantigrade.models import Human
 from plantigrade.options import as_path
 from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.fit import Step, fit_trial, silent
+from plantigrade.workflows.policies import file_of
 from plantigrade.workflows.settings import TrainSettings
 
 if TYPE_CHECKING:
@@ -80,13 +82,20 @@ def train(
     folder = as_path(out, "the folder of a training").expanduser()
     places = [folder / f"seed-{how.seed + i}" for i in range(how.seeds)]
     _claim(places, resume, overwrite)
+    start = None if how.start is None else Policy.load(file_of(how.start))
     rules = rules_of(source, how, step)
     taught = []
     for i, place in enumerate(places):
         place.mkdir(parents=True, exist_ok=True)
         seed = how.seed + i
         training = Training(
-            rules, place, seed=seed, goal=how.goal, most=how.steps, device=how.device
+            rules,
+            place,
+            seed=seed,
+            goal=how.goal,
+            most=how.steps,
+            device=how.device,
+            start=start,
         )
         training.run(lambda row, seed=seed: tell(seed, row))
         taught.append(Taught(seed, place, training.reached, training.curve[-1]))

@@ -11,6 +11,7 @@ from plantigrade.learn import Policy, PolicyController, Reference, Rules, Walk
 from plantigrade.learn.following import Following
 from plantigrade.learn.mirror import Mirror, unevenness
 from plantigrade.learn.policy import lasted
+from plantigrade.learn.transfer import carried_over
 from plantigrade.learn.view import View
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
@@ -214,11 +215,38 @@ def test_a_policy_is_simulated_like_any_controller(policy, tmp_path):
         simulate(controller="nothing.npz")
 
 
-def test_the_policy_of_the_package_walks():
-    """From two instants of the stride; with the feet that it names."""
-    policy = Policy.load(shipped("multi-segment"))
-    assert policy.reference.human.feet == "multi-segment" and policy.reference.human.model.nv == 66
-    assert shipped("multi-segment").stat().st_size < 2**20
+def test_what_was_learned_begins_a_policy_of_other_feet(policy, reference):
+    """Bodies and hinges are found by their names; the toes are nobody's to begin with."""
+    same, mean, scale = carried_over(policy, SMALL, policy.rules)
+    for mine, theirs in zip(same, policy.layers, strict=True):
+        np.testing.assert_array_equal(mine[0], theirs[0])
+        np.testing.assert_array_equal(mine[1], theirs[1])
+    other = Human.create(1.7, 65.0, "female", "42", "rigid")
+    layers, mean, scale = carried_over(policy, other, policy.rules)
+    n, m = len(other.body_names), len(SMALL.body_names)
+    assert n < m and layers[0][0].shape == (15 * n + 9, 8) and len(mean) == len(scale) == 15 * n + 9
+    mine, theirs = other.body_names.index("foot_r"), SMALL.body_names.index("foot_r")
+    for block in (0, 4):
+        np.testing.assert_array_equal(
+            layers[0][0][3 * (block * n + mine)], policy.layers[0][0][3 * (block * m + theirs)]
+        )
+    back, *_ = carried_over(
+        Policy(layers=layers, mean=mean, scale=scale, about={},
+               rules=Following(Rules(reference=Reference.textbook(other), gains=True)).settled),
+        SMALL, policy.rules,
+    )  # fmt: skip
+    toes = SMALL.body_names.index("toes_r")
+    assert (back[0][0][3 * toes] == 0.0).all() and (back[0][0][3 * theirs] != 0.0).any()
+    with pytest.raises(ParameterError, match="form='lean'"):
+        carried_over(policy, other, Rules(reference=reference, form="paper"))
+
+
+@pytest.mark.parametrize("feet", ["multi-segment", "two-segment", "rigid"])
+def test_the_policies_of_the_package_walk(feet):
+    """From two instants of the stride; with the feet that they name."""
+    policy = Policy.load(shipped(feet))
+    assert policy.reference.human.feet == feet and policy.reference.human.joints == "66"
+    assert shipped(feet).stat().st_size < 2**20
     assert (lasted(policy, Following(policy.rules, 2), 1.5) == 1.5).all()
     with pytest.raises(ParameterError, match="controller=learned walks on feet="):
         shipped("stilts")

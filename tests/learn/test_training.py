@@ -48,6 +48,22 @@ def test_what_was_stopped_ends_in_the_same_policy(rules, tmp_path):
         Training(rules, parts, how=HOW)
 
 
+def test_it_begins_with_a_policy_and_listens_first(rules, tmp_path):
+    """In the first part only the critic learns."""
+    (tmp_path / "first").mkdir()
+    first = Training(rules, tmp_path / "first", most=32, how=HOW).run()
+    (tmp_path / "next").mkdir()
+    taught = Training(rules, tmp_path / "next", seed=3, most=32, how=HOW, start=first)
+    taught.run()
+    again = Training(rules, tmp_path / "next", seed=3, most=64, how=HOW, start=first)
+    same = taught.policy()
+    np.testing.assert_array_equal(same.layers[0][0], first.layers[0][0])
+    assert not np.allclose(again.run().layers[0][0], first.layers[0][0])
+    assert again.policy().about["start"] == first.digest
+    with pytest.raises(ParameterError, match="start differ"):
+        Training(rules, tmp_path / "next", seed=3, how=HOW)
+
+
 def test_the_policy_is_what_torch_computes_and_a_goal_ends_it(rules, tmp_path):
     """With a goal that everybody reaches it ends at the first look."""
     import torch

@@ -1,0 +1,79 @@
+"""The command train: what is missing, stopped, in the way or short of its goal is said."""
+
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from plantigrade.commands import main
+from plantigrade.errors import ParameterError
+from plantigrade.workflows import train as training
+from plantigrade.workflows.settings import TrainSettings
+
+ROW = SimpleNamespace(
+    decisions=20480, seconds=30.0, reward=0.7, pose=0.8, velocity=0.1, com=0.9, ends=0.3,
+    falls_per_minute=12.0, standing=3, lasted=11.5,
+)  # fmt: skip
+
+
+def test_without_the_extra_it_says_what_to_install(monkeypatch, tmp_path, capsys):
+    monkeypatch.delitem(sys.modules, "plantigrade.learn.training", raising=False)
+    monkeypatch.delitem(sys.modules, "plantigrade.learn.persons", raising=False)
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    out = tmp_path / "out"
+    assert main.main(["train", "--out", str(out)]) == main.BAD_INPUT
+    assert "pip install 'plantigrade[learn]'" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("reached", [True, False])
+def test_it_says_how_it_went_and_whether_the_goal_was_reached(
+    reached, monkeypatch, tmp_path, capsys
+):
+    def taught(source, settings, *, tell, **_):
+        assert settings.gains == "fixed" and settings.seeds == 1
+        tell(0, ROW)
+        return (training.Taught(0, tmp_path / "seed-0", reached, ROW),)
+
+    monkeypatch.setattr(training, "train", taught)
+    code = main.main(["train", "--gains", "fixed", "--out", str(tmp_path)])
+    said = capsys.readouterr()
+    assert code == (main.DONE if reached else main.NO_RESULT)
+    assert "12.0 falls a minute; 3 of 16 starts last, 11.5 s" in said.err
+    assert ("goal reached" in said.out) == reached and "simulate --controller" in said.out
+
+
+def test_what_is_stopped_says_how_to_go_on(monkeypatch, tmp_path, capsys):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(training, "train", stopped)
+    assert main.main(["train", "--out", str(tmp_path)]) == main.INTERRUPTED
+    assert "--resume" in capsys.readouterr().err
+
+
+def test_a_training_is_neither_lost_nor_mixed(tmp_path, capsys):
+    assert main.main(["train", "--resume", "--overwrite"]) == main.BAD_INPUT
+    assert "give one" in capsys.readouterr().err
+    (tmp_path / "seed-0").mkdir()
+    (tmp_path / "seed-0" / "curve.csv").write_text("decisions\n")
+    if "torch" in sys.modules or _there("torch"):
+        assert main.main(["train", "--out", str(tmp_path)]) == main.BAD_INPUT
+        assert "--resume to take it up" in capsys.readouterr().err
+
+
+def _there(name: str) -> bool:
+    from importlib.util import find_spec
+
+    return find_spec(name) is not None
+
+
+def test_the_rules_are_those_asked_for(tmp_path):
+    """An even stride is learned in the mirror, as printed it is not; a run has its own person."""
+    lean = training.rules_of(None, TrainSettings(joints="42", feet="rigid"))
+    assert lean.mirrored and lean.passive and lean.gains
+    assert lean.reference.human.height == 1.5 and lean.reference.human.feet == "rigid"
+    paper = training.rules_of(None, TrainSettings(joints="42", feet="rigid", form="paper"))
+    assert not paper.mirrored and not paper.passive
+    with pytest.raises(ParameterError, match="its own person"):
+        training.rules_of(tmp_path, TrainSettings(height=1.8))
