@@ -33,7 +33,7 @@ def test_every_controller_of_the_table_moves_a_person_and_is_in_the_manual(situa
     world = World(situation.human, rate=300.0, recording=False)
     told = USAGE.read_text("utf-8")
     names = told.split("`--controller {")[1].split("}`")[0].split(",")
-    assert names == list(CONTROLLERS)
+    assert names == [*CONTROLLERS, LEARNED]
     for name in CONTROLLERS:
         assert world.step(controller_named(name, situation)(world.reset())).time > 0.0
 
