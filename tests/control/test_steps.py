@@ -1,5 +1,7 @@
 """Recovery steps: planned on a pendulum, and taken in the world."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,6 +82,15 @@ def test_feet_stay_on_their_own_side_and_within_reach():
         off = step.place - FEET[1 - step.side]
         assert (-off[1] if step.side == 0 else off[1]) >= 0.1 * LEG
         assert np.linalg.norm(off) < 1.2 * LEG
+
+
+def test_a_foot_is_set_no_farther_behind_the_other_than_told():
+    far = np.array([[-2.0, FEET[1][1]]])
+    for back in (0.72, 0.9):
+        now = replace(pendulum((0.0, 0.0)), back=back)
+        ((x, _),) = within_reach(now, 1, far)
+        assert FEET[0][0] - x <= back * LEG + 1e-9
+        assert FEET[0][0] - x > 0.9 * back * LEG
 
 
 def test_the_foot_on_the_side_of_a_fall_is_set_there():

@@ -85,6 +85,7 @@ class Pendulum:
         leg: Length of a leg [m].
         pushed: What pushes besides the ground, as an acceleration [m/s²].
         lasts: So long it is taken to go on [s].
+        back: How far a foot may be behind the other, of the length of a leg.
     """
 
     com: Float[Array, " 2"]
@@ -96,6 +97,7 @@ class Pendulum:
     leg: float
     pushed: Float[Array, " 2"] = field(default_factory=lambda: np.zeros(2))
     lasts: float = LASTS
+    back: float = BACK
 
     @property
     def omega(self) -> float:
@@ -226,7 +228,7 @@ def _rests(now: Pendulum, lasts: float) -> Float[Array, " 2"]:
 
 def _grid(now: Pendulum, side: int) -> Float[Array, "k 2"]:
     """Return places beside the other foot among which the best is looked for."""
-    x = now.leg * np.linspace(-BACK, AHEAD, 8)
+    x = now.leg * np.linspace(-now.back, AHEAD, 8)
     y = now.leg * np.linspace(APART, ASIDE, 6)
     ahead, left = _axes(now)
     sign = -1.0 if side == 0 else 1.0
@@ -270,7 +272,7 @@ def _within(stands: Array, now: Pendulum, side: int, place: Array) -> Array:
     off = place - stands
     x, y = off @ ahead, np.maximum(sign * (off @ left), APART * now.leg)
     aside = (y - APART * now.leg) / ((ASIDE - APART) * now.leg)
-    size = np.hypot(x / (np.where(x > 0, AHEAD, BACK) * now.leg), aside)
+    size = np.hypot(x / (np.where(x > 0, AHEAD, now.back) * now.leg), aside)
     shrink = 1.0 / np.maximum(size, 1.0)
     y = APART * now.leg + (y - APART * now.leg) * shrink
     return stands + (x * shrink)[..., None] * ahead + sign * y[..., None] * left

@@ -33,6 +33,9 @@ WITHIN = -0.02
 UPRIGHT, FARTHEST = 0.2, 0.6
 """Feet farther than the first from under the centre of mass bend the legs, up to the second [leg
 lengths]."""
+BACK = 0.9
+"""How far a foot may be set behind the other [leg lengths]: farther than in balance, for here the
+heel of the leg behind may rise."""
 STRAIGHTENS = 0.3
 """Time constant with which legs straighten again once the motion takes the feet elsewhere [s]."""
 
@@ -120,7 +123,7 @@ class Catch:
         xi = com[:2] + velocity[:2] * np.sqrt(height / GRAVITY)
         feet = np.array([own[:, :2].mean(axis=0) for own in low])
         pressure = np.array([inside(own[:, :2], xi) for own in low])
-        return Pendulum(com[:2], velocity[:2], height, feet, pressure, ahead, self.leg)
+        return Pendulum(com[:2], velocity[:2], height, feet, pressure, ahead, self.leg, back=BACK)
 
     def _may(self, gait: Gait) -> bool:
         """Return whether the motion has no step of its own to offer."""
