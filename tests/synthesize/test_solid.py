@@ -98,6 +98,22 @@ def test_hands_that_the_row_keeps_apart_are_apart():
     assert np.median((distance - row)[kept]) < 0.025
 
 
+def test_hands_far_apart_have_second_derivatives():
+    import casadi as ca
+
+    human = Human.create(2.1, 100.0, joints="42")
+    family, n = arms(ContactBody(human, ()), 1), len(standing_posture(human))
+    q = ca.SX.sym("q", n)
+    row = family.function(q, ca.SX(n, 1), ca.SX(n, 1), ca.SX(0, 1), ca.SX(0, 1))[2]
+    hessian = ca.Function("hessian", [q], [row, ca.hessian(row, q)[0]])
+    spread = standing_posture(human)
+    for side in "rl":
+        spread[6 + human.hinge(f"arm_add_{side}")] = -np.pi / 2
+    distance, second = (np.array(x) for x in hessian(spread))
+    assert distance > 1.5 * UNIT
+    assert np.isfinite(second).all()
+
+
 @pytest.mark.parametrize("height, mass", [(1.0, 16.0), (1.45, 66.0), (1.61, 78.0), (2.0, 120.0)])
 def test_people_of_all_sizes_stand_with_their_arms_clear(height, mass):
     human = Human.create(height, mass, joints="42")

@@ -122,7 +122,8 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
             rows.append(UNIT * _least(ca, d))
         hands = [_arm(human, side)[-HAND:] for side in SIDES]
         d = [at.spheres(x, y) for x in hands[0] for y in hands[1]]
-        return ca.vertcat(*rows, UNIT * _least(ca, d))
+        # From one of them on: hands far apart leave nothing of the exponentials themselves.
+        return ca.vertcat(*rows, UNIT * (d[0] + _least(ca, [x - d[0] for x in d])))
 
     function = body.function(ARMS, expression)
     names = (*(f"distance of arm_{s}" for s in SIDES), "distance of the hands")
