@@ -44,7 +44,7 @@ class Policy:
         about: How it was trained: versions, seed, decisions.
     """
 
-    layers: tuple[tuple[Float[np.ndarray, "i o"], Float[np.ndarray, " o"]], ...]
+    layers: tuple[tuple[np.ndarray, np.ndarray], ...]
     mean: Float[np.ndarray, " size"]
     scale: Float[np.ndarray, " size"]
     rules: Rules

@@ -70,7 +70,7 @@ def test_a_script_that_ends_or_begins_in_the_air_is_refused(before, after, tmp_p
 def clocked(touches, falls):
     """Return the time of a reference that flies from 1.0 to 1.4 s, at 100 a second."""
     clock, times = FlightClock([(1.0, 1.4)]), np.arange(0.01, 2.5, 0.01)
-    return times, np.array([clock.at(float(t), touches(t), falls(t)) for t in times])
+    return times, np.array([clock.at(t, touches(t), falls(t)) for t in times.tolist()])
 
 
 def test_a_clock_jumps_to_a_landing_that_comes_early_and_not_to_toes_that_drag():

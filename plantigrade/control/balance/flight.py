@@ -40,7 +40,7 @@ class FlightClock:
     @property
     def airborne(self) -> bool:
         """Whether the reference is in a flight."""
-        return bool(self._flights) and self._time >= self._flights[0][0]
+        return bool(self._flights and self._time >= self._flights[0][0])
 
     def at(self, time: float, touches: bool, falls: bool) -> float:
         """Return the time of the reference.

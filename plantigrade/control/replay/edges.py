@@ -72,7 +72,7 @@ def on_one_side(
     Returns:
         The nearest such offset along the way; the wanted one if none is near.
     """
-    planned = ground.along(low.mean(axis=0) @ ground.to_world[:, 0])
+    planned = ground.along(np.asarray(low.mean(axis=0) @ ground.to_world[:, 0]))
     tried = offset + SEARCHED[:, None] * ahead
     there = low[None] + np.pad(tried, ((0, 0), (0, 1)))[:, None]
     x = (there @ ground.to_world)[..., 0]
