@@ -6,7 +6,6 @@ Secs. 6.2 and 6.3 and Fig. 8 of [Park2020]_, with every foot.
 from collections.abc import Iterator, Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from plantigrade.charts.figure import Figure
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.measured import Cases, Measured
 from plantigrade.experiments.page import Grid
-from plantigrade.experiments.table import ResultTable, Row, at_least
+from plantigrade.experiments.table import Row, at_least
 from plantigrade.experiments.walking import (
     CONTROLLERS,
     MASS,
@@ -25,10 +24,10 @@ from plantigrade.experiments.walking import (
     ROOMS,
     SPEED,
     brief,
-    chosen,
     figures,
     person,
     recorded,
+    runs,
 )
 from plantigrade.report.section import Section
 from plantigrade.threads import on_one_thread
@@ -292,21 +291,5 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
     )
 
 
-def run(
-    data: Path | None = None, *, controllers: Sequence[str] = (), **options: Any
-) -> ResultTable:
-    """Walk with every kind of foot.
-
-    Args:
-        data: Folder of recordings; synthesised walks without it.
-        controllers: Words of controllers (:func:`~plantigrade.workflows.walkers.make_named`).
-        options: As :meth:`~plantigrade.experiments.measured.Measured.run` takes it.
-
-    Raises:
-        ParameterError: If there is no such part or controller.
-        FileError: If what is kept cannot be shown.
-    """
-    return experiment(chosen(controllers), data).run(**options)
-
-
+run = runs(experiment)
 EXPERIMENT = experiment(CONTROLLERS, None)

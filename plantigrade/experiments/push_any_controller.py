@@ -6,7 +6,6 @@ One table a controller, ``--controller FILE.py:NAME`` for one from outside (docs
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.measured import Cases, Measured
 from plantigrade.experiments.page import Grid
 from plantigrade.experiments.push_map import FORCE, MASS, map_cases, maps, pictures, strengths
-from plantigrade.experiments.table import ResultTable, Row
-from plantigrade.experiments.walking import CONTROLLERS, ROOMS, chosen, walking
+from plantigrade.experiments.table import Row
+from plantigrade.experiments.walking import CONTROLLERS, ROOMS, runs, walking
 from plantigrade.workflows.tour import WAYPOINTS, tour
 
 TOURS, BEST = 10, 77.0
@@ -136,21 +135,5 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
     )
 
 
-def run(
-    data: Path | None = None, *, controllers: Sequence[str] = (), **options: Any
-) -> ResultTable:
-    """Run the benchmark.
-
-    Args:
-        data: Folder of recordings; a synthesised walk without it.
-        controllers: Words of controllers (:func:`~plantigrade.workflows.walkers.make_named`).
-        options: As :meth:`~plantigrade.experiments.measured.Measured.run` takes it.
-
-    Raises:
-        ParameterError: If there is no such part or controller.
-        FileError: If what is kept cannot be shown.
-    """
-    return experiment(chosen(controllers), data).run(**options)
-
-
+run = runs(experiment)
 EXPERIMENT = experiment(CONTROLLERS, None)

@@ -27,14 +27,14 @@ from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.measured import Cases, Measured
 from plantigrade.experiments.page import Grid
 from plantigrade.experiments.standing import Standing, stands
-from plantigrade.experiments.table import ResultTable, Row, at_least
+from plantigrade.experiments.table import Row, at_least
 from plantigrade.experiments.walking import (
     CONTROLLERS,
     HEIGHT,
     MASS,
     ROOMS,
-    chosen,
     person,
+    runs,
     walking,
 )
 from plantigrade.report.section import Section
@@ -341,21 +341,5 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
     )
 
 
-def run(
-    data: Path | None = None, *, controllers: Sequence[str] = (), **options: Any
-) -> ResultTable:
-    """Push a walk.
-
-    Args:
-        data: Folder of recordings; a synthesised walk, and no people, without it.
-        controllers: Words of controllers (:func:`~plantigrade.workflows.walkers.make_named`).
-        options: As :meth:`~plantigrade.experiments.measured.Measured.run` takes it.
-
-    Raises:
-        ParameterError: If there is no such part or controller.
-        FileError: If what is kept cannot be shown.
-    """
-    return experiment(chosen(controllers), data).run(**options)
-
-
+run = runs(experiment)
 EXPERIMENT = experiment(CONTROLLERS, None)

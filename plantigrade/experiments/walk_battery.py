@@ -17,16 +17,16 @@ from plantigrade.experiments.gait_walks import PEOPLE
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.measured import Cases, Measured
 from plantigrade.experiments.page import Grid
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, equal
+from plantigrade.experiments.table import Row, at_least, at_most, equal
 from plantigrade.experiments.walking import (
     CONTROLLERS,
     ROOMS,
     brief,
-    chosen,
     figures,
     own_walk,
     person,
     recorded,
+    runs,
     walking,
 )
 from plantigrade.workflows.harness import walk
@@ -344,21 +344,5 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
     )
 
 
-def run(
-    data: Path | None = None, *, controllers: Sequence[str] = (), **options: Any
-) -> ResultTable:
-    """Walk the battery.
-
-    Args:
-        data: Folder of recordings; a synthesised walk without it.
-        controllers: Words of controllers (:func:`~plantigrade.workflows.walkers.make_named`).
-        options: As :meth:`~plantigrade.experiments.measured.Measured.run` takes it.
-
-    Raises:
-        ParameterError: If there is no such part or controller.
-        FileError: If what is kept cannot be shown.
-    """
-    return experiment(chosen(controllers), data).run(**options)
-
-
+run = runs(experiment)
 EXPERIMENT = experiment(CONTROLLERS, None)

@@ -1,10 +1,13 @@
 """Whose walk the experiments on walking carry out, and what they have in common."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from plantigrade.experiments.kept_results import Result
+from plantigrade.experiments.measured import Measured
+from plantigrade.experiments.table import ResultTable
 from plantigrade.models import Human
 from plantigrade.record import Record
 from plantigrade.workflows.fit import fit_trial
@@ -92,3 +95,30 @@ def brief(result: Result) -> str:
 def chosen(controllers: Sequence[str]) -> tuple[str, ...]:
     """Return the controllers that were named, or the usual ones."""
     return tuple(controllers) or CONTROLLERS
+
+
+def runs(make: Callable[[Sequence[str], Path | None], Measured]) -> Callable[..., ResultTable]:
+    """Return the function ``run`` of a module whose experiment any controllers can be put to.
+
+    Args:
+        make: Returns the experiment for some controllers and a folder of recordings.
+    """
+
+    def run(
+        data: Path | None = None, *, controllers: Sequence[str] = (), **options: Any
+    ) -> ResultTable:
+        """Measure.
+
+        Args:
+            data: Folder of recordings; walks are synthesised without it.
+            controllers: Words of controllers (:func:`~plantigrade.workflows.walkers.make_named`);
+                the usual one if empty.
+            options: As :meth:`~plantigrade.experiments.measured.Measured.run` takes it.
+
+        Raises:
+            ParameterError: If there is no such part or controller.
+            FileError: If what is kept cannot be shown.
+        """
+        return make(chosen(controllers), data).run(**options)
+
+    return run

@@ -91,15 +91,8 @@ class Plan:
         omega = reference.omega
         xi = (body.com + body.com_velocity / omega)[:2]
         xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
-        first, alpha, beta = reference.schedule.weights(gait.phase)
+        first, beta, offsets, self.shift = gait.carried()
         standing = gait.standing
-        own = [f.number - first for f in standing if f.number is not None]
-        offsets = gait.offsets(first, len(alpha))
-        share = np.zeros(len(alpha))
-        share[own] = alpha[own]
-        if share.sum() < 1e-6:
-            share[own] = 1.0
-        self.shift = share @ offsets / max(share.sum(), 1e-9)
         path = self._path()
         swinging = [f for f in gait.feet if not f.stands and f.number is not None]
         self.bent *= 1.0 - self.step / RISING

@@ -113,15 +113,8 @@ class Footsteps:
         omega = reference.omega
         xi = (body.com + body.com_velocity / omega)[:2]
         xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
-        first, alpha, beta = reference.schedule.weights(gait.phase)
+        first, beta, offsets, self.shift = gait.carried(self._seats)
         standing = gait.standing
-        own = [f.number - first for f in standing if f.number is not None]
-        offsets = gait.offsets(first, len(alpha))
-        share = np.zeros(len(alpha))
-        share[own] = alpha[own]
-        if share.sum() < 1e-6:
-            share[own] = 1.0
-        self.shift = share @ offsets / max(share.sum() + alpha @ self._seats, 1e-9)
         swinging = [f for f in gait.feet if not f.stands and f.number is not None]
         if len(standing) == 1 and len(swinging) == 1:
             return self._step(xi, xi_ref, swinging[0], standing[0], places, dt)

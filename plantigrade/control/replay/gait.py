@@ -129,6 +129,27 @@ class Gait:
         """Feet that stand."""
         return [foot for foot in self.feet if foot.stands]
 
+    def carried(self, seats: Array | None = None) -> tuple[int, Array, Array, Array]:
+        """Return what carries, and how far beside the motion.
+
+        Args:
+            seats: Which stances of the schedule are on a seat, 1 or 0; none if absent.
+
+        Returns:
+            Number of the first stance that counts; how much each one from it on moves the divergent
+            component; their offsets [m]; how far the feet that stand are beside the motion, by
+            their load, world [m].
+        """
+        first, alpha, beta = self.reference.schedule.weights(self.phase)
+        own = [f.number - first for f in self.standing if f.number is not None]
+        offsets = self.offsets(first, len(alpha))
+        share = np.zeros(len(alpha))
+        share[own] = alpha[own]
+        if share.sum() < 1e-6:
+            share[own] = 1.0
+        seated = 0.0 if seats is None else float(alpha @ seats)
+        return first, beta, offsets, share @ offsets / max(float(share.sum()) + seated, 1e-9)
+
     def look(self, time: float, step: float, load: Array, beside: Array, axes: Array) -> None:
         """Let feet land and leave.
 
