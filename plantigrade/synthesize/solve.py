@@ -26,6 +26,7 @@ from plantigrade.synthesize.tasks.task import MotionTask, coefficients, sample_t
 from plantigrade.synthesize.terms.effort import Acceleration, Work
 from plantigrade.synthesize.transcription.mesh import nodes_like, split
 from plantigrade.synthesize.warm_start import WarmStart
+from plantigrade.threads import on_one_thread
 
 Solver = Literal["interior-point", "ipopt"]
 Start = tuple[Array, Array, Multipliers | None]
@@ -61,6 +62,7 @@ class _Ending:
         return transferred(self.problem, self.c, self.u, self.multipliers, problem)
 
 
+@on_one_thread
 def synthesize(
     body: ContactBody,
     task: MotionTask,

@@ -12,7 +12,7 @@ from plantigrade import ContactPlan
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import without_constraints
-from plantigrade.dynamics.passive import passive_moments, scale
+from plantigrade.dynamics.passive import STIFFNESS, passive_moments, scale
 from plantigrade.errors import ParameterError
 from plantigrade.synthesize import ContactBody, ProblemBuilder
 from plantigrade.synthesize.problem.contact import (
@@ -22,6 +22,7 @@ from plantigrade.synthesize.problem.contact import (
     site_targets,
 )
 from plantigrade.synthesize.problem.dynamics import dynamics
+from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
 from tests.models.presets import person
 
@@ -293,6 +294,17 @@ def test_dynamics_are_mujocos(feet, passive):
         assert (work <= np.abs(power) + 1e-9).all() and (work >= np.abs(power) - 0.5).all()
     for name, part in parts.items():
         assert part.equations.all() if name.startswith("root") else not part.equations.any()
+
+
+def test_the_trunk_is_limited_with_its_tissue():
+    """Tissue holds a bent trunk, too: muscles alone kept a limit that both together broke."""
+    body = body_with("rigid")
+    human, reserve = body.human, Limits().reserve
+    strength = np.abs(human.model.jnt_actfrcrange[1:]).min(axis=1)
+    for i, name in enumerate(human.coordinates):
+        if name.startswith(("lumbar", "thorax")):
+            tissue = STIFFNESS[name] * np.abs(human.limits[:, i]).max()
+            assert (name in body.stiff) == (tissue > reserve * strength[i])
 
 
 def test_what_limits_a_part_limits_the_whole():

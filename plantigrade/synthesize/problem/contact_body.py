@@ -19,8 +19,9 @@ TORQUE = 100.0
 """A torque of 1 in rows, and a work rate of 1, of a person of the reference mass and height
 [N m, W]; others' go with mass times height, as strengths do."""
 
-STIFF = ("hip_flexion", "knee_angle", "ankle_angle", "mtp_angle")
-"""Joints at which passive tissue bears a part of the torque that counts beside its limit."""
+STIFF = ("hip_flexion", "knee_angle", "ankle_angle", "mtp_angle", "lumbar", "thorax")
+"""Joints, by the beginning of their names, at which passive tissue bears a part of the torque that
+counts beside its limit."""
 
 Made = TypeVar("Made")
 
@@ -104,8 +105,7 @@ class ContactBody:
     @property
     def stiff(self) -> tuple[str, ...]:
         """Hinges at which tissue bears a part of the torque that counts beside its limit."""
-        stems = STIFF if self.passive else ()
-        return tuple(n for n in self.symbolic.names[6:] if n.rsplit("_", 1)[0] in stems)
+        return tuple(n for n in self.symbolic.names[6:] if self.passive and n.startswith(STIFF))
 
     @property
     def force_names(self) -> tuple[str, ...]:

@@ -115,13 +115,15 @@ class PowerLimit(Term):
 
     Attributes:
         limit: Of each joint, per body mass [W/kg].
+        reserve: Part of it that is not used at nodes: between them power may swing out a little.
     """
 
     limit: float = 10.0
+    reserve: float = 0.04
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit work rates."""
-        most = self.watts(b.body) / b.body.torque
+        most = (1.0 - self.reserve) * self.watts(b.body) / b.body.torque
         b.limit(b.family("work rate"), upper=float(np.hypot(most, EDGE)) - EDGE)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:

@@ -57,7 +57,7 @@ def nodes_like(
 
 
 def split(
-    nodes: Float[Array, " n"], times: Float[Array, " n_times"], *, shortest: float = 0.002
+    nodes: Float[Array, " n"], times: Float[Array, " n_times"], *, shortest: float = 0.001
 ) -> Float[Array, " m"]:
     """Return the mesh with every interval halved that contains one of the times, all in seconds.
 
