@@ -158,6 +158,9 @@ def measure(walk: Walk, duration: float) -> dict[str, Any]:
             name = controller.joints[i][:-2]
             cycles = _over(decided, table[:, i], found["strikes"][side])
             found.setdefault("stiffness", {}).setdefault(name, []).extend(cycles)
+        own = [i for i, site in enumerate(record.sites) if site.side == side]
+        load = force[:, own].sum(axis=1) / record.weight
+        found.setdefault("load", []).extend(_over(time, load, found["strikes"][side]))
         moment = record.torque(f"ankle_angle_{side}") / human.mass
         found.setdefault("moment", []).extend(_over(time, moment, found["strikes"][side]))
     return found
@@ -253,6 +256,16 @@ def there() -> Iterator[str]:
         except ParameterError:
             continue
         yield foot
+
+
+def learned_with(foot: str, what: str) -> float:
+    """Return a number of how the policy of the package for such feet was trained; zero if absent.
+
+    Args:
+        foot: The kind of feet.
+        what: Its name in the file, such as ``"terrain_m"``.
+    """
+    return float(Policy.load(shipped(foot)).about.get(what, 0.0))
 
 
 def in_words(result: dict[str, Any]) -> str:

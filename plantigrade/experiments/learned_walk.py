@@ -8,8 +8,19 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from plantigrade.experiments.kept_results import KeptResults, Result
-from plantigrade.experiments.learned import FEET, ROOMS, Walk, in_words, last, measure, there
+from plantigrade.experiments.learned import (
+    FEET,
+    POINTS,
+    ROOMS,
+    Walk,
+    in_words,
+    last,
+    measure,
+    there,
+)
 from plantigrade.experiments.measured import Measured
 from plantigrade.experiments.page import Grid
 from plantigrade.experiments.table import Row, at_least, at_most, between, equal
@@ -17,6 +28,8 @@ from plantigrade.learn import Policy
 from plantigrade.workflows.policies import shipped
 
 STARTS, ALONE, LONG = 16, 20.0, 600.0  # instants of the stride, [s], [s]
+SHOWN = range(0, 36, 3)
+"""Of the points of a curve, those of stance."""
 REGIONS = ("heel", "midfoot", "ball", "toes")
 NOTES = (
     "",
@@ -65,6 +78,14 @@ def table(kept: KeptResults) -> Iterator[Grid]:
                 f"{r['peak_force']:.2f}",
             ])  # fmt: skip
     yield Grid("Learned walks on level ground", header, lines)
+    loads = []
+    for foot in FEET:
+        if cycles := kept.results.get(f"strides/{foot}", {}).get("load"):
+            curve = np.mean(cycles, axis=0)
+            loads.append([foot, *(f"{curve[k]:.2f}" for k in SHOWN)])
+    at = np.linspace(0, 100, POINTS)[SHOWN]
+    header = ("", *(f"{x:.0f} %" for x in at))
+    yield Grid("Vertical force of a foot over its cycle [body weights]", header, loads)
 
 
 def rows(kept: KeptResults) -> Iterator[Row]:

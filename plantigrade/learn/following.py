@@ -10,11 +10,12 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.learn.action import PAPER_GAINS, Action, Gains
+from plantigrade.learn.disturbed import RandomPushes, Relief
 from plantigrade.learn.mirror import Mirror, refuse_uneven
 from plantigrade.learn.observation import Observation
 from plantigrade.learn.reference import Frame, Reference
@@ -33,8 +34,8 @@ SWEEPS = 10
 """Sweeps of the solver of contacts (PGS). Joints are then off by 0.03 rad/s in a decision, and a
 blind policy falls when it fell; Newton's method to the end takes half as long again."""
 FORMS = ("lean", "paper")
-LOST = 0.6
-"""A centre of mass farther than this from its path is lost [m]."""
+LOST, PUSHED = 0.6, 1.2
+"""A centre of mass farther than this from its path is lost; where it is pushed off it [m]."""
 LOW = 0.7
 """A pelvis lower than this has fallen, of its height in standing."""
 UPRIGHT = 0.5
@@ -61,6 +62,9 @@ class Rules:
             absent [rad].
         ground: What the person walks on, or its name (``"bumps:2"``, ``"tilting:3"``).
         disturbances: What else acts; their times are those of the episode.
+        terrain: Relief up to so high and so deep, another in every episode, on level ground; none
+            if zero [m].
+        pushes: Pushes up to so hard, from anywhere (:class:`RandomPushes`); none if zero [N].
         duration: Longest episode [s].
         rate: Steps of the physics per second, a whole multiple of ``control_rate`` [1/s].
         control_rate: Decisions per second [1/s].
@@ -82,6 +86,8 @@ class Rules:
     reach: float | None = None
     ground: Ground | str = "flat"
     disturbances: Sequence[Disturbance] = ()
+    terrain: float = 0.0
+    pushes: float = 0.0
     duration: float = 10.0
     rate: float = RATE
     control_rate: float = CONTROL_RATE
@@ -100,6 +106,8 @@ class Rules:
             raise ParameterError(f"reach={self.reach:g} rad must be positive")
         if self.mirrored and self.form != "lean":
             raise ParameterError("mirrored=True is for form='lean': the other is as printed")
+        if self.terrain and self.ground != "flat":
+            raise ParameterError("terrain lies on level ground: leave out ground, or terrain")
         part_of_stride("start", self.start)
 
     def world(self, human: Human) -> World:
@@ -108,10 +116,14 @@ class Rules:
         plate = platform_named(ground) if isinstance(ground, str) else None
         if isinstance(ground, str):
             ground = ground_named("flat" if plate else ground)
+        if self.terrain:
+            ground = Relief(self.terrain).ground()
+        acting = [] if plate is None else [plate]
+        acting += [RandomPushes(force=self.pushes)] if self.pushes else []
         world = World(
             human,
             ground,
-            (*(() if plate is None else (plate,)), *self.disturbances),
+            (*acting, *self.disturbances),
             rate=self.rate,
             control_rate=self.control_rate,
             passive=self.passive,
@@ -206,6 +218,7 @@ class Following:
         reference: What they follow.
         worlds: Their worlds.
         form: What they see and do.
+        weights: What they are rewarded for.
         action: Which numbers of an action are what.
         observation: Likewise of what is seen.
     """
@@ -219,14 +232,17 @@ class Following:
             refuse_uneven(self.reference)
         self.form = Form(human, rules)
         self.action, self.observation = self.form.action, self.form.observation
-        self._reward = Reward(human, rules.weights or (LEAN_WEIGHTS if lean else Weights()))
+        self.weights = rules.weights or (LEAN_WEIGHTS if lean else Weights())
+        self._reward = Reward(self.reference, self.weights)
         self._motors = Together(self.worlds)
         self._view = View(human, [(w.model, w.data) for w in self.worlds])
         rest = BodyState(human, human.standing())
         self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
         self._ankle = min(float(rest.origin(f"foot_{side}")[2]) for side in SIDES)
         self._low = LOW * float(human.standing()[2])
-        self._begin = np.zeros(n)
+        self._begin, self._rising = np.zeros(n), np.zeros(n)
+        self._relief = Relief(rules.terrain) if rules.terrain else None
+        self._lost = PUSHED if rules.pushes else LOST
         self._same = not self.action.joints and not rules.passive
         ground = self.worlds[0].ground
         self._even = ground == Ground(friction=ground.friction)
@@ -268,6 +284,8 @@ class Following:
             if self._even:
                 qpos[2] += frame.depth
             else:
+                if self._relief is not None:
+                    self._relief.lay(world, int(seed))
                 qpos = on_ground(self.reference.human, world.ground, qpos)
             world.reset(int(seed), qpos=qpos, qvel=frame.qvel)
             if self._same:
@@ -275,6 +293,7 @@ class Following:
                 command = StablePD(qpos[7:], stiffness=stiffness, damping=damping)
                 world.actuators.command(command, world.data)
         self._view.look(which)
+        self._rising[list(which)] = self._view.rising[list(which)]
 
     def seen(self) -> Float[np.ndarray, "n size"]:
         """Return what the persons see."""
@@ -301,7 +320,11 @@ class Following:
         self._move(bounded, frame)
         whole = [i for i, world in enumerate(self.worlds) if world.diverged is None]
         self._view.look(whole)
-        rewards, terms = self._reward.of(self._view, frame)
+        rising = self._view.rising
+        force = 1.0 + (rising - self._rising) * self.worlds[0].control_rate / GRAVITY
+        self._rising = rising
+        phase = np.asarray(self.reference.phase(time))
+        rewards, terms = self._reward.of(self._view, frame, phase, force)
         ends = self._ends(frame)
         rewards = np.where([end == DIVERGED for end in ends], 0.0, rewards)
         over = time - self._begin >= self.rules.duration - 1e-9
@@ -337,7 +360,7 @@ class Following:
         height = view.place[:, 0, 2] - view.place[:, self._feet, 2].min(axis=1) + self._ankle
         down |= height < self._low
         off = view.com - frame.com
-        lost = np.einsum("ij,ij->i", off, off) > LOST**2
+        lost = np.einsum("ij,ij->i", off, off) > self._lost**2
         ends = []
         for world, fell, astray in zip(self.worlds, down.tolist(), lost.tolist(), strict=True):
             if world.diverged is not None:

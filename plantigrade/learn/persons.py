@@ -11,8 +11,8 @@ from plantigrade.learn.environment import Walks
 require("stable_baselines3", "learn")
 _vec = require("stable_baselines3.common.vec_env", "learn")
 
-TERMS = ("pose", "velocity", "com", "ends")
-"""Terms of the reward."""
+TERMS = ("pose", "velocity", "com", "ends", "force", "soles")
+"""Terms of the reward; some have not all."""
 
 
 class Persons(_vec.VecEnv):
@@ -57,7 +57,7 @@ class Persons(_vec.VecEnv):
         self.falls += int(ended.sum())
         self.rewards["reward"] += float(rewards.sum())
         for term in TERMS:
-            self.rewards[term] += float(infos[term].sum())
+            self.rewards[term] += float(infos[term].sum()) if term in infos else 0.0
         told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         done = ended | over
         for i in np.flatnonzero(done).tolist():

@@ -1,4 +1,4 @@
-r"""How well a person follows a reference: four terms from 0 to 1, and their weighted sum.
+r"""How well a person follows a reference: terms from 0 to 1, and their weighted sum.
 
 [Park2020]_, Eq. 10, prints :math:`r = w_p r_p + w_v r_v + w_c r_c + w_e r_e` and takes the terms
 from [DeepMimic]_:
@@ -11,22 +11,35 @@ from [DeepMimic]_:
 over joints :math:`j`, hands and feet :math:`e` as seen from the pelvis, and the centre of mass in
 the world. Peng's sum runs over the angles between orientations of joints; ours over hinges, which
 is the same where the angles are small.
+
+None of them minds how a foot lands. Two of ours do: the first where the ground pushes harder than
+in walking, the second where feet are inclined in another way than those of the reference, in pitch
+or roll,
+
+.. math::
+
+    r_f = e^{-\max(F/W - 1.3, 0)} \qquad r_s = e^{-20 \sum_f |\Delta s_f|^2}
+
+with :math:`F` the mean vertical force of the ground during a decision, by the change of momentum,
+:math:`W` the weight, and :math:`s_f` how far the first two axes of a foot point up.
 """
 
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.learn.reference import Frame
+from plantigrade.constants import SIDES
+from plantigrade.learn.observation import first_axes
+from plantigrade.learn.reference import Frame, Reference
 from plantigrade.learn.view import View
-from plantigrade.models import Human
 from plantigrade.world.scene import FOOT
 
 
 @dataclass(frozen=True, kw_only=True)
 class Weights:
-    """Weights of the four terms; the paper prints none, these are those of [DeepMimic]_.
+    """Weights of the terms; the paper prints none, the first four are those of [DeepMimic]_.
 
     Attributes:
         pose: :math:`w_p`.
@@ -35,6 +48,9 @@ class Weights:
         ends: :math:`w_e`.
         feet: Whether joints within the feet count in pose and velocity: there are two thirds as
             many of them as of all others, and they have little to say about a walk.
+        force: What a hard landing costs, the weight of :math:`r_f - 1`, so that nobody is
+            rewarded for falling softly; the paper has no such term.
+        soles: Of :math:`r_s`, likewise.
     """
 
     pose: float = 0.65
@@ -42,9 +58,17 @@ class Weights:
     com: float = 0.1
     ends: float = 0.15
     feet: bool = True
+    force: float = 0.0
+    soles: float = 0.0
 
 
-LEAN_WEIGHTS = Weights(pose=0.5, velocity=0.1, com=0.25, ends=0.15, feet=False)
+HARD = 1.3
+"""In walking the ground does not push harder for long [body weights]."""
+ROWS = 101
+"""In which the inclination of the feet over a stride is kept."""
+LEAN_WEIGHTS = Weights(
+    pose=0.5, velocity=0.1, com=0.25, ends=0.15, feet=False, force=2.0, soles=0.3
+)
 """With which walking was learned in a million steps."""
 
 
@@ -52,24 +76,32 @@ class Reward:
     """Rewards persons for following a reference.
 
     Args:
-        human: The person.
+        reference: Whom they are to follow, and how.
         weights: The weights.
     """
 
-    def __init__(self, human: Human, weights: Weights):
-        self._weights = weights
+    def __init__(self, reference: Reference, weights: Weights):
+        self._weights, human = weights, reference.human
         names = [human.body_names[b - 1] for b in human.model.jnt_bodyid[1:]]
         inner = [n.startswith(FOOT) and not n.startswith("foot") for n in names]
         self._counts = np.where(np.array(inner) & (not weights.feet), 0.0, 1.0)
+        self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
+        self._soles = _soles(reference) if weights.soles else None
 
     def of(
-        self, view: View, reference: Frame
+        self,
+        view: View,
+        reference: Frame,
+        phase: Float[Array, " n"],
+        force: Float[Array, " n"],
     ) -> tuple[Float[Array, " n"], dict[str, Float[Array, " n"]]]:
         """Return rewards and their terms, of a view that is up to date.
 
         Args:
             view: The persons.
             reference: Where they should be.
+            phase: Part of the stride that has passed.
+            force: Mean vertical force of the ground since the decision before [body weights].
         """
         pose = (view.angles - reference.qpos[:, 7:]) * self._counts
         rates = (view.rates - reference.qvel[:, 6:]) * self._counts
@@ -83,6 +115,31 @@ class Reward:
                 ("ends", 40.0, off),
             )
         }  # fmt: skip
-        w = self._weights
-        whole = w.pose * terms["pose"] + w.velocity * terms["velocity"]
-        return whole + w.com * terms["com"] + w.ends * terms["ends"], terms
+        if self._weights.force:
+            terms["force"] = np.exp(-np.maximum(force - HARD, 0.0))
+        if self._soles is not None:
+            row = np.rint(phase * (len(self._soles) - 1)).astype(int)
+            off = inclined(view.turned[:, self._feet]) - self._soles[row]
+            terms["soles"] = np.exp(-20.0 * np.einsum("ijk,ijk->i", off, off))
+        whole = np.full(len(com), -self._weights.force)
+        for name, term in terms.items():
+            whole += getattr(self._weights, name) * term
+        return whole, terms
+
+
+def inclined(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 2"]:
+    """Return how far the first two axes of bodies point up: sines of pitch and roll."""
+    first, second = first_axes(quat)
+    return np.stack([first[..., 2], second[..., 2]], axis=-1)
+
+
+def _soles(reference: Reference) -> Float[Array, "n_rows 2 2"]:
+    """Return how the feet are inclined over the stride, in :data:`ROWS` rows."""
+    human = reference.human
+    data, feet = mujoco.MjData(human.model), [human.body(f"foot_{side}") for side in SIDES]
+    found = np.zeros((ROWS, len(feet), 2))
+    for k, qpos in enumerate(reference.at(np.linspace(0.0, reference.period, ROWS)).qpos):
+        data.qpos[:] = qpos
+        mujoco.mj_kinematics(human.model, data)
+        found[k] = inclined(data.xquat[feet])
+    return found

@@ -52,7 +52,8 @@ class Learning:
         gamma: Discount of a decision later.
         trace: λ of the generalised advantage.
         clip: By which the ratio of probabilities may change.
-        rate: Learning rate to begin with; it follows the divergence.
+        rate: Learning rate of the actor to begin with; it follows the divergence.
+        judging: Of the critic, always the same: it has to know sooner than the actor changes.
         divergence: Wanted of the policies before and after an update.
         spread: Standard deviation of displacements to begin with [rad].
         layers: Neurons of the hidden layers, of actor and critic.
@@ -70,7 +71,8 @@ class Learning:
     trace: float = 0.95
     clip: float = 0.2
     rate: float = 1e-4
-    divergence: float = 0.02
+    judging: float = 1e-3
+    divergence: float = 0.03
     spread: float = 0.11
     layers: tuple[int, ...] = (256, 128, 128)
     starts: int = 16
@@ -101,6 +103,8 @@ class Progress:
         standing: Of the starts that were looked at without noise, how many did not fall; -1 where
             none was looked at.
         lasted: How long they walked on average [s]; -1 likewise.
+        force: Mean of a decision of that term, with noise.
+        soles: Likewise.
     """
 
     decisions: int
@@ -115,6 +119,8 @@ class Progress:
     rate: float
     standing: int = -1
     lasted: float = -1.0
+    force: float = 0.0
+    soles: float = 0.0
 
 
 class Training:
@@ -163,7 +169,7 @@ class Training:
         self._persons = Persons(walks, 5.0 * (1.0 - how.gamma))
         self._norm = _vec.VecNormalize(self._persons, norm_reward=False, clip_obs=CLIP)
         _utils.set_random_seed(seed)
-        self._learner = _sb3.PPO(
+        self._learner = _Learner(
             "MlpPolicy",
             self._norm,
             learning_rate=how.rate,
@@ -181,14 +187,17 @@ class Training:
             },
             device=device,
         )
+        self._learner.part(how.judging)
         self._learner.set_logger(_sb3.common.logger.Logger(None, []))
-        self._rate = how.rate
+        self._rate, self._acting = how.rate, True
         self._judged: Following | None = None
         self._start = start
-        if start is not None:
-            self._begin_with(start)
+        # What is seen is normalised as it was, so that what was learned stays true.
+        self._norm.training = start is None
         if (self.folder / CHECKPOINT).exists():
             self._take_up(self.folder / CHECKPOINT)
+        elif start is not None:
+            self._begin_with(start, walks)
 
     @property
     def decisions(self) -> int:
@@ -226,7 +235,8 @@ class Training:
         self._norm.seed(number)
         self._persons.count_anew()
         learner._last_obs = None  # so that all episodes start anew
-        self._let_actor_learn(self._start is None or index >= how.listening)
+        self._acting = self._start is None or index >= how.listening
+        self._let_actor_learn(self._acting)
         learner.learn(how.part, callback=_Follow(self), reset_num_timesteps=False)
         self.follow()
         counted = self._persons
@@ -258,7 +268,7 @@ class Training:
     def follow(self) -> None:
         """Let the learning rate follow the divergence of the last update."""
         found = self._learner.logger.name_to_value.get("train/approx_kl")
-        if found is None:
+        if found is None or not self._acting:
             return
         wanted = self.how.divergence
         if found > 2.0 * wanted:
@@ -285,16 +295,29 @@ class Training:
             about={
                 "decisions": self.decisions,
                 "seed": self.seed,
+                "terrain_m": self.following.rules.terrain,
+                "pushes_n": self.following.rules.pushes,
                 "torch": _torch.__version__,
                 "stable_baselines3": _sb3.__version__,
                 **({} if self._start is None else {"start": self._start.digest}),
             },
         )
 
-    def _begin_with(self, policy: Policy) -> None:
-        """Take over the actor of a policy, and its normalisation."""
-        human = self.following.reference.human
-        layers, mean, scale = carried_over(policy, human, self.following.settled)
+    def _begin_with(self, policy: Policy, walks: Walks) -> None:
+        """Take over the actor of a policy, and its normalisation.
+
+        What is seen may spread wider here, as where there are pushes: so far it is let act first.
+        """
+        human, rules = self.following.reference.human, self.following.settled
+        layers, mean, scale = carried_over(policy, human, rules)
+        same = Policy(layers=layers, mean=mean, scale=scale, rules=rules, about={})
+        seen, rows = walks.reset(seed=self.seed)[0], []
+        for _ in range(self.how.steps):
+            rows.append(seen)
+            seen = walks.step(same(seen))[0]
+        wider = np.maximum(scale, np.std(np.concatenate(rows), axis=0)).astype(scale.dtype)
+        first, bias = layers[0]
+        layers, scale = ((first * (wider / scale)[:, None], bias), *layers[1:]), wider
         with _torch.no_grad():
             for module, (weight, bias) in zip(self._actor(), layers, strict=True):
                 module.weight.copy_(_torch.from_numpy(weight.T.copy()))
@@ -353,12 +376,15 @@ class Training:
             "passive",
             "duration",
             "mirrored",
+            "terrain",
+            "pushes",
         )
         reference = self.following.reference
         return {
             "seed": self.seed,
             **{name: getattr(rules, name) for name in names},
             "ground": str(rules.ground),
+            "weights": asdict(self.following.weights),
             "human": reference.human.to_dict(),
             "period": reference.period,
             "start": None if self._start is None else self._start.digest,
@@ -388,6 +414,23 @@ class Training:
             curve,
             state["reached"] is not None and state["reached"] >= self.goal > 0,
         )
+
+
+class _Learner(_sb3.PPO):
+    """The learner, whose critic has a learning rate of its own."""
+
+    def part(self, judging: float) -> None:
+        """Let the critic learn at a rate that stays."""
+        self._judging, net = judging, self.policy
+        critic = [*net.mlp_extractor.value_net.parameters(), *net.value_net.parameters()]
+        own = {id(p) for p in critic}
+        actor = [p for p in net.parameters() if id(p) not in own]
+        groups = [{"params": actor}, {"params": critic}]
+        net.optimizer = _torch.optim.Adam(groups, lr=judging, eps=1e-5)
+
+    def _update_learning_rate(self, optimizers: Any) -> None:
+        super()._update_learning_rate(optimizers)
+        self.policy.optimizer.param_groups[1]["lr"] = self._judging
 
 
 class _Follow(_sb3.common.callbacks.BaseCallback):

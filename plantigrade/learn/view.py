@@ -36,6 +36,8 @@ class View:
         self.quat, self.com = np.zeros((n, 4)), np.zeros((n, 3))
         self.place, self.motion = np.zeros((n, bodies, 3)), np.zeros((n, bodies, 6))
         self.turned, self._every = np.zeros((n, bodies, 4)), np.zeros((n, bodies, 3))
+        mass = human.model.body_mass[own]
+        self._share = mass / mass.sum()
         self.turn, self._limbs = np.zeros((n, 3, 3)), limbs - 1
         # MuJoCo's arrays stay where they are; to make views of them takes longer than to read them.
         self._rows = []
@@ -56,6 +58,14 @@ class View:
     def ends(self) -> np.ndarray:
         """Centres of mass of hands and feet, (n, 4, 3) [m]."""
         return self._every[:, self._limbs]
+
+    @property
+    def rising(self) -> np.ndarray:
+        """Vertical velocity of the centre of mass, (n,) [m/s]."""
+        arm = self._every - self.com[:, None]
+        spin = self.motion[..., :3]
+        own = self.motion[..., 5] + spin[..., 0] * arm[..., 1] - spin[..., 1] * arm[..., 0]
+        return own @ self._share
 
     def look(self, which: Sequence[int] | None = None) -> None:
         """Bring some worlds, or all, up to date: a step leaves kinematics one step behind."""

@@ -228,6 +228,8 @@ class TrainSettings(FitSettings):
     ranges = {
         "steps": (1, 10**10, ""),
         "goal": (0, 600, "s"),
+        "terrain": (0, 20, "cm"),
+        "pushes": (0, 1000, "N"),
         "seeds": (1, 1000, ""),
         "seed": SEEDS,
     }
@@ -238,6 +240,10 @@ class TrainSettings(FitSettings):
     """State and action: those that learn in minutes, or as printed in the paper."""
     ground: OptionalWord = None
     """What is walked on while learning: flat, bumps:CM, … as for simulate."""
+    terrain: float = 0.0
+    """Relief up to so high and so deep while learning, another in every episode [cm]."""
+    pushes: float = 0.0
+    """Pushes of up to so much while learning, from anywhere, again and again [N]."""
     start: OptionalWord = None
     """Policy to begin with, of any feet: a policy.npz, or learned, for the package's."""
     steps: int = 3_000_000

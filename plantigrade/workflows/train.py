@@ -119,6 +119,8 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
         form=how.form,
         gains=how.gains == "variable",
         ground=how.ground or "flat",
+        terrain=0.01 * how.terrain,
+        pushes=how.pushes,
         passive=lean,
         mirrored=bool(lean and unevenness(reference) < EVEN),
     )

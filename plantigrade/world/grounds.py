@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Bump, Ground, HeightField, Step
 from plantigrade.errors import ParameterError
 from plantigrade.world.platform import Tilting
@@ -127,11 +128,22 @@ def _steps(centimetres: float, _: int) -> Ground:
 
 
 def _bumps(centimetres: float, seed: int) -> Ground:
-    """Return relief of random heights, smoothed over 15 cm; level for half a metre at the start."""
-    white = np.random.default_rng(seed).uniform(-1.0, 1.0, _size())
+    z = relief(0.01 * centimetres, np.random.default_rng(seed))
+    return _field(z - z.min(), float(z.min()))
+
+
+def relief(height: float, rng: np.random.Generator) -> Float[Array, "n_y n_x"]:
+    """Return random heights, smoothed over 15 cm, as high or as deep as said somewhere [m].
+
+    Points are :data:`GRID` apart, the first at :data:`ASIDE` behind and to the right.
+
+    Args:
+        height: That height [m].
+        rng: By which it is drawn.
+    """
+    white = rng.uniform(-1.0, 1.0, _size())
     z = gaussian_filter(white, SMOOTH, mode="constant", truncate=3.0)
-    z *= 0.01 * centimetres / np.abs(z).max()
-    return _field(z - z.min(), -float(-z.min()))
+    return z * (height / np.abs(z).max())
 
 
 def _tiles(centimetres: float, seed: int) -> Ground:

@@ -170,16 +170,21 @@ def test_bodies_are_seen_as_mujoco_has_them(paper):
 def test_the_reward_is_one_on_the_reference_and_less_beside_it(lean):
     lean.reset(seed=0, options={"phase": 0.5})
     *_, info = lean.step(np.zeros(len(lean.following.action)))
-    assert {"pose", "velocity", "com", "ends"} < set(info)
+    terms = {"pose", "velocity", "com", "ends"}
+    assert terms < set(info)
     frame = lean.following.reference.at(lean.following.time)
     data = lean.world.data
     view = View(SMALL, [(lean.world.model, data)])
     data.qpos[: SMALL.model.nq], data.qvel[: SMALL.model.nv] = frame.qpos[0], frame.qvel[0]
     view.look()
-    reward = Reward(SMALL, LEAN_WEIGHTS)
-    assert reward.of(view, frame)[0] == pytest.approx([1.0], abs=1e-4)
+    reward, rest = (
+        Reward(lean.following.reference, LEAN_WEIGHTS),
+        (lean.following.phase, np.ones(1)),
+    )
+    most = sum(getattr(LEAN_WEIGHTS, name) for name in (*terms, "soles"))
+    assert reward.of(view, frame, *rest)[0] == pytest.approx([most], abs=3e-3)
     view.angles[0, SMALL.hinge("knee_angle_r")] += 0.5
-    _, terms = reward.of(view, frame)
+    _, terms = reward.of(view, frame, *rest)
     assert terms["pose"] == pytest.approx([np.exp(-2 * 0.25)]) and terms["com"] > 0.999
 
 
