@@ -3,6 +3,7 @@
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.control.choices import STANDING, usual
+from plantigrade.control.replay.reference import period_of
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from plantigrade.threads import on_one_thread
@@ -95,6 +97,19 @@ def _duration(begin: Start, how: SimulateSettings, controller: Controller) -> fl
     return max(getattr(controller, "lasts", begin.motion.duration), SHORTEST)
 
 
+def _followed(motion: Motion, record: Record | None, lasts: float) -> Motion:
+    """Return the motion that was followed from time zero on, as often as it was walked."""
+    period, advance = (None, np.zeros(3)) if record is None else period_of(record)
+    again = 1 if period is None else max(ceil(lasts / period - 1e-6), 1)
+    n = motion.n_frames - 1
+    cycle, frame = np.divmod(np.arange(n * again + 1), n)
+    cycle[-1], frame[-1] = again - 1, n
+    time = motion.time[frame] - motion.time[0] + cycle * (period or 0.0)
+    qpos = motion.qpos[frame]
+    qpos[:, :3] += cycle[:, None] * advance
+    return Motion(time, qpos, motion.qvel[frame], motion.joint_names, events=motion.events)
+
+
 def run_of(
     begin: Start,
     otherwise: Otherwise,
@@ -113,8 +128,7 @@ def run_of(
         status = f"the simulation diverged at {world.diverged:.2f} s"
     references: dict[str, Motion] = {}
     if begin.motion is not None and word not in ("passive", STANDING):
-        motion = begin.motion
-        references[FOLLOWED] = replace(motion, time=motion.time - motion.time[0])
+        references[FOLLOWED] = _followed(begin.motion, begin.record, record.motion.duration)
     figures = {
         "controller": word,
         "ground": how.ground or ("flat" if begin.motion is None else "of the motion"),
