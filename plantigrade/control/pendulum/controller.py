@@ -202,6 +202,12 @@ class Pendulum:
             if own.stands and own.number is not None:
                 gait.offset(own.number)[:2] = (foot[i] - ref["foot"][i])[:2]
 
+    def walk_on(self, gait: Gait) -> None:
+        """Go on as the reference is now, with the gait of another walk at a like instant."""
+        self._clock += gait.phase - self.gait.phase
+        self.gait = self.plan.gait = gait
+        self.plan.reference = self.reference
+
     def _level(self, place: Array) -> float:
         """Return the height of the ground at a place [m]."""
         (x, y, z), (ahead, left, _) = self.normal.tolist(), place.tolist()
