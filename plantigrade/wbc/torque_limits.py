@@ -5,14 +5,14 @@ A torque at its limit moves joint accelerations off those that are best for the 
 just its limit is one more cost of the shares (:meth:`ShareProgram.and_rows`). Which torques are at
 a limit is found as in :mod:`plantigrade.wbc.shares`, by exchanges from those of the call before:
 one beyond its limit is held at it, one whose :math:`\nu` pulls beyond the limit is let go. Where
-this goes in circles, DAQP is asked ([Arnstrom2022]_).
+this goes in circles, and where shares are few, DAQP is asked ([Arnstrom2022]_).
 """
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.wbc.reduced import Reduced
-from plantigrade.wbc.shares import ShareProgram, ShareSolver
+from plantigrade.wbc.shares import FEW, NONE, WARM, ShareProgram, ShareSolver
 
 OVER = 1e-6
 """Torque beyond its limit that is none, as a part of the limits' range."""
@@ -22,8 +22,8 @@ PULL = 1e-9
 """A pull back into the limits that is none."""
 ROUNDS = 8
 """So often, at most, DAQP is asked again with torques that have passed their limits meanwhile."""
-WARM = 3
-"""DAQP's word for a bound that is active at the lower end."""
+_SENSE = np.array([0, 1, WARM])
+"""Its words for what is not at a limit, at the upper one, and (the last) at the lower one."""
 
 
 class TorqueLimits:
@@ -48,9 +48,11 @@ class TorqueLimits:
         self, reduced: Reduced, program: ShareProgram
     ) -> tuple[Float[Array, " m"], Float[Array, " nv"], Float[Array, " n"], str]:
         """Return shares, accelerations, torques, and ``"ok"`` or why they are none."""
-        at = self.at
+        at, few = self.at, len(program.q) <= FEW
         for _ in range(EXCHANGES):
             which = at.nonzero()[0]
+            if few and len(which):
+                break
             if len(which):
                 share, along, pull, done = self._held(reduced, program, which, at)
             else:
@@ -66,7 +68,7 @@ class TorqueLimits:
                 self.at = at
                 return share, qacc, tau, "ok"
             at = new
-        share, along, status = self._asked(reduced, program, at != 0)
+        share, along, status = self._asked(reduced, program, at)
         return share, *reduced.accelerations(share, along), status
 
     def _held(self, reduced: Reduced, program: ShareProgram, which: Array, at: Array):
@@ -77,21 +79,22 @@ class TorqueLimits:
         pull = -price[-len(which) :]
         return share, held @ pull, pull, done
 
-    def _asked(self, reduced: Reduced, program: ShareProgram, asked: Array):
+    def _asked(self, reduced: Reduced, program: ShareProgram, guess: Array):
         r"""Return what DAQP finds: shares, accelerations along the joints, and its word.
+
+        Torques that are at their limits in the guess are asked for, and probably are.
 
         It minimises :math:`u^T u + \lambda^T Q \lambda + 2 q^T \lambda`. Only limits that were
         passed are asked for, until none is; :math:`u` has no part across their rows.
         """
         import daqp
 
-        free = self._shares.free
-        m = len(program.q)
-        Q = program.K.T @ program.S @ program.K + np.diag(program.diagonal)
-        share, along, at = np.zeros(m), np.zeros(len(asked)), np.zeros(len(asked), dtype=int)
+        free, asked, at = self._shares.free, guess != 0, guess.copy()
+        m, Q = len(program.q), program.hessian()
+        share, along = np.zeros(m), np.zeros(len(asked))
         status = "not solved: torques pass their limits in turn"
         for _ in range(ROUNDS):
-            which = np.flatnonzero(asked)
+            which = asked.nonzero()[0]
             held, rows, still = reduced.torques(which)
             span, corner = np.linalg.qr(held)
             k = span.shape[1]
@@ -101,12 +104,15 @@ class TorqueLimits:
             upper = np.concatenate([wide, np.full(m, 1e30), self.high[which] - still])
             lower = np.concatenate([-wide, np.zeros(m), self.low[which] - still])
             sense = np.zeros(len(upper), dtype=np.int32)
-            sense[k : k + m][~free if len(free) == m else slice(0)] = WARM
+            if len(free) == m:
+                sense[k : k + m][~free] = WARM
+            sense[k + m :] = _SENSE[at[which]]
             x, _, flag, info = daqp.solve(H, np.r_[np.zeros(k), program.q], A, upper, lower, sense)
             if flag < 1 or not np.isfinite(x).all():
                 status = f"not solved (DAQP says {flag})"
                 break
-            share, along = np.maximum(x[k:], 0.0), span @ x[:k]
+            share, along = np.where(x[k:] > NONE, x[k:], 0.0), span @ x[:k]
+            self._shares.free = free = share > 0.0
             at[:] = 0
             at[which] = np.sign(np.asarray(info["lam"])[k + m :])
             _, tau = reduced.accelerations(share, along)

@@ -16,6 +16,7 @@ from plantigrade.control.balance import Followed, feasible_motion, script_named,
 from plantigrade.control.choices import SCRIPTED
 from plantigrade.control.pendulum import Wish, walk_of
 from plantigrade.control.pendulum.route import depths, path, speeds
+from plantigrade.control.pendulum.styles import RECORDED
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -29,6 +30,7 @@ from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.policies import is_policy, policy_of
 from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.styles import styles_of
 from plantigrade.world import (
     Controller,
     Disturbance,
@@ -71,6 +73,7 @@ class Start:
         record: The motion with its forces.
         script: What they are to do in balance: a foot motion, or a motion brought over their feet.
         policy: What has learned to move them.
+        wish: What their walk is to be.
     """
 
     human: Human
@@ -84,6 +87,7 @@ class Start:
     record: Record | None = None
     script: Followed | None = None
     policy: Controller | None = None
+    wish: Wish | None = None
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def standing(self, ground: Ground) -> Array:
@@ -140,7 +144,14 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         return begin
     walk = walk_of(begin.record)
     notes = (*begin.notes, *walk.notes[len(begin.record.notes) :])
-    return replace(begin, record=walk, motion=walk.motion, ground=walk.ground, notes=notes)
+    return replace(
+        begin,
+        record=walk,
+        motion=walk.motion,
+        ground=walk.ground,
+        notes=notes,
+        wish=wish_of(begin, how, step),
+    )
 
 
 def controller_of(begin: Start, ground: Ground, how: SimulateSettings, word: str) -> Controller:
@@ -271,17 +282,21 @@ def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
         record=begin.record,
         script=begin.script,
         stepping=how.stepping,
-        wish=wish_of(how),
+        wish=begin.wish,
     )
 
 
-def wish_of(how: SimulateSettings) -> Wish:
+def wish_of(begin: Start, how: SimulateSettings, step: Step) -> Wish:
     """Return what a walk is to be.
 
     Raises:
-        ParameterError: If a word is no speed or path.
+        PlantigradeError: If a word is no speed or path, no other walk or upper body.
     """
+    walks, uppers = styles_of(begin.human, how, step)
     return Wish(
+        own=begin.name if walks else RECORDED,
+        walks=walks,
+        uppers=uppers,
         speed=None if how.speed is None else speeds(how.speed),
         way=None if how.path is None else path(how.path),
         stoop=None if how.stoop is None else depths(how.stoop),

@@ -150,6 +150,12 @@ class SimulateSettings(FitSettings):
     """Way of a pendulum's walk: straight, bearing:DEG[,DEG@S,…] or points:X,Y/X,Y[/…]."""
     stoop: Annotated[str | None, optional("CM[,CM@S,…]")] = None
     """How much lower the head is in a pendulum's walk [cm], also from a time on: 0,25@3,0@6."""
+    then: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("FILE|RUN[@S]")] = ()
+    """Walk of a recording or run that a pendulum's walk goes over to at a time; repeatable."""
+    upper_body: Annotated[
+        tuple[str, ...], tyro.conf.UseAppendAction, optional("FILE|RUN|NAME=DEG,…|recorded[@S]")
+    ] = ()
+    """What spine, neck and arms do in a pendulum's walk, from a time on; repeatable."""
     stepping: Flag = False
     """Let balance take a step where standing in place can no longer succeed."""
     ground: OptionalWord = None
@@ -218,6 +224,9 @@ class SimulateSettings(FitSettings):
                 raise ParameterError(f"{name} is that of a walk: add controller=pendulum")
             if word is not None:
                 read(word)
+        for name, words in {"then": self.then, "upper_body": self.upper_body}.items():
+            if words and self.controller != "pendulum":
+                raise ParameterError(f"{name} is that of a walk: add controller=pendulum")
 
 
 @dataclass(frozen=True, kw_only=True)

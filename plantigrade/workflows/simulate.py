@@ -12,6 +12,7 @@ import numpy as np
 from plantigrade.constants import SIDES
 from plantigrade.control.choices import STANDING, usual
 from plantigrade.control.replay.reference import period_of
+from plantigrade.errors import ParameterError
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from plantigrade.threads import on_one_thread
@@ -19,6 +20,7 @@ from plantigrade.workflows.beginning import Start, around, controller_of, start_
 from plantigrade.workflows.fit import Step, personal_figures, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.styles import THEN, timed
 from plantigrade.world import Controller, Disturbance, World
 
 STANDS = 5.0
@@ -69,6 +71,11 @@ def simulate(
     if isinstance(controller, str):
         options["controller"] = controller
     how = SimulateSettings.given("simulate", settings, options)
+    by_hand = [word for word in how.then if timed(word, "walk to go over to", THEN)[1] is None]
+    if by_hand:
+        raise ParameterError(
+            f"then={by_hand[0]!r} has no time, as only a live page needs none: {THEN}"
+        )
     otherwise, acting = around(how)
     begin = start_of(source, how, step, command)
     ground = otherwise.under(begin.ground)

@@ -35,6 +35,7 @@ class Target:
         high: Greatest value.
         value: What it is now; the controller reads it whenever it is called.
         unit: Of all three, as it is shown: ``"deg"``, ``"m/s"``; empty for a mere number.
+        names: Of what is chosen by number, from zero on; empty where it is a number.
 
     Raises:
         ParameterError: If the value is not from the least to the greatest.
@@ -45,6 +46,7 @@ class Target:
     high: float
     value: float
     unit: str = ""
+    names: tuple[str, ...] = ()
 
     def __post_init__(self):
         """Refuse what is no range."""

@@ -59,8 +59,9 @@ def world_model(
         model.stat.meaninertia = float(np.mean(model.dof_M0[:own]))
     model.opt.timestep = step
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    # Sparse above 60 degrees of freedom. (4.0.0 is wrong there; the package does not install it.)
-    model.opt.jacobian = mujoco.mjtJacobian.mjJAC_AUTO
+    # For who walks a quarter faster than dense, for who stands on 14 spheres up to a tenth slower.
+    # (4.0.0 is wrong where Jacobians are sparse; the package does not install it.)
+    model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     # Damping is made implicit by armature, with contacts solved in the same metric.
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
     # A world that diverges stops; MuJoCo would start it anew.

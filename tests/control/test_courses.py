@@ -123,6 +123,9 @@ def test_a_walk_turns_stands_and_goes_on(data):
         duration=11.0,
     )
     assert run.status == "ok"
+    followed = run.record.references["motion"]
+    assert followed.duration > run.record.motion.duration - 1e-6, "its pale figure stood still"
+    assert 0.0 < np.diff(followed.qpos[:, 0]).max() < 0.05 and np.diff(followed.time).min() > 0.0
     motion = run.record.motion
     at = {t: motion.at(np.array([t])).qpos[0, :2] for t in (2.5, 4.0, 6.2, 6.8, 10.0, 11.0)}
     way = at[4.0] - at[2.5]

@@ -193,6 +193,22 @@ def test_shares_meet_the_conditions_of_their_minimum(seed):
         assert 0 < np.count_nonzero(share) < 40
 
 
+@pytest.mark.parametrize("n", [40, 80])
+def test_few_shares_meet_the_conditions_as_many_do(n):
+    """DAQP finds few of them, Newton's steps many; either from the active set of another one."""
+    rng, solver = np.random.default_rng(3), ShareSolver()
+    for _ in range(5):
+        K, root = rng.normal(size=(6, n)), rng.normal(size=(6, 6))
+        q, own = 30.0 * rng.normal(size=n), np.full(n, 1e-2)
+        program = ShareProgram.of(K, root.T @ root, own, q)
+        share, price, found = solver.solve(program)
+        assert found and program.plain
+        assert np.allclose(price, program.S @ (K @ share), atol=1e-5)
+        slope = program.hessian() @ share + q
+        assert (share >= 0).all() and (slope[share > 0] < 1e-5).all() and (slope > -1e-5).all()
+        assert 0 < np.count_nonzero(share) < n
+
+
 def test_wanted_forces_and_torques_come_back(state):
     """What mechanics leaves open goes where it is wanted: the motion of one answer, its forces."""
     human, where = state.human, touching(state)

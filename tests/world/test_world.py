@@ -36,19 +36,20 @@ def pushed():
     return world, world.simulate(Posture(), 0.5)
 
 
-def test_the_largest_body_has_the_same_accelerations_dense_and_sparse():
+@pytest.mark.parametrize("human", [HUMAN, LARGE])
+def test_a_body_has_the_same_accelerations_dense_and_sparse(human):
     """MuJoCo 4.0.0 has others: wrong where Jacobians are sparse, from 60 coordinates on."""
-    world = standing(LARGE)
+    world = standing(human)
     for _ in range(10):
         world.step(StablePD(world.data.qpos[7:].copy()))
     model, data, found = world.model, world.data, []
-    assert model.nv == 66 and mujoco.mj_isSparse(model)
+    assert mujoco.mj_isSparse(model)
     for jacobian in (mujoco.mjtJacobian.mjJAC_DENSE, mujoco.mjtJacobian.mjJAC_SPARSE):
         model.opt.jacobian = jacobian
         own = mujoco.MjData(model)
         own.qpos[:], own.qvel[:], own.ctrl[:] = data.qpos, data.qvel, data.ctrl
         mujoco.mj_forward(model, own)
-        assert own.ncon > 10
+        assert own.ncon >= 8
         found.append(own.qacc.copy())
     scale = np.abs(found[0]).max()
     np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-6 * max(scale, 1.0))

@@ -8,6 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
+from plantigrade.control.pendulum.foothold import Sole
 from plantigrade.control.pendulum.frame import Underfoot
 from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
@@ -192,6 +193,7 @@ class Pendulum:
         tick = 2.0 * self.hold.half
         self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, tick)
         self.paths = [SwingPath(self.leg) for _ in gait.feet]
+        self.soles = [Sole(self.leg, own.left) for own in gait.feet]
         for path, at in zip(self.paths, body.origins[self.feet], strict=True):
             path.stands(at)
         self.landing, self._clock = None, phase
@@ -200,14 +202,29 @@ class Pendulum:
             if own.stands and own.number is not None:
                 gait.offset(own.number)[:2] = (foot[i] - ref["foot"][i])[:2]
 
+    def walk_on(self, gait: Gait) -> None:
+        """Go on as the reference is now, with the gait of another walk at a like instant."""
+        self._clock += gait.phase - self.gait.phase
+        self.gait = self.plan.gait = gait
+        self.plan.reference = self.reference
+
     def _level(self, place: Array) -> float:
         """Return the height of the ground at a place [m]."""
         (x, y, z), (ahead, left, _) = self.normal.tolist(), place.tolist()
         return (float(self.ground.under(place)) - x * ahead - y * left) / z
 
+    @property
+    def _rough(self) -> bool:
+        """Whether the ground is more than a plane."""
+        return bool(self.ground.uneven or self.ground.steps)
+
+    def _foothold(self, i: int, place: Array, other: Array, left: float) -> Array:
+        """Return how far from a place a foot is to land, to stand well [m]."""
+        return self.soles[i].shift(self.ground, place, other, left)
+
     def _slope(self, place: Array) -> tuple[float, Array]:
         """Return height and rise of the ground about a place, over a step: it need not be even."""
-        if not (self.ground.uneven or self.ground.steps):
+        if not self._rough:
             return self._level(place), -self.normal[:2] / self.normal[2]
         half = AROUND * self.leg
         east, north = np.array([half, 0.0, 0.0]), np.array([0.0, half, 0.0])
@@ -236,7 +253,8 @@ class Pendulum:
         self.place, self._now = body.com[:2].copy(), self._now + step
         holds = self.hold.goes_on(height < TOUCHING, [f.stands for f in gait.feet])
         if not holds:
-            self.landing = self.plan.next(body, ref, foot, self._slope(body.com)[1], self._level)
+            rise, foothold = self._slope(body.com)[1], self._foothold if self._rough else None
+            self.landing = self.plan.next(body, ref, foot, rise, self._level, foothold)
         pace = hurried(self.plan.error) if self.landing is None else self.landing.rate
         own = step * reference.cadence  # seconds of the recording
         self._clock += own
@@ -296,7 +314,11 @@ class Pendulum:
         for i, own in enumerate(gait.feet):
             k = feet.owner[i]
             J, speed, bias = feet.body_jacobian[k], feet.body_velocity[k], feet.body_bias[k]
-            normal = self.ground.normal_at(foot[i])
+            normal = self.normal
+            if self._rough:
+                ahead = turned[i, [0, 3]]
+                goal = None if self.landing is None else self.landing.place
+                normal = self.soles[i].normal(self.ground, own, gait.phase, foot[i], ahead, goal)
             tilt = tilted(normal)
             turn = (tilt @ ref["turn"][i].reshape(3, 3)).ravel()
             error = turn_error(turn, turned[i])
@@ -400,7 +422,7 @@ class Pendulum:
         pace[:2] += own.swing.velocity
         push[:2] += own.swing.acceleration
         goal = None if self.landing is None else self.landing.place
-        plane = None if self.ground.uneven or self.ground.steps else self.normal
+        plane = None if self._rough else self.normal
         high, rises = self.paths[i].height(
             own, self.gait.phase, rate, place, pace, goal, self._level, plane
         )

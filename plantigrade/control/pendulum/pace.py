@@ -12,6 +12,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.pendulum.manner import Manner
+from plantigrade.control.pendulum.switch import Crossing
+from plantigrade.control.pendulum.upper import Upper
 from plantigrade.control.replay.reference import Instant, Reference
 from plantigrade.control.replay.schedule import Schedule
 
@@ -38,6 +40,8 @@ class Paced:
         stride: Length of its steps, by the recorded ones.
         cadence: Steps in a time, by the recorded ones.
         manner: What is otherwise of the posture; None if it is as recorded.
+        upper: What spine, neck and arms do instead; None if as recorded.
+        crossing: The walk before, as long as it turns into this one.
         inward: How far the mass is nearer to the centre of a turn, to the left [m].
     """
 
@@ -48,6 +52,8 @@ class Paced:
         self.duration, self.ends = reference.duration, reference.ends
         self.stride, self.cadence, self.inward = 1.0, 1.0, 0.0
         self.manner: Manner | None = None
+        self.upper: Upper | None = None
+        self.crossing: Crossing | None = None
         feet = reference.table[:, reference.columns["foot"][0]].reshape(-1, 2, 3)
         self._low = feet[:, :, 2].min(axis=0)
         width = reference.table.shape[1]
@@ -70,13 +76,13 @@ class Paced:
         self._com, self._pressure = reference.columns["com"][0], reference.columns["pressure"][0]
         self._push = reference.columns["com_acceleration"][0]
         ends = reference.table[[0, -1], reference.columns["q"][0].start]
-        self._speed = float(ends[1] - ends[0]) / reference.duration
+        self._own = self._speed = float(ends[1] - ends[0]) / reference.duration
         self._phase = self._ahead = 0.0
         self._settle()
 
     @property
     def speed(self) -> float:
-        """Mean speed of the recording along its line [m/s]."""
+        """Mean speed of the recording along its line, at its own cadence [m/s]."""
         return self._speed
 
     def set(self, stride: float, cadence: float, phase: float) -> None:
@@ -94,6 +100,22 @@ class Paced:
             self.stride, self.cadence = stride, cadence
             self._settle()
 
+    def cross(self, crossing: Crossing | None, phase: float) -> None:
+        """Let another walk turn into this one; to be called whenever its part is another.
+
+        Args:
+            crossing: The walk before; None once this one is reached.
+            phase: That of now [s].
+        """
+        self.set(self.stride, self.cadence, phase)
+        self.crossing, part = crossing, 1.0 if crossing is None else crossing.part
+        before = 0.0 if crossing is None else crossing.speed
+        self._speed = part * self._own + (1.0 - part) * before
+
+    def shift(self, ahead: float) -> None:
+        """Move it along its line [m]."""
+        self._ahead += ahead
+
     def start(self, stride: float, phase: float, ahead: float) -> None:
         """Begin anew.
 
@@ -109,14 +131,18 @@ class Paced:
     def at(self, phase: float) -> Instant:
         """Return everything at a phase: arrays by name."""
         found = self.recorded.at(phase)
+        if self.crossing is not None:
+            found = self.crossing.at(found, phase, self.cadence)
         same = self.stride == self.cadence == 1.0 and self._shift == self.inward == 0.0
-        if same and self.manner is None:
+        if same and self.manner is None and self.upper is None:
             return found
         row: Array = found.row * self._factor
         row[self._along] += self._shift
         if self.cadence != 1.0:
             com, pressure = row[self._com], row[self._pressure]
             pressure[:2] = com[:2] - self.cadence**2 * (com - pressure)[:2]
+        if self.upper is not None:
+            self.upper.put(Instant(row, self.recorded.columns), phase, self.cadence)
         if self.manner is not None:
             row[self._com.start + 2] -= self.manner.lowered
             q = self.recorded.columns["q"][0]

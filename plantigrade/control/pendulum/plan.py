@@ -77,6 +77,7 @@ class Plan:
         places: Float[Array, "2 3"],
         rise: Float[Array, " 2"],
         level: Callable[[Array], float],
+        foothold: Callable[[int, Array, Array, float], Array] | None = None,
     ) -> Landing | None:
         """Return where and when the swinging foot lands; None where no single foot swings.
 
@@ -86,6 +87,8 @@ class Plan:
             places: Where the feet are, world [m].
             rise: How far the ground about the person rises along x and y, by distance.
             level: Height of the ground at a place [m].
+            foothold: How far from a place a foot is to land to stand well, given which foot, the
+                place, the other foot [m] and in what time [s]; it lands there if absent.
         """
         gait, reference = self.gait, self.reference
         omega = reference.omega
@@ -161,6 +164,10 @@ class Plan:
         found = replace(
             found, place=com + (found.place - com) @ turn, free=com + (found.free - com) @ turn
         )
+        if foothold is not None:
+            shift = foothold(i, found.place, places[k, :2], found.after)
+            found = replace(found, place=found.place + shift)
+            self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
         offset = found.place - then["foot"][i, :2]
         foot.swing.lead(offset, left / max(gait.rate, 0.2), self.step)
         return found

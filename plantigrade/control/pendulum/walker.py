@@ -13,7 +13,8 @@ from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
 from plantigrade.control.pendulum.manner import DEEPEST, Manner, stoop
 from plantigrade.control.pendulum.route import Points, Timed, Way, toward
 from plantigrade.control.pendulum.settling import Settling
-from plantigrade.control.pendulum.words import led_told
+from plantigrade.control.pendulum.styles import RECORDED, Style, Styles
+from plantigrade.control.pendulum.words import led_told, switched_told
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.world import Command, Drawing, State, Target, World, standing_on
@@ -41,6 +42,8 @@ WITHIN = 0.02
 NEAR, LEANING = 0.005, 1.5
 """Who starts brings the extrapolated centre of mass so near to where the walk has it [m], or tries
 for so long [s]."""
+SAME = 1e-6
+"""Speeds nearer than this are one [m/s]."""
 LOW = 0.01
 """What is so near the ground carries then [m]."""
 
@@ -53,11 +56,17 @@ class Wish:
         speed: How fast [m/s]; as recorded if absent.
         way: Where to; straight on if absent.
         stoop: How much lower the head is than recorded [cm]; not at all if absent.
+        own: What the walk itself is called.
+        walks: Other walks of the same person, and when they are taken.
+        uppers: What spine, neck and arms do instead, and from when on.
     """
 
     speed: Timed | None = None
     way: Way | None = None
     stoop: Timed | None = None
+    own: str = RECORDED
+    walks: tuple[Style, ...] = ()
+    uppers: tuple[Style, ...] = ()
 
 
 class Walker:
@@ -71,7 +80,8 @@ class Walker:
         law: By which feet land.
 
     Attributes:
-        targets: Speed and heading, to be set while it walks.
+        targets: Speed, heading and stoop, and the walk and the upper body where there are several,
+            to be set while it walks.
         walks: Whether it walks; else it stands.
 
     Raises:
@@ -91,7 +101,9 @@ class Walker:
             raise ParameterError(
                 "speed and path are those of a walk that is repeated; no stride of this one is"
             )
-        most = MOST * max(self._own, 0.1)
+        wished = self.wish
+        self.styles = Styles(self.pendulum, wished.own, wished.walks, wished.uppers)
+        most = MOST * max(self._own, self.styles.fastest, 0.1)
         asked = () if self.wish.speed is None else self.wish.speed.values
         if asked and max(asked) > most:
             raise ParameterError(
@@ -102,6 +114,7 @@ class Walker:
             Target("speed", 0.0, most, min(max(self._own, 0.0), most), "m/s"),
             Target("heading", -180.0, 180.0, 0.0, "deg"),
             Target("stoop", 0.0, DEEPEST, 0.0, "cm"),
+            *self.styles.targets,
         )
         self.walks, self._world, self._balance = True, None, Balance()
 
@@ -112,7 +125,7 @@ class Walker:
             points: The points, world; without the start [m].
         """
         way = Points(tuple((float(x), float(y)) for x, y in points))
-        self.wish = Wish(speed=self.wish.speed, way=way)
+        self.wish = replace(self.wish, way=way)
 
     def said(self) -> tuple[str, ...]:
         """Return what it did in the last simulation, one sentence each."""
@@ -121,7 +134,8 @@ class Walker:
         wish = self.wish
         speed = None if wish.speed is None else (self.targets[0].value, self._mean)
         astray = None if wish.way is None else self._astray
-        return (*self.pendulum.said(), *led_told(speed, astray, self._stood))
+        switched = switched_told(self.styles.switched, self.styles.off)
+        return (*self.pendulum.said(), *switched, *led_told(speed, astray, self._stood))
 
     def figures(self) -> dict[str, float]:
         """Return figures of the last simulation."""
@@ -131,6 +145,9 @@ class Walker:
             figures["speed_at_end_m_s"] = self._mean if self.walks else 0.0
             figures["astray_max_m"] = self._astray
             figures["stood_s"] = sum(end - start for start, end in self._stood)
+        if self._world is not None and self.styles.switched:
+            figures["switched_s"] = self.styles.switched[-1].time
+            figures["off_after_switch_deg"] = float(np.rad2deg(self.styles.off))
         return figures
 
     def drawings(self, state: State) -> tuple[Drawing, ...]:
@@ -159,6 +176,7 @@ class Walker:
             self._begin(state)
         self._time = state.time
         self._ask(state.time)
+        self.styles.look(state.time, self.walks)
         if self.walks and self._may_stand(state):
             self._stop(state)
         elif not self.walks and self.targets[0].value > 0.0:
@@ -173,6 +191,7 @@ class Walker:
         if self._ground.moves or not frame.is_world:
             pendulum.ground, pendulum.normal = self._ground, self._ground.normal
         command = pendulum(self._seen(state))
+        self.styles.count(float(command.signals["tracking_error"]))
         if frame.is_world:
             return command
         place = np.append(command.signals["landing"], 0.0)
@@ -182,6 +201,7 @@ class Walker:
         """Start anew."""
         self._world: World | None = state.world
         self.frame = Frame()
+        self.styles.begin()
         self.pendulum.reference.start(1.0, 0.0, 0.0)
         self.pendulum.begin(state)
         self._ground = Underfoot(state.world, self.frame)
@@ -201,7 +221,7 @@ class Walker:
 
     def _ask(self, time: float) -> None:
         """Set the targets to what is wanted now, where that is another than before."""
-        speed, heading, low = self.targets
+        speed, heading, low = self.targets[:3]
         if self.wish.stoop is not None:
             asked = self.wish.stoop.at(time)
             if asked != self._stooping:
@@ -258,19 +278,25 @@ class Walker:
 
     def _pace(self, step: float) -> None:
         """Make steps longer or shorter, to the speed that is wanted."""
-        paced, wanted = self.pendulum.reference, self.targets[0].value
-        own = max(self._own, 1e-3)
+        paced = self.pendulum.reference
+        crossing, phase = paced.crossing, self.pendulum.gait.phase
+        own = paced.speed * (1.0 if crossing is None else crossing.mean_cadence)
+        own = max(own, 1e-3)
+        if abs(self.targets[0].value - self._own) < SAME:  # as fast as the walk itself is
+            self.targets[0].set(min(own, self.targets[0].high))
+        self._own, wanted = own, self.targets[0].value
         ahead = float(self.pendulum.place[0])
         self._mean += step / MEAN * ((ahead - self._last) / step - self._mean)
         self._last = ahead
-        aim, far = wanted / own, SPEEDING / own * step
+        aim, far = min(wanted / own, MOST), SPEEDING / own * step
         self._stride += min(max(aim - self._stride, -far), far)
         self._steady = self._steady + step if self._stride == aim else 0.0
         if self._steady > STEADY and aim > SLOW:
             self._more += step * REGAIN * (wanted - self._mean) / own
             self._more = min(max(self._more, -CORRECTED), CORRECTED)
         more = self._more * min(self._stride / SLOW, 1.0)
-        paced.set(min(self._stride + more, MOST), 1.0, self.pendulum.gait.phase)
+        cadence = 1.0 if crossing is None else crossing.cadence(phase)
+        paced.set(min(self._stride + more, MOST), cadence, phase)
 
     def _may_stand(self, state: State) -> bool:
         """Return whether balance could take over now, and should."""

@@ -26,6 +26,23 @@ class Landed:
     short: float
 
 
+@dataclass(frozen=True)
+class Switched:
+    """A walk that was changed into another one.
+
+    Attributes:
+        name: Of the other one.
+        time: When that began [s].
+        foot: Which foot stood; empty for both.
+        percent: Of the stride, from the right foot's strike on.
+    """
+
+    name: str
+    time: float
+    foot: str
+    percent: float
+
+
 def walk_told(landings: Sequence[Landed], speeds: tuple[float, float, float]) -> tuple[str, ...]:
     """Return sentences on a walk.
 
@@ -72,6 +89,23 @@ def led_told(
         told.append(f"It kept within {100 * astray:.0f} cm of its way.")
     for start, end in stood:
         told.append(f"It stood from {start:.1f} to {end:.1f} s.")
+    return tuple(told)
+
+
+def switched_told(switched: Sequence[Switched], off: float) -> tuple[str, ...]:
+    """Return sentences on walks that were changed into others.
+
+    Args:
+        switched: What was changed.
+        off: How far the joints were from the last one afterwards, root mean square [rad].
+    """
+    told = []
+    for each in switched:
+        on = {"r": "the right foot", "l": "the left foot"}.get(each.foot)
+        where = f" on {on}, at {each.percent:.0f} % of the stride" if on else ", standing"
+        told.append(f"Went over to {each.name} at {each.time:.2f} s{where}.")
+    if told and np.isfinite(off):
+        told[-1] = f"{told[-1][:-1]}; afterwards its joints were {np.rad2deg(off):.1f}° off, RMS."
     return tuple(told)
 
 

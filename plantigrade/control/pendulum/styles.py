@@ -1,0 +1,267 @@
+"""The walks that somebody can walk, and what their upper body can do: chosen while they walk."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.control.pendulum.controller import Pendulum
+from plantigrade.control.pendulum.pace import Paced
+from plantigrade.control.pendulum.switch import Clocks, Crossing
+from plantigrade.control.pendulum.upper import (
+    InStep,
+    Pose,
+    Source,
+    Upper,
+    source_of,
+)
+from plantigrade.control.pendulum.words import Switched
+from plantigrade.control.replay.clearance import Clearance, clearance_of
+from plantigrade.control.replay.gait import Gait
+from plantigrade.control.replay.reference import Reference, reference_of
+from plantigrade.errors import ParameterError
+from plantigrade.record import Record
+from plantigrade.world import Target
+
+RECORDED = "recorded"
+"""Name of the upper body that is the walk's own."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Style:
+    """Another walk of the same person, or what their upper body does.
+
+    Attributes:
+        name: What it is called.
+        record: The walk or motion; None where it is a pose.
+        pose: The pose.
+        time: When somebody takes it [s]; None if only by hand.
+    """
+
+    name: str
+    record: Record | None = None
+    pose: Pose | None = None
+    time: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """A walk ready to be walked."""
+
+    name: str
+    reference: Reference
+    clearance: Clearance
+
+    @classmethod
+    def of(cls, style: Style) -> "Walk":
+        """Return the walk of a style."""
+        assert style.record is not None
+        clearance = clearance_of(style.record)
+        return cls(style.name, reference_of(style.record, clearance), clearance)
+
+
+class Styles:
+    """Changes the walk of a pendulum, and the upper body, when it is asked to.
+
+    Args:
+        pendulum: Who walks.
+        own: Name of their own walk.
+        walks: Other walks.
+        uppers: What the upper body can do.
+
+    Attributes:
+        targets: The walk and the upper body by number, to be chosen while it walks; only where
+            there are several.
+        switched: What was changed, in order.
+        off: Root mean square of the joints' distance from the walk since the last change was
+            over [rad]; NaN before.
+
+    Raises:
+        ParameterError: If one is of another person, or none that is repeated on level ground.
+    """
+
+    def __init__(
+        self,
+        pendulum: Pendulum,
+        own: str = RECORDED,
+        walks: Sequence[Style] = (),
+        uppers: Sequence[Style] = (),
+    ):
+        self._pendulum, human = pendulum, pendulum.human
+        for style in (*walks, *uppers):
+            other = human if style.record is None else style.record.human
+            if other.joint_names != human.joint_names:
+                raise ParameterError(
+                    f"{style.name} has {other.model.nv} degrees of freedom, the one who walks "
+                    f"{human.model.nv}: the joints and feet of both must be the same"
+                )
+        first = pendulum.reference.recorded
+        self._walks = [Walk(own, first, pendulum.clearance), *(Walk.of(w) for w in walks)]
+        for walk in self._walks[1:]:
+            try:
+                Clocks(walk.reference.schedule, first.schedule)
+            except ParameterError as error:
+                raise ParameterError(f"{own}, then {walk.name}: {error}") from error
+        self._uppers: list[tuple[str, Reference | Pose | None]] = [(RECORDED, None)]
+        self._plan = [(w.time, 0, i + 1) for i, w in enumerate(walks) if w.time is not None]
+        for style in uppers:
+            what = style.pose if style.record is None else Walk.of(style).reference
+            number = 0  # back to the walk's own
+            if what is not None:
+                number = len(self._uppers)
+                self._uppers.append((style.name, what))
+            if style.time is not None:
+                self._plan.append((style.time, 1, number))
+        self._plan.sort()
+        names = [[w.name for w in self._walks], [name for name, _ in self._uppers]]
+        self._chosen = tuple(
+            Target(what, 0.0, len(own) - 1.0, 0.0, names=tuple(own)) if len(own) > 1 else None
+            for what, own in zip(("style", "upper body"), names, strict=True)
+        )
+        self.targets = tuple(target for target in self._chosen if target is not None)
+        self.begin()
+
+    @property
+    def fastest(self) -> float:
+        """Speed of the fastest walk [m/s]."""
+        walks = (walk.reference for walk in self._walks)
+        return max(float(w.advance[0]) / w.duration if w.period else 0.0 for w in walks)
+
+    @property
+    def crosses(self) -> bool:
+        """Whether one walk turns into another now."""
+        return self._pendulum.reference.crossing is not None
+
+    def begin(self) -> None:
+        """Start anew: with the first walk, as recorded."""
+        pendulum, first = self._pendulum, self._walks[0]
+        if pendulum.reference.recorded is not first.reference:
+            pendulum.reference = Paced(first.reference)
+            pendulum.clearance = first.clearance
+        pendulum.reference.crossing = pendulum.reference.upper = None
+        self._now = [0, 0]
+        self._left = list(self._plan)
+        for target in self.targets:
+            target.set(0.0)
+        self.switched: list[Switched] = []
+        self._since, self._squares, self._counted = 0.0, 0.0, 0
+
+    @property
+    def off(self) -> float:
+        """Root mean square of the joints' distance from the walk it was changed to [rad]."""
+        return float(np.sqrt(self._squares / self._counted)) if self._counted else float("nan")
+
+    @property
+    def name(self) -> str:
+        """Name of the walk that is walked."""
+        return self._walks[self._now[0]].name
+
+    def look(self, time: float, walks: bool) -> None:
+        """Change what is to be changed now, if that can be.
+
+        Args:
+            time: Now [s].
+            walks: Whether the pendulum walks; who stands takes another walk at once.
+        """
+        if not self.targets:
+            return
+        while self._left and self._left[0][0] <= time + 1e-9:
+            _, k, i = self._left.pop(0)
+            target = self._chosen[k]
+            assert target is not None
+            target.set(float(i))
+        style, upper = (0 if t is None else round(t.value) for t in self._chosen)
+        paced = self._pendulum.reference
+        if paced.crossing is not None:
+            self._cross(time)
+        elif style != self._now[0]:
+            self._switch(style, time, walks)
+        paced = self._pendulum.reference
+        if upper != self._now[1]:
+            before = None if paced.upper is None else paced.upper.source
+            self._now[1] = upper
+            paced.upper = self._dressed(paced, self._source(upper, time), before, time)
+        if paced.upper is not None:
+            paced.upper.time = time
+
+    def count(self, error: float) -> None:
+        """Take note of how far the joints are from the walk now [rad]."""
+        if self.switched and not self.crosses:
+            self._squares, self._counted = self._squares + error**2, self._counted + 1
+
+    def _source(self, upper: int, time: float) -> Source | None:
+        what = self._uppers[upper][1]
+        if what is None:
+            return None
+        return source_of(self._pendulum.human, what, self._pendulum.reference.recorded, time)
+
+    def _cross(self, time: float) -> None:
+        """Go on from one walk to the next."""
+        pendulum = self._pendulum
+        paced, crossing = pendulum.reference, pendulum.reference.crossing
+        assert crossing is not None
+        goes = crossing.go(time - self._since)
+        paced.cross(crossing if goes else None, pendulum.gait.phase)
+
+    def _switch(self, style: int, time: float, walks: bool) -> None:
+        """Begin to turn into another walk, where one foot stands and the other swings on time."""
+        pendulum, walk = self._pendulum, self._walks[style]
+        before = pendulum.reference
+        upper = before.upper
+        if not walks:
+            paced = Paced(walk.reference)
+            paced.inward, paced.manner = before.inward, before.manner
+            self._changed(paced, style, time, "", float("nan"))
+        else:
+            gait = pendulum.gait
+            swings = [f for f in gait.feet if not f.stands and f.number is not None]
+            if len(gait.standing) != 1 or len(swings) != 1:
+                return
+            foot, stood = swings[0], gait.standing[0]
+            if foot.caught or foot.waited or stood.early or gait.phase >= foot.touchdown:
+                return
+            crossing = Crossing(walk.reference, before.recorded)
+            clocks = crossing.clocks
+            phase = clocks.to_new(gait.phase)
+            new = Gait(walk.reference, gait.weight, phase)
+            if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
+                return
+            paced = Paced(walk.reference)
+            paced.inward, paced.manner = before.inward, before.manner
+            ahead = float(before.at(gait.phase)["q"][0])
+            paced.start(before.stride, phase, 0.0)
+            paced.inward = before.inward
+            paced.cross(crossing, phase)
+            paced.set(before.stride, crossing.cadence(phase), phase)
+            paced.shift(ahead - float(paced.at(phase)["q"][0]))
+            for now, then in zip(new.feet, gait.feet, strict=True):
+                now.swing, now.lifted = then.swing, clocks.to_new(then.lifted)
+                assert now.number is not None and then.number is not None
+                new.offset(now.number)[:] = gait.offset(then.number)
+            new.rate, new.touchdowns = gait.rate, gait.touchdowns
+            share = 100.0 * clocks.share(phase)
+            self._changed(paced, style, time, stood.side, share)
+            pendulum.walk_on(new)
+        self._since, self._squares, self._counted = time, 0.0, 0
+        pendulum.clearance = walk.clearance
+        if upper is not None:
+            sources = [self._renewed(source, time) for source in (upper.source, upper.before)]
+            paced.upper = self._dressed(paced, sources[0], sources[1], upper.since)
+
+    def _dressed(
+        self, paced: Paced, source: Source | None, before: Source | None, since: float
+    ) -> Upper:
+        return Upper(self._pendulum.human, paced.recorded, source, before, since)
+
+    def _renewed(self, source: Source | None, time: float) -> Source | None:
+        """Return what the upper body does, on the legs of the walk that is walked now."""
+        if not isinstance(source, InStep):
+            return source
+        return source_of(
+            self._pendulum.human, source.other, self._pendulum.reference.recorded, time
+        )
+
+    def _changed(self, paced: Paced, style: int, time: float, foot: str, percent: float) -> None:
+        self._pendulum.reference = paced
+        self._now[0] = style
+        self.switched.append(Switched(self._walks[style].name, time, foot, percent))

@@ -1,0 +1,194 @@
+r"""From one walk to another while it goes on: at a like instant of the stride, blended.
+
+Two walks of one person are brought to one clock: strikes and lifts of the feet fall on each other,
+and times in between are stretched evenly. So the old walk can be changed into the new one,
+postures, feet, speed and rhythm alike, while feet land and leave as they do in both. With a part
+:math:`p` of the new walk, a second of its clock takes
+
+.. math:: dt = (1 - p)\, dt_{old} + p\, dt_{new},
+
+so that at :math:`p = 0` the old walk goes on as it was.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.control.replay.reference import STEP, Instant, Reference
+from plantigrade.control.replay.schedule import Schedule
+from plantigrade.errors import ParameterError
+
+BLENDED = 1.2
+"""So long one walk turns into the other at least: about a stride [s]."""
+FASTER = 0.5
+"""And so long that its speed changes no faster, on the mean [m/s²]."""
+LOOKS = 50
+"""Instants of a stride by which both walks are laid over each other."""
+RATES = ("v", "com_velocity", "foot_velocity", "turn_velocity")
+CHANGES = ("a", "com_acceleration", "foot_acceleration", "turn_acceleration")
+
+
+class Clocks:
+    """The clocks of two walks: which instants of their strides are alike.
+
+    Args:
+        new: Stances of the new walk.
+        old: Those of the old one.
+        lifts: Whether feet also lift at like instants, not only strike. Nobody who runs has both
+            feet on the ground: then they do not.
+
+    Attributes:
+        period: Of the new walk [s].
+        rate: Mean seconds of the old walk in one of the new.
+
+    Raises:
+        ParameterError: If one of them is not repeated, or a foot does not stand once in a stride.
+    """
+
+    def __init__(self, new: Schedule, old: Schedule, *, lifts: bool = True):
+        ours, theirs = instants(new), instants(old)
+        self._begin = float(ours[0])
+        self.period, self._period = float(new.period or 0.0), float(old.period or 0.0)
+        self.rate = self._period / self.period
+        order = [np.argsort(x) for x in (ours, theirs)]
+        near = min(float(np.diff(np.sort(x)).min()) for x in (ours, theirs))
+        if not lifts or (order[0] != order[1]).any() or near < STEP:
+            ours, theirs = ours[:2], theirs[:2]
+        rounds = np.arange(-2, 4)[:, None]
+        self._new = (np.sort(ours) + rounds * self.period).ravel()
+        self._old = (np.sort(theirs) + rounds * self._period).ravel()
+        self._pace = np.diff(self._old) / np.diff(self._new)
+
+    def to_old(self, phase: float) -> float:
+        """Return the instant of the old walk that is like one of the new [s]."""
+        cycle = np.floor(phase / self.period)
+        own = np.interp(phase - cycle * self.period, self._new, self._old)
+        return float(own + cycle * self._period)
+
+    def to_new(self, phase: float) -> float:
+        """Return the instant of the new walk that is like one of the old [s]."""
+        cycle = np.floor(phase / self._period)
+        own = np.interp(phase - cycle * self._period, self._old, self._new)
+        return float(own + cycle * self.period)
+
+    def share(self, phase: float) -> float:
+        """Return what part of the new stride is over, from the right foot's strike on."""
+        return (phase - self._begin) / self.period % 1.0
+
+    def pace(self, phase: float) -> float:
+        """Return seconds of the old walk in one of the new, at a phase of the new."""
+        i = int(np.searchsorted(self._new, phase % self.period, side="right")) - 1
+        return float(self._pace[i])
+
+
+def instants(schedule: Schedule) -> Float[Array, " 4"]:
+    """Return when feet strike, right and left, and lift, from the first right strike on [s].
+
+    Raises:
+        ParameterError: If the walk is not repeated, or a foot does not stand once in a stride.
+    """
+    period = schedule.period
+    own = {s: [x for x in schedule.stances if x.side == s and np.isfinite(x.stop)] for s in SIDES}
+    if period is None or schedule.per_period != len(SIDES) or not all(own.values()):
+        raise ParameterError(
+            "only walks in which every foot stands once in a stride that is repeated can be "
+            "changed into each other"
+        )
+    begin = own["r"][0].start - schedule.first
+    strikes = [own[side][0].start - schedule.first for side in SIDES]
+    lifts = [own[side][0].stop - schedule.first for side in SIDES]
+    after = (np.array([*strikes, *lifts]) - begin) % period
+    return begin % period + after
+
+
+def lasting(new: Reference, old: Reference) -> float:
+    """Return how long one walk takes to turn into another [s]."""
+    speeds = [float(walk.advance[0]) / walk.duration for walk in (new, old)]
+    return max(BLENDED, abs(speeds[0] - speeds[1]) / FASTER)
+
+
+class Crossing:
+    """One walk that turns into another.
+
+    Args:
+        new: The new walk.
+        old: The one before.
+
+    Attributes:
+        clocks: Of both.
+        speed: Of the old walk, on the clock of the new one [m/s].
+        part: How far it is the new one, from 0 to 1.
+
+    Raises:
+        ParameterError: If the walks are of different bodies, or not to be compared.
+    """
+
+    def __init__(self, new: Reference, old: Reference):
+        if new.columns != old.columns:
+            raise ParameterError("only walks of the same joints and feet can be compared")
+        self.clocks, self._old = Clocks(new.schedule, old.schedule), old
+        self._lasts, self.part, self._rate = lasting(new, old), 0.0, 0.0
+        self.speed = float(old.advance[0]) / new.duration
+        cut = {name: where for name, (where, _) in new.columns.items()}
+        width = new.table.shape[1]
+        self._order = np.zeros(width)
+        for names, order in ((RATES, 1.0), (CHANGES, 2.0)):
+            for name in names:
+                self._order[cut[name]] = order
+        self._along = new.moved[:, 0] != 0.0
+        self._off, root = 0.0, cut["q"].start
+        own = float(new.advance[0]) / new.duration
+        phases = np.arange(LOOKS) / LOOKS * new.duration
+        self._off = float(
+            np.mean(
+                [
+                    new.at(p).row[root]
+                    - old.at(self.clocks.to_old(p)).row[root]
+                    - (own - self.speed) * p
+                    for p in phases.tolist()
+                ]
+            )
+        )
+
+    def go(self, since: float) -> bool:
+        """Go on to a time since the beginning [s]; return whether it is not over."""
+        u = min(since / self._lasts, 1.0)
+        self.part = u * u * (3.0 - 2.0 * u)
+        self._rate = 6.0 * u * (1.0 - u) / self._lasts
+        return u < 1.0
+
+    @property
+    def mean_cadence(self) -> float:
+        """Strides in a time, by those of the new walk."""
+        return 1.0 / ((1.0 - self.part) * self.clocks.rate + self.part)
+
+    def cadence(self, phase: float) -> float:
+        """Return how fast the clock of the new walk goes, at a phase of it."""
+        return 1.0 / ((1.0 - self.part) * self.clocks.pace(phase) + self.part)
+
+    def at(self, new: Instant, phase: float, cadence: float) -> Instant:
+        """Return what is between both walks, as seen by who goes at a cadence.
+
+        Args:
+            new: The new walk at a phase.
+            phase: That [s].
+            cadence: By how much rates will be multiplied, and changes of rates twice.
+        """
+        old, pace = self._old.at(self.clocks.to_old(phase)), self.clocks.pace(phase)
+        faster = self.cadence(phase) / cadence
+        q, before = np.array(new["q"]), old["q"]
+        if before[3:7] @ q[3:7] < 0.0:
+            before[3:7] *= -1.0
+        for walk, times in ((new, faster), (old, faster * pace)):
+            off = walk["pressure"][:2] - walk["com"][:2]
+            walk["pressure"][:2] = walk["com"][:2] + times**2 * off
+            walk.row[:] *= times**self._order
+        old.row[self._along] += self._off
+        row = (1.0 - self.part) * old.row + self.part * new.row
+        found = Instant(row, self._old.columns)
+        found["v"][6:] += self._rate * (q - before)[7:] / cadence
+        quat = found["q"][3:7]
+        quat /= np.linalg.norm(quat)
+        turn = found["turn"].reshape(2, 3, 3)
+        turn[:] = 1.5 * turn - 0.5 * turn @ turn.transpose(0, 2, 1) @ turn  # to the next rotation
+        return found

@@ -1,0 +1,259 @@
+"""Spine, neck and arms of something else, on the legs of a walk.
+
+What the upper body does is another walk, in step with the legs; another motion, in its own time; or
+a pose. Of a recording it is taken how the trunk leans in the world, not how it is bent against the
+pelvis, which everybody's markers have tilted otherwise.
+
+The mass stays over the feet where the walk has it: the pelvis goes back under a trunk that leans
+forward. It is as much lower as such a posture has it, and as legs need to reach as far as before
+from hips farther back.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.control.pendulum.switch import Clocks
+from plantigrade.control.replay.reference import Instant, Reference
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import State
+from plantigrade.models import Human
+
+SOON = 1.0
+"""In this time one upper body turns into another [s]."""
+SPINE = "lumbar_extension"
+"""Coordinate that takes up how differently the pelvis is tilted."""
+LOOKS = 12
+"""Instants of a stride by which it is found how high the mass is."""
+LEGS = ("femur", "patella", "tibia", "talus", "foot", "heel", "toes", "medial", "lateral")
+"""What the names of bodies begin with that are no upper body."""
+
+
+def upper_hinges(human: Human) -> Bool[Array, " n_hinges"]:
+    """Return which hinges are of spine, neck and arms."""
+    model = human.model
+    moved = [human.body_names[int(b) - 1] for b in model.jnt_bodyid[1:]]
+    return np.array([not name.startswith(LEGS) for name in moved])
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Angles of some hinges; the others stay as recorded.
+
+    Attributes:
+        hinges: Which.
+        angles: Their angles [rad].
+    """
+
+    hinges: Bool[Array, " n_hinges"]
+    angles: Float[Array, " n_posed"]
+
+    @classmethod
+    def of(cls, human: Human, angles: Mapping[str, float]) -> "Pose":
+        """Return the pose of coordinates.
+
+        Args:
+            human: The person.
+            angles: Coordinate of spine, neck or arms → angle [rad].
+
+        Raises:
+            ParameterError: If the person has no such coordinate above the hips, or cannot bend so.
+        """
+        upper, names = upper_hinges(human), human.coordinates
+        free = [name for name, own in zip(names, upper, strict=True) if own]
+        hinges, values = np.zeros(len(names), dtype=bool), np.zeros(len(names))
+        for name, angle in angles.items():
+            if name not in free:
+                raise ParameterError(
+                    f"no coordinate {name!r} of the upper body; there are {', '.join(free)}"
+                )
+            i = names.index(name)
+            low, high = np.rad2deg(human.model.jnt_range[i + 1]).tolist()
+            if not low <= np.rad2deg(angle) <= high:
+                raise ParameterError(f"{name}={np.rad2deg(angle):g}° must be {low:.0f}–{high:.0f}°")
+            hinges[i], values[i] = True, angle
+        return cls(hinges, values[hinges])
+
+    def put(self, row: Instant, phase: float, time: float, cadence: float) -> None:
+        """Put it into an instant of a walk."""
+        hinges = self.hinges
+        row["q"][7:][hinges] = self.angles
+        row["v"][6:][hinges] = row["a"][6:][hinges] = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class InStep:
+    """The upper body of another walk, in step with the legs.
+
+    Attributes:
+        other: That walk.
+        clocks: Of the one that is walked, and of that.
+        hinges: Which are taken from it.
+        more: What their angles are more here [rad].
+    """
+
+    other: Reference
+    clocks: Clocks
+    hinges: Bool[Array, " n_hinges"]
+    more: Float[Array, " n_upper"]
+
+    def put(self, row: Instant, phase: float, time: float, cadence: float) -> None:
+        """Put it into an instant of a walk."""
+        other, pace = self.other.at(self.clocks.to_old(phase)), self.clocks.pace(phase)
+        taken(other, row, self.hinges, self.more, cadence * pace)
+
+
+@dataclass(frozen=True, eq=False)
+class OwnTime:
+    """The upper body of a motion that is no such walk, in its own time.
+
+    It ends in its last posture, unless it is repeated.
+
+    Attributes:
+        motion: The motion.
+        hinges: Which are taken from it.
+        more: What their angles are more here [rad].
+        begins: When [s].
+    """
+
+    motion: Reference
+    hinges: Bool[Array, " n_hinges"]
+    more: Float[Array, " n_upper"]
+    begins: float
+
+    def put(self, row: Instant, phase: float, time: float, cadence: float) -> None:
+        """Put it into an instant of a walk."""
+        at = time - self.begins
+        now = self.motion.at(max(at, 0.0))
+        over = self.motion.period is None and at >= self.motion.duration
+        taken(now.still() if over else now, row, self.hinges, self.more, 1.0)
+
+
+Source = Pose | InStep | OwnTime
+
+
+def source_of(human: Human, other: Reference | Pose, walk: Reference, time: float) -> Source:
+    """Return what the upper body does, on the legs of a walk.
+
+    Args:
+        human: The person.
+        other: The other walk or motion of the same person, or a pose.
+        walk: The walk of the legs.
+        time: When that begins [s].
+
+    """
+    if isinstance(other, Pose):
+        return other
+    hinges, straight = upper_hinges(human), np.zeros(len(human.coordinates))
+    if SPINE in human.coordinates:
+        straight[human.hinge(SPINE)] = tilt_of(human, other) - tilt_of(human, walk)
+    straight = straight[hinges]
+    try:
+        clocks = Clocks(walk.schedule, other.schedule, lifts=False)
+        return InStep(other, clocks, hinges, straight)
+    except ParameterError:  # no walk, or none whose strides can be compared
+        return OwnTime(other, hinges, straight, time)
+
+
+def tilt_of(human: Human, walk: Reference) -> float:
+    """Return the mean tilt of the pelvis, backward [rad]."""
+    cut, _ = walk.columns["q"]
+    names, values = human.to_coordinates(walk.table[:, cut])
+    return float(np.mean(values[:, names.index("pelvis_tilt")]))
+
+
+def taken(
+    other: Instant,
+    row: Instant,
+    hinges: Bool[Array, " n_hinges"],
+    more: Float[Array, " n_upper"],
+    cadence: float,
+) -> None:
+    """Take hinges, and how they move, from another instant."""
+    row["q"][7:][hinges] = other["q"][7:][hinges] + more
+    row["v"][6:][hinges] = cadence * other["v"][6:][hinges]
+    row["a"][6:][hinges] = cadence**2 * other["a"][6:][hinges]
+
+
+def lowering(human: Human, walk: Reference, source: Source | None, time: float) -> float:
+    """Return how much lower the mass is with another upper body [m].
+
+    Args:
+        human: The person.
+        walk: The walk of the legs.
+        source: What the upper body does; None: as recorded.
+        time: When that begins [s].
+    """
+    if source is None:
+        return 0.0
+    body, moved = State(human, human.standing()), []
+    leg = float(np.ptp([body.origin(name)[2] for name in ("femur_r", "foot_r")]))
+    for part in np.arange(LOOKS) / LOOKS:
+        phase = float(part) * walk.duration
+        row = walk.at(phase)
+        before = body.moved_to(np.array(row["q"])).com
+        source.put(row, phase, time + phase, 1.0)
+        moved.append(body.moved_to(np.array(row["q"])).com - before)
+    ahead, _, up = np.mean(moved, axis=0).tolist()
+    half = 0.25 * float(np.linalg.norm(walk.advance))  # of a step
+    return abs(ahead) * half / leg - up
+
+
+class Upper:
+    """What the upper body does, and what it did before, as long as it turns into it.
+
+    Args:
+        human: The person.
+        walk: The walk of the legs.
+        source: What it does; None: as recorded.
+        before: What it did.
+        since: From when on it does so [s].
+
+    Attributes:
+        time: Now [s].
+    """
+
+    def __init__(
+        self,
+        human: Human,
+        walk: Reference,
+        source: Source | None,
+        before: Source | None,
+        since: float,
+    ):
+        self.source, self.before, self.since = source, before, since
+        self.time = since
+        self._lower = [lowering(human, walk, each, since) for each in (before, source)]
+
+    @property
+    def part(self) -> float:
+        """How far it is the new one, from 0 to 1."""
+        u = min(max((self.time - self.since) / SOON, 0.0), 1.0)
+        return u * u * (3.0 - 2.0 * u)
+
+    def put(self, row: Instant, phase: float, cadence: float) -> None:
+        """Put it into an instant of a walk.
+
+        Args:
+            row: The instant, which is changed.
+            phase: That of the walk [s].
+            cadence: Steps in a time, by those of the walk.
+        """
+        part = self.part
+        lower = (1.0 - part) * self._lower[0] + part * self._lower[1]
+        row["com"][2] -= lower
+        row["q"][2] -= lower
+        cuts = [row["q"][7:], row["v"][6:], row["a"][6:]]
+        recorded = [np.array(cut) for cut in cuts] if part < 1.0 else []
+        if part < 1.0 and self.before is not None:
+            self.before.put(row, phase, self.time, cadence)
+        old = [np.array(cut) for cut in cuts] if part < 1.0 else []
+        for cut, own in zip(cuts, recorded, strict=False):
+            cut[:] = own
+        if self.source is not None:
+            self.source.put(row, phase, self.time, cadence)
+        for cut, own in zip(cuts, old, strict=False):
+            cut *= part
+            cut += (1.0 - part) * own

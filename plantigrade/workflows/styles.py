@@ -1,0 +1,132 @@
+"""Other walks of a person, and what their upper body does instead: recordings, runs, poses."""
+
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.control.pendulum.styles import RECORDED, Style
+from plantigrade.control.pendulum.upper import Pose
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.stride import stride_of
+from plantigrade.models import Human
+from plantigrade.options import as_path
+from plantigrade.record import Record, Run
+from plantigrade.workflows.fit import Step, fit_trial
+from plantigrade.workflows.settings import FitSettings, SimulateSettings
+from plantigrade.workflows.walkers import on_body, walk_on_body
+
+THEN = "write FILE@S or RUN@S, such as stroll.c3d@4"
+UPPER = (
+    "write FILE, RUN, angles such as arm_flex_r=60,elbow_flex_r=90 (degrees) or recorded, each "
+    "with @S where it begins later"
+)
+
+
+def styles_of(
+    human: Human, how: SimulateSettings, step: Step
+) -> tuple[tuple[Style, ...], tuple[Style, ...]]:
+    """Return the other walks of a person, and what their upper body does instead.
+
+    Recordings are fitted, with the joints and feet of the person; their walks are carried over to
+    the person's body.
+
+    Args:
+        human: The person.
+        how: The settings, with their words.
+        step: Shows progress.
+
+    Raises:
+        ParameterError: If a word is none, a walk has no stride, or is of somebody with other
+            joints.
+        FileError: If a file or run cannot be read.
+        FitError: If a recording cannot be fitted.
+    """
+    walks = []
+    for word in how.then:
+        what, time = timed(word, "walk to go over to", THEN)
+        record = _found(what, human, how, step)
+        try:
+            walk = walk_on_body(record, human)
+        except ParameterError as error:
+            raise ParameterError(f"then={word}: {error}") from error
+        walks.append(Style(name=Path(what).stem, record=walk, time=time))
+    return tuple(walks), tuple(_upper(word, human, how, step) for word in how.upper_body)
+
+
+def timed(word: str, what: str, form: str) -> tuple[str, float | None]:
+    """Return a word without its time, and that [s]; None where it has none.
+
+    Raises:
+        ParameterError: If its time is none.
+    """
+    name, at, when = word.rpartition("@")
+    if not at:
+        return word, None
+    try:
+        time = float(when)
+    except ValueError:
+        time = -1.0
+    if not (name and np.isfinite(time) and time >= 0.0):
+        raise ParameterError(f"{word!r} is no {what}: {form}")
+    return name, time
+
+
+def pose_of(word: str) -> dict[str, float] | None:
+    """Return coordinate → angle of a word [rad]; None where it is no pose.
+
+    Raises:
+        ParameterError: If an angle is no number.
+    """
+    if "=" not in word:
+        return None
+    angles = {}
+    for part in word.split(","):
+        name, _, angle = part.partition("=")
+        try:
+            angles[name.strip()] = float(np.deg2rad(float(angle)))
+        except ValueError:
+            raise ParameterError(f"{word!r} is no upper body: {UPPER}") from None
+    return angles
+
+
+def _upper(word: str, human: Human, how: SimulateSettings, step: Step) -> Style:
+    what, time = timed(word, "upper body", UPPER)
+    time = time or 0.0
+    if what == RECORDED:
+        return Style(name=RECORDED, time=time)
+    angles = pose_of(what)
+    if angles is not None:
+        return Style(name=what, pose=Pose.of(human, angles), time=time)
+    record = _found(what, human, how, step)
+    try:
+        walk = walk_on_body(record, human)
+    except ParameterError:  # no walk
+        moved = on_body(record, human)
+        motion = stride_of(human, moved.motion).motion(human)
+        walk = Record(human, motion, notes=moved.notes)
+    return Style(name=Path(what).stem, record=walk, time=time)
+
+
+def _found(word: str, human: Human, how: SimulateSettings, step: Step) -> Record:
+    """Return what a recording or run holds.
+
+    Raises:
+        ParameterError: If it is of somebody with other joints.
+    """
+    path = as_path(word, "another walk")
+    if path.is_dir():
+        record = Run.load(path).record
+    else:
+        own = FitSettings(
+            joints=human.joints,
+            feet=human.feet,
+            marker_set=how.marker_set,
+            cutoff=how.cutoff,
+        )
+        record = fit_trial(path, own, step)[1].record()
+    if record.human.joint_names != human.joint_names:
+        raise ParameterError(
+            f"{word} is of somebody with {record.human.model.nv} degrees of freedom, the one who "
+            f"walks has {human.model.nv}: the joints and feet of both must be the same"
+        )
+    return record

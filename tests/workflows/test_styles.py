@@ -1,0 +1,87 @@
+"""Words of other walks and upper bodies; a walk that is carried over to another body."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import plantigrade as pg
+from plantigrade.control.pendulum import walk_of
+from plantigrade.control.replay.reference import reference_of
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.stride import stride_of
+from plantigrade.kinematics.textbook_walk import textbook_walk
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.record import Record, Run
+from plantigrade.workflows.save import save
+from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.styles import THEN, pose_of, styles_of, timed
+from plantigrade.workflows.walkers import walk_on_body
+
+
+@pytest.fixture(scope="module")
+def walk() -> Record:
+    """The textbook walk of a person with rigid feet, a stride of it closed."""
+    human = Human.create(1.7, 65.0, "female", "42", "rigid")
+    book = textbook_walk(human, speed=1.2, rate=60.0, cycles=2)
+    rest = np.zeros((len(book.time), human.model.nv))
+    motion = Motion(book.time, book.qpos, rest, human.joint_names, events=book.events)
+    return walk_of(Record(human, motion))
+
+
+def test_words_have_a_time_behind_them():
+    assert timed("a@b/stroll.c3d@4.5", "walk", THEN) == ("a@b/stroll.c3d", 4.5)
+    assert timed("stroll.c3d", "walk", THEN) == ("stroll.c3d", None)
+    for word in ("stroll.c3d@soon", "stroll.c3d@-1", "@3", "stroll@nan"):
+        with pytest.raises(ParameterError, match="is no walk: write FILE@S"):
+            timed(word, "walk", THEN)
+    assert pose_of("stroll.c3d") is None
+    assert pose_of("arm_flex_r=90, arm_flex_l=0") == {
+        "arm_flex_r": pytest.approx(np.pi / 2),
+        "arm_flex_l": 0.0,
+    }
+    with pytest.raises(ParameterError, match="is no upper body: write FILE, RUN, angles"):
+        pose_of("arm_flex_r=high")
+
+
+def test_other_walks_are_those_of_a_pendulum_and_need_a_time_where_nobody_looks_on(walk):
+    with pytest.raises(ParameterError, match="then is that of a walk"):
+        SimulateSettings(then=("stroll.c3d@4",))
+    with pytest.raises(ParameterError, match="upper_body is that of a walk"):
+        SimulateSettings(controller="balance", upper_body=("arm_flex_r=90",))
+    run = Run(walk, "fit")
+    with pytest.raises(ParameterError, match="has no time"):
+        pg.simulate(run, controller="pendulum", then=("stroll.c3d",))
+    with pytest.raises(ParameterError, match="no coordinate 'knee_angle_r' of the upper body"):
+        pg.simulate(run, controller="pendulum", upper_body=("knee_angle_r=9",))
+
+
+def test_a_run_of_somebody_with_other_joints_is_refused(walk, tmp_path: Path):
+    human = Human.create(1.7, 65.0, "female", "42", "two-segment")
+    qpos = np.tile(human.standing(), (4, 1))
+    time, rest = np.arange(4.0), np.zeros((4, human.model.nv))
+    stands = Record(human, Motion(time, qpos, rest, human.joint_names))
+    folder = save(Run(stands, "fit", name="stands"), tmp_path / "stands").folder
+    how = SimulateSettings(controller="pendulum", then=(f"{folder}@1",))
+    with pytest.raises(ParameterError, match="42 degrees of freedom, the one who walks has 40"):
+        styles_of(walk.human, how, lambda word: pytest.fail(word))
+
+
+@pytest.mark.slow
+def test_a_walk_on_another_body_stands_when_and_as_heavily_as_it_did(walk):
+    tall = Human.create(1.9, 90.0, "male", "42", "rigid")
+    other = walk_on_body(walk, tall)
+    assert stride_of(tall, other.motion).cyclic
+    shares = []
+    for record in (walk, other):
+        reference = reference_of(record)
+        own = {s: [x for x in reference.schedule.stances if x.side == s] for s in "rl"}
+        assert reference.schedule.per_period == 2
+        shares.append((own["r"][0].stop - own["r"][0].start) / reference.duration)
+    assert shares[1] == pytest.approx(shares[0], abs=0.03)
+    load = other.signals["estimated.force"]
+    np.testing.assert_allclose(load.sum(axis=1)[:, 2], other.weight, rtol=1e-6)
+    part = Record(walk.human, walk.motion.frames(np.arange(30)))
+    with pytest.raises(ParameterError, match="no walk that could go on"):
+        walk_on_body(part, tall)
