@@ -106,15 +106,19 @@ def _duration(begin: Start, how: SimulateSettings, controller: Controller) -> fl
 
 def _followed(motion: Motion, record: Record | None, lasts: float) -> Motion:
     """Return the motion that was followed from time zero on, as often as it was walked."""
-    period, advance = (None, np.zeros(3)) if record is None else period_of(record)
-    again = 1 if period is None else max(ceil(lasts / period - 1e-6), 1)
-    n = motion.n_frames - 1
+    time = motion.time - motion.time[0]
+    period, advance = (None, None) if record is None else period_of(record)
+    if period is None:
+        return replace(motion, time=time)
+    again, n = max(ceil(lasts / period - 1e-6), 1), motion.n_frames - 1
     cycle, frame = np.divmod(np.arange(n * again + 1), n)
     cycle[-1], frame[-1] = again - 1, n
-    time = motion.time[frame] - motion.time[0] + cycle * (period or 0.0)
     qpos = motion.qpos[frame]
     qpos[:, :3] += cycle[:, None] * advance
-    return Motion(time, qpos, motion.qvel[frame], motion.joint_names, events=motion.events)
+    rates = motion.qvel[frame]
+    return Motion(
+        time[frame] + cycle * period, qpos, rates, motion.joint_names, None, motion.events
+    )
 
 
 def run_of(
