@@ -20,8 +20,10 @@ from plantigrade.control.pendulum.landing import LAWS
 from plantigrade.control.replay.reference import period_of, reference_of, world_sites
 from plantigrade.control.replay.schedule import Schedule
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.leg_inverse import LegInverse
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.kinematics.sole_paths import lowest, sole_paths
+from plantigrade.kinematics.state import State
 from plantigrade.learn.controller import PolicyController, policy_named
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -37,8 +39,9 @@ Make = Callable[[Record], Controller]
 
 One that can only walk as a person of its own, as a policy does, has that walk as ``record``.
 """
-SOLES = 6.0
-"""Feet of a walk brought over to another body are led to the ground below this frequency [Hz]."""
+SOLES = 3.0
+"""The pelvis of a walk brought over to another body is led up and down below this frequency [Hz];
+at 6 Hz one walk would have had .1 to 1.5 times the weight on its feet, recorded with .7 to 1.3."""
 LEGS = ("thigh", "shank")
 
 
@@ -227,7 +230,9 @@ def on_body(record: Record, human: Human, *, faster: float = 1.0) -> Record:
     """Return a motion brought over to another body: the same angles, dynamically similar.
 
     Lengths go by that of the leg and times by its root, so that the ratio of inertia to weight
-    (Froude number) stays; the feet are led to the ground. Forces are left out.
+    (Froude number) stays. The pelvis is led to where the feet are on the ground slowly, lest the
+    body bounce, and the legs reach for the rest, so that soles are as high as recorded. Forces are
+    left out.
 
     Args:
         record: The motion, on level ground.
@@ -242,6 +247,8 @@ def on_body(record: Record, human: Human, *, faster: float = 1.0) -> Record:
     pace = float(np.sqrt(scale)) / faster
     time = pace * (motion.time - motion.time[0])
     qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=SOLES)
+    heights = _sole_heights(record.human, motion.qpos) - record.ground.height
+    qpos = _soles_as(scale * heights, human, qpos)
     events = tuple(replace(e, time=pace * (e.time - motion.time[0])) for e in motion.events)
     qvel = np.zeros((len(time), human.model.nv))
     moved = Motion(time, qpos, qvel, human.joint_names, events=events)
@@ -296,6 +303,26 @@ def _shares(schedule: Schedule, phase: float) -> Float[Array, " 2"]:
     _, alpha, _ = schedule.weights(phase)
     sides = np.array([s.side for s in schedule.stances])
     return np.array([alpha[sides == side].sum() for side in SIDES])
+
+
+def _sole_heights(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n 2"]:
+    """Return the height of the lowest point of the right and of the left sole [m]."""
+    paths = sole_paths(human, qpos)
+    return np.stack([paths.position[:, paths.of(s), 2].min(axis=1) for s in SIDES], axis=1)
+
+
+def _soles_as(
+    heights: Float[Array, "n 2"], human: Human, qpos: Float[Array, "n nq"]
+) -> Float[Array, "n nq"]:
+    """Return postures whose soles are at heights, feet turned as they were."""
+    state, feet = State(human, qpos[0]), np.array([human.body(f"foot_{s}") for s in SIDES])
+    ankle, turn = np.zeros((len(qpos), 2, 3)), np.zeros((len(qpos), 2, 3, 3))
+    still = np.zeros(human.model.nv)
+    for k, posture in enumerate(qpos):
+        state = state.moved_to(posture, still)
+        ankle[k], turn[k] = state.origins[feet], state.rotations[feet]
+    ankle[:, :, 2] += heights - _sole_heights(human, qpos)
+    return LegInverse(human).reach(qpos, ankle, turn).qpos
 
 
 def leg_of(human: Human) -> float:

@@ -278,13 +278,25 @@ def test_what_walks_solves_the_boxed_program(boxed, strength):
     limits = strength * np.array([program.low, program.high])
     same = BoxProgram(program.human, 0.02, limits)
     held = np.arange(len(touching)) % 3 > 0
-    exact = same.matrices(state, touching, held=held, **asked).answer()
-    answer = same.solve(state, touching, held=held, **asked)
+    gap = np.where(np.arange(len(touching)) == 4, 0.0012, 0.0)
+    exact = same.matrices(state, touching, held=held, gap=gap, **asked).answer()
+    answer = same.solve(state, touching, held=held, gap=gap, **asked)
     assert answer.ok and exact.ok
     assert (answer.limited > 0) == (strength < 1.0) and answer.limited == exact.limited
     np.testing.assert_allclose(answer.torque, exact.torque, atol=1e-4)
     np.testing.assert_allclose(answer.qacc, exact.qacc, atol=1e-4)
     np.testing.assert_allclose(answer.force, exact.force, atol=1e-2)
+
+
+def test_a_point_that_hangs_over_the_ground_carries_nothing(boxed):
+    program, state, touching, asked = boxed
+    on = program.solve(state, touching, gap=np.zeros(len(touching)), **asked)
+    np.testing.assert_array_equal(on.force, program.solve(state, touching, **asked).force)
+    i = int(np.argmax(on.force[:, 2]))
+    gap = np.where(np.arange(len(touching)) == i, 0.003, 0.0)
+    over = program.solve(state, touching, gap=gap, **asked)
+    assert over.force[i, 2] < 0.05 * on.force[i, 2]
+    assert over.force[:, 2].sum() == pytest.approx(on.force[:, 2].sum(), rel=0.02)
 
 
 def test_words_and_figures_of_a_walk():

@@ -347,6 +347,7 @@ class Pendulum:
             passive=passive,
             points=points,
             held=held,
+            gap=height[active],
         )
         half = 0.5 * (1.0 / state.world.control_rate + 1.0 / state.world.rate)
         apart = state.angles - ref["q"][7:]

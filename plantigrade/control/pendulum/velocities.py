@@ -41,6 +41,10 @@ these are ours, near those of the published bell of arm movements [Flash1985]_."
 TORQUE_COST, HELD, TOUCHED = 0.25, 0.005, 0.12
 """Cost of a torque by its limit, squared, and of a share [0.1 body weights] where a point is held
 and where it only touches: of all torques and forces that give the same motion, small ones."""
+HANGS, HANGING, MOST = 0.001, 20.0, 500.0
+"""A point that is higher above the ground than this cannot press before it is down [m]; what a
+share of it costs more, at twice that height, and at most. Without it the body leaned on heels that
+hung 2 mm over the ground, and fell on them with three times its weight."""
 SLACK = 1e-3
 """Part by which constraints give way in the paper's own problem, as in engines."""
 SWEEPS, SETTLED = 5000, 1e-10
@@ -94,6 +98,7 @@ class BoxProgram:
         weight: Float[Array, " nv"],
         passive: float | Float[Array, " n_hinges"] = 0.0,
         held: Bool[Array, " k"] | None = None,
+        gap: Float[Array, " k"] | None = None,
         points: RigidPoints | None = None,
     ) -> Answer:
         """Return torques, forces and accelerations.
@@ -106,6 +111,7 @@ class BoxProgram:
             weight: Cost of a squared unit missed of that, positive for joints.
             passive: What the joints give by themselves [N m].
             held: Which points are planned to stand; all if absent.
+            gap: How high each point is above the ground; not at all if absent [m].
             points: The points that touch, where the caller has them.
         """
         return self.whole.solve(
@@ -114,7 +120,7 @@ class BoxProgram:
             rows,
             wanted=wanted,
             weight=weight,
-            force_weight=_shares_cost(len(touching), held),
+            force_weight=_shares_cost(len(touching), held, gap),
             torque_weight=self.cost,
             passive=passive,
             points=points,
@@ -130,6 +136,7 @@ class BoxProgram:
         weight: Float[Array, " nv"],
         passive: float | Float[Array, " n_hinges"] = 0.0,
         held: Bool[Array, " k"] | None = None,
+        gap: Float[Array, " k"] | None = None,
     ) -> "Boxed":
         """Return the same as a boxed program; arguments as :meth:`solve`."""
         E, X, rest, edges = self._effects(state, touching, passive)
@@ -137,7 +144,7 @@ class BoxProgram:
         H, g = cost(rows, wanted, weight)
         g = X.T @ (H @ rest - g)
         H = X.T @ H @ X
-        own = np.concatenate([self.cost, np.repeat(_shares_cost(k, held), 4)])
+        own = np.concatenate([self.cost, np.repeat(_shares_cost(k, held, gap), 4)])
         H[np.arange(len(g)), np.arange(len(g))] += own
         # Units by which every unknown costs the same: light toes and whole legs are in one program.
         scale = 1.0 / np.sqrt(H.diagonal())
@@ -195,9 +202,14 @@ class BoxProgram:
         return E[:, :-1], X[:, :-1], X[:, -1], edges
 
 
-def _shares_cost(k: int, held: Bool[Array, " k"] | None) -> Float[Array, " k"]:
+def _shares_cost(
+    k: int, held: Bool[Array, " k"] | None, gap: Float[Array, " k"] | None = None
+) -> Float[Array, " k"]:
     """Return the cost of a share of each point."""
-    return np.full(k, HELD) if held is None else np.where(held, HELD, TOUCHED)
+    own = np.full(k, HELD) if held is None else np.where(held, HELD, TOUCHED)
+    if gap is None:
+        return own
+    return own + np.minimum(HANGING * np.maximum(gap / HANGS - 1.0, 0.0) ** 2, MOST)
 
 
 class Boxed:
