@@ -135,6 +135,7 @@ class Panel:
             self._feet.value, self._joints.value = session.choice.feet, session.choice.joints
         if session.targets != self._of:
             self._offer(session.targets)
+        self._follow_targets(session.targets)
         ground = [(self._friction, session.friction), (self._load, session.load)]
         if session.slope_wanted is not None:
             ground += zip((self._slope, self._cross), np.rad2deg(session.slope_wanted), strict=True)
@@ -204,6 +205,14 @@ class Panel:
         if handle is not None:
             handle.visible = self._shown[label].value
 
+    def _follow_targets(self, targets: tuple[Target, ...]) -> None:
+        """Show what a controller has set of itself: a speed that changes with the walk."""
+        for shown, target in zip(self.targets, targets, strict=True):
+            if target.names:
+                shown.value = target.names[round(target.value)]
+            elif abs(shown.value - target.value) > 0.52 * shown.step:
+                shown.value = target.value
+
     def _offer(self, targets: tuple[Target, ...]) -> None:
         """Make sliders of what may be set of a controller."""
         for slider in self.targets:
@@ -212,11 +221,25 @@ class Panel:
         with self._folder:
             for target in targets:
                 label = f"{target.name} [{target.unit}]" if target.unit else target.name
+                if target.names:
+                    box = self.server.gui.add_dropdown(
+                        label, target.names, initial_value=target.names[round(target.value)]
+                    )
+                    box.on_update(
+                        lambda event, b=box, t=target: (
+                            event.client is None
+                            or self._ask(lambda: t.set(float(t.names.index(b.value))))
+                        )
+                    )
+                    self.targets.append(box)
+                    continue
                 step = (target.high - target.low) / 200
                 slider = self.server.gui.add_slider(
                     label, target.low, target.high, step, target.value
                 )
                 slider.on_update(
-                    lambda _, s=slider, t=target: self._ask(lambda: t.set(float(s.value)))
+                    lambda event, s=slider, t=target: (
+                        event.client is None or self._ask(lambda: t.set(float(s.value)))
+                    )
                 )
                 self.targets.append(slider)

@@ -1,11 +1,12 @@
 """Other walks of a person, and what their upper body does instead: recordings, runs, poses."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from plantigrade.control.pendulum.styles import RECORDED, Style
-from plantigrade.control.pendulum.upper import Pose
+from plantigrade.control.pendulum.upper import POSES, Pose
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.models import Human
@@ -17,8 +18,8 @@ from plantigrade.workflows.walkers import on_body, walk_on_body
 
 THEN = "write FILE@S or RUN@S, such as stroll.c3d@4"
 UPPER = (
-    "write FILE, RUN, angles such as arm_flex_r=60,elbow_flex_r=90 (degrees) or recorded, each "
-    "with @S where it begins later"
+    "write FILE, RUN, a pose such as arms-up, angles such as arm_flex_r=60,elbow_flex_r=90 "
+    "(degrees) or recorded, each with @S where it begins later"
 )
 
 
@@ -50,7 +51,18 @@ def styles_of(
         except ParameterError as error:
             raise ParameterError(f"then={word}: {error}") from error
         walks.append(Style(name=Path(what).stem, record=walk, time=time))
-    return tuple(walks), tuple(_upper(word, human, how, step) for word in how.upper_body)
+    uppers = [_upper(word, human, how, step) for word in how.upper_body]
+    known = [upper.name for upper in uppers]
+    uppers += [
+        Style(name=name, pose=_posed(human, angles))  # by hand
+        for name, angles in POSES.items()
+        if name not in known and set(angles) <= set(human.coordinates)
+    ]
+    return tuple(walks), tuple(uppers)
+
+
+def _posed(human: Human, angles: Mapping[str, float]) -> Pose:
+    return Pose.of(human, {name: float(np.deg2rad(angle)) for name, angle in angles.items()})
 
 
 def timed(word: str, what: str, form: str) -> tuple[str, float | None]:
@@ -94,6 +106,8 @@ def _upper(word: str, human: Human, how: SimulateSettings, step: Step) -> Style:
     time = time or 0.0
     if what == RECORDED:
         return Style(name=RECORDED, time=time)
+    if what in POSES:
+        return Style(name=what, pose=_posed(human, POSES[what]), time=time)
     angles = pose_of(what)
     if angles is not None:
         return Style(name=what, pose=Pose.of(human, angles), time=time)
@@ -117,12 +131,8 @@ def _found(word: str, human: Human, how: SimulateSettings, step: Step) -> Record
     if path.is_dir():
         record = Run.load(path).record
     else:
-        own = FitSettings(
-            joints=human.joints,
-            feet=human.feet,
-            marker_set=how.marker_set,
-            cutoff=how.cutoff,
-        )
+        kept = {"marker_set": how.marker_set, "cutoff": how.cutoff}
+        own = FitSettings.given("fit", None, {"joints": human.joints, "feet": human.feet, **kept})
         record = fit_trial(path, own, step)[1].record()
     if record.human.joint_names != human.joint_names:
         raise ParameterError(

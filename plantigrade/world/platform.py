@@ -33,9 +33,14 @@ JOINTS = ("platform_x", "platform_y", "platform_pitch", "platform_roll")
 
 
 class Platform(Disturbance):
-    """A level floor that moves; a subclass says where it is at a time."""
+    """A level floor that moves; a subclass says where it is at a time.
+
+    Attributes:
+        half: Half its length and width [m].
+    """
 
     interval = 0.005
+    half = HALF
 
     @abstractmethod
     def place(self, time: float) -> Float[Array, " 4"]:
@@ -65,7 +70,7 @@ class Platform(Disturbance):
         body.add_geom(
             name="floor_plate",
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[HALF, HALF, THICK],
+            size=[self.half, self.half, THICK],
             pos=[0.0, 0.0, float(floor.pos[2]) - THICK],
             contype=0,
             conaffinity=floor.conaffinity,

@@ -52,7 +52,10 @@ class Pointing:
     """A controller that points at the left forefoot, and may be bent."""
 
     def __init__(self):
-        self.targets = (Target("bend", 0.0, 30.0, 5.0, "deg"),)
+        self.targets = (
+            Target("bend", 0.0, 30.0, 5.0, "deg"),
+            Target("style", 0.0, 1.0, 0.0, names=("walk", "stroll")),
+        )
 
     def __call__(self, state):
         return StablePD(state.human.standing()[7:])
@@ -143,9 +146,18 @@ def test_targets_and_drawings_of_a_controller_are_on_the_page():
     page = LiveWorld(Session(stage, stage.choice), Clock(), port=8461)
     try:
         page.panel.update(page.session.frame)
-        (slider,) = page.panel.targets
+        slider, box = page.panel.targets
         assert (slider.label, slider.min, slider.max, slider.value) == ("bend [deg]", 0, 30, 5)
+        assert (tuple(box.options), box.value) == (("walk", "stroll"), "walk")
+        box._impl.value = "stroll"  # as viser does with what a browser sends
+        for told in box._impl.update_cb:
+            told(SimpleNamespace(client="a browser", target=box))
         go(page, 0.02)
+        bend, style = page.session.targets
+        assert style.value == 1.0
+        bend.set(25.0)  # by the controller itself
+        page.panel.update(page.session.frame)
+        assert (slider.value, box.value) == (25.0, "stroll")
         drawn = nodes(page)
         assert drawn["/world/offered/aim/lines"].visible
         np.testing.assert_allclose(

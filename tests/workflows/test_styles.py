@@ -41,7 +41,7 @@ def test_words_have_a_time_behind_them():
         "arm_flex_r": pytest.approx(np.pi / 2),
         "arm_flex_l": 0.0,
     }
-    with pytest.raises(ParameterError, match="is no upper body: write FILE, RUN, angles"):
+    with pytest.raises(ParameterError, match="is no upper body: write FILE, RUN, a pose"):
         pose_of("arm_flex_r=high")
 
 

@@ -38,6 +38,15 @@ def upper_hinges(human: Human) -> Bool[Array, " n_hinges"]:
     return np.array([not name.startswith(LEGS) for name in moved])
 
 
+POSES: Mapping[str, Mapping[str, float]] = {
+    "arms-forward": {"arm_flex_r": 80, "arm_flex_l": 80, "elbow_flex_r": 10, "elbow_flex_l": 10},
+    "arms-out": {"arm_add_r": -70, "arm_add_l": -70, "elbow_flex_r": 10, "elbow_flex_l": 10},
+    "arms-up": {"arm_flex_r": 150, "arm_flex_l": 150, "elbow_flex_r": 20, "elbow_flex_l": 20},
+    "leaning": {"lumbar_extension": -10, "lumbar_bending": 0, "neck_extension": 5},
+}
+"""Poses by name: coordinate → angle [deg]; at 0 arms hang, and trunk and pelvis are in line."""
+
+
 @dataclass(frozen=True, eq=False)
 class Pose:
     """Angles of some hinges; the others stay as recorded.

@@ -68,6 +68,13 @@ class Wish:
     walks: tuple[Style, ...] = ()
     uppers: tuple[Style, ...] = ()
 
+    @property
+    def leads(self) -> bool:
+        """Whether the walk is to be otherwise than recorded."""
+        words = (self.speed, self.way, self.stoop)
+        timed = any(style.time is not None for style in self.uppers)
+        return timed or bool(self.walks) or any(word is not None for word in words)
+
 
 class Walker:
     """Walk as recorded at a wanted speed along a wanted way; stand where it is zero.
@@ -97,7 +104,7 @@ class Walker:
         self.record, self.wish, self.lasts = record, wish or Wish(), self.pendulum.lasts
         paced = self.pendulum.reference
         self._own = paced.speed
-        if self.wish != Wish() and paced.period is None:
+        if self.wish.leads and paced.period is None:
             raise ParameterError(
                 "speed and path are those of a walk that is repeated; no stride of this one is"
             )
@@ -140,7 +147,7 @@ class Walker:
     def figures(self) -> dict[str, float]:
         """Return figures of the last simulation."""
         figures = self.pendulum.figures()
-        if self._world is not None and self.wish != Wish():
+        if self._world is not None and self.wish.leads:
             figures["speed_wanted_m_s"] = self.targets[0].value
             figures["speed_at_end_m_s"] = self._mean if self.walks else 0.0
             figures["astray_max_m"] = self._astray
