@@ -126,7 +126,8 @@ class Actuators:
         elif isinstance(command, StablePD):
             stiffness = self._numbers("stiffness", command.stiffness, self.stiffness)
             damping = self._numbers("damping", command.damping, self.damping)
-            if stiffness.min() < 0 or damping.min() < 0:
+            soft = stiffness is self._nothing
+            if damping.min() < 0 or (not soft and stiffness.min() < 0):
                 raise ParameterError("stiffness and damping must not be negative")
             force = stiffness * self._numbers("target", command.target)
             if command.velocity is not None:
@@ -134,7 +135,7 @@ class Actuators:
             if command.torque is not None:
                 force += self._numbers("torque", command.torque)
             if not isinstance(command, PD):
-                damping = damping + h * stiffness
+                damping = damping if soft else damping + h * stiffness
                 armature = h * damping
         elif isinstance(command, Acceleration):
             armature = np.full(n, RIGID)
@@ -150,8 +151,6 @@ class Actuators:
         self._motor, self._limited = armature, not isinstance(command, Acceleration)
         if self._limited and not self.rise:
             self._bounds = self._limits
-        if self._limited:
-            model.actuator_forcerange[:n] = self._bounds.T
         # What is damped or springs back by itself is implicit, too.
         if self._factor:
             own = self.armature + h * (self._loose + h * model.jnt_stiffness[1 : 1 + n])
@@ -162,6 +161,8 @@ class Actuators:
             self._limiting.set(data, stiffness, damping, armature, own, self._bounds)
         else:
             model.dof_armature[self._hinges] = own + armature
+            if self._limited:
+                model.actuator_forcerange[:n] = self._bounds.T
         return command
 
     @property

@@ -103,13 +103,14 @@ class Contacts:
             normal: Direction that counts.
         """
         contact, n = data.contact, int(group.max()) + 1
-        site = self.site_of[contact.geom]
-        which = ((site.max(axis=1) >= 0) & (contact.efc_address >= 0)).nonzero()[0]
-        local = data.efc_force[contact.efc_address[which][:, None] + _AXES]
-        push = (local * (contact.frame[which].reshape(-1, 3, 3) @ normal)).sum(axis=1)
-        site = site[which]
-        push[site[:, 1] < 0] *= -1.0  # the force is that on the second geom
-        load = np.bincount(group[site.max(axis=1)], push, n)
+        site, address = self.site_of[contact.geom], contact.efc_address
+        mine = np.maximum(site[:, 0], site[:, 1])
+        which = ((mine >= 0) & (address >= 0)).nonzero()[0]
+        local = data.efc_force[address[which][:, None] + _AXES]
+        push = np.matmul(contact.frame[which].reshape(-1, 3, 3), normal)
+        push = (local * push).sum(axis=1)
+        push[site[which, 1] < 0] *= -1.0  # the force is that on the second geom
+        load = np.bincount(group[mine[which]], push, n)
         return np.asarray(load, dtype=float)  # of no contact: whole numbers
 
     def read(self, steps: Sequence[Taken | None]) -> Touch:

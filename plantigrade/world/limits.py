@@ -36,6 +36,7 @@ class MotorLimits:
         self._model, self._n, self._hinges = model, n, slice(6, 6 + n)
         self._held, self._torque = np.zeros(n, dtype=int), np.zeros(n)
         self._any = False
+        self._bounds: Float[Array, "2 n"] | None = None
 
     def reset(self) -> None:
         """Forget which motors are at a limit."""
@@ -63,14 +64,15 @@ class MotorLimits:
         self._force = np.array(data.ctrl[: self._n])
         self._stiffness, self._damping = stiffness, damping
         self._armature, self._own = armature, own
-        self._active = np.where(self._held, 0.0, armature)
+        self._active = np.where(self._held, 0.0, armature) if self._any else armature
         self.bound(bounds)
 
     def bound(self, bounds: Float[Array, "2 n"]) -> None:
         """Take other limits [N m]."""
-        self._low, self._high = low, high = bounds
-        self._middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        self._half = half + NEAR * half + 1e-12
+        if bounds is not self._bounds:
+            self._low, self._high = low, high = bounds
+            self._middle, half = 0.5 * (low + high), 0.5 * (high - low)
+            self._half, self._bounds = half + NEAR * half + 1e-12, bounds
         self._apply()
 
     @property
@@ -108,7 +110,7 @@ class MotorLimits:
         torque = self._torque
         np.multiply(self._active, data.qacc[self._hinges], out=torque)
         np.subtract(data.qfrc_actuator[self._hinges], torque, out=torque)
-        return bool((np.abs(torque - self._middle) > self._half).any())
+        return bool(np.count_nonzero(np.abs(torque - self._middle) > self._half))
 
     def _changed(self, data: mujoco.MjData, qpos: Array, qvel: Array) -> bool:
         """Return whether a motor has met or left its limit in the step just done, and obey."""
@@ -132,6 +134,10 @@ class MotorLimits:
     def _apply(self) -> None:
         """Let MuJoCo know which motors give their limit."""
         held, ranges = self._held, self._model.actuator_forcerange
-        ranges[: self._n, 0] = np.where(held > 0, self._high, np.where(held, self._low, -np.inf))
-        ranges[: self._n, 1] = np.where(held > 0, self._high, np.where(held, self._low, np.inf))
+        if self._any:
+            limit = np.where(held > 0, self._high, self._low)
+            ranges[: self._n, 0] = np.where(held, limit, -np.inf)
+            ranges[: self._n, 1] = np.where(held, limit, np.inf)
+        else:
+            ranges[: self._n] = -np.inf, np.inf
         self._model.dof_armature[self._hinges] = self._own + self._active

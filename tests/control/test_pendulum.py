@@ -382,6 +382,7 @@ def test_a_walk_with_a_tick_of_20_ms_lands_its_step_with_a_third_of_the_programs
     solved, solve = [], BoxProgram.solve
     monkeypatch.setattr(BoxProgram, "solve", lambda *a, **k: solved.append(1) or solve(*a, **k))
     controller, motion = Pendulum(walk, tick=0.02), walk.motion
+    assert controller.control_rate == 100.0 == 0.5 * Pendulum(walk).control_rate  # soles looked at
     start = {"qpos": motion.qpos[0], "qvel": motion.qvel[0]}
     world = World(
         walk.human, rate=1000.0, control_rate=controller.control_rate, recording=False, **start

@@ -59,9 +59,9 @@ throw who lands low into the air again."""
 STILL = np.zeros(3)
 AXES = np.eye(2)
 """The walk's way: ahead and to the left, as columns."""
-TICK = 0.005
+TICK, LONG = 0.005, 0.02
 """So long a command holds, unless a sole touches the ground or leaves it [s]; looked for at every
-control step."""
+control step, which in ticks so long is half of one."""
 WALKS = 10.0
 """How long a walk is repeated where no duration is named [s]."""
 
@@ -104,6 +104,8 @@ class Pendulum:
         self.record, self.human = record, record.human
         self.law: LandingLaw = LAWS[law]
         self.tick = tick
+        if tick >= LONG:
+            self.control_rate = 0.5 * type(self).control_rate
         self.clearance = clearance_of(record)
         self.reference = Paced(reference_of(record, self.clearance))
         repeats = self.reference.period is not None

@@ -212,16 +212,17 @@ class Reach(LandingBox):
         less is taken.
         """
         place = (self.nominal + offset) @ self.axes
-        far = self.farthest * self.leg
-        ahead = np.minimum(np.maximum(place[:, 0], -far), far)
-        widest, side = self.widest * self.leg, self.side * place[:, 1]
-        beside = np.stack([ahead, np.minimum(np.maximum(side, self.narrowest), widest)], axis=1)
+        x, side, far = place[:, 0], self.side * place[:, 1], self.farthest * self.leg
+        widest, (long, wide) = self.widest * self.leg, self.scale
+        ahead = np.minimum(np.maximum(x, -far), far)
+        beside = np.minimum(np.maximum(side, self.narrowest), widest)
         past = np.maximum(ahead, self.crosses * self.leg)
-        across = np.stack([past, np.minimum(np.maximum(side, self.crossed), widest)], axis=1)
-        wanted = np.stack([place[:, 0], side], axis=1)
-        cost = [(((x - wanted) / self.scale) ** 2).sum(axis=1) for x in (beside, across)]
-        chosen = np.where((cost[0] <= cost[1])[:, None], beside, across)
-        return chosen * [1.0, self.side] @ self.axes.T - self.nominal
+        across = np.minimum(np.maximum(side, self.crossed), widest)
+        cost = ((ahead - x) / long) ** 2 + ((beside - side) / wide) ** 2
+        less = cost <= ((past - x) / long) ** 2 + ((across - side) / wide) ** 2
+        place[:, 0] = np.where(less, ahead, past)
+        place[:, 1] = np.where(less, beside, across) * self.side
+        return place @ self.axes.T - self.nominal
 
     def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
         """Return what it costs that the foot would have to be faster than it can.

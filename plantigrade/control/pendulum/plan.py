@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import sqrt
+from math import atan, cos, exp, sin, sqrt
 
 import numpy as np
 
@@ -135,7 +135,7 @@ class Plan:
             omega=omega,
             kept=float(weights[before].sum()),
             later=decayed(weights[~before], BACK),
-            slope=(float(np.arctan(rise[0])), float(np.arctan(rise[1]))),
+            slope=(atan(rise[0]), atan(rise[1])),
         )
         # By then the walk looks another way.
         com, turn = body.com[:2], turned(self.turning * left)
@@ -152,13 +152,13 @@ class Plan:
             speed=foot.swing.velocity,
         )
         # The recording's own effective pivot, where the foot really stands.
-        grown = np.exp(omega * left)
+        grown = exp(omega * left)
         xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
         pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
         pivot, speed = com + turn @ (pivot - com), turn @ body.com_velocity[:2]
         found = landing(self.law, com, speed, pivot, stands, left, strike, box)
         home = strike.lands + BACK * (self.shift[:2] - path)
-        self.error = np.exp(-omega * found.after) * strike.later * (found.free - home)
+        self.error = exp(-omega * found.after) * strike.later * (found.free - home)
         self._bend(level, found.com, found.place, then["com"], then["foot"][i])
         self._bend(level, found.com, here[k], then["com"], then["foot"][k], TIPTOE)
         found = replace(
@@ -212,5 +212,5 @@ class Plan:
 
 def turned(angle: float) -> Float[Array, "2 2"]:
     """Return the rotation to axes that are turned to the left."""
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = cos(angle), sin(angle)
     return np.array([[c, s], [-s, c]])

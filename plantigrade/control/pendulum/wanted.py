@@ -63,8 +63,11 @@ class Weights:
         One constant a joint (``c_i`` of [Tsai2010]_, whose table the printed text lacks): one, and
         :data:`QUICK` within a foot that swings, right and left.
         """
-        quick = self.within & np.array(swings)[:, None]
-        return np.where(quick.any(axis=0), QUICK, 1.0)
+        found = np.ones(self.within.shape[1])
+        for inside, swing in zip(self.within, swings, strict=True):
+            if swing:
+                found[inside] = QUICK
+        return found
 
 
 def joint_accelerations(qvel, error, velocity, acceleration, pace) -> Float[Array, " nv"]:

@@ -14,6 +14,7 @@ that of the next, and so on, so that the person comes back onto the planned path
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -126,8 +127,8 @@ def easiest(
         grows: By how much what a step misses has grown when the next one lands.
     """
     placed = box.clipped(free)
-    moved = (free - standing_offset) @ box.axes
-    cost = (moved / box.scale) ** 2 @ np.ones(2) + SOONER * np.log(rates) ** 2
+    moved = (free - standing_offset) @ (box.axes / box.scale)
+    cost = (moved * moved).sum(axis=1) + SOONER * np.log(rates) ** 2
     cost += box.after(grows * (free - placed)) + box.hasty(placed, left / rates)
     best = int(np.argmin(cost))
     return best, placed[best]
@@ -166,7 +167,7 @@ class LandingBox:
         """Place beside the other foot of one that crosses over in front of it, at most [m]."""
         return min(self.over * self.leg, self.narrowest)
 
-    @property
+    @cached_property
     def scale(self) -> Float[Array, " 2"]:
         """Offsets that cost 1 [m]."""
         return self.leg * np.array([FORWARD, SIDEWAYS])
@@ -189,7 +190,8 @@ class LandingBox:
         width = self.narrowest + NEXT * self.leg - self.side * aside[:, 1]
         over = width - _within(width, self.narrowest, self.widest * self.leg)
         over = over**2 + np.maximum(np.abs(aside[:, 0]) - 0.5 * self.farthest * self.leg, 0.0) ** 2
-        return LATER * ((aside / self.scale) ** 2).sum(axis=1) + OUTSIDE * over
+        aside /= self.scale
+        return LATER * (aside * aside).sum(axis=1) + OUTSIDE * over
 
     def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
         """Return what it costs that the foot would have to be faster than it can.
