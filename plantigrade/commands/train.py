@@ -41,7 +41,7 @@ class Command(TrainSettings, RunOptions):
         """Train, and print where the policies are."""
         from plantigrade.commands.progress import Progress
         from plantigrade.record.run import RUNS
-        from plantigrade.workflows.train import train
+        from plantigrade.workflows.train import SPREAD, train
 
         progress = Progress(quiet=self.quiet)
         out = self.out or RUNS / f"train-{'textbook' if self.source is None else self.source.stem}"
@@ -59,6 +59,8 @@ class Command(TrainSettings, RunOptions):
             progress.warn(f"stopped: add --resume (and --out {out}) to go on, nothing is lost")
             raise SystemExit(130) from None
         said = [f"{one.folder}: {ended(one.reached, one.last)}" for one in taught]
+        if self.seeds > 1:
+            said.append(f"  curves of all    {Path(out) / SPREAD}")
         file = taught[0].folder / "policy.npz"
         said.append(f"  walk with it     plantigrade simulate --controller {file}")
         missed = [one.seed for one in taught if self.goal and not one.reached]

@@ -1,11 +1,16 @@
 """Teach a person to walk after a reference; one folder for each seed."""
 
+import csv
+import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from plantigrade.errors import ParameterError, RunExists
+from plantigrade.io.text import not_written
 from plantigrade.learn.following import Rules
 from plantigrade.learn.mirror import EVEN, unevenness
 from plantigrade.learn.policy import Policy
@@ -24,6 +29,8 @@ if TYPE_CHECKING:
 PAPER_PERSON = {"height": 1.50, "mass": 48.5, "joints": "66"}
 """The person of [Park2020]_, who walks where no recording is named."""
 FILES = ("checkpoint.pt", "curve.csv", "policy.npz")
+SPREAD = "curves.csv"
+"""The learning curves of all seeds as one."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +106,42 @@ def train(
         )
         training.run(lambda row, seed=seed: tell(seed, row))
         taught.append(Taught(seed, place, training.reached, training.curve[-1]))
+    if len(taught) > 1:
+        write_spread(folder / SPREAD, [place / "curve.csv" for place in places])
     return tuple(taught)
+
+
+def write_spread(path: Path, curves: list[Path]) -> None:
+    """Write the learning curves of several seeds as one: means and standard deviations.
+
+    A row is of all seeds that still learned then: so many of them, their decisions, reward and
+    falls per minute.
+
+    Args:
+        path: The file that is written.
+        curves: Those of the seeds, ``curve.csv``.
+
+    Raises:
+        FileError: If one cannot be read, or the file not be written.
+    """
+    try:
+        tables = [list(csv.DictReader(c.read_text("utf-8").splitlines())) for c in curves]
+        rows = []
+        for k in range(max(map(len, tables))):
+            there = [table[k] for table in tables if k < len(table)]
+            row = {"decisions": there[0]["decisions"], "seeds": len(there)}
+            for name in ("reward", "falls_per_minute"):
+                values = np.array([float(each[name]) for each in there])
+                row |= {name: f"{values.mean():.6g}"}
+                row |= {f"{name}_sd": f"{values.std(ddof=1):.6g}" if len(values) > 1 else ""}
+            rows.append(row)
+        text = io.StringIO(newline="")
+        table = csv.DictWriter(text, list(rows[0]))
+        table.writeheader()
+        table.writerows(rows)
+        path.write_text(text.getvalue(), "utf-8", newline="")
+    except OSError as error:
+        raise not_written(path, error) from error
 
 
 def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:

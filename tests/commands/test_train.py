@@ -77,3 +77,20 @@ def test_the_rules_are_those_asked_for(tmp_path):
     assert not paper.mirrored and not paper.passive
     with pytest.raises(ParameterError, match="its own person"):
         training.rules_of(tmp_path, TrainSettings(height=1.8))
+
+
+def test_the_curves_of_several_seeds_become_one(tmp_path):
+    """Who has reached the goal counts no more."""
+    curves = []
+    for i, falls in enumerate(([30.0, 20.0, 6.0], [40.0, 10.0])):
+        rows = [f"{100 * (k + 1)},{0.5 + 0.1 * k},{f}" for k, f in enumerate(falls)]
+        curves.append(tmp_path / f"{i}.csv")
+        curves[-1].write_text("\n".join(["decisions,reward,falls_per_minute", *rows]))
+    training.write_spread(tmp_path / "curves.csv", curves)
+    lines = (tmp_path / "curves.csv").read_text("utf-8").splitlines()
+    assert lines == [
+        "decisions,seeds,reward,reward_sd,falls_per_minute,falls_per_minute_sd",
+        "100,2,0.5,0,35,7.07107",
+        "200,2,0.6,0,15,7.07107",
+        "300,1,0.7,,6,",
+    ]

@@ -102,7 +102,8 @@ def test_hard_landings_and_turned_feet_are_worth_less(reference):
 
     level = terms(1.2)
     assert level["force"][0] == 1.0 and level["soles"][0] == pytest.approx(1.0, abs=1e-3)
-    assert terms(2.3)["force"][0] == pytest.approx(np.exp(-1.0))
+    assert terms(2.25)["force"][0] == pytest.approx(np.exp(-1.0))
+    assert terms(0.25)["force"][0] == pytest.approx(np.exp(-0.5))
     # The foot is inclined there, and the axis of the ankle is.
     assert np.exp(-20 * 0.2**2) < terms(1.0, 0.2)["soles"][0] < 0.75
     assert terms(1.0, 0.4)["soles"][0] < 0.2
