@@ -33,7 +33,7 @@ Start = tuple[Array, Array, Multipliers | None]
 Progress = Callable[[str, Iterate], bool | None]
 
 UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
-OVERLAPPING = 0.002  # depth of limbs in each other above which it is, too [m]
+OVERLAPPING = 0.0  # depth of limbs in each other above which it is, too [m]
 OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
 LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
 REFINEMENTS = 6  # of the mesh, at most

@@ -19,7 +19,7 @@ TORQUE = 100.0
 """A torque of 1 in rows, and a work rate of 1, of a person of the reference mass and height
 [N m, W]; others' go with mass times height, as strengths do."""
 
-STIFF = ("hip_flexion", "knee_angle", "ankle_angle", "mtp_angle", "lumbar", "thorax")
+STIFF = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
 """Joints, by the beginning of their names, at which passive tissue bears a part of the torque that
 counts beside its limit."""
 

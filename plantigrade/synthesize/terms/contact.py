@@ -24,6 +24,9 @@ from plantigrade.synthesize.terms.term import Term
 BESIDE = 0.06
 """How far beside where it is expected a swinging foot clears a step [m]."""
 
+TILTED = 0.005
+"""And how much higher: not every sphere of a tilted foot is a place that can carry force [m]."""
+
 
 @dataclass(frozen=True)
 class Dynamics(Term):
@@ -133,7 +136,8 @@ class Clearance(Term):
             for k, site in enumerate(b.body.sites):
                 if site.side == side:
                     x = gone + float(flat[side][site.name][0])
-                    low = ground.along(x, margin) + above
+                    edge = ground.along(x - margin) != ground.along(x + margin)
+                    low = ground.along(x, margin) + above + TILTED * edge
                     b.limit(family, low[:, None], columns=[3 * k + 2], nodes=at)
                     if after < before:  # it does not lag behind
                         b.limit(family, (x - BESIDE)[:, None], columns=[3 * k], nodes=at)

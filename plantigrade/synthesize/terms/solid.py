@@ -73,7 +73,7 @@ class SolidLimbs(Term):
     """
 
     margin: float = 0.003
-    arms: float = 0.003
+    arms: float = 0.0025
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
@@ -231,7 +231,7 @@ def _arm(human: Human, side: str) -> list[Rod]:
         for solid in solids:
             if solid.kind == "capsule":  # an upper arm from its middle on: it begins in the trunk
                 rods = Rod(name, solid.a, solid.b, solid.radius).points(3)
-                out += rods[1:] if name.startswith("humerus") else rods[::2]
+                out += rods[1:] if name.startswith("humerus") else rods
                 continue
             half, thick = solid.b, float(min(solid.b))  # a hand is flat: its end, middle and edges
             for y in (-1.0, 0.0, 1.0):
