@@ -20,25 +20,18 @@ from plantigrade.control.pendulum.wanted import (
     Weights,
     held_rows,
     joint_accelerations,
+    mass_acceleration,
     place_rows,
     tilted,
     turn_rows,
 )
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
-from plantigrade.control.replay.controller import (
-    FASTER,
-    FIRM,
-    GRIP,
-    INSIDE,
-    PLANNED,
-    SOFT,
-    TOUCHING,
-)
+from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, TOUCHING
 from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import JUST, Gait
-from plantigrade.control.replay.reference import Instant, reference_of, world_sites
-from plantigrade.control.replay.tasks import com_rows, root_error, turn_error
+from plantigrade.control.replay.reference import reference_of, world_sites
+from plantigrade.control.replay.tasks import com_rows, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
@@ -46,16 +39,11 @@ from plantigrade.record import Record
 from plantigrade.wbc.whole_body import PointRows, Rows, Touching
 from plantigrade.world import Command, Drawing, StablePD, State, World
 
-VERTICAL = (5.0, 0.06)
-"""The height of the mass is led back at this rate [1/s], in this time [s]."""
-SINKS, RISES = -3.0, 4.0
-"""The mass is let down and pressed up no faster than so, unless the recording does [m/s²]: who
-falls can neither press nor step, and who is thrown up neither."""
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
-BACK = (-3.0, 4.0)
-"""Limits of the vertical acceleration that leads back to the recorded height [m/s²]: more would
-throw who lands low into the air again."""
+ASKEW = 0.06
+"""From this deviation on pyramids of friction have a corner in the direction of the push that is
+wanted; half way between corners they lack 0.3 of it [leg lengths]."""
 STILL = np.zeros(3)
 AXES = np.eye(2)
 """The walk's way: ahead and to the left, as columns."""
@@ -306,7 +294,12 @@ class Pendulum:
         touching = Touching(self.points.body[active], where, up, self.friction)
         points = body.rigid_points(touching.body, where)
         M, h = body.mass_matrix, body.bias
-        centre = self._com_acceleration(body, ref, rate, low, active)
+        level, rise = self._slope(body.com)
+        centre = mass_acceleration(
+            body, ref, rate, self.reference.omega, self.plan, low[active, :2], level, rise
+        )
+        if hypot(*self.plan.error) > ASKEW * self.leg:  # the whole friction where it stops the body
+            touching = replace(touching, along=float(np.arctan2(centre[1], centre[0])))
         rows: list[Rows | PointRows] = [
             replace(com_rows(M, h, body.mass, self.gravity, centre), weight=self.weights.centre)
         ]
@@ -340,11 +333,12 @@ class Pendulum:
         if held.any():
             rows.append(held_rows(points, held, height[active], up))
         passive = state.world.actuators.passive(state.angles, state.rates)
+        quick = self.weights.pace([not foot.stands for foot in gait.feet])
         answer = self.program.solve(
             body,
             touching,
             rows,
-            wanted=self._joints(body, ref, rate),
+            wanted=joint_accelerations(body, ref, rate, quick),
             weight=self.weights.weight,
             passive=passive,
             points=points,
@@ -373,40 +367,6 @@ class Pendulum:
             },
         )
         return self.hold.keep(command, answer.qacc)
-
-    def _joints(self, body: BodyState, ref: Instant, rate: float) -> Array:
-        """Return the accelerations of joints and pelvis that are wanted: rates along the bell."""
-        error = np.concatenate(
-            [root_error(ref["q"][3:7], body.qpos[3:7]), ref["q"][7:] - body.qpos[7:]]
-        )
-        pace = self.weights.pace([not foot.stands for foot in self.gait.feet])
-        return joint_accelerations(body.qvel, error, rate * ref["v"], rate**2 * ref["a"], pace)
-
-    def _com_acceleration(self, body, ref, rate, low, active) -> Array:
-        """Return the acceleration of the centre of mass that is wanted."""
-        omega = self.reference.omega
-        moved = self.plan.shift[:2] + (1.0 + FIRM / omega) * self.plan.error
-        if len(active):
-            moved = self._inside(ref["pressure"][:2], moved, low[active, :2])
-        c, v = body.com, body.com_velocity
-        wanted = np.array(ref["com_acceleration"])
-        wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
-        k, time = VERTICAL
-        rate = min(rate, 1.0)
-        level, rise = self._slope(c)
-        off = ref["com"][2] + level - self.plan.bent - c[2]
-        pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
-        own = rate**2 * ref["com_acceleration"][2]
-        back = min(max((pace - v[2]) / time, BACK[0]), BACK[1])
-        wanted[2] = min(max(own + back, min(own, SINKS)), max(own, RISES))
-        return wanted
-
-    def _inside(self, pressure: Array, moved: Array, places: Array) -> Array:
-        """Return a shift of the centre of pressure that stays among what touches."""
-        low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
-        nominal = pressure + self.plan.shift[:2]
-        low, high = np.minimum(low, nominal), np.maximum(high, nominal)
-        return np.minimum(np.maximum(pressure + moved, low), high) - pressure
 
     def _swing(self, own, i: int, ref, rate: float, foot) -> tuple[Array, Array, Array]:
         """Return place, velocity and acceleration that a swinging foot is to have.

@@ -13,9 +13,13 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.pendulum.plan import Plan
 from plantigrade.control.pendulum.velocities import REACHED, bell
-from plantigrade.control.replay.tasks import COM, FARTHEST, TOES, joint_weights
+from plantigrade.control.replay.controller import FIRM, INSIDE
+from plantigrade.control.replay.reference import Instant
+from plantigrade.control.replay.tasks import COM, FARTHEST, TOES, joint_weights, root_error
 from plantigrade.kinematics.rigid_points import RigidPoints
+from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
 
@@ -31,6 +35,15 @@ QUICK = 2.0
 """Constant of the bell within a foot that swings: its toes are needed again soon."""
 STILL = 0.025
 """In this time what touches is to be still [s]."""
+
+VERTICAL = (5.0, 0.06)
+"""The height of the mass is led back at this rate [1/s], in this time [s]."""
+SINKS, RISES = -3.0, 4.0
+"""The mass is let down and pressed up no faster than so, unless the recording does [m/s²]: who
+falls can neither press nor step, and who is thrown up neither."""
+BACK = (-3.0, 4.0)
+"""Limits of the vertical acceleration that leads back to the recorded height [m/s²]: more would
+throw who lands low into the air again."""
 
 _ONE = np.eye(3)
 
@@ -70,21 +83,69 @@ class Weights:
         return found
 
 
-def joint_accelerations(qvel, error, velocity, acceleration, pace) -> Float[Array, " nv"]:
+def joint_accelerations(
+    body: State, ref: Instant, rate: float, pace: Float[Array, " n_hinges"]
+) -> Float[Array, " nv"]:
     """Return accelerations of pelvis and joints: rates along the bell, and the recording's own.
 
     Args:
-        qvel: Generalised velocity.
-        error: Rotation of the pelvis in its axes, and angles, to where they should be [rad].
-        velocity: Generalised velocity of the recording.
-        acceleration: Its generalised acceleration.
+        body: The person now.
+        ref: The recording at the phase of the gait.
+        rate: Of the phase.
         pace: Factor of the bell, by hinge.
     """
-    wanted = velocity - qvel
-    wanted[3:6] = (wanted[3:6] + PELVIS_TURN[0] * error[:3]) / PELVIS_TURN[1]
-    wanted[6:] = (wanted[6:] + pace * bell(error[3:])) * (pace / REACHED)
-    wanted += acceleration
+    wanted = rate * ref["v"] - body.qvel
+    turn = root_error(ref["q"][3:7], body.qpos[3:7])
+    wanted[3:6] = (wanted[3:6] + PELVIS_TURN[0] * turn) / PELVIS_TURN[1]
+    error = ref["q"][7:] - body.qpos[7:]
+    wanted[6:] = (wanted[6:] + pace * bell(error)) * (pace / REACHED)
+    wanted += rate**2 * ref["a"]
     wanted[:3] = 0.0
+    return wanted
+
+
+def mass_acceleration(
+    body: State,
+    ref: Instant,
+    rate: float,
+    omega: float,
+    plan: Plan,
+    places: Float[Array, "k 2"],
+    level: float,
+    rise: Float[Array, " 2"],
+) -> Float[Array, " 3"]:
+    """Return the acceleration of the centre of mass that is wanted [m/s²].
+
+    The centre of pressure goes where it stops what the divergent component is off, within what
+    touches.
+
+    Args:
+        body: The person now.
+        ref: The recording at the phase of the gait.
+        rate: Of the phase.
+        omega: Root of gravity by height [1/s].
+        plan: What the divergent component is off, and how far the feet are beside the recording.
+        places: What touches [m].
+        level: Height of the ground around [m].
+        rise: How far it rises along x and y, by distance.
+    """
+    moved = plan.shift[:2] + (1.0 + FIRM / omega) * plan.error
+    if len(places):
+        low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
+        pressure = ref["pressure"][:2]
+        nominal = pressure + plan.shift[:2]
+        low, high = np.minimum(low, nominal), np.maximum(high, nominal)
+        moved = np.minimum(np.maximum(pressure + moved, low), high) - pressure
+    c, v = body.com, body.com_velocity
+    wanted = np.array(ref["com_acceleration"])
+    wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
+    k, time = VERTICAL
+    rate = min(rate, 1.0)
+    off = ref["com"][2] + level - plan.bent - c[2]
+    pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
+    own = rate**2 * ref["com_acceleration"][2]
+    back = min(max((pace - v[2]) / time, BACK[0]), BACK[1])
+    wanted[2] = min(max(own + back, min(own, SINKS)), max(own, RISES))
     return wanted
 
 
