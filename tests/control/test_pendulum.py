@@ -11,6 +11,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.hold import Hold
 from plantigrade.control.pendulum.landing import LAWS, DivergentLaw, EnergyLaw, Reach, Strike
 from plantigrade.control.pendulum.landing import landing as predicted
@@ -28,6 +29,7 @@ from plantigrade.control.pendulum.velocities import BoxProgram, bell
 from plantigrade.control.pendulum.wanted import tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.gait import Foot
+from plantigrade.control.replay.reference import STEP, reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
@@ -348,6 +350,29 @@ def test_a_stride_is_closed_and_what_repeats_itself_or_has_no_stride_is_left_alo
         Run(replace(whole, notes=("Of before.",)), "fit"), controller="pendulum", duration=0.01
     )
     assert "walked once, as it is" in run.record.notes[0] and "Of before." not in run.record.notes
+
+
+def test_the_mass_of_a_walk_that_repeats_itself_moves_as_its_feet_can_make_it(walk):
+    recorded = reference_of(walk_of(walk))
+    found = borne(recorded)
+    n = len(found.table) - 1
+    com, velocity, acceleration, pressure = (
+        found.table[:, found.columns[name][0]]
+        for name in ("com", "com_velocity", "com_acceleration", "pressure")
+    )
+    np.testing.assert_allclose(
+        acceleration[:n, :2], found.omega**2 * (com - pressure)[:n, :2], atol=1e-9
+    )
+    for value, rate in ((com, velocity), (velocity, acceleration)):  # one motion, and it closes
+        gone = STEP * np.cumsum(0.5 * (rate[1:n] + rate[: n - 1]), axis=0)
+        np.testing.assert_allclose((value[1:n] - value[0])[:, :2], gone[:, :2], atol=2e-3)
+    np.testing.assert_allclose(com[-1, :2] - com[0, :2], found.advance[:2], atol=1e-9)
+    # What was recorded is where it was, and pushed itself where there was no foot.
+    was = recorded.table[:, found.columns["com"][0]]
+    assert np.abs(com - was)[:, :2].max() < 0.04
+    np.testing.assert_array_equal(com[:, 2], was[:, 2])
+    open_ended = replace(recorded, period=None)
+    assert borne(open_ended) is open_ended
 
 
 def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun):

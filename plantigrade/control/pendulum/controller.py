@@ -8,6 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
+from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.foothold import Sole
 from plantigrade.control.pendulum.frame import Underfoot
 from plantigrade.control.pendulum.hold import LONGEST, Hold
@@ -95,7 +96,7 @@ class Pendulum:
         if tick >= LONG:
             self.control_rate = 0.5 * type(self).control_rate
         self.clearance = clearance_of(record)
-        self.reference = Paced(reference_of(record, self.clearance))
+        self.reference = Paced(borne(reference_of(record, self.clearance)))
         repeats = self.reference.period is not None
         self.lasts = max(record.motion.duration, WALKS if repeats else 0.0)
         human, self.sites = self.human, world_sites(record)

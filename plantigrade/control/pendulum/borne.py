@@ -1,0 +1,45 @@
+r"""The centre of mass that the feet of a walk can bear.
+
+From a recording the mass is known to a centimetre, its acceleration not: where it would have to be
+pushed from beside the feet, nobody can follow it. Between the feet's centre of pressure :math:`p`
+and the mass of a linear pendulum is
+
+.. math:: \ddot x = \omega^2 (x - p),
+
+whose periodic solution is the pressure without its high frequencies,
+:math:`\hat x_k = \hat p_k \, \omega^2 / (\omega^2 + (2 \pi k / T)^2)`: the dynamics filter of a
+walk that repeats itself.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.control.replay.reference import STEP, Reference
+
+
+def borne(reference: Reference) -> Reference:
+    """Return a walk whose centre of mass moves over the ground as its feet can make it.
+
+    Args:
+        reference: The walk; one that does not repeat itself is returned as it is.
+    """
+    if reference.period is None:
+        return reference
+    table = reference.table.copy()
+    com, velocity, acceleration, pressure = (
+        table[:, reference.columns[name][0]]
+        for name in ("com", "com_velocity", "com_acceleration", "pressure")
+    )
+    n = len(table) - 1
+    rate = reference.advance[:2] / reference.period
+    time = STEP * np.arange(n)[:, None]
+    part = np.fft.rfft(pressure[:-1, :2] - rate * time, axis=0)
+    turns = 2.0 * np.pi * np.arange(len(part))[:, None] / reference.period
+    part *= reference.omega**2 / (reference.omega**2 + turns**2)
+    com[:-1, :2] = np.fft.irfft(part, n, axis=0) + rate * time
+    velocity[:-1, :2] = np.fft.irfft(1j * turns * part, n, axis=0) + rate
+    acceleration[:-1, :2] = reference.omega**2 * (com - pressure)[:-1, :2]
+    com[-1, :2] = com[0, :2] + reference.advance[:2]
+    velocity[-1, :2], acceleration[-1, :2] = velocity[0, :2], acceleration[0, :2]
+    return replace(reference, table=table)
