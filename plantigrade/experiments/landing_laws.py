@@ -51,15 +51,17 @@ def pushed(law: str, data: Path | None, height: float, mass: float, direction: f
 def cases(quick: bool, data: Path | None) -> Cases:
     """Return what is walked, by name."""
     found: Cases = {}
-    for law in LAWS:
-        name = f"pendulum:{law}"
-        for height, mass in PEOPLE[:1] if quick else PEOPLE:
-            who = f"{height:.2f} m"
-            for ground in GROUNDS[:2] if quick else GROUNDS:
-                seconds = 4.0 if quick else SECONDS
+    for height, mass in PEOPLE[:1] if quick else PEOPLE:
+        who = f"{height:.2f} m"
+        for ground in GROUNDS[:2] if quick else GROUNDS:
+            seconds = 4.0 if quick else SECONDS
+            for law in LAWS:
+                name = f"pendulum:{law}"
                 key = f"{name}/{PREFIX}{who}, {ground}/{seconds:g} s"
                 found[key] = partial(on_ground, name, data, height, mass, ground, seconds)
-            for what, direction in list(DIRECTIONS.items())[: 1 if quick else None]:
+        for what, direction in list(DIRECTIONS.items())[: 1 if quick else None]:
+            for law in LAWS:
+                name = f"pendulum:{law}"
                 key = f"{name}/{PREFIX}{who}, {FORCE:g} N {what}/{SECONDS:g} s"
                 found[key] = partial(pushed, name, data, height, mass, direction)
     return found
