@@ -13,6 +13,7 @@ import numpy as np
 
 from plantigrade.contact.ground import Ground, Step
 from plantigrade.control.replay.reference import period_of
+from plantigrade.experiments import landing_laws
 from plantigrade.experiments.gait_walks import PEOPLE
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.measured import Cases, Measured
@@ -233,6 +234,7 @@ def parts_for(controllers: Sequence[str], data: Path | None) -> dict[str, Callab
             }
         ),
         "recordings": every(recordings),
+        "laws": lambda quick: landing_laws.cases(quick, data),
     }
 
 
@@ -266,9 +268,20 @@ def _told(results: list[Result]) -> str:
     return brief(r)
 
 
+def _walked(cells: dict[str, dict[str, list[Result]]]) -> dict[str, dict[str, list[Result]]]:
+    """Return all but what compares landing laws."""
+    return {k: row for k, row in cells.items() if not k.startswith(landing_laws.PREFIX)}
+
+
+def grids(kept: KeptResults) -> tuple[Grid, ...]:
+    """Return the tables."""
+    laws = landing_laws.grid(_cells(kept))
+    return (table(kept),) if laws is None else (table(kept), laws)
+
+
 def table(kept: KeptResults) -> Grid:
     """Return everything walked, by controller, beside the study and the paper."""
-    cells = _cells(kept)
+    cells = _walked(_cells(kept))
     names = sorted({name for row in cells.values() for name in row})
     lines = [
         [
@@ -284,7 +297,8 @@ def table(kept: KeptResults) -> Grid:
 
 def rows(kept: KeptResults) -> Iterator[Row]:
     """Return the figures with their goals."""
-    cells = _cells(kept)
+    yield from landing_laws.rows(_cells(kept))
+    cells = _walked(_cells(kept))
     names = sorted({name for row in cells.values() for name in row})
     for name in names:
         mine = {
@@ -333,12 +347,18 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
     return Measured(
         name="walk-battery",
         title="Walking everywhere with one setting",
-        rooms=(*ROOMS, "world", "experiments/walk_battery", "experiments/walking"),
+        rooms=(
+            *ROOMS,
+            "world",
+            "experiments/walk_battery",
+            "experiments/walking",
+            "experiments/landing_laws",
+        ),
         parts=parts_for(controllers, data),
         usual=("flat", "slopes", "tiles", "steps", "legs", "bodies", "recordings"),
         shortly=("flat", "slopes", "tiles", "steps", "legs", "bodies", "recordings"),
         brief=brief,
-        grids=lambda kept: (table(kept),),
+        grids=grids,
         rows=rows,
         notes=NOTES,
     )

@@ -58,6 +58,7 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "measured.moment": (NUMBERS, ("frames", "moments")),
     "measured.moment_names": (WORDS, ("moments",)),
     "ground.place": (NUMBERS, ("frames", 4)),
+    "barrier.clearance": (NUMBERS, ("frames",)),
     "vault.joints": (WORDS, ("joints",)),
     "vault.activation": (NUMBERS, ("frames", "joints")),
     "vault.changed": (WORDS, ("changes",)),

@@ -32,6 +32,7 @@ from plantigrade.workflows.policies import is_policy, policy_of
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.styles import styles_of
 from plantigrade.world import (
+    Barrier,
     Controller,
     Disturbance,
     FloorShift,
@@ -99,13 +100,15 @@ def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
     """Return what is otherwise than planned, its ground with it, and what acts besides.
 
     Raises:
-        ParameterError: If there is no such ground, or a word is no push, rope, box or shift.
+        ParameterError: If there is no such ground, or a word is no push, rope, box, barrier or
+            shift.
     """
     pushes: tuple[Disturbance, ...] = (
         *(Push.written(word) for word in how.push),
         *(Rope.written(word) for word in how.rope),
         *(ThrownBox.written(word) for word in how.box),
         *((Load(how.load),) if how.load else ()),
+        *(() if how.barrier is None else (Barrier.written(how.barrier),)),
     )
     plate = None if how.ground is None else platform_named(how.ground)
     if how.shift is not None:

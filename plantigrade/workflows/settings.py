@@ -167,6 +167,8 @@ class SimulateSettings(FitSettings):
     """Rope from the trunk to a place: newtons, metres, from when, how long; repeatable."""
     box: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("KG,M/S,DEG,AT")] = ()
     """Box thrown at the trunk: kilograms, speed (0: dropped), direction, when; repeatable."""
+    barrier: Annotated[str | None, optional("M,M")] = None
+    """Bar across the way: how far ahead and how high [m]; a pendulum's walk stoops under it."""
     shift: Annotated[str | None, optional("M,S,DEG,AT")] = None
     """Sudden shift of a level floor: metres, seconds, direction, when."""
     duration: Seconds = None

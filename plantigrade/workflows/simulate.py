@@ -91,7 +91,7 @@ def simulate(
         record = world.simulate(otherwise.seen(moved_by), _duration(begin, how, moved_by))
         seconds = clock.perf_counter() - began
     said = getattr(moved_by, "said", tuple)()
-    record = replace(record, notes=(*record.notes, *said))
+    record = replace(record, notes=(*record.notes, *said, *_passed(record)))
     more = getattr(moved_by, "figures", dict)()
     return run_of(begin, otherwise, how, world, record, word, seconds, more)
 
@@ -165,9 +165,9 @@ def run_of(
     )
 
 
-def figures_of(record: Record) -> dict[str, float]:
+def figures_of(record: Record) -> dict[str, float | bool]:
     """Return what a simulation shows: forces, torques, how far the controller was off."""
-    figures: dict[str, float] = {}
+    figures: dict[str, float | bool] = {}
     feet = sum(record.foot(side).force[:, 2] for side in SIDES)
     figures["vertical_force_mean_bw"] = float(np.mean(feet) / record.weight)
     figures["vertical_force_max_bw"] = float(np.max(feet) / record.weight)
@@ -175,10 +175,36 @@ def figures_of(record: Record) -> dict[str, float]:
     motor = record.signals["world.motor"]
     use = np.abs(motor) / np.where(motor > 0, high, -low)
     figures["motor_torque_max_pct"] = float(100.0 * use.max())
+    if "barrier.clearance" in record.signals:
+        figures["barrier_clearance_min_m"] = spare(record)
+        figures["barrier_touched"] = touched(record)
     if "controller.tracking_error" in record.signals:
         error = record.signals["controller.tracking_error"]
         figures["tracking_error_rms_deg"] = float(np.rad2deg(np.sqrt(np.nanmean(error**2))))
     return figures
+
+
+def spare(record: Record) -> float:
+    """Return how near the person came to a barrier, negative where they were in it [m]."""
+    return float(np.nanmin(record.signals["barrier.clearance"]))
+
+
+def touched(record: Record) -> bool:
+    """Return whether a barrier stopped anything of the person."""
+    into = record.signals["barrier.clearance"] < 0.0  # what stops is thinner than the skin
+    force = record.contact_force
+    others = [i for i, s in enumerate(record.sites) if s.name.startswith("touch_")]
+    return force is not None and bool(np.abs(force[into][:, others]).any())
+
+
+def _passed(record: Record) -> tuple[str, ...]:
+    """Return a sentence on a barrier, if there was one near."""
+    if "barrier.clearance" not in record.signals:
+        return ()
+    far = 100.0 * spare(record)
+    if touched(record):
+        return (f"It struck the barrier, up to {-far:.1f} cm deep in the skin.",)
+    return (f"It passed the barrier {far:.1f} cm away.",)
 
 
 def _sentence(

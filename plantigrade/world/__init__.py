@@ -6,6 +6,7 @@ What is named here is public: a :class:`World` with a ``controller(state) -> com
     record = world.simulate(lambda state: StablePD(state.human.standing()[7:]), 3.0)
 """
 
+from plantigrade.world.barrier import Barrier
 from plantigrade.world.command import PD, Acceleration, Command, StablePD, Torque
 from plantigrade.world.disturbance import Disturbance, PhasePush, Push
 from plantigrade.world.falls import Fall
@@ -18,6 +19,7 @@ from plantigrade.world.things import Box, Rope, ThrownBox
 from plantigrade.world.world import Controller, World
 
 __all__ = [
+    "Barrier",
     "PD",
     "Acceleration",
     "Box",

@@ -7,6 +7,7 @@ from plantigrade.errors import FileError
 from plantigrade.experiments import (
     feet_while_walking,
     human_pushes,
+    landing_laws,
     push_any_controller,
     push_map,
     walk_battery,
@@ -82,6 +83,30 @@ def test_every_controller_that_is_named_walks(made, tmp_path):
     table = walk_battery.run(parts=("flat",), controllers=("pendulum", "pendulum:energy"))
     assert [item[1] for item in made] == ["pendulum", "pendulum:energy"]
     assert "pendulum_energy_flat_falls" in table.metrics()
+
+
+def test_landing_laws_are_compared_on_one_battery_and_stay_out_of_the_others(
+    made, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(
+        landing_laws,
+        "on_ground",
+        lambda law, *item: {**WALKED, "fine": not law.endswith("energy"), "survived": True},
+    )
+    fell = {**WALKED, "survived": False, "fine": False, "end": "fell"}
+    monkeypatch.setattr(
+        landing_laws,
+        "pushed",
+        lambda law, *item: {**WALKED, "fine": True} if law.endswith("divergent") else fell,
+    )
+    table = walk_battery.run(out=tmp_path, parts=("flat", "laws"))
+    figures = table.metrics()
+    assert figures["pendulum_divergent_laws_walked_pct"] == 100.0
+    assert figures["pendulum_energy_laws_walked_pct"] == 0.0
+    assert figures["pendulum_energy_both_laws_walked_pct"] == 50.0
+    assert "pendulum_energy_flat_falls" not in figures
+    page = (tmp_path / "walk-battery.html").read_text("utf-8")
+    assert "Landing laws" in page and "16 of 16" in page and "8 of 16" in page
 
 
 def test_the_map_has_every_direction_at_every_phase_and_the_finest_grid_counts(

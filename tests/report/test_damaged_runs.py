@@ -50,6 +50,7 @@ def signals(record: Record) -> dict[str, np.ndarray]:
         "measured.moment": np.zeros((n, 1)),
         "measured.moment_names": np.array(["knee_angle_r"]),
         "ground.place": np.full((n, 4), 0.01),
+        "barrier.clearance": np.full(n, 0.05),
         "vault.joints": np.array(["shoulder", "hip"]),
         "vault.activation": np.zeros((n, 2)),
         "vault.changed": np.array(["speed", "speed"]),

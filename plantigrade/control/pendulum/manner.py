@@ -6,8 +6,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
+from plantigrade.world import Barrier, World
 
 KNEES = 0.3
 """Part of a stoop that legs take, by bending; the trunk takes the rest, by leaning forward."""
@@ -15,6 +17,30 @@ LOOKS = 0.5
 """The neck takes back this part of the lean: who stoops looks ahead."""
 DEEPEST = 30.0
 """Deepest stoop [cm]."""
+
+
+SPARE = 0.06
+"""Who passes under a barrier keeps the head so far below it [m]."""
+
+
+def barriers_of(world: World) -> list[tuple[float, float]]:
+    """Return how far ahead barriers of a world are [m], and how deep to stoop under them [cm].
+
+    Raises:
+        ParameterError: If one is too low.
+    """
+    found = []
+    for each in world.disturbances:
+        if isinstance(each, Barrier):
+            deep = 100.0 * (world.human.height + SPARE - each.height)
+            if deep > DEEPEST:
+                raise ParameterError(
+                    f"a barrier at {each.height:.2f} m is too low to walk under: somebody of "
+                    f"{world.human.height:.2f} m stoops by {DEEPEST:g} cm at most, which needs "
+                    f"{world.human.height + SPARE - 0.01 * DEEPEST:.2f} m"
+                )
+            found.append((each.ahead, max(deep, 0.0)))
+    return found
 
 
 @dataclass(frozen=True, eq=False)

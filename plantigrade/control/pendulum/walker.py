@@ -10,7 +10,7 @@ from plantigrade.control.balance import Balance
 from plantigrade.control.balance.support import beyond
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
-from plantigrade.control.pendulum.manner import DEEPEST, Manner, stoop
+from plantigrade.control.pendulum.manner import DEEPEST, Manner, barriers_of, stoop
 from plantigrade.control.pendulum.route import Points, Timed, Way, toward
 from plantigrade.control.pendulum.settling import Settling
 from plantigrade.control.pendulum.styles import RECORDED, Style, Styles
@@ -44,6 +44,8 @@ NEAR, LEANING = 0.005, 1.5
 for so long [s]."""
 SAME = 1e-6
 """Speeds nearer than this are one [m/s]."""
+PASSED = 0.6
+"""Who stoops under a barrier is down so far before it, and rises so far behind it [m]."""
 LOW = 0.01
 """What is so near the ground carries then [m]."""
 
@@ -194,6 +196,7 @@ class Walker:
         pendulum, frame, step = self.pendulum, self.frame, 1.0 / state.world.control_rate
         self._steer(step)
         self._pace(step)
+        self._duck()
         self._bow(step)
         if self._ground.moves or not frame.is_world:
             pendulum.ground, pendulum.normal = self._ground, self._ground.normal
@@ -218,6 +221,9 @@ class Walker:
         self._asked = self._way = self._stooping = np.nan
         self._depth, self._deepest = 0.0, stoop(state.human, 0.01 * DEEPEST)
         self.pendulum.reference.manner = None
+        self._ducked = 0.0
+        self._barriers = barriers_of(state.world)
+        self._deep = 0.01 * max((depth for _, depth in self._barriers), default=0.0)
         self._steady, self._since = 0.0, None
         self._rate = self._aside = self._astray = 0.0
         self._stood: list[tuple[float, float]] = []
@@ -252,6 +258,19 @@ class Walker:
     def _here(self) -> tuple[float, float]:
         """Where on their line the walker is, in the frame [m]."""
         return float(self.pendulum.place[0]), float(self.pendulum.plan.path[1])
+
+    def _duck(self) -> None:
+        """Stoop where a barrier is near, deep enough to pass under it."""
+        if self.wish.stoop is not None or not self._barriers:
+            return
+        place = np.array([*self.pendulum.place, 0.0])
+        x = float(self.frame.to_world(place)[0])
+        before = PASSED + self._mean * self._deep / BOWING
+        near = [d for at, d in self._barriers if at - before < x < at + PASSED]
+        deep = max(near, default=0.0)
+        if deep != self._ducked:
+            self._ducked = deep
+            self.targets[2].set(deep)
 
     def _bow(self, step: float) -> None:
         """Stoop, or rise again."""
