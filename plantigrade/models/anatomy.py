@@ -307,9 +307,10 @@ def _leg(d: Dimensions, sex: str, mass: float) -> list[Part]:
     ankle, origin = foot_position(d), np.zeros(3)
     thigh = _limb(mass, table["thigh"], knee)
     shank = _limb(mass, table["shank"], ankle, COM_FORWARD[sex]["shank"])
+    calf = min(0.105 * d.shank, 0.75 * d.ankle_height)  # a long one stays above the ground
     return [
         _part("femur", "pelvis", hip(d), thigh, "capsule", origin, knee, 0.155 * d.thigh),
-        _part("tibia", "femur", knee, shank, "capsule", origin, ankle, 0.105 * d.shank),
+        _part("tibia", "femur", knee, shank, "capsule", origin, ankle, calf),
     ]
 
 

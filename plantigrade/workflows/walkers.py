@@ -42,6 +42,10 @@ One that can only walk as a person of its own, as a policy does, has that walk a
 SOLES = 3.0
 """The pelvis of a walk brought over to another body is led up and down below this frequency [Hz];
 at 6 Hz one walk would have had .1 to 1.5 times the weight on its feet, recorded with .7 to 1.3."""
+LARGE, TOGETHER = 1.25, 6.0
+"""Legs do not reach where feet are so many times as large for them as in the recording: knees would
+bend twice as far; the whole body is led up and down then, below this frequency [Hz].
+"""
 LEGS = ("thigh", "shank")
 
 
@@ -231,8 +235,9 @@ def on_body(record: Record, human: Human, *, faster: float = 1.0) -> Record:
 
     Lengths go by that of the leg and times by its root, so that the ratio of inertia to weight
     (Froude number) stays. The pelvis is led to where the feet are on the ground slowly, lest the
-    body bounce, and the legs reach for the rest, so that soles are as high as recorded. Forces are
-    left out.
+    body bounce, and the legs reach for the rest: soles are as high as recorded, and feet no
+    nearer to each other than the hips are wide, lest long legs cross; feet that are large for their
+    legs keep all angles. Forces are left out.
 
     Args:
         record: The motion, on level ground.
@@ -246,9 +251,13 @@ def on_body(record: Record, human: Human, *, faster: float = 1.0) -> Record:
     qpos = human.from_coordinates(names, values)
     pace = float(np.sqrt(scale)) / faster
     time = pace * (motion.time - motion.time[0])
-    qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=SOLES)
-    heights = _sole_heights(record.human, motion.qpos) - record.ground.height
-    qpos = _soles_as(scale * heights, human, qpos)
+    own, other = human.dimensions.foot_length, record.human.dimensions.foot_length
+    large = own / other > LARGE * scale
+    qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=TOGETHER if large else SOLES)
+    if not large:
+        legs = _Legs.of(record.human, motion.qpos)
+        wider = min(_Legs.of(human, qpos[:1]).hips / legs.hips, scale)
+        qpos = _reached(human, qpos, scale * (legs.sole - record.ground.height), wider * legs.aside)
     events = tuple(replace(e, time=pace * (e.time - motion.time[0])) for e in motion.events)
     qvel = np.zeros((len(time), human.model.nv))
     moved = Motion(time, qpos, qvel, human.joint_names, events=events)
@@ -305,24 +314,52 @@ def _shares(schedule: Schedule, phase: float) -> Float[Array, " 2"]:
     return np.array([alpha[sides == side].sum() for side in SIDES])
 
 
-def _sole_heights(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n 2"]:
-    """Return the height of the lowest point of the right and of the left sole [m]."""
-    paths = sole_paths(human, qpos)
-    return np.stack([paths.position[:, paths.of(s), 2].min(axis=1) for s in SIDES], axis=1)
+@dataclass(frozen=True, eq=False)
+class _Legs:
+    """Where feet are in postures, right and left.
+
+    Attributes:
+        ankle: Place of the foot, world [m].
+        turn: Its axes, as columns.
+        sole: Height of its lowest point [m].
+        aside: How far it is to the left of its hip [m].
+        left: Where left is, for the pelvis.
+        hips: How far the hips are apart [m].
+    """
+
+    ankle: Float[Array, "n 2 3"]
+    turn: Float[Array, "n 2 3 3"]
+    sole: Float[Array, "n 2"]
+    aside: Float[Array, "n 2"]
+    left: Float[Array, "n 3"]
+    hips: float
+
+    @classmethod
+    def of(cls, human: Human, qpos: Float[Array, "n nq"]) -> "_Legs":
+        state, still = State(human, qpos[0]), np.zeros(human.model.nv)
+        feet, hips = (np.array([human.body(f"{b}_{s}") for s in SIDES]) for b in ("foot", "femur"))
+        ankle, hip = np.zeros((2, len(qpos), 2, 3))
+        turn, left = np.zeros((len(qpos), 2, 3, 3)), np.zeros((len(qpos), 3))
+        for k, posture in enumerate(qpos):
+            state = state.moved_to(posture, still)
+            ankle[k], hip[k] = state.origins[feet], state.origins[hips]
+            turn[k] = state.rotations[feet]
+            left[k, :2] = (hip[k, 1] - hip[k, 0])[:2]
+        left /= np.linalg.norm(left, axis=1)[:, None]
+        apart = float(np.linalg.norm(hip[0, 1] - hip[0, 0]))
+        paths = sole_paths(human, qpos)
+        sole = np.stack([paths.position[:, paths.of(s), 2].min(axis=1) for s in SIDES], axis=1)
+        return cls(ankle, turn, sole, np.einsum("nik,nk->ni", ankle - hip, left), left, apart)
 
 
-def _soles_as(
-    heights: Float[Array, "n 2"], human: Human, qpos: Float[Array, "n nq"]
+def _reached(
+    human: Human, qpos: Float[Array, "n nq"], sole: Float[Array, "n 2"], aside: Float[Array, "n 2"]
 ) -> Float[Array, "n nq"]:
-    """Return postures whose soles are at heights, feet turned as they were."""
-    state, feet = State(human, qpos[0]), np.array([human.body(f"foot_{s}") for s in SIDES])
-    ankle, turn = np.zeros((len(qpos), 2, 3)), np.zeros((len(qpos), 2, 3, 3))
-    still = np.zeros(human.model.nv)
-    for k, posture in enumerate(qpos):
-        state = state.moved_to(posture, still)
-        ankle[k], turn[k] = state.origins[feet], state.rotations[feet]
-    ankle[:, :, 2] += heights - _sole_heights(human, qpos)
-    return LegInverse(human).reach(qpos, ankle, turn).qpos
+    """Return postures whose soles are at heights and whose feet are so far beside their hips."""
+    now = _Legs.of(human, qpos)
+    ankle = now.ankle + (aside - now.aside)[:, :, None] * now.left[:, None]
+    ankle[:, :, 2] += sole - now.sole
+    return LegInverse(human).reach(qpos, ankle, now.turn).qpos
 
 
 def leg_of(human: Human) -> float:
