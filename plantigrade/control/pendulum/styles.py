@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.switch import Clocks, Crossing
@@ -57,7 +58,7 @@ class Walk:
         """Return the walk of a style."""
         assert style.record is not None
         clearance = clearance_of(style.record)
-        return cls(style.name, reference_of(style.record, clearance), clearance)
+        return cls(style.name, borne(reference_of(style.record, clearance)), clearance)
 
 
 class Styles:
