@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from plantigrade.errors import FileError
+from plantigrade.errors import FileError, ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
 from plantigrade.experiments.synthesis_trial import chosen_parts
@@ -74,7 +74,7 @@ class Measured:
             say: Called with a line for every result.
 
         Raises:
-            ParameterError: If there is no such part.
+            ParameterError: If there is no such part, or no case could be measured.
             FileError: If what is kept was made by other code, in a form that cannot be shown.
         """
         path = None if out is None else out / f"{self.name}.json"
@@ -97,6 +97,9 @@ class Measured:
         table, sections = self._shown(kept)
         if out is not None:
             write_page(out / self.page, table, sections, kept)
+        failed = [kept.results[key].get("error") for key in cases]
+        if failed and all(failed):
+            raise ParameterError(f"none of {len(failed)} cases could be measured: {failed[0]}")
         return table
 
     def _shown(self, kept: KeptResults) -> tuple[ResultTable, list[Section]]:

@@ -15,7 +15,7 @@ from plantigrade.workflows.harness import Walked
 from plantigrade.workflows.motions import synthesize
 from plantigrade.workflows.policies import is_policy
 from plantigrade.workflows.settings import FitSettings
-from plantigrade.workflows.walkers import Walker, as_strong, on_body, walker
+from plantigrade.workflows.walkers import Walker, as_strong, make_named, on_body, walker
 
 RECORDING = "cmu_asfamc/16_15.amc"
 """A straight walk of 1.1 m/s without gaps."""
@@ -117,8 +117,10 @@ def runs(make: Callable[[Sequence[str], Path | None], Measured]) -> Callable[...
 
         Raises:
             ParameterError: If there is no such part or controller.
-            FileError: If what is kept cannot be shown.
+            FileError: If what is kept cannot be shown, or a policy cannot be read.
         """
+        for word in chosen(controllers):
+            make_named(word)  # before hours are spent
         return make(chosen(controllers), data).run(**options)
 
     return run

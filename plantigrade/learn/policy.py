@@ -10,13 +10,14 @@ import io
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Float
+from plantigrade.bounds import number
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import Arrays
 from plantigrade.io.text import not_written
@@ -27,6 +28,8 @@ from plantigrade.models import Human
 
 CLIP = 8.0
 """What is seen is cut off at so many standard deviations."""
+UNIT = 0.01
+"""So far from one is no length of a quaternion."""
 REMEDY = "name a policy.npz that plantigrade train wrote"
 KIND = "plantigrade policy 1"
 """Says in a file what it is, and in which version of the format."""
@@ -118,6 +121,7 @@ class Policy:
             about = json.loads(str(arrays.any("about")))
             if about["kind"] != KIND:
                 raise ValueError(f"it is {about['kind']!r}, not {KIND!r}")
+            _described(about)
             human = Human.from_dict(about["human"])
             columns = human.model.nq + human.model.nv + BESIDE
             table = np.asarray(_numbers(arrays, "reference", None, columns), dtype=float)
@@ -126,10 +130,15 @@ class Policy:
             rules = Rules(reference=reference, base=Gains(**about["base"]), **about["rules"])
             form = Form(human, rules)
             trained = dict(about["about"])
-        except (KeyError, TypeError, ValueError, ParameterError) as error:
-            raise FileError(path, f"is no policy of this version: {error}") from error
+        except (KeyError, TypeError, ValueError, RecursionError, ParameterError) as error:
+            why = f"is no policy of this version: {str(error)[:200]}"
+            raise FileError(path, why, remedy=REMEDY) from error
+        if len(table) < 2 or np.abs(np.linalg.norm(table[:, 3:7], axis=1) - 1.0).max() > UNIT:
+            arrays.refuse("is no motion: too short, or turns of the pelvis are none", "reference")
         size, layers = len(form.observation), []
         mean, scale = (_numbers(arrays, name, size) for name in ("mean", "scale"))
+        if scale.min() <= 0.0:
+            arrays.refuse("holds a standard deviation that is not positive", "scale")
         while f"weight_{len(layers)}" in arrays:
             weight = _numbers(arrays, f"weight_{len(layers)}", size, None)
             size = weight.shape[1]
@@ -163,6 +172,25 @@ def lasted(policy: Policy, following: Following, duration: float) -> Float[np.nd
     return times
 
 
+def _described(about: Mapping[str, Any]) -> None:
+    """Refuse a description that lacks something, or has numbers that no walk has.
+
+    Raises:
+        KeyError: If something is missing or unknown.
+        ParameterError: If a number is out of bounds.
+    """
+    rules, base = about["rules"], about["base"]
+    for part, known in ((rules, _PLAIN), (base, [f.name for f in fields(Gains)])):
+        for name in set(part).symmetric_difference(known):
+            raise KeyError(f"{name[:40]!r} is {'unknown' if name in part else 'missing'}")
+    for name, value in {**about, **rules, **base}.items():
+        if name in _FLAGS:
+            if not (isinstance(value, bool) or (value is None and name == "gains")):
+                raise TypeError(f"{name} must be true or false")
+        elif name in _BOUNDS and not (value is None and name == "reach"):
+            number(name, value, *_BOUNDS[name])
+
+
 def _numbers(arrays: Arrays, key: str, *shape: int | None) -> np.ndarray:
     """Return an array that must be there; a FileError if it is not, or is not finite."""
     numbers = arrays.finite(key, *shape)
@@ -171,5 +199,22 @@ def _numbers(arrays: Arrays, key: str, *shape: int | None) -> np.ndarray:
     return np.asarray(numbers, dtype=np.float32)
 
 
+_FLAGS = ("cyclic", "gains", "passive", "mirrored", "ankle_too")
+_GAIN = (0.0, 1e5, "N m by rad and s")
+_BOUNDS: Mapping[str, tuple[float, float, str]] = {
+    "period": (0.05, 1000.0, "s"),
+    "stride": (-100.0, 100.0, "m"),
+    "rate": (1.0, 1e5, "1/s"),
+    "control_rate": (1.0, 1e5, "1/s"),
+    "duration": (0.01, 3600.0, "s"),
+    "reach": (1e-3, 100.0, "rad"),
+    "stiffness": _GAIN,
+    "damping": _GAIN,
+    "foot_stiffness": _GAIN,
+    "foot_damping": _GAIN,
+    "span": (1.0, 1e5, "times"),
+    "damping_span": (1.0, 1e5, "times"),
+}
+"""What numbers of a file may be."""
 _PLAIN = ("form", "gains", "reach", "rate", "control_rate", "passive", "duration", "mirrored")
 """Fields of the rules that a file keeps."""

@@ -19,7 +19,7 @@ from plantigrade.control.pendulum import walk_of
 from plantigrade.control.pendulum.landing import LAWS
 from plantigrade.control.replay.reference import period_of, reference_of, world_sites
 from plantigrade.control.replay.schedule import Schedule
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.kinematics.leg_inverse import LegInverse
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
@@ -204,7 +204,13 @@ class _Outside:
     name: str
 
     def __call__(self, record: Record) -> Controller:
-        made: Any = getattr(_module(self.module, self.word), self.name)(record)
+        make = getattr(_module(self.module, self.word), self.name)
+        try:
+            made: Any = make(record)
+        except PlantigradeError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise _refused(self.word, error) from error
         if not callable(made):
             raise ParameterError(f"{self.word} made no controller, but {shown(made)}")
         return cast(Controller, made)
@@ -216,6 +222,8 @@ def _module(name: str, word: str) -> Any:
         if not name.endswith(".py"):
             return importlib.import_module(name)
         path = Path(name).resolve()
+        if not path.is_file():
+            raise ParameterError(f"controller {word}: there is no file {shown(name)}")
         own = f"plantigrade_outside_{re.sub(r'[^0-9a-zA-Z]', '_', str(path))}"
         if own in sys.modules:
             return sys.modules[own]
@@ -226,8 +234,15 @@ def _module(name: str, word: str) -> Any:
         spec.loader.exec_module(module)
         sys.modules[own] = module
         return module
-    except Exception as error:  # whatever the code of a stranger does
-        raise ParameterError(f"controller {word}: {error!r}") from error
+    except PlantigradeError:
+        raise
+    except (Exception, SystemExit) as error:  # whatever the code of a stranger does
+        raise _refused(word, error) from error
+
+
+def _refused(word: str, error: BaseException) -> ParameterError:
+    """Return what to say of code from outside that failed."""
+    return ParameterError(f"controller {word}: {f'{error!r}'[:200]}")
 
 
 def on_body(record: Record, human: Human, *, faster: float = 1.0) -> Record:

@@ -52,6 +52,9 @@ def test_words_of_speed_and_way_are_read_and_bad_ones_refused():
     for word in ("left", "bearing:", "bearing:x", "points:1,2/3", "points:", "points:1,inf"):
         with pytest.raises(ParameterError, match="write straight; bearing:DEG"):
             path(word)
+    for word in ("bearing:1e9", "points:1e300,0", "points:" + "1,1/" * 1000 + "2,2"):
+        with pytest.raises(ParameterError, match="at most"):
+            path(word)
 
 
 def test_a_way_through_points_is_come_back_to_and_ends_at_the_last():

@@ -1,9 +1,12 @@
 """The experiments on walking: what they do, keep and print, without a step walked."""
 
+import sys
+from typing import cast
+
 import numpy as np
 import pytest
 
-from plantigrade.errors import FileError
+from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.experiments import (
     feet_while_walking,
     human_pushes,
@@ -13,7 +16,9 @@ from plantigrade.experiments import (
     walk_battery,
 )
 from plantigrade.experiments.human_pushes import COLUMNS, FILE, aside, pushes
+from plantigrade.record import Record
 from plantigrade.workflows.harness import Landing, Walked
+from plantigrade.workflows.walkers import make_named
 
 WALKED = {
     "survived": True,
@@ -171,7 +176,50 @@ def test_aside_is_told_from_the_stride_before_and_by_steps():
     assert first == pytest.approx(0.3 * np.exp(-1.0), abs=0.01)
 
 
-def test_any_controller_has_its_own_table(made, tmp_path):
+OUTSIDE = """
+class Mine:
+    def __init__(self, record): raise RuntimeError("boom")
+"""
+
+
+@pytest.mark.parametrize(
+    ("word", "text", "said"),
+    [
+        ("mine.py:Other", OUTSIDE, "mine.py has no function or class 'Other'"),
+        ("mine.py:__name__", OUTSIDE, "no function or class"),
+        ("mine.py:Mine", "def (", "mine.py:Mine: SyntaxError"),
+        ("mine.py:Mine", "raise SystemExit(0)", "SystemExit"),
+        ("their.py:Mine", OUTSIDE, "there is no file 'their.py'"),
+        ("mine.py", OUTSIDE, "FILE.py:NAME"),
+        ("nothing.npz", OUTSIDE, "no such file"),
+    ],
+)
+def test_a_controller_that_is_not_there_is_refused_before_anything_is_measured(
+    made, tmp_path, monkeypatch, word, text, said
+):
+    monkeypatch.chdir(tmp_path)
+    for name in list(sys.modules):
+        if name.startswith("plantigrade_outside"):
+            monkeypatch.delitem(sys.modules, name)
+    (tmp_path / "mine.py").write_text(text)
+    with pytest.raises(PlantigradeError, match=said):
+        push_any_controller.run(controllers=("pendulum", word), out=tmp_path / "out")
+    assert not made and not (tmp_path / "out").exists()
+
+
+def test_where_no_case_can_be_measured_the_first_reason_is_told(made, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "boom.py").write_text(OUTSIDE)
+    monkeypatch.setattr(
+        push_any_controller, "toured", lambda word, *_: make_named(word)(cast(Record, None))
+    )
+    with pytest.raises(ParameterError, match="none of 1 cases could be .*boom.py:Mine: Runtime"):
+        push_any_controller.run(parts=("tour",), quick=True, controllers=("boom.py:Mine",))
+
+
+def test_any_controller_has_its_own_table(made, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(OUTSIDE)
     words = ("pendulum", "mine.py:Mine")
     table = push_any_controller.run(out=tmp_path, parts=("tour",), controllers=words)
     assert sum(item[0] == "toured" for item in made) == 20

@@ -90,6 +90,10 @@ def test_a_policy_is_read_as_it_was_written(policy, tmp_path):
         ({"weight_3": np.zeros((8, 7)), "bias_3": np.zeros(7)}, "ends in 7 numbers, not 38"),
         ({"scale": None}, "scale: is missing"),
         ({"reference": np.zeros((5, 9))}, "reference: has shape"),
+        ({"about": np.array("[" * 100_000)}, "no policy of this version"),
+        ({"scale": np.zeros(294)}, "standard deviation that is not positive"),
+        ({"reference": np.zeros((5, 101))}, "turns of the pelvis are none"),
+        ({"mean": np.array([{}], dtype=object)}, "no whole npz|not a whole npz"),
     ],
 )
 def test_what_is_no_policy_is_refused(policy, tmp_path, changed, said):
@@ -106,10 +110,21 @@ def test_rules_that_cannot_be_are_refused(policy, tmp_path):
     with np.load(path) as file:
         arrays = dict(file)
     about = json.loads(str(arrays["about"]))
-    about["rules"]["form"] = "short"
-    np.savez(path, **{**arrays, "about": np.array(json.dumps(about))})
-    with pytest.raises(FileError, match="lean, paper"):
-        Policy.load(path)
+    for part, name, value, said in (
+        ("rules", "form", "short", "lean, paper"),
+        ("rules", "control_rate", None, "control_rate must be 1"),
+        ("rules", "passive", "no", "passive must be true or false"),
+        ("rules", "extra", 1, "'extra' is unknown"),
+        ("base", "stiffness", 10**400, "stiffness must be 0"),
+        ("base", "damping", float("nan"), "damping must be 0"),
+        (None, "period", -1.0, "period must be 0.05"),
+        (None, "stride", float("inf"), "stride must be -100"),
+    ):
+        wrong = json.loads(json.dumps(about))
+        (wrong if part is None else wrong[part])[name] = value
+        np.savez(path, **{**arrays, "about": np.array(json.dumps(wrong))})
+        with pytest.raises(FileError, match=said):
+            Policy.load(path)
 
 
 def test_in_a_world_a_policy_does_what_it_does_in_the_environment(policy):

@@ -10,6 +10,7 @@ import numpy as np
 
 from plantigrade.control.pendulum.manner import DEEPEST
 from plantigrade.errors import ParameterError
+from plantigrade.options import shown
 
 AHEAD = 1.0
 """So far ahead of a walker on a way the place is that is walked to [m]: less turns sooner."""
@@ -19,6 +20,8 @@ BRAKES = 0.8
 """So far before the last point a walk begins to slow down [m]."""
 FASTEST = 5.0
 """Speeds above this are no walk [m/s]."""
+TURNS, MOST, FAR = 10, 1000, 10_000.0
+"""Of a path: turns of a bearing, number of points, and how far they are [m], at most."""
 PATH = (
     "write straight; bearing:DEG, or bearing:0,90@5 to turn left by 90° after 5 s; or "
     "points:X,Y/X,Y such as points:4,0/4,3 in metres, x ahead and y to the left"
@@ -167,7 +170,10 @@ def path(word: str) -> Way:
     if word == "straight":
         return Bearings(Timed((0.0,), (0.0,)))
     if kind == "bearing":
-        return Bearings(Timed.written(rest, "bearing", PATH))
+        found = Timed.written(rest, "bearing", PATH)
+        if not all(abs(angle) <= 360.0 * TURNS for angle in found.values):
+            raise ParameterError(f"{word!r}: a bearing is at most {360 * TURNS} degrees")
+        return Bearings(found)
     if kind == "points":
         try:
             places = [tuple(float(c) for c in each.split(",")) for each in rest.split("/")]
@@ -175,6 +181,10 @@ def path(word: str) -> Way:
             places = []
         if not places or any(len(p) != 2 or not np.isfinite(p).all() for p in places):
             raise ParameterError(f"{word!r} is no path: {PATH}")
+        if len(places) > MOST or any(max(abs(p[0]), abs(p[1])) > FAR for p in places):
+            raise ParameterError(
+                f"{shown(word)}: a path has at most {MOST} points, none farther than {FAR:g} m"
+            )
         return Points(tuple((p[0], p[1]) for p in places))
     raise ParameterError(f"{word!r} is no path: {PATH}")
 
