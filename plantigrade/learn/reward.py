@@ -24,7 +24,7 @@ with :math:`F` the mean vertical force of the ground during a decision, by the c
 :math:`W` the weight, and :math:`s_f` how far the first two axes of a foot point up.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -67,10 +67,10 @@ UNEVEN = 0.25
 a centre of mass that rises by 2.5 cm with each of two steps a second has 0.2 g."""
 ROWS = 101
 """In which the inclination of the feet over a stride is kept."""
-LEAN_WEIGHTS = Weights(
-    pose=0.5, velocity=0.1, com=0.25, ends=0.15, feet=False, force=2.0, soles=0.3
-)
+LEAN_WEIGHTS = Weights(pose=0.5, velocity=0.1, com=0.25, ends=0.15, feet=False)
 """With which walking was learned in a million steps."""
+LANDING_WEIGHTS = replace(LEAN_WEIGHTS, force=2.0, soles=0.3)
+"""With which one who walks learned to land on the heel."""
 
 
 class Reward:

@@ -53,7 +53,7 @@ class Learning:
         trace: λ of the generalised advantage.
         clip: By which the ratio of probabilities may change.
         rate: Learning rate of the actor to begin with; it follows the divergence.
-        judging: Of the critic, always the same: it has to know sooner than the actor changes.
+        judging: That of the critic, always the same; that of the actor if absent.
         divergence: Wanted of the policies before and after an update.
         spread: Standard deviation of displacements to begin with [rad].
         layers: Neurons of the hidden layers, of actor and critic.
@@ -71,8 +71,8 @@ class Learning:
     trace: float = 0.95
     clip: float = 0.2
     rate: float = 1e-4
-    judging: float = 1e-3
-    divergence: float = 0.03
+    judging: float | None = None
+    divergence: float = 0.02
     spread: float = 0.11
     layers: tuple[int, ...] = (256, 128, 128)
     starts: int = 16
@@ -83,6 +83,10 @@ class Learning:
     def part(self) -> int:
         """Decisions in a part."""
         return self.persons * self.steps * self.updates
+
+
+GOING_ON = Learning(divergence=0.03, judging=1e-3)
+"""Of who begins with a policy: the critic, which knows nothing, learns before that changes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +138,7 @@ class Training:
         goal: Training ends where none of the starts leads to a fall in so long a time; zero: never
             [s].
         most: Training ends after so many decisions.
-        how: How it learns.
+        how: How it learns; if absent, as who begins with nothing, or :data:`GOING_ON`.
         device: Of torch.
         start: A policy to begin with, of any feet.
 
@@ -160,7 +164,7 @@ class Training:
         device: str = "cpu",
         start: Policy | None = None,
     ):
-        how = how or Learning()
+        how = how or (Learning() if start is None else GOING_ON)
         self.folder, self.seed, self.goal, self.most = Path(folder), seed, goal, most
         self.how, self.curve, self.reached = how, list[Progress](), False
         _torch.set_num_threads(1)
@@ -187,7 +191,8 @@ class Training:
             },
             device=device,
         )
-        self._learner.part(how.judging)
+        if how.judging is not None:
+            self._learner.part(how.judging)
         self._learner.set_logger(_sb3.common.logger.Logger(None, []))
         self._rate, self._acting = how.rate, True
         self._judged: Following | None = None
@@ -417,7 +422,9 @@ class Training:
 
 
 class _Learner(_sb3.PPO):
-    """The learner, whose critic has a learning rate of its own."""
+    """The learner, whose critic may have a learning rate of its own."""
+
+    _judging: float | None = None
 
     def part(self, judging: float) -> None:
         """Let the critic learn at a rate that stays."""
@@ -430,7 +437,8 @@ class _Learner(_sb3.PPO):
 
     def _update_learning_rate(self, optimizers: Any) -> None:
         super()._update_learning_rate(optimizers)
-        self.policy.optimizer.param_groups[1]["lr"] = self._judging
+        if self._judging is not None:
+            self.policy.optimizer.param_groups[1]["lr"] = self._judging
 
 
 class _Follow(_sb3.common.callbacks.BaseCallback):

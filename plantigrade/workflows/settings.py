@@ -255,6 +255,8 @@ class TrainSettings(FitSettings):
     """Relief up to so high and so deep while learning, another in every episode [cm]."""
     pushes: float = 0.0
     """Pushes of up to so much while learning, from anywhere, again and again [N]."""
+    landing: Flag = False
+    """Hard landings cost, and feet are to be inclined as those of what is followed."""
     start: OptionalWord = None
     """Policy to begin with, of any feet: a policy.npz, or learned, for the package's."""
     steps: int = 3_000_000

@@ -15,6 +15,7 @@ from plantigrade.learn.following import Rules
 from plantigrade.learn.mirror import EVEN, unevenness
 from plantigrade.learn.policy import Policy
 from plantigrade.learn.reference import Reference
+from plantigrade.learn.reward import LANDING_WEIGHTS
 from plantigrade.models import Human
 from plantigrade.options import as_path
 from plantigrade.record import Run
@@ -156,11 +157,14 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
     """
     reference = _reference(source, how, step)
     lean = how.form == "lean"
+    if how.landing and not lean:
+        raise ParameterError("landing is for form=lean: the other is rewarded as printed")
     return Rules(
         reference=reference,
         form=how.form,
         gains=how.gains == "variable",
         ground=how.ground or "flat",
+        weights=LANDING_WEIGHTS if how.landing else None,
         terrain=0.01 * how.terrain,
         pushes=how.pushes,
         passive=lean,

@@ -9,7 +9,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.learn import Reference, Rules
 from plantigrade.learn.disturbed import RandomPushes
 from plantigrade.learn.following import Following
-from plantigrade.learn.reward import LEAN_WEIGHTS, Reward
+from plantigrade.learn.reward import LANDING_WEIGHTS, Reward
 from plantigrade.learn.view import View
 from plantigrade.models import Human
 from plantigrade.world import World
@@ -91,7 +91,7 @@ def test_the_force_of_a_landing_is_the_grounds(reference):
 
 def test_hard_landings_and_turned_feet_are_worth_less(reference):
     world = World(SMALL, recording=False)
-    view, reward = View(SMALL, [(world.model, world.data)]), Reward(reference, LEAN_WEIGHTS)
+    view, reward = View(SMALL, [(world.model, world.data)]), Reward(reference, LANDING_WEIGHTS)
     frame, phase = reference.at(np.array([0.25 * reference.period])), np.array([0.25])
 
     def terms(force: float, ankle: float = 0.0):

@@ -181,8 +181,7 @@ def test_the_reward_is_one_on_the_reference_and_less_beside_it(lean):
         Reward(lean.following.reference, LEAN_WEIGHTS),
         (lean.following.phase, np.ones(1)),
     )
-    most = sum(getattr(LEAN_WEIGHTS, name) for name in (*terms, "soles"))
-    assert reward.of(view, frame, *rest)[0] == pytest.approx([most], abs=3e-3)
+    assert reward.of(view, frame, *rest)[0] == pytest.approx([1.0], abs=1e-4)
     view.angles[0, SMALL.hinge("knee_angle_r")] += 0.5
     _, terms = reward.of(view, frame, *rest)
     assert terms["pose"] == pytest.approx([np.exp(-2 * 0.25)]) and terms["com"] > 0.999
