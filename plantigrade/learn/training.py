@@ -167,6 +167,10 @@ class Training:
         how = how or (Learning() if start is None else GOING_ON)
         self.folder, self.seed, self.goal, self.most = Path(folder), seed, goal, most
         self.how, self.curve, self.reached = how, list[Progress](), False
+        try:
+            _torch.empty(0, device=device)
+        except Exception as error:  # of many kinds
+            raise ParameterError(f"device={device!r}: {str(error)[:160]}") from error
         _torch.set_num_threads(1)
         walks = Walks(how.persons, **{f.name: getattr(rules, f.name) for f in fields(rules)})
         self.following = walks.following
@@ -399,9 +403,9 @@ class Training:
     def _take_up(self, path: Path) -> None:
         try:
             state = _torch.load(path, weights_only=True)
-            what, curve = state["what"], [Progress(**row) for row in state["curve"]]
+            what, curve = dict(state["what"]), [Progress(**row) for row in state["curve"]]
         except Exception as error:
-            raise FileError(path, f"no checkpoint of a training: {error}") from error
+            raise FileError(path, f"no checkpoint of a training: {str(error)[:200]}") from error
         mine = self._what()
         other = [k for k in mine if what.get(k) != mine[k]]
         if other:
@@ -410,15 +414,20 @@ class Training:
                 "another folder, or the options of that training"
             )
         learner, rms = self._learner, self._norm.obs_rms
-        learner.policy.load_state_dict(state["policy"])
-        learner.policy.optimizer.load_state_dict(state["optimizer"])
-        rms.mean, rms.var = state["mean"].numpy(), state["var"].numpy()
-        rms.count, self._rate = state["count"], state["rate"]
+        try:
+            learner.policy.load_state_dict(state["policy"])
+            learner.policy.optimizer.load_state_dict(state["optimizer"])
+            seen = [state[name].numpy() for name in ("mean", "var")]
+            numbers = [*np.concatenate(seen), float(state["count"]), float(state["rate"])]
+            kept = [bool(_torch.isfinite(p).all()) for p in learner.policy.parameters()]
+            if not (all(kept) and np.isfinite(numbers).all() and seen[0].shape == rms.mean.shape):
+                raise ValueError("numbers are missing, or not finite")
+            reached = state["reached"] is not None and state["reached"] >= self.goal > 0
+        except Exception as error:
+            raise FileError(path, f"no whole checkpoint: {str(error)[:200]}") from error
+        (rms.mean, rms.var), (rms.count, self._rate) = seen, numbers[-2:]
         learner.lr_schedule = _utils.ConstantSchedule(self._rate)
-        self.curve, self.reached = (
-            curve,
-            state["reached"] is not None and state["reached"] >= self.goal > 0,
-        )
+        self.curve, self.reached = curve, reached
 
 
 class _Learner(_sb3.PPO):
