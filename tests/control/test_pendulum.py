@@ -261,8 +261,11 @@ def test_projected_gauss_seidel_agrees_with_the_active_set_method(boxed):
     again, few = problem.gauss_seidel(exact)
     assert few < sweeps
     # Motors have their rates: this one is as strong as it must be.
-    answer = problem.answer()
-    assert answer.limited == 0
+    answer, projected = problem.answer(), problem.answer("gauss-seidel")
+    assert answer.limited == projected.limited == 0
+    np.testing.assert_allclose(projected.qacc, answer.qacc, atol=0.02)
+    with pytest.raises(ParameterError, match="no solver 'cg'; there are daqp, gauss-seidel"):
+        problem.answer("cg")
 
 
 def test_a_torque_at_its_limit_gives_what_it_can_and_the_others_know_it(boxed):

@@ -25,6 +25,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.errors import ParameterError
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -49,6 +50,8 @@ SLACK = 1e-3
 """Part by which constraints give way in the paper's own problem, as in engines."""
 SWEEPS, SETTLED = 5000, 1e-10
 """Sweeps of projected Gauss–Seidel, at most, and the change that is none."""
+SOLVERS = ("daqp", "gauss-seidel")
+"""Of a boxed program."""
 
 
 def bell(error: Float[Array, "*n"]) -> Float[Array, "*n"]:
@@ -263,9 +266,22 @@ class Boxed:
                 return x, sweep + 1
         return x, SWEEPS
 
-    def answer(self) -> Answer:
-        """Return torques, forces and accelerations of the solution."""
-        x, status = self.daqp()
+    def answer(self, solver: str = "daqp") -> Answer:
+        """Return torques, forces and accelerations of the solution.
+
+        Args:
+            solver: ``"daqp"`` (:meth:`daqp`) or ``"gauss-seidel"`` (:meth:`gauss_seidel`).
+
+        Raises:
+            ParameterError: If there is no such solver.
+        """
+        if solver not in SOLVERS:
+            raise ParameterError(f"no solver {solver!r}; there are {', '.join(SOLVERS)}")
+        if solver == "daqp":
+            x, status = self.daqp()
+        else:
+            x, sweeps = self.gauss_seidel()
+            status = "ok" if sweeps < SWEEPS else f"not settled after {SWEEPS} sweeps"
         n, k = len(self.g) - 4 * len(self.edges), len(self.edges)
         share = (self.scale[n:] * x[n:]).reshape(k, 4)
         force = np.einsum("kce,ke->kc", self.edges, share)
