@@ -115,7 +115,7 @@ def test_controllers_by_word(record, tmp_path):
         ("moon", "no controller 'moon'; there are passive"),
         ("pendulum:moon", "no landing law 'moon'"),
         (f"{path}:nobody", "no function or class 'nobody'"),
-        (f"{tmp_path}/none.py:a", "FileNotFoundError"),
+        (f"{tmp_path}/none.py:a", "there is no file"),
         ("no.such.module:a", "ModuleNotFoundError"),
     ):
         with pytest.raises(ParameterError, match=told):
