@@ -11,7 +11,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.ground_level import moving_ground
-from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import LONGEST_CYCLE, SHORTEST_CYCLE, cut_cycles
@@ -27,6 +27,8 @@ SEAM = 1.0 / 60.0
 """Standard deviation of the Gaussian that smooths a closed stride [s]."""
 OPEN = np.deg2rad(10.0)
 """Root mean square of the hinges by which both ends of one stride differ at most [rad]."""
+SLOW, STOOD = 0.25, 0.12
+"""A sole stands that is slower than this [m/s] for so long [s]."""
 SHORT = 0.2
 """Slower than this a motion is on a belt [m/s]; shorter than this a way has no direction [m]."""
 
@@ -84,6 +86,27 @@ def stride_of(human: Human, motion: Motion) -> Stride:
     values = _coordinates(human, motion, float(own[0]), float(own[-1]))
     values[:, :2] -= values[0, :2]
     return _stride(human, values, motion.duration, None)
+
+
+def stood_apart(human: Human, motion: Motion) -> float:
+    """Return how far the places where feet stood are apart in height [m].
+
+    A foot stands where all of its sole is slow; zero where none does twice.
+    """
+    if motion.n_frames < 3:
+        return 0.0
+    paths, heights = sole_paths(human, motion.qpos), []
+    step = float(np.median(np.diff(motion.time)))
+    for side in SIDES:
+        sole = paths.position[:, paths.of(side)]
+        fast = np.linalg.norm(np.gradient(sole, step, axis=0), axis=2).max(axis=1)
+        edges = np.diff(np.concatenate([[0], (fast < SLOW).astype(int), [0]]))
+        starts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
+        low = sole[:, :, 2].min(axis=1)
+        for i, k in zip(starts, ends, strict=True):
+            if (k - i) * step > STOOD:
+                heights.append(float(np.median(low[i:k])))
+    return max(heights) - min(heights) if heights else 0.0
 
 
 def _off_the_belt(human: Human, motion: Motion) -> Motion:

@@ -453,6 +453,11 @@ def test_another_law_ground_or_person_is_refused(walk):
         Pendulum(walk, tick=0.0)
     with pytest.raises(ParameterError, match="recorded on level ground"):
         Pendulum(replace(walk, ground=Ground(slope=0.1)))
+    motion = walk_of(walk).motion
+    qpos = motion.qpos.copy()
+    qpos[:, 2] += np.where(np.arange(len(qpos)) > len(qpos) // 2, 0.2, 0.0)  # upstairs
+    with pytest.raises(ParameterError, match=r"feet of this walk stand at heights \d+ cm apart"):
+        Pendulum(replace(walk, motion=replace(motion, qpos=qpos)))
     other = World(Human.create(1.7, 65.0, joints="66"), recording=False)
     with pytest.raises(ParameterError, match="degrees of freedom"):
         Pendulum(walk)(other.reset())

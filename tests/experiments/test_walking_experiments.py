@@ -72,16 +72,34 @@ def test_the_battery_is_walked_once_and_its_short_form_gives_way(made, tmp_path)
     walk_battery.run(out=tmp_path, quick=True)
     short = len(made)
     assert short < 10
-    table = walk_battery.run(out=tmp_path, parts=("tiles", "flat", "slopes"))
+    table = walk_battery.run(out=tmp_path, parts=("all tiles", "flat", "slopes"))
     assert len(made) == short + 5 * 10 + 1 + 6
     figures = table.metrics()
     assert figures["pendulum_tiles_3_cm_walked_pct"] == 50.0  # every other seed, of the long ones
     assert figures["pendulum_flat_speed_by_the_recorded"] == pytest.approx(1.05 / 1.1)
     assert figures["pendulum_flat_drift_aside_in_a_minute_m"] == pytest.approx(0.1)
     made.clear()
-    again = walk_battery.run(out=tmp_path, parts=("tiles", "flat"), controllers=("pendulum",))
+    again = walk_battery.run(out=tmp_path, parts=("all tiles", "flat"), controllers=("pendulum",))
     assert made == [] and again.metrics() == figures
     assert "5 of 10" in (tmp_path / "walk-battery.html").read_text("utf-8")
+
+
+def test_who_stands_and_who_walked_on_uneven_ground_is_said_and_not_counted(
+    made, tmp_path, monkeypatch
+):
+    def recording(controller, path, seconds):
+        found = {"left_out": "stands, no walk"} if "A01" in path.name else WALKED
+        return {**found, "survived": "07" not in path.name} if found is WALKED else found
+
+    monkeypatch.setattr(walk_battery, "recording", recording)
+    for name in ("HC032A01.c3d", "07_01.amc", "16_15.amc"):
+        (tmp_path / name).touch()
+    monkeypatch.setattr(
+        walk_battery, "RECORDINGS", ("HC032A01.c3d", "07_01.amc", "16_15.amc", "none")
+    )
+    table = walk_battery.run(tmp_path, parts=("recordings",))
+    assert table.metrics()["pendulum_recordings_walked_pct"] == 50.0
+    assert "stands, no walk" in table.text()
 
 
 def test_every_controller_that_is_named_walks(made, tmp_path):

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.constants import SIDES
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
+from plantigrade.kinematics.state import State
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -113,7 +115,7 @@ def test_controllers_by_word(record, tmp_path):
         ("moon", "no controller 'moon'; there are passive"),
         ("pendulum:moon", "no landing law 'moon'"),
         (f"{path}:nobody", "no function or class 'nobody'"),
-        (f"{tmp_path}/none.py:a", "FileNotFoundError"),
+        (f"{tmp_path}/none.py:a", "there is no file"),
         ("no.such.module:a", "ModuleNotFoundError"),
     ):
         with pytest.raises(ParameterError, match=told):
@@ -152,6 +154,23 @@ def test_a_walk_on_another_body_is_dynamically_similar(record):
     ]
     assert speeds[1] == pytest.approx(np.sqrt(scale) * speeds[0], rel=0.02)
     assert speeds[2] == pytest.approx(1.2 * speeds[1], rel=0.02)
+
+
+def test_feet_on_longer_legs_do_not_cross_and_large_feet_keep_the_angles(record):
+    human = record.human
+    long, short = (on_body(record, with_legs(human, times)) for times in (1.8, 0.6))
+    inward = []  # of the right foot from its hip, along the pelvis
+    for own in (record, long):
+        bodies = [own.human.body(f"{b}_{s}") for b in ("foot", "femur") for s in SIDES]
+        places = [State(own.human, qpos).origins[bodies, :2] for qpos in own.motion.qpos[::10]]
+        inward.append([(x[0] - x[2]) @ (x[3] - x[2]) / np.linalg.norm(x[3] - x[2]) for x in places])
+    np.testing.assert_allclose(inward[1], inward[0], atol=1e-3)
+    np.testing.assert_allclose(short.motion.qpos[:, 7:], record.motion.qpos[:, 7:], atol=1e-12)
+    shank = next(
+        g for g in range(long.human.model.ngeom)
+        if long.human.model.geom_bodyid[g] == long.human.body("tibia_r")
+    )  # fmt: skip
+    assert long.human.model.geom_size[shank, 0] < long.human.dimensions.ankle_height
 
 
 def test_longer_legs_and_stronger_joints_change_nothing_else(record):

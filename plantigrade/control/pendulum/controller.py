@@ -36,6 +36,7 @@ from plantigrade.control.replay.tasks import com_rows, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.stride import stood_apart
 from plantigrade.record import Record
 from plantigrade.wbc.whole_body import PointRows, Rows, Touching
 from plantigrade.world import Command, Drawing, StablePD, State, World
@@ -45,6 +46,8 @@ AROUND = 0.3
 ASKEW = 0.06
 """From this deviation on pyramids of friction have a corner in the direction of the push that is
 wanted; half way between corners they lack 0.3 of it [leg lengths]."""
+LEVEL = 0.06
+"""Places where feet stand in a walk on level ground are no farther apart in height [m]."""
 STILL = np.zeros(3)
 AXES = np.eye(2)
 """The walk's way: ahead and to the left, as columns."""
@@ -90,6 +93,12 @@ class Pendulum:
         ground = record.ground
         if ground.slope or ground.steps or ground.uneven:
             raise ParameterError("a pendulum needs a walk that was recorded on level ground")
+        apart = stood_apart(record.human, record.motion)
+        if apart > LEVEL:
+            raise ParameterError(
+                f"the feet of this walk stand at heights {100 * apart:.0f} cm apart: it was "
+                "recorded on uneven ground, and a pendulum needs one on level ground"
+            )
         self.record, self.human = record, record.human
         self.law: LandingLaw = LAWS[law]
         self.tick = tick
