@@ -296,7 +296,8 @@ def test_what_walks_solves_the_boxed_program(boxed, strength):
 def test_a_point_that_hangs_over_the_ground_carries_nothing(boxed):
     program, state, touching, asked = boxed
     on = program.solve(state, touching, gap=np.zeros(len(touching)), **asked)
-    np.testing.assert_array_equal(on.force, program.solve(state, touching, **asked).force)
+    without = program.solve(state, touching, **asked)
+    np.testing.assert_allclose(on.force, without.force, atol=1e-2)
     i = int(np.argmax(on.force[:, 2]))
     gap = np.where(np.arange(len(touching)) == i, 0.003, 0.0)
     over = program.solve(state, touching, gap=gap, **asked)
