@@ -1,6 +1,7 @@
 """The pages beside the code keep up with it."""
 
 import importlib
+import json
 import re
 import shlex
 from pathlib import Path
@@ -58,6 +59,15 @@ def test_the_commands_of_the_usage_page_can_be_pasted(tmp_path, monkeypatch):
     assert set(ran) == quick and ran.count("fit") >= 4
     runs = {path.name for path in (tmp_path / "runs").iterdir()}
     assert {"demo", "demo-2", "demo-2-reproduced", "small", "fit-walk", "fit-walk-2"} <= runs
+    first, slow, small = (
+        json.loads(Path("runs", name, "metrics.json").read_text("utf-8"))
+        for name in ("demo", "demo-2", "small")
+    )
+    assert slow["seed"] == 3 and slow["walking_speed_m_s"] == pytest.approx(1.0, abs=0.03)
+    assert small["mass_kg"] == pytest.approx(55, abs=0.1)
+    assert small["height_m"] == pytest.approx(1.6, abs=1e-6)
+    assert len({x["marker_rms_mean_mm"] for x in (first, slow, small)}) == 3
+    assert all(x["angle_error_mean_deg"] < 3.5 for x in (first, slow, small))
 
 
 def test_usage_shows_only_commands_and_options_that_exist():

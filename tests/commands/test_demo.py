@@ -138,20 +138,6 @@ def test_seeds_are_whole_and_not_negative(seed, tmp_path, monkeypatch, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow
-def test_another_person_speed_and_seed(first, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    words = ("--seed", "1", "--speed", "0.8", "--height", "1.55", "--mass", "50", "--sex", "female")
-    assert cli.main(["demo", *words, "--feet", "multi-segment", "--quiet"]) == 0
-    metrics = figures(tmp_path / "runs" / "demo")
-    assert metrics["angle_error_mean_deg"] < 3.5
-    assert metrics["walking_speed_m_s"] == pytest.approx(0.8, abs=0.03)
-    assert metrics["mass_kg"] == pytest.approx(50, abs=0.1)
-    assert metrics["marker_rms_mean_mm"] != first["marker_rms_mean_mm"]
-    assert metrics["source_files"] != first["source_files"]
-    assert metrics["seed"] == 1
-
-
 def test_a_folder_of_ones_own_is_refused(tmp_path, capsys):
     (tmp_path / "letters-reproduced").mkdir()
     (tmp_path / "letters-reproduced" / "a.txt").write_text("dear")
