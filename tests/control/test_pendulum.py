@@ -13,7 +13,15 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum import Pendulum, walk_of
 from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.hold import Hold
-from plantigrade.control.pendulum.landing import LAWS, DivergentLaw, EnergyLaw, Reach, Strike
+from plantigrade.control.pendulum.landing import (
+    DROPS,
+    LAWS,
+    STRETCHED,
+    DivergentLaw,
+    EnergyLaw,
+    Reach,
+    Strike,
+)
 from plantigrade.control.pendulum.landing import landing as predicted
 from plantigrade.control.pendulum.pendulum import (
     carried,
@@ -167,7 +175,8 @@ def test_after_a_push_the_extrapolated_centre_brings_the_orbit_back(strike):
 
 
 def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(strike):
-    still = {"here": np.zeros(2), "speed": np.zeros(2)}
+    still = {"here": np.zeros(2), "speed": np.zeros(2), "hip": np.zeros(2)}
+    still |= {"high": 0.8, "rises": 0.0}
     reach = Reach(axes=np.eye(2), nominal=strike.lands, side=1.0, leg=0.9, narrowest=0.06, **still)
     half = np.array([0.0, -0.02])
     slow = predicted(
@@ -187,6 +196,14 @@ def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(st
     np.testing.assert_allclose(far[3], [0.0, reach.widest * 0.9])
     late = reach.hasty(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
     assert late[0] == 0.0 < late[1]  # feet are no faster than they can be
+    time = np.array([0.1, 0.2, 0.6])
+    later = reach.at(np.zeros((3, 2)), time)
+    place = strike.lands + later.clipped(np.tile([0.0, 2.0], (3, 1)))
+    # No farther than a leg reaches from a hip that goes down; then no wider than the box.
+    high = 0.8 - 0.5 * DROPS * time[:2] ** 2
+    span = np.linalg.norm(place, axis=1)
+    np.testing.assert_allclose(span[:2], np.sqrt((STRETCHED * 0.9) ** 2 - high**2))
+    assert span[0] < span[1] < span[2] and np.all(place[:, 1] <= reach.widest * 0.9)
 
 
 def test_the_bell_is_steep_near_its_goal_and_falls_far_off():
