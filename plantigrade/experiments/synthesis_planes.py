@@ -59,7 +59,7 @@ def planes_of(run: Run, speed: float, kind: str) -> dict[str, Any]:
     opposite = {}
     for name in OPPOSITE:
         band = norms.norm(name, population=norms.ADULTS)
-        own = means.get(name, means.get(f"{name}_r"))
+        own = means[name if name in means else f"{name}_r"]
         pairs = ((curves.percent, own), (band.percent, band.mean), (band.percent, band.sd))
         opposite[name] = [float(np.interp(50.0, *pair)) for pair in pairs]
     return {

@@ -14,7 +14,7 @@ from plantigrade.arrays import Array
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solve import Progress, synthesize
-from plantigrade.synthesize.tasks.gait_parameters import BALL_OFF, FLAT, GaitParameters
+from plantigrade.synthesize.tasks.gait_parameters import FLAT, GaitParameters, ball_off
 from plantigrade.synthesize.tasks.task import MotionTask
 
 BOUNDS = {"step_length": 0.15, "stance": 0.03, "heel_off": 0.06}
@@ -94,12 +94,13 @@ def _varied(p: GaitParameters, x: Array) -> GaitParameters:
     """Return lengths and times moved by parts of the bounds."""
     step = p.step_length * (1.0 + BOUNDS["step_length"] * x[0])
     stance = p.stance_fraction + BOUNDS["stance"] * x[1]
+    flat = FLAT * (stance - 0.5)
     return replace(
         p,
         step_length=step,
         step_time=step / p.speed,
         stance_fraction=stance,
-        foot_flat=FLAT * (stance - 0.5),
+        foot_flat=flat,
         heel_off=p.heel_off + BOUNDS["heel_off"] * x[2],
-        forefoot_off=BALL_OFF * stance,
+        forefoot_off=ball_off(stance, flat),
     )

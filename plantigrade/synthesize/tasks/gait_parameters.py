@@ -19,8 +19,9 @@ With leg length :math:`l` (hip to ground) and dimensionless speed :math:`v^* = v
   (*estimate*; heel-only support lasts 6 to 12 % [Perry1992]_).
 - **Heel off** at 58 % of stance: 34 % of the stride at free speed, an *estimate*; 31 % is published
   [Perry1992]_ and 32 % [Whittle2007]_, where the heel is seen to rise.
-- **Ball off**, when only the toes are left [Perry1992]_: at 92 % of stance, an *estimate* that also
-  keeps this change of contact from falling within a few milliseconds of the other foot's.
+- **Ball off**, when only the toes are left [Perry1992]_: at 92 % of stance (*estimate*), or as the
+  other foot gets flat where that is within 1 % of the stride, below 0.9 m/s: two changes of contact
+  a few milliseconds apart are hard to solve.
 """
 
 from dataclasses import dataclass
@@ -43,6 +44,7 @@ TOE_OUT = float(np.deg2rad(5.0))
 HEEL_OFF = 0.58  # of stance
 FLAT = 2.0 / 3.0  # of double support
 BALL_OFF = 0.92  # of stance
+TOGETHER = 0.01  # of the stride: changes of contact that fall together
 LONGEST_STEP = 1.15  # of leg length: legs 70° apart
 
 
@@ -172,6 +174,7 @@ def gait_parameters(
             f"{STEP_TIMES[0]:g} to {STEP_TIMES[1]:g} s: change step length, cadence or speed"
         )
     stance = float(np.interp(relative, list(CLASS_SPEEDS.values()), list(FOOT_OFF.values()))) / 100
+    flat = FLAT * (stance - 0.5)
     return GaitParameters(
         speed=float(speed),
         step_length=step,
@@ -179,8 +182,19 @@ def gait_parameters(
         stance_fraction=stance,
         step_width=WIDTH * length,
         toe_out=TOE_OUT,
-        foot_flat=FLAT * (stance - 0.5),
+        foot_flat=flat,
         heel_off=HEEL_OFF * stance,
-        forefoot_off=BALL_OFF * stance,
+        forefoot_off=ball_off(stance, flat),
         leg_length=length,
     )
+
+
+def ball_off(stance: float, flat: float) -> float:
+    """Return when all but the toes leave, by foot off and foot flat; fractions of the stride.
+
+    Example:
+        >>> round(ball_off(0.59, 0.06), 3), ball_off(0.65, 0.10)
+        (0.543, 0.6)
+    """
+    off, other = BALL_OFF * stance, 0.5 + flat
+    return other if abs(off - other) < TOGETHER else off
