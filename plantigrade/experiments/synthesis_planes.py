@@ -18,6 +18,9 @@ ANGLES = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "hip_flexion", "hip_a
 ANGLES += ("hip_rotation", "knee_angle", "ankle_angle")
 LOADS = ("hip_flexion_moment", "hip_adduction_moment", "knee_angle_moment", "ankle_angle_moment")
 LOADS += ("hip_flexion_power", "knee_angle_power", "ankle_angle_power")
+OPPOSITE = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
+"""Angles that are looked at as the other foot strikes, half way through the cycle."""
+
 ANKLE_MOMENT = (1.5, 0.15)
 """Of adults at free speed, about [N m/kg], and by what part of it ours may differ."""
 
@@ -50,9 +53,19 @@ def planes_of(run: Run, speed: float, kind: str) -> dict[str, Any]:
             band = norms.norm(name, population=norms.ADULTS)
             mean, sd = (np.interp(curves.percent, band.percent, x) for x in (band.mean, band.sd))
             within[name] = float(100.0 * np.mean(np.abs(own - mean) <= sd))
+    cadence = float(run.figures["cadence_steps_min"])
+    own_steps = {"step_length": 60.0 * speed / cadence, "cadence": cadence}
+    steps = {n: (mean - sd, mean + sd) for n, (mean, sd) in norms.adult_steps(speed).items()}
+    opposite = {}
+    for name in OPPOSITE:
+        band = norms.norm(name, population=norms.ADULTS)
+        own = means[name if name in means else f"{name}_r"]
+        pairs = ((curves.percent, own), (band.percent, band.mean), (band.percent, band.sd))
+        opposite[name] = [float(np.interp(50.0, *pair)) for pair in pairs]
     return {
-        "figures": plane_figures(record) | load_figures(curves),
-        "usual": {n: list(x) for n, x in published(record.human, speed).items()},
+        "figures": plane_figures(record) | load_figures(curves) | own_steps,
+        "usual": {n: list(x) for n, x in (published(record.human, speed) | steps).items()},
+        "at_opposite_strike": opposite,
         "agreement": agreement,
         "within_sd_adults_percent": within,
     }
@@ -75,6 +88,8 @@ SHOWN = (
     ("L front", "angular_momentum_frontal", "{:.3f}"),
     ("L side", "angular_momentum_sagittal", "{:.3f}"),
     ("L up", "angular_momentum_vertical", "{:.3f}"),
+    ("step m", "step_length", "{:.2f}"),
+    ("steps/min", "cadence", "{:.0f}"),
 )
 BORNE = (
     ("hip early", "hip_extensor_early_nm_kg", "{:.2f}"),
@@ -114,6 +129,12 @@ def plane_grids(results: Mapping[str, Result]) -> tuple[Grid, ...]:
         [key, *(_cell(p["within_sd_adults_percent"], n, "{:.0f}") for n in ANGLES)]
         for key, p in there.items()
     ]
+    struck = [
+        [key, *("{:.0f} ({:.0f} ± {:.0f})".format(*x) for x in p["at_opposite_strike"].values())]
+        for key, p in there.items()
+    ]
+    title = "As the other foot strikes (adults at comfortable speed) [deg]"
+    grids.append(Grid(title, ("", *(n.replace("_", " ") for n in OPPOSITE)), struck))
     title = "Part of the cycle within one SD of adults at comfortable speed [%]"
     grids.append(Grid(title, header[: 1 + len(ANGLES)], inside))
     return tuple(grids)
@@ -144,6 +165,23 @@ def plane_rows(key: str, planes: Mapping[str, Any], speed: float) -> Iterator[Ro
     yield at_least(key, "hip extensors, early stance over late swing", early / late, 1.0)
     inside = float(np.mean(list(planes["within_sd_adults_percent"].values())))
     yield at_least(key, "cycle within one SD of adults, mean of angles", inside, 90.0, "%")
+
+
+def growth_row(results: Mapping[str, Result]) -> Iterator[Row]:
+    """Return whether the centre of mass goes up and down the more, the faster the walk.
+
+    Nothing where walks were made at fewer than two of the speeds that are judged.
+    """
+    up = {
+        float(r["told"]["speed"]): r["planes"]["figures"]["com_up_down_mm"]
+        for key, r in results.items()
+        if key.startswith("speeds/") and "planes" in r
+    }
+    there = [up[v] for v in sorted(up) if JUDGED[0] <= v <= JUDGED[1]]
+    if len(there) > 1:
+        least = float(np.diff(there).min())
+        quantity = "centre of mass up and down, growth from speed to speed"
+        yield at_least("all speeds", quantity, least, 0.0, "mm")
 
 
 def _cell(table: Mapping[str, float], name: str, form: str) -> str:

@@ -14,7 +14,7 @@ from plantigrade.arrays import Array
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solve import Progress, synthesize
-from plantigrade.synthesize.tasks.gait_parameters import FLAT, GaitParameters
+from plantigrade.synthesize.tasks.gait_parameters import FLAT, GaitParameters, ball_off
 from plantigrade.synthesize.tasks.task import MotionTask
 
 BOUNDS = {"step_length": 0.15, "stance": 0.03, "heel_off": 0.06}
@@ -102,5 +102,5 @@ def _varied(p: GaitParameters, x: Array) -> GaitParameters:
         stance_fraction=stance,
         foot_flat=flat,
         heel_off=p.heel_off + BOUNDS["heel_off"] * x[2],
-        forefoot_off=0.5 + flat,
+        forefoot_off=ball_off(stance, flat),
     )

@@ -14,6 +14,7 @@ from plantigrade.experiments import synthesis_bench as bench
 from plantigrade.experiments import synthesis_fidelity as fidelity
 from plantigrade.experiments.kept_results import KeptResults, code_of, code_version
 from plantigrade.experiments.random_requests import random_request
+from plantigrade.experiments.synthesis_planes import growth_row
 from plantigrade.experiments.synthesis_trial import crude, task_of, tried, why
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
@@ -258,6 +259,22 @@ def test_a_walk_is_described_and_held_against_goals(synthesized):
     assert "94 to 156 min" in text
     (section,) = fidelity.curve_sections(kept.results)
     assert len(section.figures) == 5 and all("<svg" in f.svg for f in section.figures)
+
+
+@pytest.mark.parametrize(
+    ("excursions", "met"), [((20.0, 26.0, 31.0), True), ((20.0, 26.0, 25.0), False)]
+)
+def test_the_centre_of_mass_is_to_move_the_more_the_faster_the_walk(excursions, met):
+    results = {
+        f"speeds/{v:g} m/s periodic": {
+            "told": {"speed": v},
+            "planes": {"figures": {"com_up_down_mm": up}},
+        }
+        for v, up in zip((1.0, 1.3, 1.6), excursions, strict=True)
+    }
+    (row,) = growth_row(results)
+    assert row.met is met
+    assert not list(growth_row(dict(list(results.items())[:1])))
 
 
 def test_other_tasks_are_measured_end_to_end(tmp_path):

@@ -12,6 +12,7 @@ from plantigrade.models import Human
 from plantigrade.synthesize import ContactBody, ProblemBuilder, make_task
 from plantigrade.synthesize.guess.postures import smooth_step
 from plantigrade.synthesize.problem.contact import site_targets
+from plantigrade.synthesize.tasks.walking import PELVIS_LEAN
 from plantigrade.synthesize.terms.contact import Clearance
 from plantigrade.synthesize.terms.posture import Posture, Rest
 from plantigrade.synthesize.transcription.mesh import nodes_of
@@ -165,7 +166,7 @@ def test_upright_on_a_slope_is_upright_in_the_world():
     for slope in (0.2, -0.2):
         terms = make_task("walk", person(), {"slope": slope}).terms
         posture = next(t for t in terms if isinstance(t, Posture))
-        assert posture.targets["pelvis_tilt"] == -slope
+        assert posture.targets["pelvis_tilt"] == pytest.approx(-PELVIS_LEAN - slope)
 
 
 def test_every_change_of_contact_is_a_node():

@@ -67,6 +67,13 @@ def test_people_of_any_size_walk_alike_at_the_same_dimensionless_speed():
     assert tall.step_time / small.step_time == pytest.approx(np.sqrt(1.5))
 
 
+def test_step_length_over_cadence_is_that_of_adults_at_all_speeds():
+    """[Murakami2017]: 62 m/min with 98 steps/min, and the same ratio at all higher speeds."""
+    for v in SPEEDS:
+        p = gait_parameters(0.93, v)
+        assert p.step_length / p.cadence == pytest.approx(62.0 / 98.0**2, rel=0.01)
+
+
 def test_own_step_length_and_cadence():
     p = gait_parameters(HUMAN, 1.2, step_length=0.6)
     assert p.step_length == 0.6 and p.cadence == pytest.approx(120.0)

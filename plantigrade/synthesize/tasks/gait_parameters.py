@@ -2,11 +2,13 @@ r"""How people walk at a speed: lengths, times and angles of a step, from publis
 
 With leg length :math:`l` (hip to ground) and dimensionless speed :math:`v^* = v / \sqrt{g l}`:
 
-- **Step length** :math:`s / l = (v^*)^{0.42}`, what people prefer [Kuo2001]_: within 2 % of 51
-  adults' on a treadmill [Fukuchi2018]_ from 1.3 to 1.6 m/s, 6 % longer at 1.0 m/s. Norms of
-  walkways are up to 13 % longer at the same speed (:math:`1.2\, l \sqrt{v^*}`); give
-  ``step_length`` to have those. They raise the centre of mass by some 12 mm more at 1.3 m/s, as
-  people's, and cost the sagittal angles about 1°: here the thigh alone makes the step longer.
+- **Step length** :math:`s / l = 1.16 \sqrt{v^*}`: step length over cadence is the same at all
+  speeds, as in adults who walk over ground at more than 1 m/s [Murakami2017]_; their 62 m/min with
+  98 steps/min are 1.16 for a leg of 0.93 m. Published laws disagree: :math:`(v^*)^{0.42}`
+  [Kuo2001]_ gives shorter steps, by 6 % at 1.0 and 8 % at 1.3 m/s, as those of adults on treadmills
+  [Fukuchi2018]_: 120 a minute at 1.3 m/s instead of 110. As the excursion of the centre of mass is
+  the force's over the square of the cadence, it stays smaller than people's there.
+  ``step_length`` gives others.
 - **Stance** as the fraction of the stride until foot off, by dimensionless speed
   [Schwartz2008]_: 68 % when very slow, 59 % at free speed, 56 % when very fast.
 - **Step width** :math:`0.13\, l` between the ankles, preferred at 1.25 m/s [Donelan2001]_; walkway
@@ -15,10 +17,11 @@ With leg length :math:`l` (hip to ground) and dimensionless speed :math:`v^* = v
   [Schwartz2008]_.
 - **Foot flat** two thirds through the first double support, 6 % of the stride at free speed
   (*estimate*; heel-only support lasts 6 to 12 % [Perry1992]_).
-- **Heel off** at 55 % of stance: 32 % of the stride at free speed, as in [Whittle2007]_ (31 % in
-  [Perry1992]_); the same share at all speeds is an *estimate*.
-- **Ball off**, when only the toes are left [Perry1992]_: as the other foot gets flat, an *estimate*
-  that keeps two changes of contact from falling a few milliseconds apart.
+- **Heel off** at 58 % of stance: 34 % of the stride at free speed, an *estimate*; 31 % is published
+  [Perry1992]_ and 32 % [Whittle2007]_, where the heel is seen to rise.
+- **Ball off**, when only the toes are left [Perry1992]_: at 92 % of stance (*estimate*), or as the
+  other foot gets flat where that is within 1 % of the stride, below 0.9 m/s: two changes of contact
+  a few milliseconds apart are hard to solve.
 """
 
 from dataclasses import dataclass
@@ -35,11 +38,13 @@ from plantigrade.synthesize.tasks.settings import FASTEST, SLOWEST
 STEP_TIMES = (0.15, 3.0)
 """Shortest and longest time of a step that is taken [s]."""
 
-STEP_EXPONENT = 0.42
+STEP = 1.16  # of leg length, at a dimensionless speed of 1
 WIDTH = 0.13  # of leg length
 TOE_OUT = float(np.deg2rad(5.0))
-HEEL_OFF = 0.55  # of stance
+HEEL_OFF = 0.58  # of stance
 FLAT = 2.0 / 3.0  # of double support
+BALL_OFF = 0.92  # of stance
+TOGETHER = 0.01  # of the stride: changes of contact that fall together
 LONGEST_STEP = 1.15  # of leg length: legs 70° apart
 
 
@@ -142,7 +147,7 @@ def gait_parameters(
     Example:
         >>> free = gait_parameters(0.92, 1.3)
         >>> round(free.step_length, 2), round(free.cadence), round(free.stance_fraction, 2)
-        (0.65, 121, 0.59)
+        (0.7, 111, 0.59)
     """
     length = leg_length(human) if isinstance(human, Human) else float(human)
     if not 0.2 <= length <= 1.5:
@@ -154,7 +159,7 @@ def gait_parameters(
     if step_length is not None:
         step = float(step_length)
     else:
-        step = length * relative**STEP_EXPONENT if cadence is None else 60.0 * speed / cadence
+        step = STEP * length * relative**0.5 if cadence is None else 60.0 * speed / cadence
     what = f"walking on legs of {length:.3g} m at this cadence"
     number("step_length", step, 0.02 * length, LONGEST_STEP * length, "m", what)
     step_time = step / speed
@@ -179,6 +184,17 @@ def gait_parameters(
         toe_out=TOE_OUT,
         foot_flat=flat,
         heel_off=HEEL_OFF * stance,
-        forefoot_off=0.5 + flat,
+        forefoot_off=ball_off(stance, flat),
         leg_length=length,
     )
+
+
+def ball_off(stance: float, flat: float) -> float:
+    """Return when all but the toes leave, by foot off and foot flat; fractions of the stride.
+
+    Example:
+        >>> round(ball_off(0.59, 0.06), 3), ball_off(0.65, 0.10)
+        (0.543, 0.6)
+    """
+    off, other = BALL_OFF * stance, 0.5 + flat
+    return other if abs(off - other) < TOGETHER else off
