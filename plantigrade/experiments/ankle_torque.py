@@ -14,6 +14,7 @@ from plantigrade.experiments.learned import (
     Walk,
     ankle_norm,
     in_words,
+    likened,
     measure,
     there,
 )
@@ -62,8 +63,7 @@ def rows(kept: KeptResults) -> Iterator[Row]:
     """Return likeness, peak and distance from the measured curve."""
     for foot, cycles, mean, sd in _found(kept):
         own = cycles.mean(axis=0)
-        likeness, peak = float(np.corrcoef(own, mean)[0, 1]), float(own.min() / mean.min())
-        apart = float(np.sqrt(np.mean((own - mean) ** 2)))
+        likeness, peak, apart = likened(own, mean).values()
         within = 100.0 * float(np.mean(np.abs(own - mean) <= 2.0 * sd))
         if foot == "multi-segment":
             yield at_least(foot, "likeness r", likeness, 0.95)

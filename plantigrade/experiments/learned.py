@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from plantigrade.learn import Policy, PolicyController
 from plantigrade.motion.filters import lowpass
 from plantigrade.record import Record
 from plantigrade.workflows.policies import shipped
+from plantigrade.workflows.settings import POLICY
 from plantigrade.world import Disturbance, World
 from plantigrade.world.grounds import ground_named
 from plantigrade.world.start import on_ground
@@ -43,7 +45,7 @@ class Walk:
     """Who walks, and on what.
 
     Attributes:
-        foot: Kind of the feet.
+        foot: Kind of the feet, for the policy of the package; or a file of a policy.
         ground: What they walk on, by name.
         seed: Of the ground.
         begin: At which part of the stride they begin, from 0 to 1.
@@ -58,7 +60,7 @@ class Walk:
 
     def controller(self) -> PolicyController:
         """Return the policy that moves them."""
-        policy = Policy.load(shipped(self.foot))
+        policy = Policy.load(file_of(self.foot))
         if not self.held:
             return PolicyController(policy, begin=self.begin)
         n = len(PolicyController(policy).joints)
@@ -236,16 +238,30 @@ def _over(time: Array, values: Array, strikes: list[float]) -> list[list[float]]
     return cycles
 
 
+def file_of(foot: str) -> Path:
+    """Return the file of a policy: that of the package for a kind of feet, or the one named."""
+    return Path(foot) if foot.endswith(POLICY) else shipped(foot)
+
+
 def ankle_norm(foot: str, speed: float) -> tuple[Float[Array, " k"], Float[Array, " k"]]:
     """Return mean and standard deviation of children's ankle moment at a speed [N m/kg].
 
     Of [Schwartz2008]_, at :data:`POINTS` instants of the cycle, for the leg of the policy's person.
     """
-    d = Policy.load(shipped(foot)).reference.human.dimensions
+    d = Policy.load(file_of(foot)).reference.human.dimensions
     kind = speed_class(speed, d.thigh + d.shank + d.ankle_height)
     curve = norm("ankle_angle_moment", kind)
     at = np.linspace(0.0, 100.0, POINTS)
     return np.interp(at, curve.percent, curve.mean), np.interp(at, curve.percent, curve.sd)
+
+
+def likened(own: Float[Array, " points"], mean: Float[Array, " points"]) -> dict[str, float]:
+    """Return how like a measured moment one is: r, peak by peak, and distance [N m/kg]."""
+    return {
+        "r": float(np.corrcoef(own, mean)[0, 1]),
+        "ratio": float(own.min() / mean.min()),
+        "apart": float(np.sqrt(np.mean((own - mean) ** 2))),
+    }
 
 
 def there() -> Iterator[str]:

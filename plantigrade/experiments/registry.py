@@ -56,6 +56,7 @@ EXPERIMENTS = {
         Experiment("gait-ablations", needs=("data",)),
         Experiment("gait-forces", needs=("data",)),
         Experiment("ground-forces", needs=("data",)),
+        Experiment("learned-feet", takes=("controllers", *MEASURED)),
         Experiment("learned-walk", takes=MEASURED),
         Experiment("moving-slope", takes=MEASURED),
         Experiment("push-any-controller", takes=("data", "controllers", *MEASURED)),

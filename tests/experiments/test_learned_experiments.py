@@ -3,16 +3,19 @@
 import numpy as np
 import pytest
 
+from plantigrade.errors import FileError
 from plantigrade.experiments import (
     ankle_torque,
     gain_curves,
     learned,
+    learned_feet,
     learned_walk,
     pushed_walk,
     rough_walk,
 )
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.learned import Walk
+from plantigrade.workflows.policies import shipped
 
 FOOT = "multi-segment"
 
@@ -67,6 +70,38 @@ def test_tables_show_what_was_measured(measured):
     assert figures[f"{FOOT} level held walked"].value == 0.0
     assert figures[f"{FOOT} joints off the reference"].met
     assert learned_walk.EXPERIMENT.brief({"stood": False, "time": 2.0}) == "fell after 2.0 s"
+
+
+def test_trainings_of_a_foot_are_held_against_those_of_another(measured):
+    mean, _ = learned.ankle_norm(FOOT, measured["speed"])
+    own = {"stood": True, "off": 1.5, "peak": 2.0, "heel": None, **learned.likened(mean, mean)}
+    assert own["r"] == pytest.approx(1.0) and own["ratio"] == 1.0 and own["apart"] == 0.0
+    found = kept({f"level/{FOOT}/a/": own, f"level/{FOOT}/b/": {**own, "off": 2.5},
+                  f"level/{FOOT}/c/": {"error": "no"},
+                  f"rough/{FOOT}/a/0": {"stood": True, "time": 20.0},
+                  f"rough/{FOOT}/a/1": {"stood": False, "time": 2.0},
+                  "pushed/rigid/d/left/0.0": {"force": 40.0},
+                  "pushed/rigid/d/left/0.5": {"force": 80.0}})  # fmt: skip
+    figures = learned_feet.figures(found)
+    assert figures[FOOT]["off"] == [1.5, 2.5] and figures[FOOT]["rough"] == [50.0]
+    assert figures["rigid"]["least"] == [40.0] and figures["rigid"]["push"] == [60.0]
+    (grid,) = learned_feet.EXPERIMENT.grids(found)
+    off = next(line for line in grid.lines if line[0].startswith("joints"))
+    assert off[1:] == ["2 ± 6.4", "-"]  # Student's t of one degree of freedom is 12.7
+    assert grid.header == ("", f"{FOOT}, 2", "rigid, 1")
+    told = {f"{row.subject} {row.quantity}": row for row in learned_feet.EXPERIMENT.rows(found)}
+    assert told[f"{FOOT} joints off the reference"].value == 2.0
+
+
+def test_a_policy_of_your_own_is_named_by_its_file(tmp_path):
+    mine = tmp_path / "mine.npz"
+    mine.write_bytes(shipped(FOOT).read_bytes())
+    cases = learned_feet.experiment([str(mine)]).parts["pushed"](True)
+    assert [key.split("/")[1] for key in cases] == [FOOT, FOOT]
+    own, shown = (Walk(foot=foot).controller().record for foot in (str(mine), FOOT))
+    np.testing.assert_array_equal(own.motion.qpos, shown.motion.qpos)
+    with pytest.raises(FileError, match="nothing"):
+        learned_feet.run(controllers=[str(tmp_path / "nothing.npz")])
 
 
 def test_pushes_grow_until_a_fall(monkeypatch):
