@@ -37,10 +37,12 @@ SHARPNESS = 250.0
 ROUND = 1e-3  # where the distance to an axis is rounded off [m]
 UNIT = 10.0  # rows are in tenths of a metre
 EDGE = float(np.sqrt(2.0))  # of half its height: what a rod needs to cover the edge of a box
+SPACED = 0.025
+"""Most between two spheres along an edge of a foot, of stature: a shank between them is then about
+3 mm nearer than they tell."""
 NEAREST = 0.012  # how far from its most medial bone one is looked at beside the other foot [m]
 TALL = 1.74
 """Stature of the person whose margins are given [m]."""
-HAND = 6  # spheres of a hand, palm and fingers: the last of an arm
 LEGS, ARMS = "solid legs", "solid arms"
 
 
@@ -62,7 +64,7 @@ class Rod:
 
 @dataclass(frozen=True)
 class SolidLimbs(Term):
-    """Legs and feet do not enter each other, arms not trunk and thighs, nor one hand the other.
+    """Legs and feet do not enter each other, arms not trunk and thighs, nor one forearm the other.
 
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
@@ -96,7 +98,7 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         d += [at.apart(x, shank_l) for x in shank_r.points(8)]
         for shank, foot, others in ((shank_l, foot_l, foot_r), (shank_r, foot_r, foot_l)):
             for rod in others:
-                for x in rod.points(3):
+                for x in rod.points(_many(human, rod)):
                     d += [at.apart(x, other) for other in (shank, *foot)]
         return UNIT * _least(ca, d)
 
@@ -106,7 +108,7 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    """Return how far each arm is from trunk and thigh, and the hands from each other [0.1 m]."""
+    """Return how far each arm is from trunk and thigh, and both from each other [0.1 m]."""
     human = body.human
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
@@ -120,13 +122,14 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
                 d.append(at.apart(x, thigh))
                 d += [at.beside(x, name, solid) for name, solid in trunk]
             rows.append(UNIT * _least(ca, d))
-        hands = [_arm(human, side)[-HAND:] for side in SIDES]
-        d = [at.spheres(x, y) for x in hands[0] for y in hands[1]]
-        # From one of them on: hands far apart leave nothing of the exponentials themselves.
+        right, left = (_lower_arm(human, side) for side in SIDES)
+        spheres = [x for rod in right for x in rod.points(_many(human, rod))]
+        d = [at.apart(x, rod) for x in spheres for rod in left]
+        # From one of them on: arms far apart leave nothing of the exponentials themselves.
         return ca.vertcat(*rows, UNIT * (d[0] + _least(ca, [x - d[0] for x in d])))
 
     function = body.function(ARMS, expression)
-    names = (*(f"distance of arm_{s}" for s in SIDES), "distance of the hands")
+    names = (*(f"distance of arm_{s}" for s in SIDES), "distance of the forearms")
     return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
 
 
@@ -149,11 +152,6 @@ class _Placed:
         part = ca.fmin(ca.fmax(ca.dot(off, way), 0), 1) * length
         off = off - part * way
         return ca.sqrt(ca.dot(off, off) + ROUND**2) - (x.radius + rod.radius)
-
-    def spheres(self, x: Rod, y: Rod) -> Any:
-        """Return how far two spheres are from each other [m]."""
-        off = self._at(x.body, x.a) - self._at(y.body, y.a)
-        return self.ca.sqrt(self.ca.dot(off, off) + ROUND**2) - (x.radius + y.radius)
 
     def beside(self, x: Rod, body: str, solid: Solid) -> Any:
         """Return about how far a sphere is from an ellipsoid [m]."""
@@ -238,6 +236,25 @@ def _arm(human: Human, side: str) -> list[Rod]:
                 place = solid.a + np.array([0.0, y * (half[1] - thick), thick - half[2]])
                 out.append(Rod(name, place, place, thick))
     return out
+
+
+def _lower_arm(human: Human, side: str) -> list[Rod]:
+    """Return capsules of a forearm and a hand; that of a hand is as thick as the hand is wide."""
+    solids, out = {b.name: b.solids for b in human.skeleton.bodies}, []
+    for name in _below(human, f"humerus_{side}")[1:]:
+        for s in solids[name]:
+            if s.kind == "capsule":
+                out.append(Rod(name, s.a, s.b, s.radius))
+            else:
+                _, y, z = s.b
+                along = np.array([0.0, 0.0, z - y / 2])
+                out.append(Rod(name, s.a - along, s.a + along, float(y)))
+    return out
+
+
+def _many(human: Human, rod: Rod) -> int:
+    """Return how many spheres along a rod leave nothing between them."""
+    return 1 + int(np.ceil(float(np.linalg.norm(rod.b - rod.a)) / (SPACED * human.height) - 1e-9))
 
 
 def _rods(name: str, solids: Sequence[Solid], side: str) -> list[Rod]:
