@@ -4,8 +4,8 @@ A task is solved on its own mesh from its own guess, or from the motion of a sim
 corresponding mesh. If that fails, easier problems lead the way: half the nodes; a cost of
 smoothness alone, from which the true problem is then solved; and last IPOPT. Once solved, the mesh
 is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
-torque or speed than a joint has, takes limbs into each other, or a swinging foot too low. Every
-step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
+torque, speed or range than a joint has, takes limbs into each other, or a swinging foot too low.
+Every step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
 """
 
 import time as clock
@@ -38,6 +38,7 @@ of 2e-3 put a centre of pressure out of the base of support by 2 mm, of 3 that a
 OVERLAPPING = -0.001
 """Depth of limbs in each other above which it is, too [m]: to a millimetre do rows tell it."""
 OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
+BEYOND = 0.004  # by which a joint is beyond its range, from which it is, too [rad]
 LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
 REFINEMENTS = 6  # of the mesh, at most
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
@@ -148,7 +149,8 @@ def _wrong(solution: Solution) -> tuple[Array, Array]:
     use, low = solution.overloaded()[1], solution.too_low()[1]
     entered = solution.overlapping()[1]
     excess = np.where(missing > UNEXPLAINED, missing / UNEXPLAINED, 0.0)
-    others = (use > OVERLOADED) | (entered > OVERLAPPING) | (low > LOW)
+    beyond = solution.beyond()[1]
+    others = (use > OVERLOADED) | (entered > OVERLAPPING) | (low > LOW) | (beyond > BEYOND)
     excess = np.maximum(excess, others)
     return times[excess > 0], excess[excess > 0]
 

@@ -13,6 +13,7 @@ from plantigrade.synthesize.guess.postures import (
     standing_posture,
     standing_stances,
 )
+from plantigrade.synthesize.problem.contact import soles_of
 from plantigrade.synthesize.terms.heading import path_heading
 from plantigrade.synthesize.terms.momentum import AngularMomentum
 from plantigrade.synthesize.terms.solid import ARMS, UNIT, SolidLimbs, arms, legs
@@ -141,6 +142,35 @@ def test_the_row_of_a_walk_is_kept_between_nodes_too():
     family = legs(body(), len(q))
     u = np.zeros((len(q), 3 * len(body().sites)))
     assert values(family, q, *crossed[1:], u).min() < -0.03 * UNIT
+
+
+def test_nodes_are_near_each_other_where_a_leg_passes_the_other():
+    task = make_task("walk", body().human, {"steps": 4})
+    spans, nodes = SolidLimbs().spaced(task.plan), task.nodes()
+    assert len(spans) == 4
+    for start, stop, most in spans:
+        inside = (nodes[1:] > start) & (nodes[:-1] < stop)
+        assert np.diff(nodes)[inside].max() < 0.75 / task.nodes_per_second
+        assert 0.01 < most < 0.06 < stop - start < 0.3
+    assert len(SolidLimbs().spaced(make_task("jump", body().human, {}).plan)) == 0
+
+
+def test_a_heel_that_turns_inwards_is_seen_in_the_ground():
+    human = Human.create(joints="43", feet="multi-segment")
+    given = ContactBody.for_plan(human, ContactPlan(1.0, ()))
+    family, spheres = soles_of(given, 1)
+    q = standing_posture(human)[None]
+    zero, u = np.zeros_like(q), np.zeros((1, 3 * len(given.sites)))
+    flat = values(family, q, zero, zero, u)
+    assert np.abs(flat).max() < 2e-3
+    heel = [s.name.endswith("heel_front_medial_r") for s in spheres].index(True)
+    turned = []
+    for angle in (-0.3, 0.3):
+        q[0, 6 + human.hinge("heel_inversion_r")] = angle
+        turned.append(values(family, q, zero, zero, u)[0, heel])
+    assert min(turned) < -0.003
+    plain = ContactBody.for_plan(Human.create(joints="43"), ContactPlan(1.0, ()))
+    assert soles_of(plain, 1) == (None, ())
 
 
 def test_the_walk_says_that_its_limbs_are_solid_and_a_task_without_the_term_does_not():

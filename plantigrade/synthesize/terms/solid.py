@@ -16,21 +16,23 @@ is exact on the surface and to first order beside it, :math:`s` being the half s
 the joints between the limbs enter: the pelvis is the frame.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.dynamics.recursions import sparse
 from plantigrade.models import Human
 from plantigrade.models.parts import Solid
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.terms.term import Term
+from plantigrade.synthesize.terms.term import Spaced, Term
 
 SHARPNESS = 250.0
 """:math:`\\beta` [1/m]: of two equal distances the row is 2.8 mm short."""
@@ -43,6 +45,9 @@ SPACED = 0.025
 NEAREST = 0.012  # how far from its most medial bone one is looked at beside the other foot [m]
 TALL = 1.74
 """Stature of the person whose margins are given [m]."""
+THICK = 0.1  # about the diameter of a leg [m]
+BESIDE = 0.25  # how far before and behind the other foot a leg is near the other [m]
+SMOOTH = np.linspace(0.0, 1.0, 51)
 LEGS, ARMS = "solid legs", "solid arms"
 
 
@@ -64,7 +69,7 @@ class Rod:
 
 @dataclass(frozen=True)
 class SolidLimbs(Term):
-    """Legs and feet do not enter each other, arms not trunk and thighs, nor one forearm the other.
+    """Legs and feet do not enter each other, arms not trunk, head and thighs, nor each other.
 
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
@@ -76,6 +81,22 @@ class SolidLimbs(Term):
 
     margin: float = 0.003
     arms: float = 0.0025
+
+    def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
+        """Return when a swinging foot passes the other leg: that must not happen between nodes.
+
+        It is taken to move smoothly, at :math:`1.875 L / T` where it is fastest.
+        """
+        found = []
+        for one, two, other in _passings(plan) if np.isfinite(self.margin) else ():
+            here, there, beside = (np.array(x.footprint.position) for x in (one, two, other))
+            length, duration = float(np.linalg.norm(there - here)), two.heel_strike - one.toe_off
+            along = (beside - here) @ (there - here) / length**2
+            gone = SMOOTH**3 * (10 - 15 * SMOOTH + 6 * SMOOTH**2)
+            part = float(np.interp(along, gone, SMOOTH))
+            time, speed = one.toe_off + part * duration, 1.875 * length / duration
+            found.append((time - BESIDE / speed, time + BESIDE / speed, THICK / speed))
+        return tuple(found)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
@@ -108,14 +129,14 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    """Return how far each arm is from trunk and thigh, and both from each other [0.1 m]."""
+    """Return how far each arm is from trunk, head and thigh, both from each other [0.1 m]."""
     human = body.human
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
         rows = []
         trunk = [(b.name, s) for b in human.skeleton.bodies for s in b.solids
-                 if s.kind == "ellipsoid" and not b.name.startswith("head")]  # fmt: skip
+                 if s.kind == "ellipsoid"]  # fmt: skip
         for side in SIDES:
             thigh, d = _leg(human, side)[0], []
             for x in _arm(human, side):
@@ -191,6 +212,22 @@ def _least(ca: Any, distances: Sequence[Any]) -> Any:
     """Return a smooth number below all distances [m]."""
     every = ca.vertcat(*distances)
     return -ca.log(ca.sum1(ca.exp(-SHARPNESS * every))) / SHARPNESS
+
+
+def _passings(plan: ContactPlan) -> Iterator[tuple[Stance, Stance, Stance]]:
+    """Yield the stances before and after every swing past a standing foot, and the stance there."""
+    stances = plan.unrolled()
+    for side in SIDES:
+        own = [s for s in stances if s.footprint.side == side]
+        for one, two in pairwise(own):
+            here, there = (np.array(s.footprint.position) for s in (one, two))
+            for other in stances:
+                beside = np.array(other.footprint.position)
+                stands = other.heel_strike <= one.toe_off and other.toe_off >= two.heel_strike
+                if other.footprint.side != side and stands:
+                    along = (beside - here) @ (there - here)
+                    if 0.0 < along < (there - here) @ (there - here):
+                        yield one, two, other
 
 
 def _leg(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
