@@ -40,7 +40,7 @@ OVERLAPPING = -0.001
 OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
 BEYOND = 0.004  # by which a joint is beyond its range, from which it is, too [rad]
 LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
-REFINEMENTS = 6  # of the mesh, at most
+REFINEMENTS = 8  # of the mesh, at most
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 

@@ -34,10 +34,11 @@ LONG = 25
 """Iterations within which the violation must halve, or the solver gives up."""
 
 GUESSED = 8
-"""First iterations from a guess, in which second derivatives of rows are left out: without good
-multipliers they say nothing of the problem, and shifts that make up for them shorten the steps."""
+"""First iterations from a guess in which second derivatives of rows are left out: without good
+multipliers they say little of the problem, and shifts that make up for them shorten the steps. A
+periodic motion has no ends to be held at, and is solved sooner with them."""
 
-WANDERING = 12
+WANDERING = 6
 """Iterations after which a warm start that was good enough once, and since was not solved, ends
 there: it is leaving for another motion."""
 
@@ -83,6 +84,7 @@ class InteriorPoint:
         families = (*problem.rows, *([limits] if limits is not None else []))
         self._e = Evaluation(problem, families)
         self._slacks = [Slacks(block) for block in self._e.blocks]
+        self._guessed = GUESSED if problem.closure is None else 0
         self._kkt = KKTSystem(self._e, self._slacks, self.options.constraint_regularisation)
 
     def solve(
@@ -139,7 +141,7 @@ class InteriorPoint:
             filter_ = filter_ or Filter(1e-4 * max(1.0, now.violation))
             if self._lower_barrier(at, errors, now.violation):
                 filter_.clear()
-            curved = multipliers is not None or number >= GUESSED
+            curved = multipliers is not None or number >= self._guessed
             if not self._kkt.factorise(at.x, curved=curved):
                 status = "stalled"
                 break

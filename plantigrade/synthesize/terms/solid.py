@@ -46,7 +46,7 @@ NEAREST = 0.012  # how far from its most medial bone one is looked at beside the
 TALL = 1.74
 """Stature of the person whose margins are given [m]."""
 THICK = 0.1  # about the diameter of a leg [m]
-BESIDE = 0.25  # how far before and behind the other foot a leg is near the other [m]
+BESIDE = 0.35  # how far before and behind the other foot a leg is near the other [m]
 SMOOTH = np.linspace(0.0, 1.0, 51)
 LEGS, ARMS = "solid legs", "solid arms"
 
