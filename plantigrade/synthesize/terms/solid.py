@@ -69,7 +69,9 @@ class Rod:
 
 @dataclass(frozen=True)
 class SolidLimbs(Term):
-    """Legs and feet do not enter each other, arms not trunk, head and thighs, nor each other.
+    """Legs and feet do not enter each other, arms not trunk, head, thighs and each other.
+
+    Nor does the trunk enter the thighs.
 
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
@@ -129,7 +131,7 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    """Return how far each arm is from trunk, head and thigh, both from each other [0.1 m]."""
+    """Return how far arms are from trunk, head, thighs and each other, and thighs from the trunk."""
     human = body.human
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
@@ -146,11 +148,22 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         right, left = (_lower_arm(human, side) for side in SIDES)
         spheres = [x for rod in right for x in rod.points(_many(human, rod))]
         d = [at.apart(x, rod) for x in spheres for rod in left]
+        above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
+        thighs = []
+        for side in SIDES:  # from its middle on: it begins beside the belly
+            spheres = _leg(human, side)[0].points(7)[3:]
+            near = [at.beside(x, *each) for x in spheres for each in above]
+            thighs.append(UNIT * _least(ca, near))
         # From one of them on: arms far apart leave nothing of the exponentials themselves.
-        return ca.vertcat(*rows, UNIT * (d[0] + _least(ca, [x - d[0] for x in d])))
+        arms_apart = UNIT * (d[0] + _least(ca, [x - d[0] for x in d]))
+        return ca.vertcat(*rows, arms_apart, *thighs)
 
     function = body.function(ARMS, expression)
-    names = (*(f"distance of arm_{s}" for s in SIDES), "distance of the forearms")
+    names = (
+        *(f"distance of arm_{s}" for s in SIDES),
+        "distance of the forearms",
+        *(f"distance of thigh_{s} and trunk" for s in SIDES),
+    )
     return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
 
 
@@ -265,8 +278,8 @@ def _arm(human: Human, side: str) -> list[Rod]:
         solids = next(b.solids for b in human.skeleton.bodies if b.name == name)
         for solid in solids:
             if solid.kind == "capsule":  # an upper arm from its middle on: it begins in the trunk
-                rods = Rod(name, solid.a, solid.b, solid.radius).points(3)
-                out += rods[1:] if name.startswith("humerus") else rods
+                rod = Rod(name, solid.a, solid.b, solid.radius)
+                out += rod.points(7)[3:] if name.startswith("humerus") else rod.points(3)
                 continue
             half, thick = solid.b, float(min(solid.b))  # a hand is flat: its end, middle and edges
             for y in (-1.0, 0.0, 1.0):
