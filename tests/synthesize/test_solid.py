@@ -102,6 +102,22 @@ def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
     assert np.median((distance - row)[kept]) < 0.07  # a hand is as thick as it is wide here
 
 
+def test_a_trunk_that_the_row_keeps_off_the_thigh_is_off_it():
+    """Of people who bend deep, at random."""
+    human = Human.create(1.74, 71.0, joints="43")
+    given = ContactBody(human, ())
+    rng, names = np.random.default_rng(7), given.symbolic.names
+    q = np.tile(standing_posture(human), (60, 1))
+    for name, low, high in (("hip_flexion_r", 1.8, 2.6), ("lumbar_extension", -1.4, -0.4)):
+        q[:, names.index(name)] = rng.uniform(low, high, len(q))
+    zero = np.zeros_like(q)
+    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 3] / UNIT
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    distance = np.array([apart(human, x, ["femur_r"], ["abdomen", "thorax"]) for x in qpos])
+    assert (row < 0.0).any() and (row > 0.01).any()
+    assert distance[row > 0.0].min() > -0.005  # the upper half of the thigh is not looked at
+
+
 def test_hands_far_apart_have_second_derivatives():
     import casadi as ca
 

@@ -131,7 +131,7 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    """Return how far arms are from trunk, head, thighs and each other, and thighs from the trunk."""
+    """Return how far arms are from trunk, head, thighs and each other, thighs from the trunk."""
     human = body.human
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
