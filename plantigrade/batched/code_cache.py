@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 VARIABLE = "PLANTIGRADE_CACHE"
-LIMIT = 256 * 2**20  # bytes; the least recently used files go first
+LIMIT = 2**30  # bytes: some hundred kinds of bodies and contacts; the least recently used go first
 _MARK = b"plantigrade cache\n"
 
 

@@ -180,6 +180,19 @@ class Solution:
             use = np.maximum(use, np.abs((tau - np.stack(tissue, axis=1)) * v) / min(powers))
         return times, use.max(axis=1, initial=0.0)
 
+    def beyond(
+        self, samples_per_interval: int = 6
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Return times between the nodes [s], and how far joints are beyond their ranges [rad].
+
+        Negative where all are within them, by no more than that; -inf if nothing keeps them so.
+        """
+        times, limit = self.times(samples_per_interval)[:-1], self.limits.coordinate
+        if limit is None:
+            return times, np.full(len(times), -np.inf)
+        q = self.problem.states(self.coefficients, times)[0][:, 6:]
+        return times, np.maximum(q - limit[1], limit[0] - q).max(axis=1, initial=-np.inf)
+
     def overlapping(
         self, samples_per_interval: int = 6
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:

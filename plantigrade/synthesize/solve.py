@@ -4,8 +4,8 @@ A task is solved on its own mesh from its own guess, or from the motion of a sim
 corresponding mesh. If that fails, easier problems lead the way: half the nodes; a cost of
 smoothness alone, from which the true problem is then solved; and last IPOPT. Once solved, the mesh
 is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
-torque or speed than a joint has, takes limbs into each other, or a swinging foot too low. Every
-step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
+torque, speed or range than a joint has, takes limbs into each other, or a swinging foot too low.
+Every step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
 """
 
 import time as clock
@@ -32,11 +32,15 @@ Solver = Literal["interior-point", "ipopt"]
 Start = tuple[Array, Array, Multipliers | None]
 Progress = Callable[[str, Iterate], bool | None]
 
-UNEXPLAINED = 8e-4  # wrench between nodes above which the mesh is refined [body weights]
-OVERLAPPING = 0.0  # depth of limbs in each other above which it is, too [m]
+UNEXPLAINED = 1.2e-3
+"""Wrench between nodes above which the mesh is refined [body weights, body weights · m]: moments
+of 2e-3 put a centre of pressure out of the base of support by 2 mm, of 3 that are allowed."""
+OVERLAPPING = -0.001
+"""Depth of limbs in each other above which it is, too [m]: to a millimetre do rows tell it."""
 OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
+BEYOND = 0.004  # by which a joint is beyond its range, from which it is, too [rad]
 LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
-REFINEMENTS = 6  # of the mesh, at most
+REFINEMENTS = 8  # of the mesh, at most
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
 IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 
@@ -124,21 +128,31 @@ def synthesize(
             at = _rescued(run, problem, at)
     solve = run.ipopt if solver == "ipopt" else run.interior_point
     for _ in range(refinements if at.success else 0):
-        solution = run.solution(at)
-        times, missing = solution.unexplained()
-        _, use = solution.overloaded()
-        entered = solution.overlapping()[1] > OVERLAPPING
-        low = solution.too_low()[1] > LOW
-        wrong = (missing > UNEXPLAINED) | (use > OVERLOADED) | entered | low
-        finer = split(solution.nodes, times[wrong])
-        if len(finer) == len(solution.nodes):
+        nodes = run.solution(at).nodes
+        finer = split(nodes, *_wrong(run.solution(at)))
+        if len(finer) == len(nodes):
             break
         problem = task.problem(body, finer)
-        after = solve("more nodes", problem, at.on(problem))
+        c, u, multipliers = at.on(problem)
+        after = solve("more nodes", problem, (c, u, multipliers))
+        if not after.over and solver == "interior-point":
+            after = run.interior_point("more nodes, anew", problem, (c, u, None))
         if not after.success:
             break
         at = after
     return run.solution(at)
+
+
+def _wrong(solution: Solution) -> tuple[Array, Array]:
+    """Return when the motion between nodes is not what it has to be, and how much too far off."""
+    times, missing = solution.unexplained()
+    use, low = solution.overloaded()[1], solution.too_low()[1]
+    entered = solution.overlapping()[1]
+    excess = np.where(missing > UNEXPLAINED, missing / UNEXPLAINED, 0.0)
+    beyond = solution.beyond()[1]
+    others = (use > OVERLOADED) | (entered > OVERLAPPING) | (low > LOW) | (beyond > BEYOND)
+    excess = np.maximum(excess, others)
+    return times[excess > 0], excess[excess > 0]
 
 
 def _first(run: "_Stages", problem: Problem, start: Start, name: str, guessed: bool) -> _Ending:

@@ -13,6 +13,7 @@ from plantigrade.synthesize.guess.postures import (
     standing_posture,
     standing_stances,
 )
+from plantigrade.synthesize.problem.contact import soles_of
 from plantigrade.synthesize.terms.heading import path_heading
 from plantigrade.synthesize.terms.momentum import AngularMomentum
 from plantigrade.synthesize.terms.solid import ARMS, UNIT, SolidLimbs, arms, legs
@@ -41,7 +42,7 @@ def bodies(human, stems, side=""):
 
 
 @pytest.mark.parametrize(
-    "feet", ["two-segment", pytest.param("multi-segment", marks=pytest.mark.slow)]
+    "feet", ["rigid", "two-segment", pytest.param("multi-segment", marks=pytest.mark.slow)]
 )
 def test_limbs_that_the_rows_keep_apart_are_apart(feet):
     """Of legs that swing past each other, and arms beside the trunk, at random."""
@@ -75,7 +76,7 @@ def test_limbs_that_the_rows_keep_apart_are_apart(feet):
         assert np.median((distance - row)[kept]) < 0.025  # and not much more than it must
 
 
-def test_hands_that_the_row_keeps_apart_are_apart():
+def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
     """Of arms that swing inwards in front of the body, at random."""
     human = Human.create(joints="43")
     given = ContactBody(human, ())
@@ -90,12 +91,31 @@ def test_hands_that_the_row_keeps_apart_are_apart():
     zero = np.zeros_like(q)
     row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 2] / UNIT
     qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
-    distance = np.array([apart(human, x, ["hand_r"], ["hand_l"]) for x in qpos])
+    lower = ("ulna", "radius", "hand")
+    distance = np.array(
+        [apart(human, x, *(bodies(human, lower, f"_{s}") for s in "rl")) for x in qpos]
+    )
     assert (distance < 0.0).any()
     kept = row > 0.0
     assert kept.sum() > 10
-    assert distance[kept].min() > -0.006  # a hand is a few spheres here
-    assert np.median((distance - row)[kept]) < 0.025
+    assert distance[kept].min() > -0.001
+    assert np.median((distance - row)[kept]) < 0.07  # a hand is as thick as it is wide here
+
+
+def test_a_trunk_that_the_row_keeps_off_the_thigh_is_off_it():
+    """Of people who bend deep, at random."""
+    human = Human.create(1.74, 71.0, joints="43")
+    given = ContactBody(human, ())
+    rng, names = np.random.default_rng(7), given.symbolic.names
+    q = np.tile(standing_posture(human), (60, 1))
+    for name, low, high in (("hip_flexion_r", 1.8, 2.6), ("lumbar_extension", -1.4, -0.4)):
+        q[:, names.index(name)] = rng.uniform(low, high, len(q))
+    zero = np.zeros_like(q)
+    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 3] / UNIT
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    distance = np.array([apart(human, x, ["femur_r"], ["abdomen", "thorax"]) for x in qpos])
+    assert (row < 0.0).any() and (row > 0.01).any()
+    assert distance[row > 0.0].min() > -0.005  # the upper half of the thigh is not looked at
 
 
 def test_hands_far_apart_have_second_derivatives():
@@ -110,7 +130,7 @@ def test_hands_far_apart_have_second_derivatives():
     for side in "rl":
         spread[6 + human.hinge(f"arm_add_{side}")] = -np.pi / 2
     distance, second = (np.array(x) for x in hessian(spread))
-    assert distance > 1.5 * UNIT
+    assert distance > 0.9 * UNIT
     assert np.isfinite(second).all()
 
 
@@ -138,6 +158,35 @@ def test_the_row_of_a_walk_is_kept_between_nodes_too():
     family = legs(body(), len(q))
     u = np.zeros((len(q), 3 * len(body().sites)))
     assert values(family, q, *crossed[1:], u).min() < -0.03 * UNIT
+
+
+def test_nodes_are_near_each_other_where_a_leg_passes_the_other():
+    task = make_task("walk", body().human, {"steps": 4})
+    spans, nodes = SolidLimbs().spaced(task.plan), task.nodes()
+    assert len(spans) == 4
+    for start, stop, most in spans:
+        inside = (nodes[1:] > start) & (nodes[:-1] < stop)
+        assert np.diff(nodes)[inside].max() < 0.75 / task.nodes_per_second
+        assert 0.01 < most < 0.06 < stop - start < 0.3
+    assert len(SolidLimbs().spaced(make_task("jump", body().human, {}).plan)) == 0
+
+
+def test_a_heel_that_turns_inwards_is_seen_in_the_ground():
+    human = Human.create(joints="43", feet="multi-segment")
+    given = ContactBody.for_plan(human, ContactPlan(1.0, ()))
+    family, spheres = soles_of(given, 1)
+    q = standing_posture(human)[None]
+    zero, u = np.zeros_like(q), np.zeros((1, 3 * len(given.sites)))
+    flat = values(family, q, zero, zero, u)
+    assert np.abs(flat).max() < 2e-3
+    heel = [s.name.endswith("heel_front_medial_r") for s in spheres].index(True)
+    turned = []
+    for angle in (-0.3, 0.3):
+        q[0, 6 + human.hinge("heel_inversion_r")] = angle
+        turned.append(values(family, q, zero, zero, u)[0, heel])
+    assert min(turned) < -0.003
+    plain = ContactBody.for_plan(Human.create(joints="43"), ContactPlan(1.0, ()))
+    assert soles_of(plain, 1) == (None, ())
 
 
 def test_the_walk_says_that_its_limbs_are_solid_and_a_task_without_the_term_does_not():

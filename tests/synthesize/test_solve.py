@@ -209,3 +209,9 @@ def test_intervals_are_halved_where_asked_and_nowhere_else():
     finer = split(nodes, np.array([0.12, 0.15, 0.204, 0.3]), shortest=0.005)
     np.testing.assert_allclose(finer, [0.0, 0.1, 0.15, 0.2, 0.208, 0.254, 0.3])
     np.testing.assert_array_equal(split(nodes, np.zeros(0)), nodes)
+
+
+def test_intervals_are_quartered_where_an_error_is_more_than_four_times_too_large():
+    nodes = np.array([0.0, 0.1, 0.2])
+    finer = split(nodes, np.array([0.05, 0.12, 0.18]), np.array([1.5, 1.5, 4.5]))
+    np.testing.assert_allclose(finer, [0.0, 0.05, 0.1, 0.125, 0.15, 0.175, 0.2])

@@ -304,3 +304,14 @@ def test_a_periodic_walk_with_a_stiff_right_knee_is_a_whole_stride():
     assert knee.value < 10.5
     way = np.ptp(record.motion["pelvis_tx"][[0, -1]])
     assert way / record.motion.duration == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["jump", "take-off"])
+def test_legs_of_the_guess_of_a_jump_are_bent_while_they_push(name):
+    human = Human.create(1.66, 82.0, joints="43")
+    task = make_task(name, human, {})
+    body = ContactBody.for_plan(human, task.plan)
+    times = np.linspace(0.5, 0.9, 41)
+    knee = task.guess(body, task.plan, times)[:, 6 + human.hinge("knee_angle_r")]
+    assert knee.min() > np.deg2rad(30.0)
+    assert np.abs(np.diff(knee) / np.diff(times)).max() < 12.0

@@ -21,6 +21,7 @@ from plantigrade.spatial.conventions import (
 from plantigrade.synthesize.guess.legs import Leg
 from plantigrade.synthesize.problem.contact_body import ContactBody
 
+STANDS = 0.3  # for which legs of a guess that bends them are still stretched, at either end [s]
 STRETCHED = 0.999  # of thigh and shank: as far as a leg of a guess is stretched
 
 
@@ -114,6 +115,7 @@ def reaching(
     human: Human,
     q: Float[Array, "n nv"],
     feet: Mapping[str, tuple[Array, Array | float]],
+    stretched: Float[Array, " n"] | float = STRETCHED,
 ) -> Float[Array, "n nv"]:
     """Return postures whose legs reach for level feet, the nearer to them the better.
 
@@ -121,6 +123,7 @@ def reaching(
         human: The person.
         q: Postures; legs near the answer help.
         feet: Side → ankle joint, world (n, 3) or (3,) [m], and heading (n,) or one [rad].
+        stretched: Part of their length that legs reach at most.
     """
     n = len(q)
     R = rotation_matrix(pelvis_angles_to_quaternion(q[:, :3]))
@@ -133,7 +136,7 @@ def reaching(
         hip = pelvis + R @ leg.hip
         away = ankle - hip
         far = np.linalg.norm(away, axis=1)
-        ankle = hip + away * np.minimum(1.0, STRETCHED * leg.length / far)[:, None]
+        ankle = hip + away * np.minimum(1.0, stretched * leg.length / far)[:, None]
         # a bent leg to start from, so that the knee does not turn the wrong way
         bend = 2.0 * np.arccos(np.clip(far / leg.length, 0.0, 1.0))
         knee, hip_flexion = leg.columns[3], leg.columns[0]
@@ -154,11 +157,14 @@ class KeyPostures:
         times: When the postures are taken [s].
         postures: Coordinates (n_times, nv).
         lift: How high a foot is lifted between two of its stances [m].
+        bent: Part of their length that legs are short of stretched, but near the ends: a leg that
+            is stretched while the hip moves away has a knee of any speed.
     """
 
     times: tuple[float, ...]
     postures: tuple[Float[Array, " nv"], ...] = field(repr=False)
     lift: float = 0.05
+    bent: float = 0.0
 
     def __call__(
         self, body: ContactBody, plan: ContactPlan, times: Float[Array, " n_times"]
@@ -169,7 +175,10 @@ class KeyPostures:
         spline = CubicSpline(self.times, np.array(self.postures), bc_type="clamped")
         q = spline(np.clip(times, self.times[0], self.times[-1]))
         feet = {s: level_foot(body.human, plan, s, times, self.lift) for s in SIDES}
-        return reaching(body.human, q, feet)
+        stands = any(s.toe_off >= plan.duration for s in plan.stances)
+        end = plan.duration if stands else np.inf
+        inside = np.minimum(times, end - times) / STANDS
+        return reaching(body.human, q, feet, STRETCHED - self.bent * smooth_step(inside))
 
 
 def level_foot(

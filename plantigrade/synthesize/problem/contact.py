@@ -12,9 +12,13 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import SAME, ContactPlan, Footprint
+from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
+
+SUNK = 0.001
+"""How deep a sphere that carries no force may be in the ground at a node; in between 2 mm [m]."""
 
 
 def site_places(
@@ -128,6 +132,50 @@ def hold_contacts(
         spans = {index[s.site.name]: span for s in held}
         at = {index[s.site.name]: np.array(s.position) for s in held}
         _hold(body, nodes, _lasting(plan, spans), at, place, speed)
+
+
+def keep_soles_up(
+    body: ContactBody,
+    plan: ContactPlan,
+    nodes: Float[Array, " n_nodes"],
+    soles: ConstraintFamily,
+    spheres: Sequence[ContactSite],
+) -> None:
+    """Keep spheres of the feet that carry no force in a plan from sinking into the ground.
+
+    They are on segments that stand on other spheres, and may sink where those begin to lift: a heel
+    that rolls inwards on its outer edge.
+    """
+    standing = body.human.standing()[None]
+    zero = np.zeros((1, body.symbolic.nv))
+    q, v, a = body.symbolic.from_mujoco(standing, zero, zero)
+    u, p = np.zeros((1, 3 * len(body.sites))), np.zeros((1, 0))
+    flat = derivatives_of(soles.function).values(q, v, a, u, p)[0]
+    deep = np.minimum(flat, 0.0) - SUNK
+    lowest = min((s.footprint.position[2] for s in plan.stances), default=0.0)
+    soles.lower[:] = lowest + deep
+    for stance in plan.stances:
+        during = (nodes >= stance.heel_strike - SAME) & (nodes <= stance.toe_off + SAME)
+        for k, sphere in enumerate(spheres):
+            if sphere.side == stance.footprint.side:
+                soles.lower[during, k] = stance.footprint.position[2] + deep[k]
+
+
+def soles_of(
+    body: ContactBody, n_nodes: int
+) -> tuple[ConstraintFamily | None, tuple[ContactSite, ...]]:
+    """Return heights of the spheres of the feet that are no sites, and these; None for none."""
+    ends = tuple(f"_{site.name}" for site in body.sites)
+    spheres = tuple(s for s in contact_sites(body.human) if not s.name.endswith(ends))
+    if not spheres:
+        return None, ()
+
+    def expression(ca, q, v, a, u, p):
+        return ca.cse(body.symbolic.positions(list(spheres))(q)[2, :].T)
+
+    names = tuple(f"z of {s.name}" for s in spheres)
+    function = body.function("soles", expression)
+    return ConstraintFamily.free("soles", function, names, n_nodes, None, "mm", 1000.0), spheres
 
 
 def _depths(body: ContactBody, plan: ContactPlan) -> Float[Array, " n_sites"]:

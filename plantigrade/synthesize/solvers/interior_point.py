@@ -33,6 +33,15 @@ that a problem solved before is solved at once, and a similar one in a few itera
 LONG = 25
 """Iterations within which the violation must halve, or the solver gives up."""
 
+GUESSED = 8
+"""First iterations from a guess in which second derivatives of rows are left out: without good
+multipliers they say little of the problem, and shifts that make up for them shorten the steps. A
+periodic motion has no ends to be held at, and is solved sooner with them."""
+
+WANDERING = 6
+"""Iterations after which a warm start that was good enough once, and since was not solved, ends
+there: it is leaving for another motion."""
+
 PATIENCE = 5
 """Iterations after which a nearly feasible point no longer waits for a smaller barrier."""
 
@@ -53,6 +62,7 @@ class _State:
     at_mu: int = 0  # iterations with this barrier parameter
     alpha: float = 0.0  # fraction of the last step that was taken
     stalls: int = 0  # iterations in which no step was accepted
+    near: "tuple[int, Array, Multipliers] | None" = None  # of a warm start, where good enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +84,7 @@ class InteriorPoint:
         families = (*problem.rows, *([limits] if limits is not None else []))
         self._e = Evaluation(problem, families)
         self._slacks = [Slacks(block) for block in self._e.blocks]
+        self._guessed = GUESSED if problem.closure is None else 0
         self._kkt = KKTSystem(self._e, self._slacks, self.options.constraint_regularisation)
 
     def solve(
@@ -118,7 +129,10 @@ class InteriorPoint:
             if error <= o.tolerance and feasible:
                 status = "solved"
                 break
-            if _hopeless(history):
+            if multipliers is not None and at.near is None and self._acceptable(now):
+                at.near = number, at.x, self._multipliers()
+            wandering = at.near is not None and number >= at.near[0] + WANDERING
+            if wandering or _hopeless(history):
                 status = "stalled"
                 break
             if _stopped(progress, now) or seconds > o.seconds:
@@ -127,7 +141,8 @@ class InteriorPoint:
             filter_ = filter_ or Filter(1e-4 * max(1.0, now.violation))
             if self._lower_barrier(at, errors, now.violation):
                 filter_.clear()
-            if not self._kkt.factorise(at.x):
+            curved = multipliers is not None or number >= self._guessed
+            if not self._kkt.factorise(at.x, curved=curved):
                 status = "stalled"
                 break
             step = self._kkt.step(at.x, errors.gaps, at.mu)
@@ -198,15 +213,25 @@ class InteriorPoint:
 
     def _result(self, at: _State, status: Status, history: Sequence[Iterate]) -> Result:
         """Return the last point, or the best one where that is much better."""
-        o, last = self.options, history[-1]
-        if status in ("stalled", "too many iterations") and last.violation > 10 * at.best[0]:
-            at.x = at.best[1]
-        if status not in ("solved", "stopped") and last.violation <= 10 * o.feasibility:
-            if last.optimality <= o.acceptable:
+        last, multipliers = history[-1], self._multipliers()
+        if status in ("stalled", "too many iterations"):
+            if self._acceptable(last):
                 status = "acceptable"
+            elif at.near is not None:
+                status, (_, at.x, multipliers) = "acceptable", at.near
+            elif last.violation > 10 * at.best[0]:
+                at.x = at.best[1]
         c, u = self._e.t.split(at.x)
-        multipliers = Multipliers({s.block.rows.name: s.at_all_nodes() for s in self._slacks})
         return Result(c, u, status, tuple(history), multipliers)
+
+    def _acceptable(self, now: Iterate) -> bool:
+        """Return whether a point is good enough where nothing better is found."""
+        o = self.options
+        return now.violation <= 10 * o.feasibility and now.optimality <= o.acceptable
+
+    def _multipliers(self) -> Multipliers:
+        """Return the multipliers of the present point."""
+        return Multipliers({s.block.rows.name: s.at_all_nodes() for s in self._slacks})
 
 
 def _stopped(progress: Callable[[Iterate], bool | None] | None, now: Iterate) -> bool:

@@ -29,6 +29,10 @@ SMALL = 0.5
 """A last shift below which none is tried first."""
 
 
+FLAT = 1e-3
+"""Shift of a matrix without second derivatives, which nothing else keeps from being singular."""
+
+
 @dataclass(frozen=True, eq=False)
 class Step:
     """A Newton step of variables, and by block of multipliers and slacks."""
@@ -54,11 +58,12 @@ class KKTSystem:
         """Forget the shifts of earlier factorisations."""
         self.shift = self._before = 0.0
 
-    def factorise(self, x: Array) -> bool:
+    def factorise(self, x: Array, *, curved: bool = True) -> bool:
         """Factorise the matrix at the point that was linearised last; False if that failed.
 
         The Cholesky factorisation succeeds exactly if the step is one of descent: it is the inertia
-        test of [Waechter2006]_.
+        test of [Waechter2006]_. Without the second derivatives of rows (``curved``) the matrix is
+        that of Gauss and Newton, which needs no other test.
         """
         e = self._evaluation
         self._sigma = [s.stiffness() for s in self._slacks]
@@ -66,7 +71,11 @@ class KKTSystem:
             sigma + b.weight + np.where(b.equations, 1.0 / self._delta, 0.0)
             for sigma, b in zip(self._sigma, e.blocks, strict=True)
         ]
-        band = e.t.assemble(e.hessians(x, squares, lagrangian(self._slacks)))
+        multipliers = lagrangian(self._slacks) if curved else None
+        band = e.t.assemble(e.hessians(x, squares, multipliers))
+        if not curved:
+            self._factor, self.shift = factorised_with_least_shift(band, FLAT, FLAT)
+            return self._factor is not None
         self._factor, self.shift = factorised_with_least_shift(band, self._before)
         self._before = self.shift if self.shift > 0 else self._before / 3.0
         return self._factor is not None
@@ -137,9 +146,11 @@ def factorised(band: Array, shift: float) -> Array | None:
         return None
 
 
-def factorised_with_least_shift(band: Array, before: float) -> tuple[Array | None, float]:
+def factorised_with_least_shift(
+    band: Array, before: float, least: float = 0.0
+) -> tuple[Array | None, float]:
     """Return the factor and the shift it took, near that of ``before``; None if none was enough."""
-    shift = 0.0 if before < SMALL else before / 4.0
+    shift = least if before < SMALL else before / 4.0
     for _ in range(40):
         factor = factorised(band, shift + 1e-12)
         if factor is not None:

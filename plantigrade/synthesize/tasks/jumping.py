@@ -37,6 +37,7 @@ BACK = {"lumbar_extension": 50.0, "thorax_extension": 50.0, "lower_thorax_extens
 """Weights of a straight back [1/(s rad²)]; torques alone would bend it rather than the hips."""
 LEAN = float(np.deg2rad(-15.0))  # the pelvis leans forward in push and landing, on average
 POWER = 10.0  # of a joint [W/kg]
+BENT = 0.06  # by which legs of the guess are short of stretched, of their length: knees of 40°
 NODES_PER_SECOND = 40.0  # at 25, flight is off by a quarter of body weight between nodes
 
 
@@ -90,6 +91,7 @@ def jump(human: Human, told: Jump) -> MotionTask:
             after,
         ),
         lift=height,
+        bent=BENT,
     )
     return MotionTask("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
@@ -128,6 +130,7 @@ def take_off(human: Human, told: TakeOff) -> MotionTask:
             _moved(human, before, up=rise + 0.15, arms=90.0),
         ),
         lift=0.0,
+        bent=BENT,
     )
     return MotionTask("take-off", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 

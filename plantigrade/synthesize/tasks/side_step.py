@@ -21,7 +21,7 @@ _TRUNK = ("pelvis_list", "pelvis_tilt", "lumbar_bending", "thorax_bending", "low
 UPRIGHT = dict.fromkeys(_TRUNK, 5.0)
 """Weights of an upright trunk [1/(s rad²)]."""
 LEVEL = 300.0  # weight of a pelvis that stays as high as in standing [1/(s m²)]
-LONGEST = 0.45  # of leg length
+LONGEST = 0.55  # of leg length: hips then abduct by some 20° each
 
 
 def side_step(human: Human, told: SideStep) -> MotionTask:

@@ -18,7 +18,7 @@ from plantigrade.synthesize.splines.knots import clamped_knots, periodic_knots
 from plantigrade.synthesize.splines.polynomial import PolynomialBasis
 from plantigrade.synthesize.splines.trigonometric import TrigonometricBasis
 from plantigrade.synthesize.terms.term import Term, one_sided, repeated
-from plantigrade.synthesize.transcription.mesh import nodes_of
+from plantigrade.synthesize.transcription.mesh import nodes_of, split
 
 BASES = {"trigonometric": TrigonometricBasis, "polynomial": PolynomialBasis}
 
@@ -85,7 +85,7 @@ class MotionTask:
         Raises:
             ParameterError: If a term names a time outside the motion.
         """
-        nodes = nodes_of(self.plan, self.nodes_per_second) if given is None else given.copy()
+        nodes = self._spaced() if given is None else given.copy()
         instants = sorted({float(t) for term in self.terms for t in term.instants})
         fixed = [*self.plan.switches, *instants]
         for t in instants:
@@ -100,6 +100,14 @@ class MotionTask:
                 nodes[k] = t
             else:
                 nodes = np.sort(np.append(nodes, t))
+        return nodes
+
+    def _spaced(self) -> Float[Array, " n_nodes"]:
+        """Return evenly spaced nodes, halved where a term asks for nearer ones."""
+        nodes = nodes_of(self.plan, self.nodes_per_second)
+        for start, stop, most in (x for term in self.terms for x in term.spaced(self.plan)):
+            middle, step = (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes)
+            nodes = split(nodes, middle[(step > most) & (nodes[1:] > start) & (nodes[:-1] < stop)])
         return nodes
 
     def problem(self, body: ContactBody, nodes: Float[Array, " n_nodes"] | None = None) -> Problem:

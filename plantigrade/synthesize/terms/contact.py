@@ -15,8 +15,10 @@ from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact import (
     friction_pyramid,
     hold_contacts,
+    keep_soles_up,
     site_forces,
     site_targets,
+    soles_of,
 )
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.terms.term import Term
@@ -55,6 +57,9 @@ class Contact(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Hold sites, and let those carry that stand on both sides of a node."""
         hold_contacts(b.body, b.plan, b.nodes, b.family("contact"), b.family("contact speed"))
+        soles, spheres = soles_of(b.body, len(b.nodes))
+        if soles is not None:
+            keep_soles_up(b.body, b.plan, b.nodes, b.add(soles), spheres)
         most = min(self.friction, self.used)
         friction = b.add(friction_pyramid(b.body, len(b.nodes), most))
         for k, site in enumerate(b.body.sites):

@@ -16,31 +16,38 @@ is exact on the surface and to first order beside it, :math:`s` being the half s
 the joints between the limbs enter: the pelvis is the frame.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.dynamics.recursions import sparse
 from plantigrade.models import Human
 from plantigrade.models.parts import Solid
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.terms.term import Term
+from plantigrade.synthesize.terms.term import Spaced, Term
 
 SHARPNESS = 250.0
 """:math:`\\beta` [1/m]: of two equal distances the row is 2.8 mm short."""
 ROUND = 1e-3  # where the distance to an axis is rounded off [m]
 UNIT = 10.0  # rows are in tenths of a metre
 EDGE = float(np.sqrt(2.0))  # of half its height: what a rod needs to cover the edge of a box
+SPACED = 0.025
+"""Most between two spheres along an edge of a foot, of stature: a shank between them is then about
+3 mm nearer than they tell."""
 NEAREST = 0.012  # how far from its most medial bone one is looked at beside the other foot [m]
 TALL = 1.74
 """Stature of the person whose margins are given [m]."""
-HAND = 6  # spheres of a hand, palm and fingers: the last of an arm
+THICK = 0.1  # about the diameter of a leg [m]
+BESIDE = 0.35  # how far before and behind the other foot a leg is near the other [m]
+SMOOTH = np.linspace(0.0, 1.0, 51)
 LEGS, ARMS = "solid legs", "solid arms"
 
 
@@ -62,7 +69,9 @@ class Rod:
 
 @dataclass(frozen=True)
 class SolidLimbs(Term):
-    """Legs and feet do not enter each other, arms not trunk and thighs, nor one hand the other.
+    """Legs and feet do not enter each other, arms not trunk, head, thighs and each other.
+
+    Nor does the trunk enter the thighs.
 
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
@@ -74,6 +83,22 @@ class SolidLimbs(Term):
 
     margin: float = 0.003
     arms: float = 0.0025
+
+    def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
+        """Return when a swinging foot passes the other leg: that must not happen between nodes.
+
+        It is taken to move smoothly, at :math:`1.875 L / T` where it is fastest.
+        """
+        found = []
+        for one, two, other in _passings(plan) if np.isfinite(self.margin) else ():
+            here, there, beside = (np.array(x.footprint.position) for x in (one, two, other))
+            length, duration = float(np.linalg.norm(there - here)), two.heel_strike - one.toe_off
+            along = (beside - here) @ (there - here) / length**2
+            gone = SMOOTH**3 * (10 - 15 * SMOOTH + 6 * SMOOTH**2)
+            part = float(np.interp(along, gone, SMOOTH))
+            time, speed = one.toe_off + part * duration, 1.875 * length / duration
+            found.append((time - BESIDE / speed, time + BESIDE / speed, THICK / speed))
+        return tuple(found)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
@@ -96,7 +121,7 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         d += [at.apart(x, shank_l) for x in shank_r.points(8)]
         for shank, foot, others in ((shank_l, foot_l, foot_r), (shank_r, foot_r, foot_l)):
             for rod in others:
-                for x in rod.points(3):
+                for x in rod.points(_many(human, rod)):
                     d += [at.apart(x, other) for other in (shank, *foot)]
         return UNIT * _least(ca, d)
 
@@ -106,27 +131,39 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    """Return how far each arm is from trunk and thigh, and the hands from each other [0.1 m]."""
+    """Return how far arms are from trunk, head, thighs and each other, thighs from the trunk."""
     human = body.human
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
         rows = []
         trunk = [(b.name, s) for b in human.skeleton.bodies for s in b.solids
-                 if s.kind == "ellipsoid" and not b.name.startswith("head")]  # fmt: skip
+                 if s.kind == "ellipsoid"]  # fmt: skip
         for side in SIDES:
             thigh, d = _leg(human, side)[0], []
             for x in _arm(human, side):
                 d.append(at.apart(x, thigh))
                 d += [at.beside(x, name, solid) for name, solid in trunk]
             rows.append(UNIT * _least(ca, d))
-        hands = [_arm(human, side)[-HAND:] for side in SIDES]
-        d = [at.spheres(x, y) for x in hands[0] for y in hands[1]]
-        # From one of them on: hands far apart leave nothing of the exponentials themselves.
-        return ca.vertcat(*rows, UNIT * (d[0] + _least(ca, [x - d[0] for x in d])))
+        right, left = (_lower_arm(human, side) for side in SIDES)
+        spheres = [x for rod in right for x in rod.points(_many(human, rod))]
+        d = [at.apart(x, rod) for x in spheres for rod in left]
+        above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
+        thighs = []
+        for side in SIDES:  # from its middle on: it begins beside the belly
+            spheres = _leg(human, side)[0].points(7)[3:]
+            near = [at.beside(x, *each) for x in spheres for each in above]
+            thighs.append(UNIT * _least(ca, near))
+        # From one of them on: arms far apart leave nothing of the exponentials themselves.
+        arms_apart = UNIT * (d[0] + _least(ca, [x - d[0] for x in d]))
+        return ca.vertcat(*rows, arms_apart, *thighs)
 
     function = body.function(ARMS, expression)
-    names = (*(f"distance of arm_{s}" for s in SIDES), "distance of the hands")
+    names = (
+        *(f"distance of arm_{s}" for s in SIDES),
+        "distance of the forearms",
+        *(f"distance of thigh_{s} and trunk" for s in SIDES),
+    )
     return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
 
 
@@ -149,11 +186,6 @@ class _Placed:
         part = ca.fmin(ca.fmax(ca.dot(off, way), 0), 1) * length
         off = off - part * way
         return ca.sqrt(ca.dot(off, off) + ROUND**2) - (x.radius + rod.radius)
-
-    def spheres(self, x: Rod, y: Rod) -> Any:
-        """Return how far two spheres are from each other [m]."""
-        off = self._at(x.body, x.a) - self._at(y.body, y.a)
-        return self.ca.sqrt(self.ca.dot(off, off) + ROUND**2) - (x.radius + y.radius)
 
     def beside(self, x: Rod, body: str, solid: Solid) -> Any:
         """Return about how far a sphere is from an ellipsoid [m]."""
@@ -195,6 +227,22 @@ def _least(ca: Any, distances: Sequence[Any]) -> Any:
     return -ca.log(ca.sum1(ca.exp(-SHARPNESS * every))) / SHARPNESS
 
 
+def _passings(plan: ContactPlan) -> Iterator[tuple[Stance, Stance, Stance]]:
+    """Yield the stances before and after every swing past a standing foot, and the stance there."""
+    stances = plan.unrolled()
+    for side in SIDES:
+        own = [s for s in stances if s.footprint.side == side]
+        for one, two in pairwise(own):
+            here, there = (np.array(s.footprint.position) for s in (one, two))
+            for other in stances:
+                beside = np.array(other.footprint.position)
+                stands = other.heel_strike <= one.toe_off and other.toe_off >= two.heel_strike
+                if other.footprint.side != side and stands:
+                    along = (beside - here) @ (there - here)
+                    if 0.0 < along < (there - here) @ (there - here):
+                        yield one, two, other
+
+
 def _leg(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
     """Return thigh, shank, and what of a foot is next to the other leg."""
     solids = {b.name: b.solids for b in human.skeleton.bodies}
@@ -230,14 +278,33 @@ def _arm(human: Human, side: str) -> list[Rod]:
         solids = next(b.solids for b in human.skeleton.bodies if b.name == name)
         for solid in solids:
             if solid.kind == "capsule":  # an upper arm from its middle on: it begins in the trunk
-                rods = Rod(name, solid.a, solid.b, solid.radius).points(3)
-                out += rods[1:] if name.startswith("humerus") else rods
+                rod = Rod(name, solid.a, solid.b, solid.radius)
+                out += rod.points(7)[3:] if name.startswith("humerus") else rod.points(3)
                 continue
             half, thick = solid.b, float(min(solid.b))  # a hand is flat: its end, middle and edges
             for y in (-1.0, 0.0, 1.0):
                 place = solid.a + np.array([0.0, y * (half[1] - thick), thick - half[2]])
                 out.append(Rod(name, place, place, thick))
     return out
+
+
+def _lower_arm(human: Human, side: str) -> list[Rod]:
+    """Return capsules of a forearm and a hand; that of a hand is as thick as the hand is wide."""
+    solids, out = {b.name: b.solids for b in human.skeleton.bodies}, []
+    for name in _below(human, f"humerus_{side}")[1:]:
+        for s in solids[name]:
+            if s.kind == "capsule":
+                out.append(Rod(name, s.a, s.b, s.radius))
+            else:
+                _, y, z = s.b
+                along = np.array([0.0, 0.0, z - y / 2])
+                out.append(Rod(name, s.a - along, s.a + along, float(y)))
+    return out
+
+
+def _many(human: Human, rod: Rod) -> int:
+    """Return how many spheres along a rod leave nothing between them."""
+    return 1 + int(np.ceil(float(np.linalg.norm(rod.b - rod.a)) / (SPACED * human.height) - 1e-9))
 
 
 def _rods(name: str, solids: Sequence[Solid], side: str) -> list[Rod]:

@@ -17,6 +17,9 @@ from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.transcription.mesh import nodes_of
 
+Spaced = tuple[float, float, float]
+"""From when to when nodes are no further apart than so much [s]."""
+
 
 class Term(ABC):
     """A condition or a cost, independent of the task it is part of.
@@ -31,6 +34,10 @@ class Term(ABC):
     @property
     def instants(self) -> tuple[float, ...]:
         """Times at which there must be a node [s]."""
+        return ()
+
+    def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
+        """Return when nodes are near each other, and how near."""
         return ()
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:

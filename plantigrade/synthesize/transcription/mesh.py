@@ -57,12 +57,29 @@ def nodes_like(
 
 
 def split(
-    nodes: Float[Array, " n"], times: Float[Array, " n_times"], *, shortest: float = 0.001
+    nodes: Float[Array, " n"],
+    times: Float[Array, " n_times"],
+    excess: Float[Array, " n_times"] | float = 1.0,
+    *,
+    shortest: float = 0.001,
 ) -> Float[Array, " m"]:
-    """Return the mesh with every interval halved that contains one of the times, all in seconds.
+    """Return the mesh with every interval divided in which something is wrong.
 
-    No interval gets shorter than ``shortest``.
+    An interval is halved, or quartered where the ``excess`` is over four: errors between the nodes
+    of a cubic spline go with the square of their distance.
+
+    Args:
+        nodes: The mesh [s].
+        times: When something is wrong [s].
+        excess: How much too large an error is there.
+        shortest: No interval gets shorter [s].
     """
-    within = np.unique(np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2))
-    within = within[nodes[within + 1] - nodes[within] >= 2 * shortest]
-    return np.sort(np.concatenate([nodes, (nodes[within] + nodes[within + 1]) / 2]))
+    at = np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2)
+    most = np.zeros(len(nodes) - 1)
+    np.maximum.at(most, at, np.broadcast_to(excess, at.shape))
+    length = np.diff(nodes)
+    new = [nodes]
+    for k in np.flatnonzero(most > 0):
+        parts = next((p for p in (4, 2) if length[k] >= p * shortest and most[k] > 4 * (p > 2)), 1)
+        new.append(nodes[k] + length[k] * np.arange(1, parts) / parts)
+    return np.sort(np.concatenate(new))
