@@ -36,9 +36,8 @@ NOTES = (
     "The person is the paper's (1.50 m, 48.5 kg, 66 coordinates less those that a foot lacks), "
     "and follows the published mean walk at 1.12 m/s on level ground, at 600 Hz where it was "
     "trained at 150 Hz. 'begin' is how long after the strike a region of the sole first presses, "
-    "the median; the peak of the force is that of plates, low-passed at 20 Hz. One policy (seed "
-    "0) for each foot: no confidence intervals over trainings can be given. The paper gives no "
-    "numbers.",
+    "the median; the peak of the force is that of plates, low-passed at 20 Hz. One policy "
+    "for each foot; learned-feet compares trainings. The paper gives no numbers.",
 )
 
 

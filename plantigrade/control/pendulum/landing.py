@@ -22,8 +22,8 @@ for it."""
 CROSSES, CROSSED = 0.3, -0.15
 """A foot that lands so far ahead of the other may cross over, to this place."""
 SWINGS, HASTY = 70.0, 1e3
-"""Acceleration of a swinging foot, at most [m/s²]: a recorded step of 1.2 m in 0.4 s needs 40; cost
-of what the foot falls short [1/m²]."""
+"""Acceleration of a swinging foot, at most [m/s²]; cost of what it falls short [1/m²]. A recorded
+step of 1.2 m in 0.4 s needs 40 m/s²."""
 STRETCHED, DROPS, DEEPEST = 1.05, 3.0, 0.25
 """A leg and its foot reach so far from the hip [leg lengths]; as fast the body can go down for it
 [m/s²], and so far at most [leg lengths]."""
@@ -201,7 +201,7 @@ class Reach(LandingBox):
     Attributes:
         speed: Of the foot now [m/s].
         hip: The hip of the swinging leg, beside the mass [m].
-        high: Height of that hip above where the ankle is to be [m].
+        high: Height of that hip above the ankle where the recording's foot lands [m].
         rises: How fast it rises [m/s].
         hips: Where it is at each time, from the standing foot along the axes [m].
         spans: How far from there the leg reaches on the ground then [m]; any distance if absent.

@@ -153,7 +153,7 @@ class Plan:
             here=here[i] - strike.lands,
             speed=swings.velocity[0, :2],
             hip=(hip - body.com)[:2],
-            high=float(hip[2] - then["foot"][i, 2]) - level(hip),
+            high=float(hip[2] - then["foot"][i, 2]) - level(np.append(strike.lands, 0.0)),
             rises=float(body.com_velocity[2]),
         )
         # The recording's own effective pivot, where the foot really stands.
