@@ -145,7 +145,7 @@ def interval(values: Sequence[float]) -> tuple[float, float]:
     if n < 2:
         return mean, float("nan")
     error = float(np.std(values, ddof=1)) / np.sqrt(n)
-    return mean, float(student.ppf(CERTAIN, n - 1)) * error
+    return mean, float(student.ppf(CERTAIN, n - 1) * error)
 
 
 def tables(kept: KeptResults) -> Iterator[Grid]:
