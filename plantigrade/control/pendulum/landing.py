@@ -24,9 +24,9 @@ CROSSES, CROSSED = 0.3, -0.15
 SWINGS, HASTY = 70.0, 1e3
 """Acceleration of a swinging foot, at most [m/s²]; cost of what it falls short [1/m²]. A recorded
 step of 1.2 m in 0.4 s needs 40 m/s²."""
-STRETCHED, DROPS, DEEPEST = 1.05, 3.0, 0.25
-"""A leg and its foot reach so far from the hip [leg lengths]; as fast the body can go down for it
-[m/s²], and so far at most [leg lengths]."""
+STRETCHED, DROPS, DEEPEST = 1.1, 3.0, 0.25
+"""A leg reaches so far from the hip, where the pelvis leans towards the foot [leg lengths]; as fast
+the body can go down for it [m/s²], and so far at most [leg lengths]."""
 
 
 @dataclass(frozen=True, eq=False)
