@@ -14,6 +14,7 @@ from plantigrade.control.pendulum import Pendulum, walk_of
 from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.hold import Hold
 from plantigrade.control.pendulum.landing import (
+    DEEPEST,
     DROPS,
     LAWS,
     STRETCHED,
@@ -196,11 +197,11 @@ def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(st
     np.testing.assert_allclose(far[3], [0.0, reach.widest * 0.9])
     late = reach.hasty(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
     assert late[0] == 0.0 < late[1]  # feet are no faster than they can be
-    time = np.array([0.1, 0.2, 0.6])
+    time = np.array([0.05, 0.1, 0.6])
     later = reach.at(np.zeros((3, 2)), time)
     place = strike.lands + later.clipped(np.tile([0.0, 2.0], (3, 1)))
     # No farther than a leg reaches from a hip that goes down; then no wider than the box.
-    high = 0.8 - 0.5 * DROPS * time[:2] ** 2
+    high = np.maximum(0.8 - 0.5 * DROPS * time[:2] ** 2, (STRETCHED - DEEPEST) * 0.9)
     span = np.linalg.norm(place, axis=1)
     np.testing.assert_allclose(span[:2], np.sqrt((STRETCHED * 0.9) ** 2 - high**2))
     assert span[0] < span[1] < span[2] and np.all(place[:, 1] <= reach.widest * 0.9)
