@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.learn import Policy, PolicyController
 from plantigrade.motion.filters import lowpass
 from plantigrade.record import Record
-from plantigrade.workflows.policies import shipped
-from plantigrade.workflows.settings import POLICY
+from plantigrade.workflows.policies import file_of, is_policy, shipped
 from plantigrade.world import Disturbance, World
 from plantigrade.world.grounds import ground_named
 from plantigrade.world.start import on_ground
@@ -60,7 +58,7 @@ class Walk:
 
     def controller(self) -> PolicyController:
         """Return the policy that moves them."""
-        policy = Policy.load(file_of(self.foot))
+        policy = policy_of(self.foot)
         if not self.held:
             return PolicyController(policy, begin=self.begin)
         n = len(PolicyController(policy).joints)
@@ -238,9 +236,14 @@ def _over(time: Array, values: Array, strikes: list[float]) -> list[list[float]]
     return cycles
 
 
-def file_of(foot: str) -> Path:
-    """Return the file of a policy: that of the package for a kind of feet, or the one named."""
-    return Path(foot) if foot.endswith(POLICY) else shipped(foot)
+def policy_of(foot: str) -> Policy:
+    """Return the policy of the package for a kind of feet, or that of a file.
+
+    Raises:
+        ParameterError: If the package has none for such feet.
+        FileError: If the file holds no policy.
+    """
+    return Policy.load(file_of(foot) if is_policy(foot) else shipped(foot))
 
 
 def ankle_norm(foot: str, speed: float) -> tuple[Float[Array, " k"], Float[Array, " k"]]:
@@ -248,7 +251,7 @@ def ankle_norm(foot: str, speed: float) -> tuple[Float[Array, " k"], Float[Array
 
     Of [Schwartz2008]_, at :data:`POINTS` instants of the cycle, for the leg of the policy's person.
     """
-    d = Policy.load(file_of(foot)).reference.human.dimensions
+    d = policy_of(foot).reference.human.dimensions
     kind = speed_class(speed, d.thigh + d.shank + d.ankle_height)
     curve = norm("ankle_angle_moment", kind)
     at = np.linspace(0.0, 100.0, POINTS)

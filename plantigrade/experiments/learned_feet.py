@@ -6,22 +6,22 @@ named as controllers, any number for each kind of feet; those of the package if 
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.stats import t as student
 
+from plantigrade.errors import ParameterError
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.learned import (
     FEET,
     ROOMS,
     Walk,
     ankle_norm,
-    file_of,
     last,
     likened,
     measure,
+    policy_of,
     there,
 )
 from plantigrade.experiments.measured import Cases, Measured
@@ -29,7 +29,8 @@ from plantigrade.experiments.page import Grid
 from plantigrade.experiments.pushed_walk import PHASES, SIDES, limit
 from plantigrade.experiments.rough_walk import DURATION, HELD
 from plantigrade.experiments.table import ResultTable, Row
-from plantigrade.learn import Policy
+from plantigrade.workflows.policies import is_policy
+from plantigrade.workflows.settings import POLICY
 
 SEEDS, STRIDES = 10, 22.0
 """Fields of bumps for each policy; how long level walking is measured [s]."""
@@ -70,7 +71,7 @@ def level(word: str, duration: float) -> Result:
 
 
 def _kind(word: str) -> str:
-    return Policy.load(file_of(word)).reference.human.feet
+    return policy_of(word).reference.human.feet
 
 
 def _each(words: Sequence[str], what: str, make: Callable[[str], Cases]) -> Cases:
@@ -209,10 +210,16 @@ def run(*, controllers: Sequence[str] = (), **options: Any) -> ResultTable:
         options: As :meth:`~plantigrade.experiments.measured.Measured.run` takes it.
 
     Raises:
+        ParameterError: If a controller is no policy.
         FileError: If a policy cannot be read.
     """
-    for word in controllers:
-        Policy.load(Path(word))  # before hours are spent
+    for word in controllers:  # before hours are spent
+        if not is_policy(word):
+            raise ParameterError(
+                f"controller={word} is no policy: learned-feet compares files ({POLICY}) that "
+                "plantigrade train wrote, and learned"
+            )
+        policy_of(word)
     return experiment(tuple(controllers) or tuple(there())).run(**options)
 
 

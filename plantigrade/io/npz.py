@@ -34,7 +34,7 @@ class Arrays:
 
     def __init__(self, path: str | Path, remedy: str = _REMEDY):
         self.path, self._remedy = Path(path), remedy
-        self._arrays = _load(self.path)
+        self._arrays = _load(self.path, remedy)
 
     def __contains__(self, key: str) -> bool:
         """Return whether there is an array of this name."""
@@ -175,7 +175,7 @@ def read_npz(path: str | Path) -> Recording:
     )
 
 
-def _load(path: Path) -> dict[str, np.ndarray]:
+def _load(path: Path, remedy: str) -> dict[str, np.ndarray]:
     """Return the arrays of a whole npz file of allowed size."""
     try:
         with reading(path):
@@ -199,7 +199,7 @@ def _load(path: Path) -> dict[str, np.ndarray]:
     except Exception as error:  # damaged bytes make zipfile and NumPy raise almost anything
         reason = str(error)[:100] or type(error).__name__
         problem = f"is not a whole npz file of plain arrays ({reason})"
-        raise FileError(path, problem, remedy=_REMEDY) from error
+        raise FileError(path, problem, remedy=remedy) from error
     for key, value in arrays.items():
         if not isinstance(value, np.ndarray):
             raise FileError(path, "is not an array", where=key, remedy=_REMEDY)

@@ -142,7 +142,7 @@ class Plan:
         here = com + (places[:, :2] - com) @ turn.T
         stands = com + turn @ (then["foot"][k, :2] + gait.offset(other.number)[:2] - com)
         apart = foot.left * float(strike.lands[1] - strike.stands[1])
-        hip = body.origin(f"femur_{foot.side}")
+        lands, hip = com + (strike.lands - com) @ turn, body.origin(f"femur_{foot.side}")
         swings = body.rigid_points(np.array([body.human.body(f"foot_{foot.side}")]), places[[i]])
         box = Reach(
             axes=np.eye(2),
@@ -151,9 +151,9 @@ class Plan:
             leg=self.leg,
             narrowest=min(NARROW * self.leg, apart),
             here=here[i] - strike.lands,
-            speed=swings.velocity[0, :2],
-            hip=(hip - body.com)[:2],
-            high=float(hip[2] - then["foot"][i, 2]) - level(np.append(strike.lands, 0.0)),
+            speed=turn @ swings.velocity[0, :2],
+            hip=turn @ (hip - body.com)[:2],
+            high=float(hip[2] - then["foot"][i, 2]) - level(np.append(lands, 0.0)),
             rises=float(body.com_velocity[2]),
         )
         # The recording's own effective pivot, where the foot really stands.
