@@ -31,6 +31,8 @@ DOTTED = "2 3"
 BY_SIDE = (RIGHT, LEFT, MIDDLE)
 """Of forces and places on the right, on the left, and of no known side."""
 COM = "#e0b020"
+THING, PUSHED = "#b8996f", "#b0246a"
+"""Of bars, boxes and packs, and of what pushes."""
 BODY, LEFT_BODY, RIGHT_BODY = "#c9c3ba", "#dd9c74", "#7fa9c9"
 """Middle, left and right of a body in three dimensions: paler than lines and arrows."""
 FLOOR, GRID = "#e4e8ec", "#a8b2bf"

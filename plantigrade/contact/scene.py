@@ -19,8 +19,10 @@ from xml.etree import ElementTree as ET
 import mujoco
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM, ContactSite, contact_sites
+from plantigrade.contact.thing import Thing
 from plantigrade.models import Human
 from plantigrade.models.mjcf import numbers
 
@@ -44,13 +46,20 @@ _CORES = {"group": "4", "contype": "2", "conaffinity": "2", "friction": "0.3 0.0
 _WOOD, _FLOOR = "0.72 0.60 0.45 1", "0.92 0.92 0.90 1"
 
 
-def scene_xml(human: Human, ground: Ground, sites: Sequence[ContactSite] = ()) -> str:
+def scene_xml(
+    human: Human,
+    ground: Ground,
+    sites: Sequence[ContactSite] = (),
+    things: Sequence[tuple[Thing, Float[Array, " 7"]]] = (),
+) -> str:
     """Return the MJCF text of a person on a ground.
 
     Args:
         human: The person.
         ground: What the motion happened on.
         sites: Where the person was touched; those on no foot become spheres that seats can carry.
+        things: What stood about, and where: middle [m] and rotation ``wxyz``. It stops limbs and
+            trunk.
     """
     root = ET.fromstring(human.xml)
     bodies = {body.get("name"): body for body in root.iter("body")}
@@ -68,6 +77,11 @@ def scene_xml(human: Human, ground: Ground, sites: Sequence[ContactSite] = ()) -
     _replace_floor(root, ground)
     _add_cores(root, human, bodies)
     _add_motors(root, human)
+    for i, (thing, pose) in enumerate(things):
+        form = {"type": thing.kind, "size": numbers(thing.size), "rgba": _WOOD}
+        where = {"name": f"thing_{i}", "pos": numbers(pose[:3]), "quat": numbers(pose[3:])}
+        solid = {"contype": "2", "conaffinity": "2", "friction": _CORES["friction"]}
+        ET.SubElement(next(root.iter("worldbody")), "geom", {**where, **form, **solid})
     key = next(root.iter("key"))
     qpos = human.standing()
     qpos[2] += _lift(human, ground, qpos)

@@ -15,6 +15,7 @@ from plantigrade.record.folder import FORMAT, METRICS, read_metrics, write_folde
 from plantigrade.record.npz import read_npz, write_npz
 from plantigrade.record.provenance import Provenance
 from plantigrade.record.record import Record
+from plantigrade.record.things import things_of
 from plantigrade.record.views import run_summary
 
 MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
@@ -124,7 +125,8 @@ class Run:
 
         def contents(folder: Path) -> None:
             record = self.record
-            xml = scene_xml(record.human, record.ground, record.sites)
+            fixed = [(t.thing, t.pose[0]) for t in things_of(record) if t.fixed]
+            xml = scene_xml(record.human, record.ground, record.sites, fixed)
             (folder / MODEL).write_text(xml, encoding="utf-8")
             write_npz(record, folder / MOTION)
             columns, values = record.human.to_coordinates(record.motion.qpos)

@@ -59,6 +59,10 @@ SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "measured.moment_names": (WORDS, ("moments",)),
     "ground.place": (NUMBERS, ("frames", 4)),
     "barrier.clearance": (NUMBERS, ("frames",)),
+    "things.name": (WORDS, ("things",)),
+    "things.kind": (WORDS, ("things",)),
+    "things.size": (NUMBERS, ("things", 3)),
+    "things.place": (NUMBERS, ("frames", "things", 7)),
     "vault.joints": (WORDS, ("joints",)),
     "vault.activation": (NUMBERS, ("frames", "joints")),
     "vault.changed": (WORDS, ("changes",)),
@@ -75,6 +79,7 @@ FINITE = (
     "norms.mean",
     "norms.sd",
     "vault.activation",
+    "things.size",
 )
 """Signals of numbers none of which is missing."""
 
@@ -85,6 +90,7 @@ TOGETHER = (
     ("measured.moment", "measured.moment_names"),
     ("vault.joints", "vault.activation"),
     ("vault.changed", "vault.change"),
+    ("things.name", "things.kind", "things.size", "things.place"),
     (
         "forces.measured",
         "forces.band",

@@ -25,6 +25,8 @@ from plantigrade.report.live_parts import (
 )
 from plantigrade.report.scene import build_scene, heading_of, standing_height
 
+BEFORE = 0.12
+"""The tip of a push is drawn so far before where it acts, outside of the body [m]."""
 PAUSE = 0.6  # the last frame stays this long before the first comes again [s]
 
 
@@ -126,6 +128,11 @@ class LiveViewer:
             for handle, body in (*self._bodies, *self._plate):
                 handle.position = scene.positions[frame, body]
                 handle.wxyz = scene.quats[frame, body]
+            for handle, body in self._things:
+                handle.visible = bool(np.isfinite(scene.positions[frame, body, 0]))
+                if handle.visible:
+                    handle.position = scene.positions[frame, body]
+                    handle.wxyz = scene.quats[frame, body]
             if scene.reference_positions is not None and scene.reference_quats is not None:
                 shift = self._sideways()
                 for handle, body in self._reference:
@@ -139,6 +146,12 @@ class LiveViewer:
             self._plumb.points = np.array([[scene.com[frame], below]], np.float32)
             for side, arrow in enumerate(self._arrows):
                 self._place(arrow, frame, side)
+            if scene.force is not None and scene.point is not None:
+                for k, arrow in zip(scene.pushes, self._pushing, strict=True):
+                    vector = ARROW * scene.force[frame, k] / scene.weight
+                    away = vector + BEFORE * vector / max(float(np.linalg.norm(vector)), 1e-9)
+                    arrow.place(scene.point[frame, k] - away, vector)
+                    arrow.disc.visible = False
 
     def _draw_static(self) -> None:
         server, scene = self.server, self.scene
@@ -151,9 +164,11 @@ class LiveViewer:
         self._world = server.scene.add_frame("/world", show_axes=False)
         if not scene.plate:
             add_ground(server, scene.ground, scene.shapes)
-        bodies = [s for s in scene.shapes if s.body > 0 and not s.is_plate]
+        bodies = [s for s in scene.shapes if s.body > 0 and not (s.is_plate or s.is_thing)]
         self._bodies = add_bodies(server, "/world/body", bodies)
         self._plate = add_bodies(server, "/world/plate", [s for s in scene.shapes if s.is_plate])
+        things = [s for s in scene.shapes if s.is_thing]
+        self._things = add_bodies(server, "/world/things", things)
         seats = [s for s in scene.shapes if s.body == 0 and not s.is_ground]
         add_bodies(server, "/world/seats", seats)
         self._reference = []
@@ -183,6 +198,13 @@ class LiveViewer:
             places = ("/world/ground_reaction", "/world/centre_of_pressure")
             self._forces = [server.scene.add_frame(name, show_axes=False) for name in places]
             self._arrows = [add_arrow(server, *places, colour) for colour in theme.BY_SIDE]
+        self._pushing = []
+        if scene.force is not None and scene.pushes:
+            root = "/world/pushes"
+            self._forces.append(server.scene.add_frame(root, show_axes=False))
+            for k in scene.pushes:
+                place = f"{root}/{k}"
+                self._pushing.append(add_arrow(server, place, place, theme.PUSHED))
 
     def _place(self, arrow: Arrow, frame: int, side: int) -> None:
         """Put the ground reaction of a side where it acts, or hide it."""
@@ -224,7 +246,8 @@ class LiveViewer:
             "Recorded markers": self._named("recorded"),
             "Markers on the body": self._named("fitted"),
             "Ground reaction": self._forces[:1],
-            "Centre of pressure": self._forces[1:],
+            "Centre of pressure": self._forces[1:2],
+            "Pushes": self._forces[2:],
             "Centre of mass": [self._com, self._plumb],
         }
         with gui.add_folder("Show"):

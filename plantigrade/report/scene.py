@@ -15,13 +15,15 @@ from plantigrade.charts import theme
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
+from plantigrade.contact.site import PUSH
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.kinematics.unmeasured import bodies_of
 from plantigrade.motion.resample import resampled
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
-from plantigrade.report.shapes import PLATE, Shape, rgb, shapes_of
+from plantigrade.record.things import Placed, things_of
+from plantigrade.report.shapes import PLATE, THING, Shape, rgb, shapes_of
 from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
 
 VIEW_RATE = 50.0  # frames per second drawn [Hz]; between them the page interpolates
@@ -56,6 +58,7 @@ class Scene:
         force: Ground reaction at each site, on the body [N].
         point: Where it acts [m].
         site_sides: ``"l"``, ``"r"`` or ``""`` of each site.
+        pushes: Which sites are where something pushed.
         total_force: Ground reaction of each side, right then left, then unknown [N].
         cop: Centre of pressure of each of them [m]; NaN where unloaded.
         estimated: Where each of them was estimated, not measured; None where nothing was.
@@ -81,6 +84,7 @@ class Scene:
     force: Float[Array, "n k 3"] | None = None
     point: Float[Array, "n k 3"] | None = None
     site_sides: tuple[str, ...] = ()
+    pushes: tuple[int, ...] = ()
     total_force: Float[Array, "n 3 3"] | None = None
     cop: Float[Array, "n 3 3"] | None = None
     estimated: Bool[Array, "n 3"] | None = None
@@ -119,9 +123,15 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
         positions, quats = _with(plate, (positions, quats))
         if reference[0] is not None:
             reference = _with(plate, reference)
+    for each in things_of(record):
+        shapes = (*shapes, thing_shape(each, body=positions.shape[1]))
+        pose = each.pose[frames, :3], each.pose[frames, 3:]
+        positions, quats = _with(pose, (positions, quats))
+        if reference[0] is not None:
+            reference = _with(pose, reference)
     source = forces if forces is not None else record
     here = frames if source is record else nearest(source.motion.time, motion.time[frames])
-    total, cop = side_forces(source)
+    total, cop = side_forces(source, pushes=False)
     estimated = estimated_sides(source)
     markers = record.recorded_markers
     floor = height_below(record.ground, com)
@@ -147,6 +157,7 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
         force=_take(source.contact_force, here),
         point=_take(source.contact_point, here),
         site_sides=tuple(site.side for site in source.sites),
+        pushes=tuple(k for k, site in enumerate(source.sites) if site.part == PUSH),
         total_force=_take(total, here),
         cop=_take(cop, here),
         estimated=None if estimated is None else estimated[here],
@@ -166,14 +177,27 @@ def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:
     return Shape("box", size, middle, straight, rgb(theme.FLOOR), body, "ground", name=PLATE)
 
 
+def thing_shape(placed: Placed, *, body: int) -> Shape:
+    """Return what a thing looks like, as a body of its own.
+
+    Args:
+        placed: The thing.
+        body: Index of it among the bodies.
+    """
+    thing, size = placed.thing, np.array(placed.thing.size)
+    middle, straight = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+    wood, name = rgb(theme.THING), f"{THING}_{thing.name}"
+    return Shape(thing.kind, size, middle, straight, wood, body, "", name=name)
+
+
 def _quaternions(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
     """Return rotations as quaternions ``wxyz``."""
     return xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat())
 
 
-def _with(plate: tuple[Array, Array], bodies: tuple) -> tuple[Array, Array]:
-    """Return places and rotations of the bodies, those of the plate last."""
-    first, second = (np.concatenate([b, p[:, None]], 1) for b, p in zip(bodies, plate, strict=True))
+def _with(pose: tuple[Array, Array], bodies: tuple) -> tuple[Array, Array]:
+    """Return places and rotations of the bodies, those of another one last."""
+    first, second = (np.concatenate([b, p[:, None]], 1) for b, p in zip(bodies, pose, strict=True))
     return first, second
 
 
@@ -231,7 +255,7 @@ def height_below(ground: Ground, points: Float[Array, "n 3"]) -> Float[Array, " 
 
 
 def side_forces(
-    record: Record,
+    record: Record, *, pushes: bool = True
 ) -> tuple[Float[Array, "n 3 3"] | None, Float[Array, "n 3 3"] | None]:
     r"""Return ground reaction and centre of pressure of each side.
 
@@ -239,6 +263,10 @@ def side_forces(
     :math:`p = \sum_i f_{z,i}\, p_i / \sum_i f_{z,i}`. A side that carries less than a fiftieth of
     body weight counts as unloaded. A force under a foot of which it is not known that it is all of
     that foot's, and of no other's (both feet on one plate), counts as of unknown side.
+
+    Args:
+        record: Whose forces.
+        pushes: Whether what pushes, and is no ground, counts as of unknown side.
 
     Returns:
         Forces, right, left and side unknown [N], and centres of pressure [m] (NaN where unloaded);
@@ -251,7 +279,7 @@ def side_forces(
     cop = np.full((len(force), 3, 3), np.nan)
     known = np.ones(force.shape[:2], bool) if record.contact_known is None else record.contact_known
     for row, side in enumerate((*SIDES, "")):
-        own = np.array([site.side == side for site in record.sites], dtype=bool)
+        own = np.array([s.side == side and (pushes or s.part != PUSH) for s in record.sites], bool)
         part = np.where((own & known if side else own | ~known)[..., None], force, 0.0)
         total[:, row] = part.sum(axis=1)
         if record.contact_point is None:
@@ -283,7 +311,7 @@ def standing_height(scene: Scene) -> float:
     """Return how far above the ground the body reaches in its tallest frame [m]."""
     top = 0.0
     for shape in scene.shapes:
-        if shape.body and not shape.is_plate:
+        if shape.body and not (shape.is_plate or shape.is_thing):
             reach = float(np.max(shape.size)) if shape.kind != "mesh" else 0.0
             top = max(top, float((scene.positions[:, shape.body, 2] - scene.floor).max()) + reach)
     return float(np.clip(top + 0.1, 0.4, 3.0))

@@ -20,6 +20,8 @@ GROUND = ("floor", "bump", "relief")
 """How the names of the ground's geoms begin in :mod:`plantigrade.contact.scene`."""
 PLATE = "floor_plate"
 """Name of the geom of ground that moves, as in :mod:`plantigrade.world.platform`."""
+THING = "thing"
+"""How the names of things about the person begin."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,11 @@ class Shape:
     def is_plate(self) -> bool:
         """Whether it is ground that moves."""
         return self.name == PLATE
+
+    @property
+    def is_thing(self) -> bool:
+        """Whether it is a thing about the person: a bar, a box, a pack."""
+        return self.name.startswith(THING)
 
     @property
     def shade(self) -> float:

@@ -39,6 +39,7 @@ COLOURS = {
     "grid": theme.GRID,
     "floor_dark": theme.FLOOR_DARK,
     "grid_dark": theme.GRID_DARK,
+    "pushed": theme.PUSHED,
 }
 
 
@@ -81,6 +82,7 @@ def viewer_html(
         "cop": has_cop,
         "estimated": has_cop and scene.estimated is not None,
         "plate": scene.plate,
+        "pushes": bool(scene.pushes),
     }
     template = Environment(autoescape=True).from_string(template_text("viewer.html"))
     payload = page_data(record, scene) | {"curves": curves}
@@ -100,7 +102,7 @@ def viewer_html(
 
 def force_panels(record: Record) -> tuple[Panel, ...]:
     """Return ground reaction over time in body weights, vertical and forward."""
-    total, _ = side_forces(record)
+    total, _ = side_forces(record, pushes=False)
     if total is None or not np.any(total):
         return ()
     loaded = [(row, side) for row, side in enumerate((*SIDES, "")) if np.any(total[:, row])]
@@ -152,8 +154,8 @@ def page_data(record: Record, scene: Scene) -> dict[str, Any]:
         }
         if shape.is_ground:
             item["ground"] = shape.shade
-        if shape.is_plate:
-            item["plate"] = True
+        if shape.is_plate or shape.is_thing:
+            item["thing"] = True
         if shape.vertices is not None and shape.faces is not None:
             item |= {"vertices": _rounded(shape.vertices), "faces": shape.faces.tolist()}
         shapes.append(item)
@@ -180,6 +182,7 @@ def page_data(record: Record, scene: Scene) -> dict[str, Any]:
         "force": _encoded(scene.force),
         "point": _encoded(scene.point),
         "contact_colours": [theme.SIDE_COLOURS.get(s, theme.MIDDLE) for s in scene.site_sides],
+        "pushes": list(scene.pushes),
         "many_contacts": max(counts, default=0) > 1,
         "total": _encoded(scene.total_force),
         "cop": _encoded(scene.cop),

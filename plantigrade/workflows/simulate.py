@@ -85,10 +85,17 @@ def simulate(
         moved_by = controller_of(begin, ground, how, word)
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
+    lasts = _duration(begin, how, moved_by)
+    for each in (*acting, *disturbances):
+        if (first := min(each.edges(), default=0.0)) >= lasts:
+            raise ParameterError(
+                f"a {type(each).__name__.lower()} would begin at {first:g} s, but the simulation "
+                f"lasts {lasts:g} s: give it a longer duration, or let that begin earlier"
+            )
     with step("simulating"):
         began = clock.perf_counter()
         world = world_of(begin, otherwise, how, (*acting, *disturbances), moved_by)
-        record = world.simulate(otherwise.seen(moved_by), _duration(begin, how, moved_by))
+        record = world.simulate(otherwise.seen(moved_by), lasts)
         seconds = clock.perf_counter() - began
     said = getattr(moved_by, "said", tuple)()
     record = replace(record, notes=(*record.notes, *said, *_passed(record)))

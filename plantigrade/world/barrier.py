@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array
+from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
+from plantigrade.contact.thing import Thing
 from plantigrade.models import Human
 from plantigrade.world.disturbance import Disturbance, written_numbers
 from plantigrade.world.scene import LIMBS
@@ -91,6 +92,16 @@ class Barrier(Disturbance):
         """Say how near the person is."""
         if abs(float(world.data.subtree_com[1, 0]) - self.ahead) < NEAR:
             world.say("barrier.clearance", clearance(world, *world.memory[self]))
+
+    @property
+    def thing(self) -> Thing:
+        """The bar."""
+        return Thing(NAME, "capsule", (RADIUS, HALF, 0.0))
+
+    def place(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
+        """Return where it is, lying across the way."""
+        half = np.sqrt(0.5)
+        return np.array([self.ahead, 0.0, self.height + RADIUS, half, half, 0.0, 0.0])
 
 
 def clearance(world: "plantigrade.world.world.World", bar: int, skin: Array) -> float:

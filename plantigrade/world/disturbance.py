@@ -9,6 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.thing import Thing
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 
@@ -75,6 +76,15 @@ class Disturbance:
 
     def act(self, world: "plantigrade.world.world.World") -> None:
         """Act until it is asked again, after :attr:`interval`: call :meth:`World.push`."""
+
+    @property
+    def thing(self) -> Thing | None:
+        """What of it can be seen; None if nothing."""
+        return None
+
+    def place(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
+        """Return where that is: its middle, world [m], and rotation ``wxyz``; NaN while nowhere."""
+        return np.full(7, np.nan)
 
 
 @dataclass(frozen=True, kw_only=True)

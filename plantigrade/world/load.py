@@ -5,8 +5,9 @@ from weakref import WeakKeyDictionary
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array
+from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
+from plantigrade.contact.thing import Thing
 from plantigrade.world.disturbance import Disturbance, trunk
 from plantigrade.world.world import World
 
@@ -14,6 +15,10 @@ BACK = np.array([-0.2, 0.0, 0.05])
 """Where it is, from the centre of mass of the trunk: a pack, its middle 20 cm behind [m]."""
 MOST = 60.0
 """Greatest load [kg]."""
+PACKED = 350.0
+"""Density of a full pack, 20 kg in 60 l or so [kg/m³]."""
+SLIM = np.array([0.6, 0.9, 1.85])
+"""Depth, width and height of the pack, as parts of the edge of a cube of its volume."""
 
 
 class Load(Disturbance):
@@ -67,3 +72,18 @@ class Load(Disturbance):
         model.body_ipos[body] = place + mass / (own + mass) * BACK
         model.body_iquat[body], model.body_inertia[body] = quat, sizes
         mujoco.mj_setConst(model, mujoco.MjData(model))
+
+    @property
+    def thing(self) -> Thing | None:
+        """The pack it starts with."""
+        if self.mass == 0.0:
+            return None
+        x, y, z = 0.5 * SLIM * np.cbrt(self.mass / PACKED)
+        return Thing("pack", "box", (float(x), float(y), float(z)))
+
+    def place(self, world: World) -> Float[Array, " 7"]:
+        """Return where it is, in the axes of the trunk."""
+        body, data = trunk(world.human), world.data
+        own = self._own[world][1] if world in self._own else world.model.body_ipos[body]
+        middle = data.xpos[body] + data.xmat[body].reshape(3, 3) @ (own + BACK)
+        return np.concatenate([middle, data.xquat[body]])

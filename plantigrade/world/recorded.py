@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import MOVED, PLACE
+from plantigrade.record.things import PLACES, described
 from plantigrade.world.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Rec
     """Return what a recorder kept of a world.
 
     Signals: ``world.motor`` the torques of the motors alone [N m], ``world.push`` the sum of pushes
-    [N], and what the controller said, as ``controller.NAME``.
+    [N], what the controller said, as ``controller.NAME``, and where things were, ``things.*``.
 
     Raises:
         ParameterError: If nothing was kept.
@@ -35,6 +36,8 @@ def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Rec
     if pushes.any():
         signals["world.push"] = pushes
     signals |= recorder.kept_signals()
+    if PLACES in signals:
+        signals |= described([d.thing for d in world.disturbances if d.thing is not None])
     notes = [] if world.fall is None else [f"The person {world.fall}."]
     if world.diverged is not None:
         notes.append(

@@ -9,6 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.constants import GRAVITY
+from plantigrade.contact.thing import Thing
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world.disturbance import (
@@ -174,6 +175,19 @@ class Box(Disturbance):
             data.qpos[q : q + 7] = [*place, 1.0, 0.0, 0.0, 0.0]
             data.qvel[v : v + 3] = speed
             world.memory[self][2] = True
+
+    @property
+    def thing(self) -> Thing:
+        """The box."""
+        x, y, z = (0.5 * edge for edge in self.size)
+        return Thing("box", "box", (x, y, z))
+
+    def place(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
+        """Return where it is once it flies."""
+        _, v, thrown = world.memory[self]
+        body = int(world.model.dof_bodyid[v])
+        pose = np.concatenate([world.data.xpos[body], world.data.xquat[body]])
+        return pose if thrown else np.full(7, np.nan)
 
     def flight(
         self, world: "plantigrade.world.world.World"

@@ -25,6 +25,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Record
+from plantigrade.record.things import PLACES
 from plantigrade.threads import on_one_thread
 from plantigrade.world.actuators import Actuators
 from plantigrade.world.command import Commanded
@@ -305,7 +306,10 @@ class World:
         tau = actuators.joint_forces(data, inside)
         most = len(self.human.body_names)
         pushed = [(b, f, data.xipos[b] + arm) for b, f, arm in self._pushed if b <= most]
-        recorder.after(data, taken, tau, motor, pushed, dict(self._signals))
+        signals = dict(self._signals)
+        if seen := [d.place(self) for d in self.disturbances if d.thing is not None]:
+            signals[PLACES] = np.array(seen)
+        recorder.after(data, taken, tau, motor, pushed, signals)
 
     def push(
         self, body: int, force: Float[Array, " 3"], arm: Float[Array, " 3"] | None = None

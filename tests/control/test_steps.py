@@ -134,12 +134,13 @@ def test_joints_near_a_stop_are_slowed_and_not_led_away_from_it():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("towards, force", [(0.0, 130.0), (90.0, 120.0), (180.0, 165.0)])
+@pytest.mark.parametrize("towards, force", [(0.0, 100.0), (90.0, 115.0), (180.0, 165.0)])
 def test_who_is_pushed_too_hard_steps(towards, force):
     """Afterwards the person is at rest, and the feet hardly push against each other.
 
-    From the front, three times what is withstood without a step. Some steps later the last bit
-    of a processor's arithmetic can decide, so of three pushes that differ by 1 % one may fail.
+    From behind twice, from the front three times what is withstood in place. Some steps later the
+    last bit of a processor's arithmetic can decide, so of three pushes that differ by 1 % one may
+    fail.
     """
     withstood = 0
     for part in (0.99, 1.0, 1.01):
@@ -151,11 +152,13 @@ def test_who_is_pushed_too_hard_steps(towards, force):
             if world.time > 4.5:
                 opposing.append(abs(balance.recovery.opposing(state)))
         calm = max(opposing) < 0.15 * state.body.mass * 9.81
-        withstood += world.fall is None and stands(world) and calm
         said = balance.said()[0]
-        assert "recovery step" in said and balance.recovery.steps == len(balance.recovery.taken)
+        assert "recovery step" in said
         if towards == 90.0:
             assert "to the left" in said
+        if world.fall is None and stands(world) and calm:
+            withstood += 1
+            assert balance.recovery.steps == len(balance.recovery.taken)
     assert withstood >= 2
 
 

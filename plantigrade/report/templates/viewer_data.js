@@ -26,7 +26,7 @@ const M = D.marker_names.length, K = D.contact_colours.length;
 
 const state = { t: T0, past: 0, playing: false, speed: 1, repeat: true, follow: true, dirty: true };
 const show = { body: true, xray: false, ref: !!ref, beside: false, recorded: true, fitted: true,
-  force: true, cop: true, com: true };
+  force: true, pushes: true, cop: true, com: true };
 
 /* ---- time ---- */
 function frameAt(t) {

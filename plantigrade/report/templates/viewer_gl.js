@@ -118,11 +118,11 @@ function shapeBuffer(shapes, simple) {
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(faces), gl.STATIC_DRAW);
   return { vao, count: faces.length };
 }
-function setBody() { buffers.body = shapeBuffer(D.shapes.filter((s) => s.body && !s.plate), quality.simple); }
+function setBody() { buffers.body = shapeBuffer(D.shapes.filter((s) => s.body && !s.thing), quality.simple); }
 function setUp() {
   Object.keys(SHADERS).forEach(build);
   setBody();
-  buffers.fixed = shapeBuffer(D.shapes.filter((s) => s.plate || !s.body && !s.ground));
+  buffers.fixed = shapeBuffer(D.shapes.filter((s) => s.thing || !s.body && !s.ground));
   buffers.ground = shapeBuffer(D.shapes.filter((s) => s.ground).map((s) => ({ ...s, colour: [s.ground, 0, 0] })));
   const unit = {
     sphere: revolve(arcs(1, 0, 5), 14),
@@ -206,12 +206,16 @@ function markView(name) {
 const colour = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
 const COLOURS = Object.fromEntries(Object.entries(D.colours).map(([k, v]) => [k, colour(v)]));
 const CONTACT = D.contact_colours.map(colour), SIDE = D.side_colours.map(colour);
+const AWAY = [0, 0, -1e4], STRAIGHT = [1, 0, 0, 0];
 function upload(texture, source, at) {
   const [a, b, s] = at, data = new Float32Array(NB * 8);
   for (let i = 0; i < NB; i++) {
-    data.set(mix3(source.p, NB, i, at), i * 8);
-    const qa = source.q.subarray((a * NB + i) * 4, (a * NB + i) * 4 + 4);
-    const qb = source.q.subarray((b * NB + i) * 4, (b * NB + i) * 4 + 4);
+    const p = mix3(source.p, NB, i, at), out = Number.isNaN(p[0]);   // a thing that is not there yet
+    data.set(out ? AWAY : p, i * 8);
+    let qa = source.q.subarray((a * NB + i) * 4, (a * NB + i) * 4 + 4);
+    let qb = source.q.subarray((b * NB + i) * 4, (b * NB + i) * 4 + 4);
+    if (Number.isNaN(qa[0])) qa = out ? STRAIGHT : qb;
+    if (Number.isNaN(qb[0])) qb = qa;
     const sign = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3] < 0 ? -1 : 1;
     const q = [0, 1, 2, 3].map((k) => qa[k] * (1 - s) + sign * qb[k] * s), l = Math.hypot(...q) || 1;
     data.set([q[1] / l, q[2] / l, q[3] / l, q[0] / l], i * 8 + 4);
@@ -243,7 +247,11 @@ function collect(at, ground) {
     const radius = estimated && estimated[at[0] * 3 + s] > 0.5 ? 0.006 : 0.013;
     if (c && !Number.isNaN(c[0])) arrow(c, mix3(total, 3, s, at).map((x) => x * SCALE), radius, SIDE[s]);
   }
-  if (force && point && show.force && D.many_contacts) for (let k = 0; k < K; k++)
+  if (force && point && show.pushes) for (const k of D.pushes) {   // the tip is where it pushes, before the body
+    const v = mix3(force, K, k, at).map((x) => x * SCALE), l = Math.hypot(...v) || 1;
+    arrow(mix3(point, K, k, at).map((x, i) => x - v[i] * (1 + 0.12 / l)), v, 0.016, COLOURS.pushed);
+  }
+  if (force && point && show.force && D.many_contacts) for (let k = 0; k < K; k++) if (!D.pushes.includes(k))
     arrow(mix3(point, K, k, at), mix3(force, K, k, at).map((x) => x * SCALE), 0.006, CONTACT[k]);
   if (cop && show.cop) {
     for (let s = 0; s < 3; s++) {

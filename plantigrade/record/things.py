@@ -1,0 +1,54 @@
+"""Things about a person, as a record has them: the signals ``things.*``."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.thing import Thing
+from plantigrade.record.record import Record
+
+PLACES = "things.place"
+"""Middle [m] and rotation, ``wxyz``, of every thing in every frame; NaN while it is not there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A thing, and where it was.
+
+    Attributes:
+        thing: What it is.
+        pose: Its middle, world [m], and rotation ``wxyz`` in every frame; NaN while it is not
+            there.
+    """
+
+    thing: Thing
+    pose: Float[Array, "n 7"]
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it never moved."""
+        return bool(len(self.pose)) and bool(np.all(self.pose == self.pose[0]))
+
+
+def things_of(record: Record) -> tuple[Placed, ...]:
+    """Return the things of a record."""
+    if PLACES not in record.signals:
+        return ()
+    told = record.group("things")
+    places = np.asarray(told["place"], dtype=float)
+    shapes = zip(told["name"], told["kind"], np.asarray(told["size"], dtype=float), strict=True)
+    return tuple(
+        Placed(Thing(str(name), str(kind), tuple(map(float, size))), places[:, i])
+        for i, (name, kind, size) in enumerate(shapes)
+    )
+
+
+def described(things: Sequence[Thing]) -> dict[str, Array]:
+    """Return the signals that say what things are; :data:`PLACES` says where."""
+    return {
+        "things.name": np.array([thing.name for thing in things], dtype=str),
+        "things.kind": np.array([thing.kind for thing in things], dtype=str),
+        "things.size": np.array([thing.size for thing in things], dtype=float),
+    }
