@@ -40,8 +40,8 @@ def things_of(record: Record) -> tuple[Placed, ...]:
     places = np.asarray(told["place"], dtype=float)
     shapes = zip(told["name"], told["kind"], np.asarray(told["size"], dtype=float), strict=True)
     return tuple(
-        Placed(Thing(str(name), str(kind), tuple(map(float, size))), places[:, i])
-        for i, (name, kind, size) in enumerate(shapes)
+        Placed(Thing(str(name), str(kind), (float(x), float(y), float(z))), places[:, i])
+        for i, (name, kind, (x, y, z)) in enumerate(shapes)
     )
 
 
