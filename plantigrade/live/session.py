@@ -133,6 +133,11 @@ class Session:
         return self._cast.world
 
     @property
+    def controller(self) -> Controller:
+        """What moves the person now."""
+        return self._controller
+
+    @property
     def targets(self) -> tuple[Target, ...]:
         """What may be set of the controller."""
         return targets_of(self._controller)

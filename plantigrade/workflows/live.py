@@ -133,7 +133,8 @@ class Live:
         seconds = clock.perf_counter() - self.began
         word = session.choice.controller
         begin, otherwise = stage.begin, stage.otherwise
-        return run_of(begin, otherwise, stage.how, session.world, record, word, seconds)
+        moved_by = session.controller
+        return run_of(begin, otherwise, stage.how, session.world, record, word, seconds, moved_by)
 
 
 def prepare(

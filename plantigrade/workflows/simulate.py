@@ -1,7 +1,7 @@
 """A person in the physical world: who, on what, moved by what; simulate; a Run."""
 
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil
 from pathlib import Path
@@ -97,10 +97,7 @@ def simulate(
         world = world_of(begin, otherwise, how, (*acting, *disturbances), moved_by)
         record = world.simulate(otherwise.seen(moved_by), lasts)
         seconds = clock.perf_counter() - began
-    said = getattr(moved_by, "said", tuple)()
-    record = replace(record, notes=(*record.notes, *said, *_passed(record)))
-    more = getattr(moved_by, "figures", dict)()
-    return run_of(begin, otherwise, how, world, record, word, seconds, more)
+    return run_of(begin, otherwise, how, world, record, word, seconds, moved_by)
 
 
 def _duration(begin: Start, how: SimulateSettings, controller: Controller) -> float:
@@ -136,9 +133,11 @@ def run_of(
     record: Record,
     word: str,
     seconds: float,
-    more: Mapping[str, Any] | None = None,
+    controller: Controller,
 ) -> Run:
-    """Return the run of a simulation; ``more`` are figures of the controller."""
+    """Return the run of a simulation, with what its controller says of it."""
+    said = getattr(controller, "said", tuple)()
+    record = replace(record, notes=(*record.notes, *said, *_passed(record)))
     record, status = otherwise.told(record), "ok"
     if world.fall is not None:
         status = f"the person {world.fall}"
@@ -155,7 +154,7 @@ def run_of(
         **({} if world.fall is None else {"fell_at_s": world.fall.time}),
         **({} if world.diverged is None else {"diverged_at_s": world.diverged}),
         **figures_of(record),
-        **(more or {}),
+        **getattr(controller, "figures", dict)(),
         **personal_figures(how),
     }
     notes = tuple(dict.fromkeys((*begin.notes, *record.notes)))

@@ -7,7 +7,7 @@ import pytest
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.report.live_world import LiveWorld
 from plantigrade.workflows import live as module
-from plantigrade.workflows.live import live
+from plantigrade.workflows.live import live, prepare
 from plantigrade.world import StablePD
 
 SMALL = {"joints": "42", "feet": "rigid", "rate": 300.0, "control_rate": 50.0}
@@ -35,6 +35,26 @@ def test_a_session_runs_until_it_is_stopped_and_is_a_run():
     assert run.record.motion.duration >= 0.2
     assert any("live session" in note for note in run.record.notes)
     assert not any("ground moved" in note for note in run.record.notes)  # it lay still
+
+
+class Telling:
+    """Holds the posture, and has something to say of it."""
+
+    def __call__(self, state):
+        return StablePD(state.human.standing()[7:])
+
+    def said(self):
+        return ("Held the posture.",)
+
+    def figures(self):
+        return {"held_s": 0.2}
+
+
+def test_a_saved_session_has_what_its_controller_says():
+    at = prepare(controller=Telling(), **SMALL)
+    at.session.advance(0.2)
+    run = at.run()
+    assert "Held the posture." in run.record.notes and run.figures["held_s"] == 0.2
 
 
 def test_the_button_saves_the_run_so_far(monkeypatch):
