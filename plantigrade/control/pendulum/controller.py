@@ -327,7 +327,7 @@ class Pendulum:
             tilt = tilted(normal)
             turn = (tilt @ ref["turn"][i].reshape(3, 3)).ravel()
             error = turn_error(turn, turned[i])
-            goal = tilt @ (rate * ref["turn_velocity"][i])
+            goal = tilt @ (rate * ref["turn_velocity"][i]) + self.plan.turning * normal
             push = tilt @ (rate**2 * ref["turn_acceleration"][i])
             across = normal if own.stands else None
             rows.append(turn_rows(J[:3], bias[:3], speed[:3], error, goal, push, across))
@@ -348,7 +348,7 @@ class Pendulum:
             body,
             touching,
             rows,
-            wanted=joint_accelerations(body, ref, rate, quick),
+            wanted=joint_accelerations(body, ref, rate, quick, self.plan.turning),
             weight=self.weights.weight,
             passive=passive,
             points=points,
@@ -392,7 +392,9 @@ class Pendulum:
             off = place[:2] - foot[k, :2]
             own.swing.pass_beside(off, planned, AXES, own.left, self.leg, self.clearance.legs)
         place[:2] += own.swing.offset
-        pace[:2] += own.swing.velocity
+        # The axes turn about the walker, and the goal with them.
+        ahead, left = place[0] - self.place[0], place[1] - self.plan.path[1]
+        pace[:2] += own.swing.velocity + self.plan.turning * np.array([-left, ahead])
         push[:2] += own.swing.acceleration
         goal = None if self.landing is None else self.landing.place
         plane = None if self._rough else self.normal

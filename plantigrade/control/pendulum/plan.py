@@ -53,6 +53,8 @@ class Plan:
         lead: What counters a lasting offset, world [m].
         bent: How much lower than recorded the body goes for legs to reach their feet [m].
         turning: How fast the walk turns to the left [rad/s].
+        heading: Returns by how much it will have turned after a time [s], to the left [rad], and
+            how much farther inward its mass will then be, and how much faster [m, m/s].
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class Plan:
         self.error, self.shift = np.zeros(2), np.zeros(3)
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.bent = self.turning = 0.0
+        self.heading: Callable[[float], tuple[float, float, float]] = lambda left: (0.0, 0.0, 0.0)
 
     def next(
         self,
@@ -125,9 +128,10 @@ class Plan:
         before = np.arange(head, head + len(weights)) < foot.number
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
         height = float(then["com"][2] - then["foot"][k, 2])
+        angle, inward, drift = self.heading(left)
         strike = Strike(
-            com=then["com"][:2] + path,
-            velocity=then["com_velocity"][:2],
+            com=then["com"][:2] + path + [0.0, inward],
+            velocity=then["com_velocity"][:2] + [0.0, drift],
             height=height,
             stands=then["foot"][k, :2] + path,
             lands=then["foot"][i, :2] + path,
@@ -138,7 +142,7 @@ class Plan:
             slope=(atan(rise[0]), atan(rise[1])),
         )
         # By then the walk looks another way.
-        com, turn = body.com[:2], turned(self.turning * left)
+        com, turn = body.com[:2], turned(angle)
         here = com + (places[:, :2] - com) @ turn.T
         stands = com + turn @ (then["foot"][k, :2] + gait.offset(other.number)[:2] - com)
         apart = foot.left * float(strike.lands[1] - strike.stands[1])
@@ -160,6 +164,7 @@ class Plan:
         grown = exp(omega * left)
         xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
         pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
+        pivot[1] -= reference.inward + reference.drift / omega  # no part of what pushes
         pivot, speed = com + turn @ (pivot - com), turn @ body.com_velocity[:2]
         found = landing(self.law, com, speed, pivot, stands, left, strike, box)
         home = strike.lands + BACK * (self.shift[:2] - path)

@@ -14,6 +14,7 @@ from plantigrade.control.pendulum.manner import DEEPEST, Manner, barriers_of, st
 from plantigrade.control.pendulum.route import Points, Timed, Way, toward
 from plantigrade.control.pendulum.settling import Settling
 from plantigrade.control.pendulum.styles import RECORDED, Style, Styles
+from plantigrade.control.pendulum.turn import Turn
 from plantigrade.control.pendulum.words import led_told, switched_told
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
@@ -21,14 +22,10 @@ from plantigrade.world import Command, Drawing, State, Target, World, standing_o
 
 MOST = 1.3
 """Longest steps, by the recorded ones."""
-SPEEDING, TURNING = 0.5, 0.4
-"""A walk is made faster or slower by so much [m/s²], and turned so fast [rad/s]."""
-TWISTING = 1.0
-"""So much sooner it is turned [rad/s²]."""
+SPEEDING = 0.5
+"""A walk is made faster or slower by so much [m/s²]."""
 BOWING = 0.25
 """The head is lowered and raised so fast [m/s]."""
-STEERING = 2.0
-"""A bearing that is missed is turned to at this rate [1/s]."""
 REGAIN, CORRECTED = 0.08, 0.25
 """A speed that is missed is made up for at this rate [1/s], by so much of the steps at most."""
 STEADY = 2.5
@@ -214,6 +211,8 @@ class Walker:
         self.styles.begin()
         self.pendulum.reference.start(1.0, 0.0, 0.0)
         self.pendulum.begin(state)
+        self._turn = Turn()
+        self.pendulum.plan.heading = self._turn.after
         self._ground = Underfoot(state.world, self.frame)
         self.walks, self._time = True, 0.0
         self._stride, self._mean, self._more = 1.0, self._own, 0.0
@@ -225,7 +224,7 @@ class Walker:
         self._barriers = barriers_of(state.world)
         self._deep = 0.01 * max((depth for _, depth in self._barriers), default=0.0)
         self._steady, self._since = 0.0, None
-        self._rate = self._aside = self._astray = 0.0
+        self._aside = self._astray = 0.0
         self._stood: list[tuple[float, float]] = []
 
     def _seen(self, state: State) -> State:
@@ -291,16 +290,12 @@ class Walker:
         self._aside += step / MEAN * (off - self._aside)
         self._astray = max(self._astray, abs(self._aside))
         off = toward(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
-        rate = min(max(STEERING * off, -TURNING), TURNING)
-        far = TWISTING * step
-        self._rate += min(max(rate - self._rate, -far), far)
-        if abs(off) + abs(self._rate) < 1e-6:
-            self._rate = 0.0
-        paced = self.pendulum.reference
-        paced.inward = self._rate * self._mean / paced.omega**2
-        self.pendulum.plan.turning = self._rate
-        if self._rate != 0.0:
-            self.frame.steer(*self._here, step * self._rate)
+        paced, turn = self.pendulum.reference, self._turn
+        turn.look(off, self._mean, paced.omega, step)
+        paced.inward, paced.drift = turn.inward, turn.drift
+        self.pendulum.plan.turning = turn.rate
+        if turn.rate != 0.0:
+            self.frame.steer(*self._here, step * turn.rate)
 
     def _pace(self, step: float) -> None:
         """Make steps longer or shorter, to the speed that is wanted."""
@@ -372,6 +367,8 @@ class Walker:
         self.frame.shift(float(feet[stands, 1] - now))
         pendulum.place = np.array([ahead, 0.0])
         pendulum.resume(self._seen(state).body, phase)
+        self._turn = Turn()
+        pendulum.plan.heading = self._turn.after
         self.walks, self._since = True, None
         self._stride = self._mean = self._more = 0.0
         self._last = float(ahead)

@@ -84,7 +84,11 @@ class Weights:
 
 
 def joint_accelerations(
-    body: State, ref: Instant, rate: float, pace: Float[Array, " n_hinges"]
+    body: State,
+    ref: Instant,
+    rate: float,
+    pace: Float[Array, " n_hinges"],
+    turning: float = 0.0,
 ) -> Float[Array, " nv"]:
     """Return accelerations of pelvis and joints: rates along the bell, and the recording's own.
 
@@ -93,8 +97,10 @@ def joint_accelerations(
         ref: The recording at the phase of the gait.
         rate: Of the phase.
         pace: Factor of the bell, by hinge.
+        turning: How fast the walk turns to the left [rad/s].
     """
     wanted = rate * ref["v"] - body.qvel
+    wanted[3:6] += turning * body.rotations[1, 2]  # the vertical, in the axes of the pelvis
     turn = root_error(ref["q"][3:7], body.qpos[3:7])
     wanted[3:6] = (wanted[3:6] + PELVIS_TURN[0] * turn) / PELVIS_TURN[1]
     error = ref["q"][7:] - body.qpos[7:]
