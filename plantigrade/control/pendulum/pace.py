@@ -42,8 +42,6 @@ class Paced:
         manner: What is otherwise of the posture; None if it is as recorded.
         upper: What spine, neck and arms do instead; None if as recorded.
         crossing: The walk before, as long as it turns into this one.
-        inward: How far the mass is nearer to the centre of a turn, to the left [m].
-        drift: How fast that grows [m/s].
     """
 
     def __init__(self, reference: Reference):
@@ -51,7 +49,7 @@ class Paced:
         self.schedule: Schedule = reference.schedule
         self.omega, self.period = reference.omega, reference.period
         self.duration, self.ends = reference.duration, reference.ends
-        self.stride, self.cadence, self.inward, self.drift = 1.0, 1.0, 0.0, 0.0
+        self.stride, self.cadence = 1.0, 1.0
         self.manner: Manner | None = None
         self.upper: Upper | None = None
         self.crossing: Crossing | None = None
@@ -75,8 +73,6 @@ class Paced:
             for name in names:
                 self._order[reference.columns[name][0]] = order
         self._com, self._pressure = reference.columns["com"][0], reference.columns["pressure"][0]
-        self._flow = reference.columns["com_velocity"][0]
-        self._push = reference.columns["com_acceleration"][0]
         ends = reference.table[[0, -1], reference.columns["q"][0].start]
         self._own = self._speed = float(ends[1] - ends[0]) / reference.duration
         self._phase = self._ahead = 0.0
@@ -127,7 +123,7 @@ class Paced:
             ahead: Where the mean place of the recording is then, along its line [m].
         """
         self._phase, self._ahead = phase, ahead
-        self.stride, self.cadence, self.inward, self.drift = stride, 1.0, 0.0, 0.0
+        self.stride, self.cadence = stride, 1.0
         self._settle()
 
     def at(self, phase: float) -> Instant:
@@ -135,8 +131,7 @@ class Paced:
         found = self.recorded.at(phase)
         if self.crossing is not None:
             found = self.crossing.at(found, phase, self.cadence)
-        straight = self._shift == self.inward == self.drift == 0.0
-        same = self.stride == self.cadence == 1.0 and straight
+        same = self.stride == self.cadence == 1.0 and self._shift == 0.0
         if same and self.manner is None and self.upper is None:
             return found
         row: Array = found.row * self._factor
@@ -153,10 +148,6 @@ class Paced:
             row[q.start + 7 : q.stop] += self.manner.angles
         if self.stride < 1.0:
             self._flatten(row)
-        if self.inward or self.drift:  # the pressure pushes the mass to that side
-            row[self._com.start + 1] += self.inward
-            row[self._flow.start + 1] += self.drift
-            row[self._push.start + 1] += self.omega**2 * self.inward
         return Instant(row, self.recorded.columns)
 
     def _flatten(self, row: Array) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan, cos, exp, sin, sqrt
+from math import atan, atan2, cos, exp, sin, sqrt
 
 import numpy as np
 
@@ -49,12 +49,14 @@ class Plan:
     Attributes:
         error: What the divergent component of motion is off the plan, world [m].
         shift: How far the feet that stand are beside the recording, by load, world [m].
+        askew: How far the pressure is from there, since the only foot that stands looks another way
+            than recorded, world [m].
         path: How far ahead of the recording, or behind, the walk stays for good, world [m].
         lead: What counters a lasting offset, world [m].
         bent: How much lower than recorded the body goes for legs to reach their feet [m].
         turning: How fast the walk turns to the left [rad/s].
         heading: Returns by how much it will have turned after a time [s], to the left [rad], and
-            how much farther inward its mass will then be, and how much faster [m, m/s].
+            how far inward the extrapolated centre of mass is to be then [m].
     """
 
     def __init__(
@@ -71,7 +73,8 @@ class Plan:
         self.error, self.shift = np.zeros(2), np.zeros(3)
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.bent = self.turning = 0.0
-        self.heading: Callable[[float], tuple[float, float, float]] = lambda left: (0.0, 0.0, 0.0)
+        self.askew = np.zeros(2)
+        self.heading: Callable[[float], tuple[float, float]] = lambda left: (0.0, 0.0)
 
     def next(
         self,
@@ -100,6 +103,7 @@ class Plan:
         first, beta, offsets, self.shift = gait.carried()
         standing = gait.standing
         path = self._path()
+        self.askew = np.zeros(2)
         swinging = [f for f in gait.feet if not f.stands and f.number is not None]
         self.bent *= 1.0 - self.step / RISING
         if len(standing) != 1 or len(swinging) != 1:
@@ -107,7 +111,7 @@ class Plan:
                 k = SIDES.index(f.side)
                 if len(standing) == 1 or places[k, 0] > places[1 - k, 0]:
                     self._bend(level, body.com[:2], places[k, :2], ref["com"], ref["foot"][k])
-            deviation = xi - xi_ref - path
+            deviation = xi - xi_ref - path - [0.0, self.heading(0.0)[1]]
             if not standing:
                 for f in swinging:
                     left = (f.touchdown - gait.phase) / reference.cadence
@@ -128,10 +132,10 @@ class Plan:
         before = np.arange(head, head + len(weights)) < foot.number
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
         height = float(then["com"][2] - then["foot"][k, 2])
-        angle, inward, drift = self.heading(left)
+        angle, inward = self.heading(left)
         strike = Strike(
             com=then["com"][:2] + path + [0.0, inward],
-            velocity=then["com_velocity"][:2] + [0.0, drift],
+            velocity=then["com_velocity"][:2],
             height=height,
             stands=then["foot"][k, :2] + path,
             lands=then["foot"][i, :2] + path,
@@ -164,7 +168,14 @@ class Plan:
         grown = exp(omega * left)
         xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
         pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
-        pivot[1] -= reference.inward + reference.drift / omega  # no part of what pushes
+        # It is ahead of the ankle along the foot, which stays as it stands while the way turns.
+        toes = body.rotations[body.human.body(f"foot_{other.side}")][:2, 0]
+        own = ref["turn"][k].reshape(3, 3)[:2, 0]
+        askew = atan2(own[0] * toes[1] - own[1] * toes[0], own @ toes)
+        back = turned(askew)
+        pivot = places[k, :2] + (pivot - places[k, :2]) @ back
+        ahead = ref["pressure"][:2] - ref["foot"][k, :2]
+        self.askew = ahead @ back - ahead
         pivot, speed = com + turn @ (pivot - com), turn @ body.com_velocity[:2]
         found = landing(self.law, com, speed, pivot, stands, left, strike, box)
         home = strike.lands + BACK * (self.shift[:2] - path)

@@ -211,7 +211,7 @@ class Styles:
         upper = before.upper
         if not walks:
             paced = Paced(walk.reference)
-            paced.inward, paced.drift, paced.manner = before.inward, before.drift, before.manner
+            paced.manner = before.manner
             self._changed(paced, style, time, "", float("nan"))
         else:
             gait = pendulum.gait
@@ -228,10 +228,9 @@ class Styles:
             if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
                 return
             paced = Paced(walk.reference)
-            paced.inward, paced.drift, paced.manner = before.inward, before.drift, before.manner
+            paced.manner = before.manner
             ahead = float(before.at(gait.phase)["q"][0])
             paced.start(before.stride, phase, 0.0)
-            paced.inward, paced.drift = before.inward, before.drift
             paced.cross(crossing, phase)
             paced.set(before.stride, crossing.cadence(phase), phase)
             paced.shift(ahead - float(paced.at(phase)["q"][0]))

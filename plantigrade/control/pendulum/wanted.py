@@ -135,11 +135,12 @@ def mass_acceleration(
         level: Height of the ground around [m].
         rise: How far it rises along x and y, by distance.
     """
-    moved = plan.shift[:2] + (1.0 + FIRM / omega) * plan.error
+    shift = plan.shift[:2] + plan.askew
+    moved = shift + (1.0 + FIRM / omega) * plan.error
     if len(places):
         low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
         pressure = ref["pressure"][:2]
-        nominal = pressure + plan.shift[:2]
+        nominal = pressure + shift
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
         moved = np.minimum(np.maximum(pressure + moved, low), high) - pressure
     c, v = body.com, body.com_velocity
