@@ -5,61 +5,80 @@ import pytest
 
 from plantigrade.control.pendulum import Walker, Wish, walk_of
 from plantigrade.control.pendulum.route import path
-from plantigrade.control.pendulum.turn import AHEAD, FASTEST, FINE, Turn, steered
+from plantigrade.control.pendulum.turn import FASTEST, Turn, steered
 from plantigrade.experiments.walking import walking
 from plantigrade.workflows.harness import world_for
 
-SPEED, OMEGA, STEP = 1.3, 3.2, 0.005
+SPEED, OMEGA, STEP, DURATION = 1.3, 3.2, 0.005, 0.55
 
 
-def test_round_a_circle_the_mass_is_inward_by_what_the_bend_needs():
-    turn = Turn()
+def on_a_circle() -> Turn:
+    turn = Turn(OMEGA)
     for _ in range(800):
-        turn.look(10.0, SPEED, OMEGA, STEP)
+        turn.look(10.0, SPEED, DURATION, STEP)
+    return turn
+
+
+def test_round_a_circle_feet_that_land_on_it_keep_the_mass_on_it():
+    """The extrapolated centre, driven from foot to foot, is where it was in the axes of the way."""
+    turn = on_a_circle()
     assert turn.rate == FASTEST
-    assert turn.inward == pytest.approx(SPEED * FASTEST / OMEGA**2, rel=1e-3)
-    assert turn.drift == pytest.approx(0.0, abs=1e-4)
-    angle, inward, drift = turn.after(0.5)
-    assert angle == pytest.approx(0.5 * FASTEST)
-    assert abs(inward) < 1e-4 and abs(drift) < 1e-4
+    angle, inward, half = turn.after(0.5)
+    assert angle == pytest.approx(0.5 * FASTEST) and half == pytest.approx(0.5 * DURATION * FASTEST)
+    assert turn.after(0.1)[1] == pytest.approx(inward, rel=1e-6)
+    grows, a = np.exp(OMEGA * DURATION), FASTEST * DURATION
+    before = SPEED * DURATION / (grows - 1.0)  # of the foot, when it strikes
+    ahead = SPEED / OMEGA - before
+    xi, foot = np.array([before, inward]), np.zeros(2)  # from a foot that strikes
+    radius = SPEED / FASTEST
+    # The next foot: on the circle, ahead in the direction of the way by then.
+    way = radius * np.array([np.sin(a), 1.0 - np.cos(a)])
+    foot = way + ahead * np.array([np.cos(a), np.sin(a)]) - [ahead, 0.0]
+    after = grows * xi - foot
+    turned = np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) @ after
+    assert turned[1] == pytest.approx(inward, abs=0.004)
+    assert 0.5 < inward / (SPEED * FASTEST / OMEGA**2) < 0.9
 
 
-def test_what_is_foreseen_comes_and_obeys_the_pendulum():
+def test_with_ever_shorter_steps_it_is_what_a_circle_asks_for():
+    turn = Turn(OMEGA)
+    for _ in range(800):
+        turn.look(10.0, SPEED, 0.4, STEP)
+    longer = turn.after(0.0)[1]
+    assert longer > on_a_circle().after(0.0)[1]
+    assert longer < SPEED * FASTEST / OMEGA**2
+
+
+def test_what_is_foreseen_comes():
     """A turn of 30° to the left, from straight on to straight on."""
-    turn, angle, rows = Turn(), 0.0, []
-    for k in range(1600):
-        turn.look(np.deg2rad(30.0) - angle, SPEED, OMEGA, STEP)
-        rows.append((k * STEP, angle, turn.rate, turn.inward, turn.drift, *turn.after(0.4)))
+    turn, angle, rows = Turn(OMEGA), 0.0, []
+    for _ in range(1600):
+        turn.look(np.deg2rad(30.0) - angle, SPEED, DURATION, STEP)
+        rows.append((angle, turn.rate, *turn.after(0.4)[:2], turn.after(0.0)[1]))
         angle += STEP * turn.rate
-    time, angles, rate, inward, drift, later, farther, _ = np.array(rows).T
+    angles, rate, later, inward, now = np.array(rows).T
     assert angles[-1] == pytest.approx(np.deg2rad(30.0), abs=1e-3)
-    assert inward[-1] == pytest.approx(0.0, abs=1e-4)
     n = round(0.4 / STEP)
     assert later[:-n] == pytest.approx(angles[n:] - angles[:-n], abs=0.01)
-    assert farther[:-n] == pytest.approx(inward[n:] - inward[:-n], abs=0.004)
-    # The extrapolated centre is driven away from what the bend needs: begun before, ended before.
-    xi, need = inward + drift / OMEGA, SPEED * rate / OMEGA**2
-    grows = np.gradient(xi, time)
-    assert np.median(np.abs(grows - OMEGA * (xi - need))) < 0.01
-    assert xi[np.argmax(need)] > 0.0 and np.argmax(inward) > np.argmax(xi)
+    assert inward[:-n] == pytest.approx(now[n:], abs=0.004)
+    assert now[0] > 0.005 and now[-1] == pytest.approx(0.0, abs=1e-3)
+    # It is over before the turn is: nothing inward is needed where straight steps follow.
+    assert now[np.searchsorted(-rate[600:], -0.02) + 600] < 0.2 * now.max()
 
 
 def test_a_turn_to_the_right_is_the_mirrored_one():
-    left, right = Turn(), Turn()
+    left, right = Turn(OMEGA), Turn(OMEGA)
     for _ in range(60):
-        left.look(0.5, SPEED, OMEGA, STEP)
-        right.look(-0.5, SPEED, OMEGA, STEP)
+        left.look(0.5, SPEED, DURATION, STEP)
+        right.look(-0.5, SPEED, DURATION, STEP)
     assert right.after(0.3) == pytest.approx([-x for x in left.after(0.3)])
-    assert (right.inward, right.drift) == pytest.approx((-left.inward, -left.drift))
 
 
-def test_who_goes_straight_on_leans_nowhere_and_the_horizon_has_an_end():
-    turn = Turn()
-    turn.look(0.0, SPEED, OMEGA, STEP)
-    assert (turn.rate, turn.inward, turn.drift, turn.after(0.5)) == (0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
-    turn.look(0.5, SPEED, OMEGA, STEP)
-    assert turn.after(2.0 * AHEAD * FINE) == pytest.approx(turn.after(AHEAD * FINE), abs=1e-6)
-    assert steered(1.0, 0.0, 0.1) == pytest.approx(0.1) and steered(9.0, 1.0, 9.0) == FASTEST
+def test_who_goes_straight_on_leans_nowhere():
+    turn = Turn(OMEGA)
+    turn.look(0.0, SPEED, DURATION, STEP)
+    assert (turn.rate, turn.after(0.5)) == (0.0, (0.0, 0.0, 0.0))
+    assert steered(1.0, 0.0, 0.1) == pytest.approx(0.1) and steered(9.0, 0.2, 9.0) == FASTEST
 
 
 @pytest.mark.slow

@@ -1,11 +1,11 @@
 """The controller that walks as recorded: pendulum, landing, wanted velocities, torques."""
 
 from dataclasses import replace
-from math import hypot, sqrt
+from math import cos, hypot, sin, sqrt
 
 import numpy as np
 
-from plantigrade.arrays import Array
+from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.borne import borne
@@ -325,7 +325,10 @@ class Pendulum:
                 goal = None if self.landing is None else self.landing.place
                 normal = self.soles[i].normal(self.ground, own, gait.phase, foot[i], ahead, goal)
             tilt = tilted(normal)
-            turn = (tilt @ ref["turn"][i].reshape(3, 3)).ravel()
+            way = ref["turn"][i].reshape(3, 3)
+            if self.plan.toes and not own.stands:  # half of a turn's step before, half behind
+                way = _about_vertical(self.plan.toes) @ way
+            turn = (tilt @ way).ravel()
             error = turn_error(turn, turned[i])
             goal = tilt @ (rate * ref["turn_velocity"][i]) + self.plan.turning * normal
             push = tilt @ (rate**2 * ref["turn_acceleration"][i])
@@ -407,3 +410,9 @@ class Pendulum:
             place[2] -= own.lowered
             pace[2] = -0.4
         return place, pace, push
+
+
+def _about_vertical(angle: float) -> Float[Array, "3 3"]:
+    """Return the rotation to the left by an angle [rad]."""
+    c, s = cos(angle), sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

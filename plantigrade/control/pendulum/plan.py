@@ -8,7 +8,14 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
+from plantigrade.control.pendulum.landing import (
+    CROSSES,
+    Landing,
+    LandingLaw,
+    Reach,
+    Strike,
+    landing,
+)
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.replay.gait import Gait
 from plantigrade.control.replay.planner import decayed
@@ -31,6 +38,8 @@ REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
 
 
+NEVER = 9.0
+"""Feet of a walk that turns do not cross: no foot is so far ahead of the other [leg lengths]."""
 ANEW = 0.5
 """Time constant with which the line of a walk that turns goes with the walker [s]."""
 
@@ -56,7 +65,9 @@ class Plan:
         bent: How much lower than recorded the body goes for legs to reach their feet [m].
         turning: How fast the walk turns to the left [rad/s].
         heading: Returns by how much it will have turned after a time [s], to the left [rad], and
-            how far inward the extrapolated centre of mass is to be then [m].
+            how far inward the extrapolated centre of mass is to be then [m], and half the angle of
+            the step that begins then [rad].
+        toes: How far the swinging foot is to look into the turn [rad].
     """
 
     def __init__(
@@ -74,7 +85,8 @@ class Plan:
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.bent = self.turning = 0.0
         self.askew = np.zeros(2)
-        self.heading: Callable[[float], tuple[float, float]] = lambda left: (0.0, 0.0)
+        self.toes = 0.0
+        self.heading: Callable[[float], tuple[float, float, float]] = lambda left: (0.0, 0.0, 0.0)
 
     def next(
         self,
@@ -132,7 +144,7 @@ class Plan:
         before = np.arange(head, head + len(weights)) < foot.number
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
         height = float(then["com"][2] - then["foot"][k, 2])
-        angle, inward = self.heading(left)
+        angle, inward, self.toes = self.heading(left)
         strike = Strike(
             com=then["com"][:2] + path + [0.0, inward],
             velocity=then["com_velocity"][:2],
@@ -163,6 +175,7 @@ class Plan:
             hip=turn @ (hip - body.com)[:2],
             high=float(hip[2] - then["foot"][i, 2]) - level(np.append(lands, 0.0)),
             rises=float(body.com_velocity[2]),
+            crosses=NEVER if angle else CROSSES,
         )
         # The recording's own effective pivot, where the foot really stands.
         grown = exp(omega * left)

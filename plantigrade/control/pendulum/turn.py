@@ -24,7 +24,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-FASTEST = 0.4
+FASTEST = 0.3
 """A walk is turned so fast, at most [rad/s]."""
 TWISTING = 1.0
 """So much sooner it is turned [rad/s²]."""
@@ -32,7 +32,7 @@ STEERING = 2.0
 """A bearing that is missed is turned to at this rate [1/s]."""
 FINE = 0.04
 """In such steps a turn is foreseen [s]."""
-STEPS = 3
+STEPS = 4
 """So many steps after the next one count: what comes later is a thousandth."""
 STILL = 1e-6
 """A turn slower and a bearing missed by less than this is none [rad/s, rad]."""
@@ -79,7 +79,7 @@ class Turn:
         self._path[1:, 1] = FINE * speed * np.cumsum(np.cos(middle))
         self._path[1:, 2] = FINE * speed * np.cumsum(np.sin(middle))
 
-    def after(self, left: float) -> tuple[float, float]:
+    def after(self, left: float) -> tuple[float, float, float]:
         """Return by how much it will have turned, and how far inward the mass is to be then.
 
         Args:
@@ -87,10 +87,11 @@ class Turn:
 
         Returns:
             The angle, to the left [rad]; how far the extrapolated centre of mass is then to the
-            left of where it is on a straight way, in axes that are turned so [m].
+            left of where it is on a straight way, in axes that are turned so [m]; half the angle
+            of the step that begins then [rad].
         """
         if self._path is None:
-            return 0.0, 0.0
+            return 0.0, 0.0, 0.0
         path = self._path
         times = (left + self._duration * np.arange(STEPS + 1)) / FINE
         i = np.minimum(times.astype(int), len(path) - 2)
@@ -100,7 +101,7 @@ class Turn:
         beside = c * (y - y[0]) - s * (x - x[0]) + self._ahead * np.sin(angle - angle[0])
         falls = np.exp(-self.omega * self._duration * np.arange(1, STEPS + 1))
         weight = falls - np.append(falls[1:], 0.0)
-        return float(angle[0]), float(weight @ beside[1:])
+        return float(angle[0]), float(weight @ beside[1:]), 0.5 * float(angle[1] - angle[0])
 
 
 def steered(off: float, rate: float, step: float) -> float:
