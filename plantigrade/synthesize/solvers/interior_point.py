@@ -30,7 +30,7 @@ WARM = 5e-5
 """First barrier parameter where multipliers are known: about the last one of a solved problem, so
 that a problem solved before is solved at once, and a similar one in a few iterations."""
 
-LONG = 25
+LONG = 20
 """Iterations within which the violation must halve, or the solver gives up."""
 
 GUESSED = 8
