@@ -38,7 +38,7 @@ GUESSED = 8
 multipliers they say little of the problem, and shifts that make up for them shorten the steps. A
 periodic motion has no ends to be held at, and is solved sooner with them."""
 
-WANDERING = 6
+WANDERING = 3
 """Iterations after which a warm start that was good enough once, and since was not solved, ends
 there: it is leaving for another motion."""
 
