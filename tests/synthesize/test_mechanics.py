@@ -8,9 +8,9 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 from plantigrade.experiments.random_requests import random_request
 from plantigrade.models import Human
+from plantigrade.synthesize import make_task
 from plantigrade.synthesize.guess.postures import standing_feet, standing_stances
 from plantigrade.synthesize.tasks.mechanics import missing_support, push_power, quickest
-from plantigrade.synthesize.tasks.registry import make_task
 
 
 def person() -> Human:
