@@ -22,7 +22,7 @@ from plantigrade.synthesize.transcription.evaluation import Evaluation
 REFINEMENTS = 3
 """Most steps of refinement towards the equations."""
 
-LEFT, LEAST = 1e-4, 1e-11
+LEFT, LEAST = 1e-6, 1e-11
 """What refinement may leave of the equations' residuals, and of any residual: the curvature of the
 equations leaves more."""
 
