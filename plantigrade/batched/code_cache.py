@@ -136,8 +136,10 @@ def _require_fixed(folder: Path) -> None:
 
 def _prune(newest: Path) -> None:
     """Delete the least recently used files beyond the limit."""
-    files = [p for p in newest.parent.iterdir() if p != newest and p.suffix in (".bin", ".part")]
-    facts = sorted(((p.stat().st_mtime, p.stat().st_size, p) for p in files), reverse=True)
+    with os.scandir(newest.parent) as found:
+        files = [e for e in found if e.name != newest.name and e.name.endswith((".bin", ".part"))]
+    facts = [(e.stat(follow_symlinks=False), Path(e.path)) for e in files]
+    facts = sorted(((s.st_mtime, s.st_size, path) for s, path in facts), reverse=True)
     total = newest.stat().st_size
     for _, size, path in facts:
         total += size

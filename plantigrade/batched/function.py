@@ -194,7 +194,7 @@ class BatchedFunction:
             signature = Signature.of(self.function, shared)
             program = tables.Program.of(self.function, shared)
             table = tables.tabulated(program, len(program.constants) + len(given))
-            stored = StoredTable(signature, np.array(program.constants, dtype=float), table)
+            stored = StoredTable(signature, program.constants, table)
             if key:
                 code_cache.write(name, stored.to_bytes())
         if key:

@@ -8,20 +8,21 @@ once where the processor supports that.
 """
 
 import io
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, no_type_check
 
 import numpy as np
 
 from plantigrade.arrays import Array
+from plantigrade.batched.instructions import Instructions
 from plantigrade.batched.llvm import Untranslatable
 from plantigrade.errors import ParameterError
 
 if TYPE_CHECKING:
     import casadi
 
-VERSION = 1  # of tables: one of another version is not used
-FETCHED = ("input", "constant")
+VERSION = 2  # of tables: one of another version is not used
 
 ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 COMPARISONS = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
@@ -40,22 +41,30 @@ PAIRS |= {"pow", "fmod", "atan2", "hypot", "remainder", "fmin", "fmax", "constpo
 KNOWN = {*ARITHMETIC, *COMPARISONS, *SQUARES, *CALLS, *_OTHERS}
 FUSED = ("muladd", "mulsub", "submul")  # a b + c, a b - c, c - a b
 NUMBERS = {name: i for i, name in enumerate((*sorted(KNOWN), *FUSED))}
-_SAME = {"assign", "lift"}  # give their first operand
+INPUT, CONSTANT, _OUTPUT, _SAME, _UNKNOWN = -1, -2, -3, -4, -5  # numbers of what is no line
+_OTHER = {"input": INPUT, "const": CONSTANT, "output": _OUTPUT, "assign": _SAME, "lift": _SAME}
 _COMMUTE = {"add", "mul", "eq", "ne", "fmin", "fmax", "hypot", "and", "or"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Program:
     """Operations in order, each making one value that is never made again."""
 
-    operations: list[str]  # CasADi's names, without ``OP_`` and in lower case
-    # two numbers for each: the values it takes (-1: none); input and element of an ``"input"``; the
-    # index of a ``"constant"``
-    operands: list[tuple[int, int]]
-    outputs: list[int]  # values of the nonzeros of every output, one output after the other
-    constants: list[float]
+    operations: np.ndarray  # numbers of lines; INPUT or CONSTANT
+    # two numbers for each: the values it takes (-1: none); number and element of an input; the
+    # index of a constant
+    operands: np.ndarray
+    outputs: np.ndarray  # values of the nonzeros of every output, one output after the other
+    constants: np.ndarray
     sizes: tuple[int, ...]  # lengths of the inputs
     nonzeros: tuple[int, ...]  # numbers of nonzeros of the outputs
+
+    def named(self) -> Iterator[tuple[str, int, int]]:
+        """Yield operations by CasADi's names, without ``OP_`` and in lower case, and operands."""
+        names = {number: name for name, number in NUMBERS.items()}
+        names |= {INPUT: "input", CONSTANT: "constant"}
+        for operation, (a, b) in zip(self.operations.tolist(), self.operands.tolist(), strict=True):
+            yield names[operation], a, b
 
     @classmethod
     def of(cls, function: "casadi.Function", shared: bool = False) -> "Program":
@@ -70,50 +79,61 @@ class Program:
 
         if not function.is_a("SXFunction"):
             raise Untranslatable(f"{function.name()!r} is a {function.class_name()}, not of SX")
+        does = Instructions.of(function)
         names = {getattr(ca, n): n[3:].lower() for n in dir(ca) if n.startswith("OP_")}
+        kinds = np.full(max(names) + 1, _UNKNOWN)
+        for number, name in names.items():
+            kinds[number] = NUMBERS.get(name, _OTHER.get(name, _UNKNOWN))
+        operations, taken = kinds[does.operations], does.taken.copy()
+        if (operations == _UNKNOWN).any():
+            name = names[int(does.operations[np.argmax(operations == _UNKNOWN)])]
+            raise Untranslatable(f"{function.name()!r} has the operation {name!r}")
         sizes = tuple(function.nnz_in(i) for i in range(function.n_in()))
         nonzeros = tuple(function.nnz_out(i) for i in range(function.n_out()))
-        starts = np.cumsum([0, *nonzeros]).tolist()
-        operations: list[str] = []
-        operands: list[tuple[int, int]] = []
-        outputs, constants = [-1] * starts[-1], []
-        register: dict[int, int] = {}
-        known: dict[tuple[str, int, int], int] = {}
-        for k in range(function.n_instructions()):
-            name = names.get(function.instruction_id(k), "unknown")
-            taken, made = function.instruction_input(k), function.instruction_output(k)
-            if name == "output":
-                outputs[starts[made[0]] + made[1]] = register[taken[0]]
-                continue
-            if name == "const":
-                name, a, b = "constant", len(constants), -1
-                constants.append(float(function.instruction_constant(k)))
-            elif name == "input":
-                a, b = taken
-                if shared and a == len(sizes) - 1:
-                    name, a, b = "constant", -1 - b, -1  # numbered below
-            elif name in _SAME:
-                register[made[0]] = register[taken[0]]
-                continue
-            elif name in KNOWN:
-                a, b = register[taken[0]], register[taken[1]] if len(taken) > 1 else -1
-                if b < a and name in _COMMUTE:
-                    a, b = b, a
-            else:
-                raise Untranslatable(f"{function.name()!r} has the operation {name!r}")
-            value = known.setdefault((name, a, b), len(operations))
-            if value == len(operations):
-                operations.append(name)
-                operands.append((a, b))
-            register[made[0]] = value
+        constant = operations == CONSTANT
+        constants = does.numbers[constant]
+        taken[constant, 0] = np.arange(len(constants))
         if shared:
-            sizes, n = sizes[:-1], len(constants)
-            for i, (name, (a, b)) in enumerate(zip(operations, operands, strict=True)):
-                if name == "constant" and a < 0:
-                    operands[i] = n - 1 - a, b
-        if -1 in outputs:
+            given = (operations == INPUT) & (taken[:, 0] == len(sizes) - 1)
+            taken[given, 0], operations[given] = len(constants) + taken[given, 1], CONSTANT
+            sizes = sizes[:-1]
+        taken[operations == CONSTANT, 1] = -1
+        kept, value = _once(operations.tolist(), *taken.T.tolist())
+        made = np.array(value)
+        operands = taken[kept]
+        line = operations[kept] >= 0
+        operands[line] = np.where(operands[line] >= 0, made[operands[line]], -1)
+        out = operations == _OUTPUT
+        starts = np.cumsum([0, *nonzeros])
+        outputs = np.full(starts[-1], -1)
+        outputs[starts[does.made[out, 0]] + does.made[out, 1]] = made[taken[out, 0]]
+        if (outputs < 0).any():
             raise Untranslatable(f"{function.name()!r} leaves nonzeros of outputs unset")
-        return cls(operations, operands, outputs, constants, sizes, nonzeros)
+        return cls(operations[kept], operands, outputs, constants, sizes, nonzeros)
+
+
+@no_type_check  # of hundreds of thousands of values
+def _once(operations: list, first: list, second: list) -> tuple[list, list]:
+    """Return which operations are the first to make their value, and the values of all."""
+    commute = {NUMBERS[name] for name in _COMMUTE}
+    known, kept, value, size = {}, [], [-1] * len(operations), 0
+    for k, (operation, a, b) in enumerate(zip(operations, first, second, strict=True)):
+        if operation >= 0:
+            a = value[a]
+            if b >= 0:
+                b = value[b]
+                if b < a and operation in commute:
+                    a, b = b, a
+        elif operation == _OUTPUT:
+            continue
+        elif operation == _SAME:
+            value[k] = value[a]
+            continue
+        value[k] = made = known.setdefault((operation, a, b), size)
+        if made == size:
+            kept.append(k)
+            size += 1
+    return kept, value
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,70 +148,70 @@ class Table:
     places: tuple[np.ndarray, ...]  # places of the nonzeros of every output; int64
 
 
-@no_type_check  # of hundreds of thousands of values
 def tabulated(program: Program, n_constants: int) -> Table:
     """Return the table of a program with so many constants.
 
     A place is free again after the last use of what it holds; the one freed last is used first,
     because it is still in the processor's cache.
     """
-    operations, operands = program.operations, program.operands
+    operations, (a, b) = program.operations.copy(), program.operands.T
     n = len(operations)
-    uses, last = [0] * n, [-1] * n
-    for k, (a, b) in enumerate(operands):
-        if operations[k] not in FETCHED:
-            uses[a] += 1
-            if b >= 0:
-                uses[b] += 1
-    for value in program.outputs:
-        uses[value] += 1
-    taken = [()] * n
-    merged = bytearray(n)  # products that are done where they are used
-    names = list(operations)
-    for k, (name, (a, b)) in enumerate(zip(operations, operands, strict=True)):
-        if name in FETCHED:
-            continue
-        if name in ("add", "sub"):
-            if operations[a] == "mul" and uses[a] == 1 and not merged[a]:
-                merged[a], taken[k] = 1, (*operands[a], b)
-                names[k] = "muladd" if name == "add" else "mulsub"
-                continue
-            if operations[b] == "mul" and uses[b] == 1 and not merged[b]:
-                merged[b], taken[k] = 1, (*operands[b], a)
-                names[k] = "muladd" if name == "add" else "submul"
-                continue
-        taken[k] = (a,) if b < 0 else (a, b)
-    for k in range(n):
-        if not merged[k]:
-            for value in taken[k]:
-                last[value] = k
-    for value in program.outputs:
-        last[value] = n
-    starts = np.cumsum([0, *program.sizes]).tolist()
-    place, free, n_places = [-1] * n, [], starts[-1] + n_constants
-    lines = [0]
-    for k, name in enumerate(names):
-        if name == "input":
-            a, b = operands[k]
-            place[k] = starts[a] + b
-        elif name == "constant":
-            place[k] = starts[-1] + operands[k][0]
-        elif not merged[k]:
-            values = taken[k]
-            at = [place[v] for v in values]
-            for v in set(values):
-                if last[v] == k and names[v] not in FETCHED:
-                    free.append(place[v])
-            if not free:
-                free.append(n_places)
-                n_places += 1
-            place[k] = free.pop()
-            at += [0] * (3 - len(at))
-            lines += (NUMBERS[name], place[k], *at)
-    lines[0] = (len(lines) - 1) // 5
-    outputs = np.array([place[v] for v in program.outputs], dtype=np.int64)
-    parts = np.split(outputs, np.cumsum(program.nonzeros)[:-1]) if program.nonzeros else []
-    return Table(np.array(lines, dtype=np.int32), n_places, program.sizes, tuple(parts))
+    computed = operations >= 0
+    used = [a[computed], b[computed & (b >= 0)], program.outputs]
+    uses = np.bincount(np.concatenate(used), minlength=n)
+    # products that are done where they are used
+    sums = np.isin(operations, (NUMBERS["add"], NUMBERS["sub"]))
+    single = (operations == NUMBERS["mul"]) & (uses == 1)
+    first = sums & single[a]
+    second = sums & ~first & single[b]
+    taken = np.stack([a, b, np.full(n, -1)], axis=1)
+    taken[first] = np.stack([a[a[first]], b[a[first]], b[first]], axis=1)
+    taken[second] = np.stack([a[b[second]], b[b[second]], a[second]], axis=1)
+    merged = np.zeros(n, dtype=bool)
+    merged[a[first]] = merged[b[second]] = True
+    plus = operations == NUMBERS["add"]
+    operations[first] = np.where(plus, NUMBERS["muladd"], NUMBERS["mulsub"])[first]
+    operations[second] = np.where(plus, NUMBERS["muladd"], NUMBERS["submul"])[second]
+    lines = np.flatnonzero(computed & ~merged)
+    taken = taken[lines]
+    here = taken >= 0
+    last = np.full(n, -1)
+    last[taken[here]] = np.broadcast_to(lines[:, None], taken.shape)[here]  # the latest stays
+    last[program.outputs] = n
+    ends = here & computed[taken] & (last[taken] == lines[:, None])
+    ends[:, 1] &= taken[:, 1] != taken[:, 0]
+    ends[:, 2] &= (taken[:, 2] != taken[:, 0]) & (taken[:, 2] != taken[:, 1])
+    starts = np.cumsum([0, *program.sizes])
+    place = np.where(operations == CONSTANT, starts[-1] + a, -1)
+    inputs = operations == INPUT
+    place[inputs] = starts[a[inputs]] + b[inputs]
+    n_places = _placed(lines, ends.sum(axis=1), taken[ends], place, int(starts[-1]) + n_constants)
+    rows = np.column_stack([operations[lines], place[lines], np.where(here, place[taken], 0)])
+    parts = np.split(place[program.outputs], np.cumsum(program.nonzeros)[:-1])
+    return Table(
+        np.concatenate([[len(lines)], rows.ravel()]).astype(np.int32),
+        n_places,
+        program.sizes,
+        tuple(parts) if program.nonzeros else (),
+    )
+
+
+@no_type_check  # of hundreds of thousands of values
+def _placed(lines, counts, ended, place, n_places) -> int:
+    """Put the values of lines where others have ended; return the number of places."""
+    where, free, ending = place.tolist(), [], iter(ended.tolist())
+    for k, count in zip(lines.tolist(), counts.tolist(), strict=True):
+        if count:
+            for _ in range(count - 1):
+                free.append(where[next(ending)])
+            where[k] = where[next(ending)]
+        elif free:
+            where[k] = free.pop()
+        else:
+            where[k] = n_places
+            n_places += 1
+    place[:] = where
+    return n_places
 
 
 @dataclass(frozen=True, eq=False)

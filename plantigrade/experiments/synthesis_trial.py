@@ -92,7 +92,7 @@ def outcome(timed: Timed, run: Run) -> dict[str, Any]:
         "iterations": s.iterations,
         "objective": last.objective if last else None,
         "violation": last.violation if last else None,
-        "worst": last.worst if last else "",
+        "worst": s.violations[0].sentence() if s.violations else "",
         "stages": [
             {
                 "name": stage.name,
@@ -147,7 +147,7 @@ def why(result: Result) -> str:
         return str(result["error"])
     if not result["success"]:
         stages = [f"{s['name']} ({s['nodes']} nodes) {s['status']}" for s in result["stages"]]
-        return f"{', '.join(stages)}; {result['worst']} off by {result['violation']:.1e}"
+        return f"{', '.join(stages)}; {result['worst']}"
     verdict = result["verdict"]
     return verdict if isinstance(verdict, str) else "; ".join(verdict)
 

@@ -1,8 +1,8 @@
 """Solve a task: mesh refinement, warm starts and fallbacks.
 
 A task is solved on its own mesh from its own guess, or from the motion of a similar task on the
-corresponding mesh. If that fails, easier problems lead the way: half the nodes; a cost of
-smoothness alone, from which the true problem is then solved; and last IPOPT. Once solved, the mesh
+corresponding mesh. If that fails, easier problems lead the way: half the nodes; then a cost of
+smoothness alone, from which the true problem is then solved. Once solved, the mesh
 is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
 torque, speed or range than a joint has, takes limbs into each other, or a swinging foot too low.
 Every step is a :class:`~plantigrade.synthesize.solution.Stage` that the user sees.
@@ -41,8 +41,8 @@ OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which i
 BEYOND = 0.004  # by which a joint is beyond its range, from which it is, too [rad]
 LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
 REFINEMENTS = 8  # of the mesh, at most
+FAR = 0.3  # violation left by a stalled solver that smoothness does not help out of
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
-IPOPT_SECONDS = 60.0  # most time of IPOPT as the last resort
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,11 +167,16 @@ def _first(run: "_Stages", problem: Problem, start: Start, name: str, guessed: b
 
 
 def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
-    """Return what the first easier problem that can be solved leads to."""
+    """Return what the first easier problem that can be solved leads to.
+
+    Where both the task and its coarse mesh stalled far from being met, nothing smoother is tried.
+    """
     task = run.task
     coarse = replace(task, nodes_per_second=task.nodes_per_second / 2)
     smooth = (*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4))
     for name, easier in (("coarse mesh", coarse), ("smooth first", replace(task, terms=smooth))):
+        if easier is not coarse and run.far_off:
+            break
         middle = run.easier(name, easier)
         if middle.success:
             c, u, _ = middle.on(problem)
@@ -180,8 +185,7 @@ def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
                 return after
         elif middle.over:
             return at
-    after = run.ipopt("IPOPT", problem, (*task.start(run.body, problem), None))
-    return after if after.success else at
+    return at
 
 
 class _Stages:
@@ -196,6 +200,14 @@ class _Stages:
     ):
         self.body, self.task, self._options, self._progress = body, task, options, progress
         self._stages: list[Stage] = []
+
+    @property
+    def far_off(self) -> bool:
+        """Whether every stage stalled, none of them near to what was asked."""
+        return all(
+            s.status == "stalled" and min(it.violation for it in s.history) > FAR
+            for s in self._stages
+        )
 
     def interior_point(self, name: str, problem: Problem, start: Start) -> _Ending:
         """Run the interior point."""
@@ -219,7 +231,7 @@ class _Stages:
             history.append(iterate)
             return self._tell(name, iterate)
 
-        r = ipopt.solve(problem, *start[:2], callback=report, max_seconds=IPOPT_SECONDS)
+        r = ipopt.solve(problem, *start[:2], callback=report)
         self._note(name, "ipopt", problem, r.status, started, tuple(history))
         return _Ending(problem, r.c, r.u, r.status, r.success)
 

@@ -107,7 +107,7 @@ def _loop(program: Program, ny: int, nu: int, ne: int, leave: int) -> str:
     ]
     sources = ("%row", "%now", "%then")
     value: list[str] = []
-    for k, (name, (a, b)) in enumerate(zip(program.operations, program.operands, strict=True)):
+    for k, (name, a, b) in enumerate(program.named()):
         v = f"%v{k}"
         if name == "constant":
             value.append(_number(program.constants[a]))

@@ -314,10 +314,12 @@ def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
 
     The checker decides whether the motion is physical and does what the task demands. One that
     passes may still violate constraints of the problem: those further off than :data:`NOT_DONE`.
+    Of one that does not, the worst of them says what stands in the way.
     """
-    if not verdict.ok:
-        return verdict.status
     words = [v.sentence() for v in violations if v.relative > NOT_DONE][:MOST_SAID]
+    if not verdict.ok:
+        blocked = [f"no motion found that does all of it: {w}" for w in words[:1]]
+        return "; ".join([*blocked, verdict.status])
     return "; ".join(f"not what was asked for: {w}" for w in words) or "ok"
 
 

@@ -31,7 +31,8 @@ GOOD = {
     "violation": 1e-9, "worst": "", "stages": [{**STAGE, "seconds": 2.0, "iterations": 30}],
 }  # fmt: skip
 FAILED = GOOD | {
-    "success": False, "good": False, "status": "stalled", "violation": 0.2, "worst": "z of toe_r",
+    "success": False, "good": False, "status": "stalled", "violation": 0.2,
+    "worst": "z of toe_r is off by 200 mm",
     "stages": [{**STAGE, "status": "stalled", "seconds": 2.0, "iterations": 30, "end": ["30: …"]}],
 }  # fmt: skip
 PEOPLE = 5 * 3 * 3
@@ -92,7 +93,7 @@ def test_what_cannot_be_asked_for_is_a_result():
 
     result = tried(make)
     assert not result["good"] and why(result) == "no such step"
-    assert "z of toe_r off by 2.0e-01" in why(FAILED)
+    assert "stalled; z of toe_r is off by 200 mm" in why(FAILED)
     assert why(GOOD | {"verdict": ["it slips"], "good": False}) == "it slips"
 
 

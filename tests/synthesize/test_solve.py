@@ -7,7 +7,7 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize import ContactBody, Options, make_task, solve, synthesize
+from plantigrade.synthesize import ContactBody, Options, make_task, synthesize
 from plantigrade.synthesize.diagnose.violations import values, violations
 from plantigrade.synthesize.terms.contact import Contact
 from plantigrade.synthesize.terms.limits import Limits
@@ -105,19 +105,17 @@ def test_a_warm_start_that_leads_nowhere_is_followed_by_a_first_try():
     assert made.objective == pytest.approx(s.objective, rel=5e-3)  # that one has more nodes
 
 
-def test_who_is_too_weak_does_not_walk_and_is_told_why(monkeypatch):
-    monkeypatch.setattr(solve, "IPOPT_SECONDS", 0.5)
+def test_who_is_too_weak_does_not_walk_and_is_told_why():
     told = []
     s = synthesize(
         body(), weak(), options=Options(iterations=6), progress=lambda n, i: told.append(n)
     )
     assert not s.success
     names = [x.name for x in s.stages]
-    assert names == ["first try", "coarse mesh", "smooth first", "IPOPT"]
+    assert names == ["first try", "coarse mesh", "smooth first"]
     assert list(dict.fromkeys(told)) == names
-    assert [x.solver for x in s.stages] == ["interior-point"] * 3 + ["ipopt"]
     assert s.stages[1].nodes < s.stages[0].nodes
-    for stage in s.stages[:3]:
+    for stage in s.stages:
         assert stage.status in ("too many iterations", "stalled")
         assert stage.history[-1].violation > 1e-3
         assert stage.history[-1].worst.endswith(" s")

@@ -49,7 +49,7 @@ def site_places(
             y = low[1, k] + rho * pitch * s + rho * roll * c
             rows += [x, y, low[2, k]]
         r = ca.vertcat(*rows)
-        return ca.cse(ca.mtimes(ca.jacobian(r, q), v) if rates else r)
+        return ca.cse(ca.jtimes(r, q, v) if rates else r)
 
     name, unit = ("contact speed", "mm/s") if rates else ("contact", "mm")
     names = tuple(f"{axis} of {s.name}" for s in body.sites for axis in "xyz")

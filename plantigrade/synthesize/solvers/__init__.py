@@ -1,1 +1,1 @@
-"""The banded interior point, and IPOPT as reference and rescue."""
+"""The banded interior point, and IPOPT as reference."""

@@ -30,7 +30,7 @@ WARM = 5e-5
 """First barrier parameter where multipliers are known: about the last one of a solved problem, so
 that a problem solved before is solved at once, and a similar one in a few iterations."""
 
-LONG = 25
+LONG = 20
 """Iterations within which the violation must halve, or the solver gives up."""
 
 GUESSED = 8
@@ -38,7 +38,7 @@ GUESSED = 8
 multipliers they say little of the problem, and shifts that make up for them shorten the steps. A
 periodic motion has no ends to be held at, and is solved sooner with them."""
 
-WANDERING = 6
+WANDERING = 3
 """Iterations after which a warm start that was good enough once, and since was not solved, ends
 there: it is leaving for another motion."""
 

@@ -22,6 +22,10 @@ from plantigrade.synthesize.transcription.evaluation import Evaluation
 REFINEMENTS = 3
 """Most steps of refinement towards the equations."""
 
+LEFT, LEAST = 1e-6, 1e-11
+"""What refinement may leave of the equations' residuals, and of any residual: the curvature of the
+equations leaves more."""
+
 GROWTH = 8.0
 """Factor by which the shift grows where it was too small."""
 
@@ -103,9 +107,11 @@ class KKTSystem:
             return [np.where(eq, gap + j, 0.0) for eq, gap, j in every]
 
         dy_eq = [m / delta for m in residuals()]
+        far = [np.where(eq, gap, 0.0) for eq, gap in zip(equations, gaps, strict=True)]
+        enough = max(LEFT * max(float(np.abs(m).max()) for m in far), LEAST)
         for _ in range(REFINEMENTS):
             missing = residuals()
-            if max(float(np.abs(m).max()) for m in missing) < 1e-11:
+            if max(float(np.abs(m).max()) for m in missing) < enough:
                 break
             ddx = -solved(self._factor, e.pull_back([m / delta for m in missing]))
             dx = dx + ddx

@@ -9,9 +9,11 @@ from plantigrade.bounds import number
 from plantigrade.contact.plan import ContactPlan, Footprint, Support
 from plantigrade.contact.seat import H_POINT, SEATED_TILT, seat_sites
 from plantigrade.contact.site import ContactSite
+from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     pelvis_angles_to_quaternion,
     rotation_matrix,
 )
@@ -23,6 +25,7 @@ from plantigrade.synthesize.guess.postures import (
     standing_stances,
 )
 from plantigrade.synthesize.tasks.gait_parameters import TOE_OUT
+from plantigrade.synthesize.tasks.mechanics import check_support, check_time
 from plantigrade.synthesize.tasks.settings import SitToStand, StandToSit
 from plantigrade.synthesize.tasks.standing import at_rest, basics, bent
 from plantigrade.synthesize.tasks.task import MotionTask
@@ -30,6 +33,7 @@ from plantigrade.synthesize.terms.contact import Above
 from plantigrade.synthesize.terms.posture import Symmetry
 
 KNEE_PART = 0.9  # chair height, of the knee's; about what a chair of 45 cm is to an adult
+UP = 0.235  # of the time after seat-off, until half way up
 SHANK_LEAN = float(np.deg2rad(15.0))  # knees ahead of the ankles, seated
 
 
@@ -71,7 +75,8 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
     and carry force until seat-off, or from seat contact on.
 
     Raises:
-        ParameterError: If the chair is too high or too low for this person.
+        ParameterError: If the chair is too high or too low for this person, or there is too little
+            time.
     """
     d, chair_height, duration = human.dimensions, told.chair_height, told.duration
     if chair_height is None:
@@ -80,7 +85,7 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
     feet, sites = _feet(human), seat_sites(human)
     seated, standing = seated_posture(human, chair_height), standing_on(human, feet)
     off = told.seat_off * duration
-    rising = np.array([0.0, off, 1.15 * off + 0.1 * duration, duration])
+    rising = np.array([0.0, off, off + UP * (duration - off), duration])
     lean = _leaning(human, seated)
     middle = (lean + standing) / 2
     keys = [seated, lean, middle, standing]
@@ -90,6 +95,11 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
         span = (duration - off, duration + 1.0)
     supports = tuple(Support(s, resting_place(human, s, seated), *span) for s in sites)
     plan = ContactPlan(duration, standing_stances(feet, duration), supports=supports)
+    places = [_centre_of_mass(human, q) for q in (keys[0], keys[-1])]
+    check_time(
+        duration - off, abs(places[1][2] - places[0][2]), "to sit down" if reverse else "to rise"
+    )
+    check_support(human, plan, (places[0], places[1]))
     terms = (
         *basics(),
         *at_rest(human, 0.0, keys[0]),
@@ -99,6 +109,13 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
     )
     name = "stand-to-sit" if reverse else "sit-to-stand"
     return MotionTask(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
+
+
+def _centre_of_mass(human: Human, q: Float[Array, " nv"]) -> tuple[float, float, float]:
+    """Return where it is in a posture, world [m]."""
+    qpos = human.from_coordinates(PELVIS + human.coordinates, q[None])[0]
+    x, y, z = State(human, qpos).com
+    return float(x), float(y), float(z)
 
 
 def _feet(human: Human) -> dict[str, Footprint]:

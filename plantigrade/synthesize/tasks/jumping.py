@@ -17,6 +17,7 @@ from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
+from plantigrade.synthesize.tasks.mechanics import check_crouch, check_push, check_time
 from plantigrade.synthesize.tasks.settings import Jump, Pushing, TakeOff
 from plantigrade.synthesize.tasks.standing import at_rest, basics, crouch
 from plantigrade.synthesize.tasks.task import MotionTask
@@ -51,6 +52,7 @@ def jump(human: Human, told: Jump) -> MotionTask:
     most, what = 0.5 * human.height, f"a jump of a person of {human.height:.2f} m"
     number("distance", distance, -most, most, "m", what)
     depth = _depth(human, told)
+    check_push(height, depth + EXTENDED * human.height, "a jump")
     speed = float(np.sqrt(2 * GRAVITY * height))
     flight = 2 * speed / GRAVITY
     down = push + flight
@@ -100,9 +102,10 @@ def take_off(human: Human, told: TakeOff) -> MotionTask:
     """Return the task of leaving the ground as high as can be; it ends in the air.
 
     Raises:
-        ParameterError: If the depth is out of range for this person.
+        ParameterError: If the depth is out of range for this person, or too much for the strength.
     """
     push, depth, gain = told.push, _depth(human, told), told.gain
+    check_crouch(human, depth, told.strength)
     duration = push + 0.08
     plan = ContactPlan(duration, tuple(_pushing(f, push) for f in standing_feet(human).values()))
     before = standing_posture(human)
@@ -152,11 +155,12 @@ def _depth(human: Human, told: Pushing) -> float:
     """Return how far the pelvis goes down [m].
 
     Raises:
-        ParameterError: If that is out of range for this person.
+        ParameterError: If that is out of range for this person, or too deep for the time.
     """
     depth = DEPTH * human.height if told.depth is None else told.depth
     what = f"a jump of a person of {human.height:.2f} m"
     number("depth", depth, 0.05 * human.height, 0.3 * human.height, "m", what)
+    check_time(LOWEST * told.push, depth, "a countermovement")
     return depth
 
 

@@ -7,6 +7,7 @@ from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.synthesize.guess.postures import KeyPostures, standing_feet, standing_posture
+from plantigrade.synthesize.tasks.mechanics import check_support
 from plantigrade.synthesize.tasks.settings import SideStep
 from plantigrade.synthesize.tasks.standing import at_rest, basics
 from plantigrade.synthesize.tasks.task import MotionTask
@@ -28,7 +29,8 @@ def side_step(human: Human, told: SideStep) -> MotionTask:
     """Return the task of a step to the side, from standing to standing.
 
     Raises:
-        ParameterError: If the distance is out of range for this person.
+        ParameterError: If the distance is out of range for this person, or there is too little
+            time for it.
     """
     distance, side, duration, clearance = told.distance, told.side, told.duration, told.clearance
     d = human.dimensions
@@ -47,6 +49,7 @@ def side_step(human: Human, told: SideStep) -> MotionTask:
         stances.append(Stance(there, strike, strike, end, end, end))
     stances.sort(key=lambda s: s.heel_strike)
     plan = ContactPlan(duration, tuple(stances))
+    check_support(human, plan)
     before = standing_posture(human)
     over = np.sign(way) * abs(standing_feet(human)["r"].position[1])
 

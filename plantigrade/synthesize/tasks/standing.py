@@ -16,6 +16,7 @@ from plantigrade.synthesize.guess.postures import (
     standing_posture,
     standing_stances,
 )
+from plantigrade.synthesize.tasks.mechanics import check_time
 from plantigrade.synthesize.tasks.settings import Squat, Stand
 from plantigrade.synthesize.tasks.task import MotionTask
 from plantigrade.synthesize.terms.contact import Contact, Dynamics, Forces
@@ -48,12 +49,13 @@ def squat(human: Human, told: Squat) -> MotionTask:
     """Return the task of a squat: the depth of the pelvis is given, the costs decide the rest.
 
     Raises:
-        ParameterError: If the depth is out of range for this person.
+        ParameterError: If the depth is out of range for this person, or too much for the time.
     """
     feet, duration = standing_feet(human), told.duration
     depth = 0.2 * human.height if told.depth is None else told.depth
     what = f"a squat of a person of {human.height:.2f} m"
     number("depth", depth, 0.02 * human.height, 0.32 * human.height, "m", what)
+    check_time(duration / 2, depth, "a squat")
     standing = standing_posture(human)
     crouched = crouch(human, feet, depth)
     plan = ContactPlan(duration, standing_stances(feet, duration))

@@ -30,7 +30,12 @@ import numpy as np
 
 from plantigrade.models import Human
 from plantigrade.synthesize.guess.walk import walking_guess
-from plantigrade.synthesize.tasks.gait_parameters import GaitParameters, gait_parameters
+from plantigrade.synthesize.tasks.gait_parameters import (
+    GaitParameters,
+    gait_parameters,
+    leg_length,
+)
+from plantigrade.synthesize.tasks.mechanics import check_froude, check_support
 from plantigrade.synthesize.tasks.settings import Walk
 from plantigrade.synthesize.tasks.task import Guess, MotionTask
 from plantigrade.synthesize.tasks.walking_plan import periodic_walk_plan, walk_plan
@@ -127,8 +132,9 @@ def walk(human: Human, told: Walk) -> MotionTask:
     """Return the task of walking.
 
     Raises:
-        ParameterError: If a value is out of range for this person.
+        ParameterError: If a value is out of range for this person, or mechanics rules it out.
     """
+    check_froude(told.speed, leg_length(human))
     p = gait_parameters(human, told.speed, step_length=told.step_length, cadence=told.cadence)
     if told.periodic:
         return periodic_walk(human, p, slope=told.slope)
@@ -136,6 +142,7 @@ def walk(human: Human, told: Walk) -> MotionTask:
     if told.step_height:
         heights = tuple(told.step_height * (k >= told.steps // 2) for k in range(told.steps))
     plan = walk_plan(human, p, steps=told.steps, turn=told.turn, heights=heights)
+    check_support(human, plan)
     plan = replace(plan, slope=told.slope)
 
     ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))

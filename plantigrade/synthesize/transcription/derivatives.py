@@ -145,21 +145,24 @@ class Derivatives:
         def make() -> "casadi.Function":
             import casadi as ca
 
+            function = source()
             symbols = function.sx_in()
             z, r = ca.vertcat(*symbols[:4]), ca.densify(function(*symbols))
             return ca.Function(name, *build(ca, symbols, z, r))
 
-        function, numbers, structure = self._source
+        source, numbers, structure = self._source
         key = f"{name} {_VERSION} of {structure}" if structure else ""
         return BatchedFunction(make, key=key, parameters=numbers, backend=self._backend)
 
     @cached_property
-    def _source(self) -> "tuple[casadi.Function, Array | None, str]":
-        """Function, what its last input is if its numbers were made one, and what is left."""
+    def _source(self) -> "tuple[Callable[[], casadi.Function], Array | None, str]":
+        """What makes it, its last input if its numbers were made one, and what is left."""
         f = self.function if self.function.is_a("SXFunction") else self.function.expand()
         if self._backend is None and (f.n_instructions() < _SMALL or BatchedFunction.unavailable()):
             self._backend = "interpreter"
-        return (f, None, "") if self._backend == "interpreter" else BatchedFunction.parametrised(f)
+        if self._backend == "interpreter":
+            return lambda: f, None, ""
+        return BatchedFunction.parametrised(f)
 
     @cached_property
     def _jacobian_places(self) -> tuple[Array, Array]:

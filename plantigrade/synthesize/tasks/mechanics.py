@@ -1,0 +1,260 @@
+r"""What simple mechanics rules out before anything is solved: power, fall, strength, support.
+
+Each check leaves room above what people do, so that what it refuses nobody can do.
+
+- **A jump** to the height :math:`h` over a push of length :math:`s`, through which the centre of
+  mass rises on the ground, takes the mean force :math:`m g (h / s + 1)` at the mean speed
+  :math:`\sqrt{g h / 2}` [Samozino2008]_, whose product is the power of the push.
+- **Down and up again** gravity and the legs decide how soon: the body falls freely, then legs stop
+  it with :math:`k + 1` body weights, or pushes off with so many and then rises freely. Over a
+  distance :math:`d` from rest to rest that takes :math:`\sqrt{2 d (1 + 1 / k) / g}`.
+- **A crouch** is held by the torques of hips and knees.
+- **Support**: a point mass at the height of the centre of mass, on a leg without mass to a centre
+  of pressure within the feet that stand, must get from rest to rest in time. That is a linear
+  program [Kajita2001]_; what it says is how far outside of the feet the ground would have to push.
+- **A walk** vaults over a leg, and gravity must hold the body on its arc: the Froude number
+  :math:`v^2 / g l` is at most 1 [Alexander1989]_.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
+from plantigrade.contact.plan import ContactPlan, Footprint
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import State
+from plantigrade.models import Human
+
+PUSH_POWER = 65.0
+"""Mean power of a push that nobody exceeds [W/kg]: weightlifters, who jump with the highest peaks,
+reach 80 at the peak (estimate: four fifths of it)."""
+LEGS = 4.0
+"""Body weights with which both legs stop or push the body on average, at most (estimate)."""
+OUTSIDE = 0.1
+"""How far outside of the feet a point mass may be pushed [m]: as far as bent hips, swung arms and a
+body that goes up and down reach (estimate)."""
+HEEL = 0.25
+"""Of the length of a foot, from the ankle to the back of the heel."""
+STEP = 0.05  # of the linear program, at most [s]
+
+Rests = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def check_push(height: float, stroke: float, what: str) -> None:
+    """Refuse a jump that takes more power than anybody has.
+
+    Args:
+        height: How far the centre of mass rises after take-off [m].
+        stroke: How far it rises before [m].
+        what: What is asked for, in words.
+
+    Raises:
+        ParameterError: If it does.
+    """
+    power = push_power(height, stroke)
+    if power <= PUSH_POWER:
+        return
+    low, high = 0.0, height
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (middle, high) if push_power(middle, stroke) <= PUSH_POWER else (low, middle)
+    raise ParameterError(
+        f"{what} of {height:.2f} m from a push of {stroke:.2f} m takes {power:.0f} W/kg on "
+        f"average, nobody has more than {PUSH_POWER:.0f}: jump at most {low:.2f} m "
+        "high, or with more depth"
+    )
+
+
+def push_power(height: float, stroke: float) -> float:
+    """Return the mean power of the push of a jump, per body mass [W/kg]; [Samozino2008]_.
+
+    Example:
+        >>> round(push_power(0.4, 0.4), 1)
+        27.5
+    """
+    return GRAVITY * (height / stroke + 1.0) * float(np.sqrt(GRAVITY * height / 2.0))
+
+
+def quickest(distance: float) -> float:
+    """Return the least time in which a body goes down or up, from rest to rest [s].
+
+    Example:
+        >>> round(quickest(0.3), 2)
+        0.29
+    """
+    return float(np.sqrt(2.0 * distance * (1.0 + 1.0 / (LEGS - 1.0)) / GRAVITY))
+
+
+def check_time(seconds: float, distance: float, what: str) -> None:
+    """Refuse to go down or up faster than gravity and legs do.
+
+    Args:
+        seconds: Time that there is [s].
+        distance: How far the centre of mass goes [m].
+        what: What takes so long, in words.
+
+    Raises:
+        ParameterError: If that is too soon.
+    """
+    least = quickest(distance)
+    if seconds < least:
+        raise ParameterError(
+            f"{what} by {distance:.2f} m in {seconds:.2f} s is too soon: gravity and legs of "
+            f"{LEGS:.0f} body weights take {least:.2f} s from rest to rest"
+        )
+
+
+def check_crouch(human: Human, depth: float, strength: float) -> None:
+    """Refuse a crouch that hips and knees do not hold, even with shanks as far forward as can be.
+
+    Weight passes between hips and knees; torques of both together bear half of it at the horizontal
+    length of a thigh.
+
+    Args:
+        human: The person.
+        depth: How far the hips are below those in standing [m].
+        strength: Part of the joints' torques that may be used.
+
+    Raises:
+        ParameterError: If it takes more than that.
+    """
+    d = human.dimensions
+    torque = human.model.jnt_actfrcrange[1:]
+    have = -sum(torque[human.hinge(f"{joint}_r"), 0] for joint in ("hip_flexion", "knee_angle"))
+    lean = human.limits[1, human.hinge("ankle_angle_r")]
+    upright = np.clip((d.thigh + d.shank * (1.0 - np.cos(lean)) - depth) / d.thigh, 0.0, 1.0)
+    need = human.mass * GRAVITY / 2.0 * d.thigh * float(np.sqrt(1.0 - upright**2))
+    if need > strength * have:
+        raise ParameterError(
+            f"a crouch of {depth:.2f} m takes {100 * need / have:.0f} % of the strength of hips "
+            f"and knees to hold; {100 * strength:.0f} % may be used"
+        )
+
+
+def check_froude(speed: float, leg: float) -> None:
+    """Refuse to walk faster [m/s] than gravity holds a body on the arc of a leg [m].
+
+    Raises:
+        ParameterError: If it is so fast.
+    """
+    froude, most = speed**2 / (GRAVITY * leg), float(np.sqrt(GRAVITY * leg))
+    if froude > 1.0:
+        raise ParameterError(
+            f"{speed:.2f} m/s on legs of {leg:.2f} m is Froude number {froude:.2f}: above 1 a body "
+            f"leaves the ground, so walk at most {most:.2f} m/s"
+        )
+
+
+def check_support(human: Human, plan: ContactPlan, rests: Rests | None = None) -> None:
+    """Refuse a motion on the feet that no centre of pressure near them brings to rest in time.
+
+    Args:
+        human: The person.
+        plan: Contacts.
+        rests: Centre of mass where the person rests at the start and at the end [m]; over the
+            middle of the feet if absent.
+
+    Raises:
+        ParameterError: If it would have to be outside of the feet.
+    """
+    outside = missing_support(human, plan, rests)
+    if outside > OUTSIDE:
+        raise ParameterError(
+            f"in {plan.duration:.2f} s the ground would have to push {100 * outside:.0f} cm "
+            "outside of the feet to bring the body there and to rest: give it more time, or put "
+            "the feet nearer"
+        )
+
+
+def missing_support(human: Human, plan: ContactPlan, rests: Rests | None = None) -> float:
+    """Return how far outside of feet and seat a point mass must be pushed, at least [m].
+
+    It is 0 of a motion that leaves the ground. Arguments are those of :func:`check_support`.
+    """
+    from scipy.optimize import linprog
+    from scipy.sparse import coo_array
+
+    ends = np.unique(np.clip([0.0, *plan.switches, plan.duration], 0.0, plan.duration))
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / STEP)) + 1)[:-1] for a, b in _pairs(ends)]
+    times = np.append(np.concatenate(parts), plan.duration)
+    middles, steps = (times[1:] + times[:-1]) / 2, np.diff(times)
+    places = [_base(human, plan, float(t)) for t in middles]
+    if not all(len(p) for p in places):
+        return 0.0
+    if rests is None:
+        height = State(human, human.standing()).com[2]
+        rests = (*places[0].mean(axis=0), height), (*places[-1].mean(axis=0), height)
+    rate = float(np.sqrt(GRAVITY / min(x[2] for x in rests)))
+    n = len(steps)
+    # unknowns: parts that corners carry, how far out of the feet the ground pushes along x and y,
+    # the greatest of these, and position ± velocity / rate along x and y at all times
+    count = [len(p) for p in places]
+    first = np.cumsum([0, *count])
+    out, most = first[-1], first[-1] + 2 * n
+    state = most + 1 + 2 * np.arange(2 * (n + 1)).reshape(n + 1, 2)
+    rows: list[tuple[int, int, float]] = []
+    known: list[float] = []
+
+    def equation(terms: list[tuple[int, float]], value: float) -> None:
+        rows.extend((len(known), column, factor) for column, factor in terms)
+        known.append(value)
+
+    for k, (place, step) in enumerate(zip(places, steps, strict=True)):
+        carried = range(int(first[k]), int(first[k + 1]))
+        equation([(j, 1.0) for j in carried], 1.0)
+        for axis in range(2):
+            pressure = [(j, place[i, axis]) for i, j in enumerate(carried)]
+            pressure.append((int(out + 2 * k + axis), 1.0))
+            for way in (1.0, -1.0):
+                # the part that grows is divided by its growth, so that numbers stay small
+                grown = float(np.exp(-rate * step))
+                this, then = (1.0, grown) if way > 0 else (grown, 1.0)
+                own = int(state[k, axis]) + (way < 0)
+                after = int(state[k + 1, axis]) + (way < 0)
+                moved = [(j, (this - then) * x) for j, x in pressure]
+                equation([(after, then), (own, -this), *moved], 0.0)
+    for k, rest in ((0, rests[0]), (n, rests[1])):
+        for axis in range(2):
+            for way in range(2):
+                equation([(int(state[k, axis]) + way, 1.0)], float(rest[axis]))
+    size = int(state[-1, -1]) + 2
+    i, j, factors = (np.array(x) for x in zip(*rows, strict=True))
+    equations = coo_array((factors, (i, j)), shape=(len(known), size)).tocsr()
+    each = np.arange(2 * n)
+    within = coo_array(
+        (
+            np.concatenate([np.ones(2 * n), -np.ones(2 * n), -np.ones(4 * n)]),
+            (
+                np.concatenate([each, each + 2 * n, np.arange(4 * n)]),
+                np.concatenate([out + each, out + each, np.full(4 * n, most)]),
+            ),
+        ),
+        shape=(4 * n, size),
+    ).tocsr()
+    cost = np.zeros(size)
+    cost[most] = 1.0
+    limits = [(0.0, None)] * out + [(None, None)] * (size - out)
+    found = linprog(cost, within, np.zeros(4 * n), equations, known, limits, method="highs")
+    return float(found.fun) if found.success else 0.0
+
+
+def _pairs(x: Array) -> Iterator[tuple[float, float]]:
+    return zip(x[:-1], x[1:], strict=True)
+
+
+def _base(human: Human, plan: ContactPlan, time: float) -> Float[Array, "n_corners 2"]:
+    """Return the corners of the feet that stand at a time, and what else carries [m]."""
+    feet = [s.footprint for s in plan.stances if s.heel_strike <= time < s.toe_off]
+    seat = [s.position[:2] for s in plan.supports if s.start <= time < s.stop]
+    corners = [_corners(human, foot) for foot in feet]
+    return np.concatenate([np.array(seat).reshape(-1, 2), *corners])
+
+
+def _corners(human: Human, foot: Footprint) -> Float[Array, "4 2"]:
+    d = human.dimensions
+    c, s = np.cos(foot.heading), np.sin(foot.heading)
+    along, across = np.array([-HEEL, 1.0 - HEEL]) * d.foot_length, np.array([-0.5, 0.5])
+    flat = np.array([(a, b) for a in along for b in across * d.foot_width])
+    return np.array(foot.position[:2]) + flat @ np.array([[c, s], [-s, c]])
