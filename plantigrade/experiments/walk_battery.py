@@ -15,7 +15,7 @@ import numpy as np
 from plantigrade.contact.ground import Ground, Step
 from plantigrade.control.replay.reference import period_of
 from plantigrade.errors import ParameterError
-from plantigrade.experiments import landing_laws
+from plantigrade.experiments import landing_laws, squares
 from plantigrade.experiments.gait_walks import PEOPLE
 from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.measured import Cases, Measured
@@ -105,7 +105,9 @@ NOTES = (
     "come after 4 m of level ground; speeds on a slope are horizontal, from 2 s after its foot on. "
     "Tiles are 40 cm wide, of random height up to the number given. The study's slopes began at "
     "once, its uphill speeds suffer from that. Recordings: closed strides are repeated for 30 s, "
-    "others are walked once. RMS: all joints, against the gait at the controller's own phase.",
+    "others are walked once. Squares (--part squares): closed strides led round corners of 90° "
+    "every 4 m "
+    "for 25 s, to each side. RMS: all joints, against the gait at the controller's own phase.",
 )
 
 
@@ -264,6 +266,7 @@ def parts_for(controllers: Sequence[str], data: Path | None) -> dict[str, Callab
             }
         ),
         "recordings": every(recordings),
+        "squares": every(lambda quick: squares.cases(quick, data, RECORDINGS)),
         "laws": lambda quick: landing_laws.cases(quick, data),
     }
 
@@ -366,14 +369,15 @@ def rows(kept: KeptResults) -> Iterator[Row]:
                     yield Row(name, f"{what} walked", share, "%")
                 else:
                     yield at_least(name, f"{what} walked", share, goal, "%")
-            elif not what.startswith("recording"):
+            elif not what.startswith(("recording", squares.PREFIX)):
                 for r in found:
                     yield equal(name, f"{what}, falls", int(not r["survived"]), 0)
-        ways = [found for what, found in mine.items() if what.startswith("recording")]
-        ways = [found for found in ways if not (found and "left_out" in found[0])]
-        if ways:
-            walked = sum(bool(found and found[0]["survived"]) for found in ways)
-            yield at_least(name, "recordings walked", 100.0 * walked / len(ways), SHARE, "%")
+        for kind in ("recording", squares.PREFIX):
+            ways = [found for what, found in mine.items() if what.startswith(kind)]
+            ways = [found for found in ways if not (found and "left_out" in found[0])]
+            if ways:
+                walked = sum(bool(found and found[0]["survived"]) for found in ways)
+                yield at_least(name, f"{kind}s walked", 100.0 * walked / len(ways), SHARE, "%")
 
 
 def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
@@ -387,6 +391,7 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
             "experiments/walk_battery",
             "experiments/walking",
             "experiments/landing_laws",
+            "experiments/squares",
         ),
         parts=parts_for(controllers, data),
         usual=("flat", "slopes", "tiles", "steps", "legs", "bodies", "recordings"),
