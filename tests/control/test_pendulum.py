@@ -32,7 +32,7 @@ from plantigrade.control.pendulum.pendulum import (
     struck,
     swung,
 )
-from plantigrade.control.pendulum.swing import SwingPath
+from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
@@ -387,3 +387,18 @@ def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands
     np.testing.assert_allclose(slope[[0, -1]], [0.0, 0.06])
     plane, _ = heights(lambda place: 0.0)
     np.testing.assert_allclose(slope - plane, np.linspace(0.0, 0.06, 401), atol=1e-9)
+
+
+def test_a_foot_beyond_its_leg_comes_nearer_to_the_hip_at_the_height_it_is_to_have():
+    hip, goes = np.array([0.1, 0.05, 0.9]), np.array([1.0, 0.0, 0.0])
+    place, pace, push = np.array([0.7, 0.05, 0.1]), np.array([3.0, 0.5, -1.0]), np.full(3, 2.0)
+    in_reach(0.9, hip, goes, place, pace, push)
+    assert np.linalg.norm(place - hip) == pytest.approx(0.99 * 0.9)
+    assert place[1:] == pytest.approx([0.05, 0.1])
+    # It goes along with the hip, and aside and down as before.
+    assert pace == pytest.approx([1.0, 0.5, -1.0])
+    assert push == pytest.approx([0.0, 2.0, 2.0])
+    near = np.array([0.3, 0.05, 0.1]), np.array([3.0, 0.5, -1.0]), np.full(3, 2.0)
+    kept = [each.copy() for each in near]
+    in_reach(0.9, hip, goes, *near)
+    np.testing.assert_array_equal(near, kept)
