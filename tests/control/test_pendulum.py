@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from plantigrade.arrays import Array
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum import Pendulum, walk_of
 from plantigrade.control.pendulum.borne import borne
@@ -273,8 +273,35 @@ def test_the_mass_of_a_walk_that_repeats_itself_moves_as_its_feet_can_make_it(wa
     was = recorded.table[:, found.columns["com"][0]]
     assert np.abs(com - was)[:, :2].max() < 0.04
     np.testing.assert_array_equal(com[:, 2], was[:, 2])
-    open_ended = replace(recorded, period=None)
-    assert borne(open_ended) is open_ended
+
+
+def test_the_mass_of_a_walk_that_is_done_once_does_so_between_its_ends(walk):
+    motion = walk_of(walk).motion
+    part = replace(walk, motion=motion.frames(np.arange(4 * motion.n_frames // 5)))
+    recorded = reference_of(part, lands=True)
+    found = borne(recorded)
+    assert recorded.period is None and not recorded.ends
+    com, was, velocity, acceleration, pressure = (
+        table[:, found.columns[name][0]][:, :2]
+        for table, name in (
+            (found.table, "com"),
+            (recorded.table, "com"),
+            (found.table, "com_velocity"),
+            (found.table, "com_acceleration"),
+            (found.table, "pressure"),
+        )
+    )
+    np.testing.assert_array_equal(com[[0, -1]], was[[0, -1]])
+    assert np.abs(com - was).max() < 0.04
+    np.testing.assert_allclose(acceleration, found.omega**2 * (com - pressure), atol=1e-9)
+    np.testing.assert_allclose(np.gradient(com, STEP, axis=0), velocity, atol=1e-9)
+    again = np.diff(com, 2, axis=0) / STEP**2
+    np.testing.assert_allclose(again, acceleration[1:-1], atol=1e-6)
+    # It was cut off in a step; the foot that swung then is down at the end.
+    last = [found.schedule.standing(side, found.duration - 1e-3) for side in SIDES]
+    assert None not in last
+    swings = reference_of(part).schedule
+    assert None in [swings.standing(side, found.duration - 1e-3) for side in SIDES]
 
 
 def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun):

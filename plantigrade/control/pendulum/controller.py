@@ -105,7 +105,7 @@ class Pendulum:
         if tick >= LONG:
             self.control_rate = 0.5 * type(self).control_rate
         self.clearance = clearance_of(record)
-        self.reference = Paced(borne(reference_of(record, self.clearance)))
+        self.reference = Paced(borne(reference_of(record, self.clearance, lands=True)))
         repeats = self.reference.period is not None
         self.lasts = max(record.motion.duration, WALKS if repeats else 0.0)
         human, self.sites = self.human, world_sites(record)

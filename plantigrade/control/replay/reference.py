@@ -98,7 +98,9 @@ class Reference:
         return Instant(row, self.columns)
 
 
-def reference_of(record: Record, clearance: Clearance | None = None) -> Reference:
+def reference_of(
+    record: Record, clearance: Clearance | None = None, *, lands: bool = False
+) -> Reference:
     """Return the tables of a motion.
 
     Forces and torques are taken where the record has them; without them the load is where the feet
@@ -107,6 +109,8 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
     Args:
         record: The motion.
         clearance: How it is kept from passing through itself; left as it is if absent.
+        lands: Whether a motion that was cut off in a step ends with that foot on the ground: one
+            that swings for ever lets the body fall.
 
     Raises:
         ParameterError: If the motion has less than two frames.
@@ -130,6 +134,10 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
     ends = period is None and float(np.abs(qvel[-1]).max()) < MOVING
     swept = sweep_tables(record, sites, qpos, qvel)
     load = loads(record, sites, swept, force)
+    if lands and period is None:
+        for own in (np.array([s.side == side for s in sites]) for side in SIDES):
+            if not load[-1, own].any():
+                load[-1, own] = record.weight / (2 * own.sum())
     if record.ground.steps:
         lift_over_edges(record, sites, swept, load)
     total = force.sum(axis=1)
