@@ -38,11 +38,10 @@ STILL = 0.025
 
 VERTICAL = (5.0, 0.06)
 """The height of the mass is led back at this rate [1/s], in this time [s]."""
-SINKS, RISES = -6.0, 4.0
+SINKS, RISES = -3.0, 4.0
 """The mass is let down and pressed up no faster than so, unless the recording does [m/s²]: who
-falls can neither press nor step, and who is thrown up neither. A foot that is led far needs a low
-body before it lands, or it hangs over the ground meanwhile."""
-BACK = (-6.0, 4.0)
+falls can neither press nor step, and who is thrown up neither."""
+BACK = (-3.0, 4.0)
 """Limits of the vertical acceleration that leads back to the recorded height [m/s²]: more would
 throw who lands low into the air again."""
 
