@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from plantigrade.arrays import Array
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum import Pendulum, walk_of
 from plantigrade.control.pendulum.borne import borne
@@ -32,7 +32,7 @@ from plantigrade.control.pendulum.pendulum import (
     struck,
     swung,
 )
-from plantigrade.control.pendulum.swing import SwingPath
+from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
@@ -273,8 +273,35 @@ def test_the_mass_of_a_walk_that_repeats_itself_moves_as_its_feet_can_make_it(wa
     was = recorded.table[:, found.columns["com"][0]]
     assert np.abs(com - was)[:, :2].max() < 0.04
     np.testing.assert_array_equal(com[:, 2], was[:, 2])
-    open_ended = replace(recorded, period=None)
-    assert borne(open_ended) is open_ended
+
+
+def test_the_mass_of_a_walk_that_is_done_once_does_so_between_its_ends(walk):
+    motion = walk_of(walk).motion
+    part = replace(walk, motion=motion.frames(np.arange(4 * motion.n_frames // 5)))
+    recorded = reference_of(part, lands=True)
+    found = borne(recorded)
+    assert recorded.period is None and not recorded.ends
+    com, was, velocity, acceleration, pressure = (
+        table[:, found.columns[name][0]][:, :2]
+        for table, name in (
+            (found.table, "com"),
+            (recorded.table, "com"),
+            (found.table, "com_velocity"),
+            (found.table, "com_acceleration"),
+            (found.table, "pressure"),
+        )
+    )
+    np.testing.assert_array_equal(com[[0, -1]], was[[0, -1]])
+    assert np.abs(com - was).max() < 0.04
+    np.testing.assert_allclose(acceleration, found.omega**2 * (com - pressure), atol=1e-9)
+    np.testing.assert_allclose(np.gradient(com, STEP, axis=0), velocity, atol=1e-9)
+    again = np.diff(com, 2, axis=0) / STEP**2
+    np.testing.assert_allclose(again, acceleration[1:-1], atol=1e-6)
+    # It was cut off in a step; the foot that swung then is down at the end.
+    last = [found.schedule.standing(side, found.duration - 1e-3) for side in SIDES]
+    assert None not in last
+    swings = reference_of(part).schedule
+    assert None in [swings.standing(side, found.duration - 1e-3) for side in SIDES]
 
 
 def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun):
@@ -387,3 +414,18 @@ def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands
     np.testing.assert_allclose(slope[[0, -1]], [0.0, 0.06])
     plane, _ = heights(lambda place: 0.0)
     np.testing.assert_allclose(slope - plane, np.linspace(0.0, 0.06, 401), atol=1e-9)
+
+
+def test_a_foot_beyond_its_leg_comes_nearer_to_the_hip_at_the_height_it_is_to_have():
+    hip, goes = np.array([0.1, 0.05, 0.9]), np.array([1.0, 0.0, 0.0])
+    place, pace, push = np.array([0.7, 0.05, 0.1]), np.array([3.0, 0.5, -1.0]), np.full(3, 2.0)
+    in_reach(0.9, hip, goes, place, pace, push)
+    assert np.linalg.norm(place - hip) == pytest.approx(0.99 * 0.9)
+    assert place[1:] == pytest.approx([0.05, 0.1])
+    # It goes along with the hip, and aside and down as before.
+    assert pace == pytest.approx([1.0, 0.5, -1.0])
+    assert push == pytest.approx([0.0, 2.0, 2.0])
+    near = np.array([0.3, 0.05, 0.1]), np.array([3.0, 0.5, -1.0]), np.full(3, 2.0)
+    kept = [each.copy() for each in near]
+    in_reach(0.9, hip, goes, *near)
+    np.testing.assert_array_equal(near, kept)

@@ -14,6 +14,7 @@ walk that repeats itself.
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from plantigrade.control.replay.reference import STEP, Reference
 
@@ -22,10 +23,10 @@ def borne(reference: Reference) -> Reference:
     """Return a walk whose centre of mass moves over the ground as its feet can make it.
 
     Args:
-        reference: The walk; one that does not repeat itself is returned as it is.
+        reference: The walk; one that does not repeat itself begins and ends where it does.
     """
     if reference.period is None:
-        return reference
+        return _once(reference)
     table = reference.table.copy()
     com, velocity, acceleration, pressure = (
         table[:, reference.columns[name][0]]
@@ -42,4 +43,24 @@ def borne(reference: Reference) -> Reference:
     acceleration[:-1, :2] = reference.omega**2 * (com - pressure)[:-1, :2]
     com[-1, :2] = com[0, :2] + reference.advance[:2]
     velocity[-1, :2], acceleration[-1, :2] = velocity[0, :2], acceleration[0, :2]
+    return replace(reference, table=table)
+
+
+def _once(reference: Reference) -> Reference:
+    """Return the same for a walk that is done once: the pendulum between its ends."""
+    table = reference.table.copy()
+    com, velocity, acceleration, pressure = (
+        table[:, reference.columns[name][0]]
+        for name in ("com", "com_velocity", "com_acceleration", "pressure")
+    )
+    n = len(table) - int(reference.ends)  # the row after the end rests
+    stiff = (reference.omega * STEP) ** 2
+    band = np.ones((3, n - 2))
+    band[1] = -2.0 - stiff
+    right = -stiff * pressure[1 : n - 1, :2]
+    right[0] -= com[0, :2]
+    right[-1] -= com[n - 1, :2]
+    com[1 : n - 1, :2] = solve_banded((1, 1), band, right)
+    velocity[:n, :2] = np.gradient(com[:n, :2], STEP, axis=0)
+    acceleration[:n, :2] = reference.omega**2 * (com - pressure)[:n, :2]
     return replace(reference, table=table)

@@ -15,7 +15,7 @@ from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan
-from plantigrade.control.pendulum.swing import SwingPath
+from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
@@ -105,7 +105,7 @@ class Pendulum:
         if tick >= LONG:
             self.control_rate = 0.5 * type(self).control_rate
         self.clearance = clearance_of(record)
-        self.reference = Paced(borne(reference_of(record, self.clearance)))
+        self.reference = Paced(borne(reference_of(record, self.clearance, lands=True)))
         repeats = self.reference.period is not None
         self.lasts = max(record.motion.duration, WALKS if repeats else 0.0)
         human, self.sites = self.human, world_sites(record)
@@ -113,7 +113,9 @@ class Pendulum:
         self.radius = np.array([[s.radius] for s in self.sites])
         self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
         self.of_side = [(self.side_of == i).nonzero()[0] for i in range(len(SIDES))]
-        self.feet = np.array([human.body(f"foot_{s}") for s in SIDES])
+        self.feet, self.hips = (
+            np.array([human.body(f"{bone}_{s}") for s in SIDES]) for bone in ("foot", "femur")
+        )
         self.weights = Weights.of(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         self.damping = SOFT * np.maximum(-low, high)
@@ -338,6 +340,9 @@ class Pendulum:
                 self.paths[i].stands(foot[i])
             else:
                 place, pace, push = self._swing(own, i, ref, rate, foot)
+                at = body.origins[self.hips[[i]]]
+                goes = body.rigid_points(self.hips[[i]], at).velocity[0]
+                in_reach(self.leg, at[0], goes, place, pace, push)
                 rows.append(place_rows(J[3:], bias[3:], speed[3:], place - foot[i], pace, push))
             if own.stands and own.touchdown >= newest and not (self.side_of[active] == i).any():
                 # What carries has lost the ground: it is led back there.

@@ -1,7 +1,7 @@
 """How a foot swings: the recorded path, rescaled to the predicted step, over what is in its way."""
 
 from collections.abc import Callable
-from math import hypot
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -20,6 +20,8 @@ ALONG = np.linspace(0.0, 1.0, 9)
 """Where the ground on the way is looked at."""
 UP, DOWN = 0.35, 0.7
 """Parts of a swing by which a foot is over what is in its way, and until which it stays there."""
+STRAIGHT = 0.99
+"""A swinging leg is stretched so far, hip to ankle [leg lengths]."""
 
 Level = Callable[[Array], float]
 """Height of the ground at a place [m]."""
@@ -108,3 +110,35 @@ class SwingPath:
             for x, high in zip((HEEL, 0.5 * TOE, TOE), (under[0], *under[2:]), strict=True):
                 most = max(most, high - tilt * x - line)
         return most
+
+
+def in_reach(
+    leg: float,
+    hip: Float[Array, " 3"],
+    goes: Float[Array, " 3"],
+    place: Float[Array, " 3"],
+    pace: Float[Array, " 3"],
+    push: Float[Array, " 3"],
+) -> None:
+    """Keep what is wanted of a swinging foot where its leg reaches, at the height it is to have.
+
+    A foot that is led farther pulls the body along with a straight leg, and hangs over the ground
+    meanwhile: landing places run away from it. It rather comes down nearer to the hip.
+
+    Args:
+        leg: Length of the leg [m].
+        hip: Its hip [m].
+        goes: Velocity of the hip [m/s].
+        place: Where the foot is to be [m]; changed.
+        pace: How fast it is to go there [m/s]; changed.
+        push: Its acceleration [m/s²]; changed.
+    """
+    away = place - hip
+    down = min(abs(float(away[2])), STRAIGHT * leg)
+    far, most = hypot(*away[:2]), sqrt((STRAIGHT * leg) ** 2 - down**2)
+    if far <= most:
+        return
+    out = away[:2] / far
+    place[:2] -= (far - most) * out
+    pace[:2] -= max(float((pace - goes)[:2] @ out), 0.0) * out
+    push[:2] -= max(float(push[:2] @ out), 0.0) * out

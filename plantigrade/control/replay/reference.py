@@ -15,7 +15,7 @@ from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.control.replay.clearance import Clearance, held_out
 from plantigrade.control.replay.edges import lifts
 from plantigrade.control.replay.offsets import offset_weights
-from plantigrade.control.replay.schedule import Schedule, Stance, carrying, stances_of
+from plantigrade.control.replay.schedule import Schedule, Stance, carrying, settled, stances_of
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 
@@ -98,7 +98,9 @@ class Reference:
         return Instant(row, self.columns)
 
 
-def reference_of(record: Record, clearance: Clearance | None = None) -> Reference:
+def reference_of(
+    record: Record, clearance: Clearance | None = None, *, lands: bool = False
+) -> Reference:
     """Return the tables of a motion.
 
     Forces and torques are taken where the record has them; without them the load is where the feet
@@ -107,6 +109,8 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
     Args:
         record: The motion.
         clearance: How it is kept from passing through itself; left as it is if absent.
+        lands: Whether a motion that was cut off in a step ends with that foot on the ground: one
+            that swings for ever lets the body fall.
 
     Raises:
         ParameterError: If the motion has less than two frames.
@@ -130,6 +134,10 @@ def reference_of(record: Record, clearance: Clearance | None = None) -> Referenc
     ends = period is None and float(np.abs(qvel[-1]).max()) < MOVING
     swept = sweep_tables(record, sites, qpos, qvel)
     load = loads(record, sites, swept, force)
+    if lands and period is None:
+        for own in (np.array([s.side == side for s in sites]) for side in SIDES):
+            if not load[-1, own].any():
+                load[-1, own] = record.weight / (2 * own.sum())
     if record.ground.steps:
         lift_over_edges(record, sites, swept, load)
     total = force.sum(axis=1)
@@ -279,12 +287,29 @@ def loads(
     share = np.maximum(rest, LEAST * record.weight) / np.maximum((unknown & touches).sum(axis=1), 1)
     feet = np.where(unknown, touches * share[:, None], np.nan_to_num(feet))
     feet[feet < LIFTED * record.weight] = 0.0
+    for i, side in enumerate(SIDES):
+        if record.has_forces and not record.foot(side).measured.any():
+            feet[_swings(swept["gap"][:, own[i]].min(axis=1), touches[:, i]), i] = 0.0
     for i, mine in enumerate(own):
         low = swept["gap"][:, mine]
         carries = near[:, mine] | (low <= low.min(axis=1)[:, None] + LEVEL)
         part = carries / carries.sum(axis=1, keepdims=True)
         load[:, mine] = part * feet[:, i : i + 1]
     return load
+
+
+def _swings(gap: Array, touches: Array) -> Array:
+    """Return when a foot swings, whatever load was estimated for it.
+
+    Args:
+        gap: Height of its lowest sphere [m].
+        touches: Whether a sphere is near the ground and slow.
+    """
+    return (gap > HIGH) | ~settled(touches, round(ROLLS / STEP))
+
+
+HIGH, ROLLS = 0.05, 0.1
+"""A foot this high carries nothing [m]; one that strikes or rolls off is fast for so long [s]."""
 
 
 def foot_load(record: Record, side: str, n: int) -> Float[Array, " n"]:
