@@ -307,10 +307,19 @@ class Pendulum:
         points = body.rigid_points(touching.body, where)
         M, h = body.mass_matrix, body.bias
         level, rise = self._slope(body.com)
+        askew = hypot(*self.plan.error) > ASKEW * self.leg
         centre = mass_acceleration(
-            body, ref, rate, self.reference.omega, self.plan, low[active, :2], level, rise
+            body,
+            ref,
+            rate,
+            self.reference.omega,
+            self.plan,
+            low[active, :2],
+            level,
+            rise,
+            askew=askew,
         )
-        if hypot(*self.plan.error) > ASKEW * self.leg:  # the whole friction where it stops the body
+        if askew:  # the whole friction where it stops the body
             touching = replace(touching, along=float(np.arctan2(centre[1], centre[0])))
         rows: list[Rows | PointRows] = [
             replace(com_rows(M, h, body.mass, self.gravity, centre), weight=self.weights.centre)

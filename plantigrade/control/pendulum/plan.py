@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan, atan2, cos, exp, sin, sqrt
+from math import atan, cos, exp, sin, sqrt
 
 import numpy as np
 
@@ -58,8 +58,8 @@ class Plan:
     Attributes:
         error: What the divergent component of motion is off the plan, world [m].
         shift: How far the feet that stand are beside the recording, by load, world [m].
-        askew: How far the pressure is from there, since the only foot that stands looks another way
-            than recorded, world [m].
+        swept: How far the way has turned since each foot stands as it does, to the left [rad].
+        beside: How far the pressure is beside the recording for that, world [m].
         path: How far ahead of the recording, or behind, the walk stays for good, world [m].
         lead: What counters a lasting offset, world [m].
         bent: How much lower than recorded the body goes for legs to reach their feet [m].
@@ -84,7 +84,7 @@ class Plan:
         self.error, self.shift = np.zeros(2), np.zeros(3)
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.bent = self.turning = 0.0
-        self.askew = np.zeros(2)
+        self.beside, self.swept = np.zeros(2), np.zeros(2)
         self.toes = 0.0
         self.heading: Callable[[float], tuple[float, float, float]] = lambda left: (0.0, 0.0, 0.0)
 
@@ -115,7 +115,8 @@ class Plan:
         first, beta, offsets, self.shift = gait.carried()
         standing = gait.standing
         path = self._path()
-        self.askew = np.zeros(2)
+        self.beside = np.zeros(2)
+        self.swept += self.turning * self.step
         swinging = [f for f in gait.feet if not f.stands and f.number is not None]
         self.bent *= 1.0 - self.step / RISING
         if len(standing) != 1 or len(swinging) != 1:
@@ -182,13 +183,12 @@ class Plan:
         xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
         pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
         # It is ahead of the ankle along the foot, which stays as it stands while the way turns.
-        toes = body.rotations[body.human.body(f"foot_{other.side}")][:2, 0]
-        own = ref["turn"][k].reshape(3, 3)[:2, 0]
-        askew = atan2(own[0] * toes[1] - own[1] * toes[0], own @ toes)
-        back = turned(askew)
-        pivot = places[k, :2] + (pivot - places[k, :2]) @ back
-        ahead = ref["pressure"][:2] - ref["foot"][k, :2]
-        self.askew = ahead @ back - ahead
+        if self.swept[k]:
+            back = turned(-self.swept[k])
+            pivot = places[k, :2] + (pivot - places[k, :2]) @ back
+            ahead = ref["pressure"][:2] - ref["foot"][k, :2]
+            self.beside = ahead @ back - ahead
+        self.swept[i] = -self.toes  # as it is to land
         pivot, speed = com + turn @ (pivot - com), turn @ body.com_velocity[:2]
         found = landing(self.law, com, speed, pivot, stands, left, strike, box)
         home = strike.lands + BACK * (self.shift[:2] - path)
