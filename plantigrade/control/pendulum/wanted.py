@@ -122,7 +122,7 @@ def mass_acceleration(
     level: float,
     rise: Float[Array, " 2"],
     *,
-    askew: bool = False,
+    far: bool = False,
 ) -> Float[Array, " 3"]:
     """Return the acceleration of the centre of mass that is wanted [m/s²].
 
@@ -138,7 +138,7 @@ def mass_acceleration(
         places: What touches [m].
         level: Height of the ground around [m].
         rise: How far it rises along x and y, by distance.
-        askew: Whether the divergent component is far off: the body goes down faster for far steps.
+        far: Whether the divergent component is far off: the body goes down faster for far steps.
     """
     shift = plan.shift[:2] + plan.beside
     moved = shift + (1.0 + FIRM / omega) * plan.error
@@ -156,7 +156,7 @@ def mass_acceleration(
     off = ref["com"][2] + level - plan.bent - c[2]
     pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
     own = rate**2 * ref["com_acceleration"][2]
-    sinks = STEPS if askew else 1.0
+    sinks = STEPS if far else 1.0
     back = min(max((pace - v[2]) / time, sinks * BACK[0]), BACK[1])
     wanted[2] = min(max(own + back, min(own, sinks * SINKS)), max(own, RISES))
     return wanted
