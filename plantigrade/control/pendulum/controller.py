@@ -46,8 +46,6 @@ AROUND = 0.3
 ASKEW = 0.06
 """From this deviation on pyramids of friction have a corner in the direction of the push that is
 wanted; half way between corners they lack 0.3 of it [leg lengths]."""
-FAR = 0.12
-"""From this deviation on far steps are taken, for which the body goes down faster [leg lengths]."""
 LEVEL = 0.06
 """Places where feet stand in a walk on level ground are no farther apart in height [m]."""
 STILL = np.zeros(3)
@@ -309,19 +307,10 @@ class Pendulum:
         points = body.rigid_points(touching.body, where)
         M, h = body.mass_matrix, body.bias
         level, rise = self._slope(body.com)
-        off = hypot(*self.plan.error)
         centre = mass_acceleration(
-            body,
-            ref,
-            rate,
-            self.reference.omega,
-            self.plan,
-            low[active, :2],
-            level,
-            rise,
-            far=off > FAR * self.leg,
+            body, ref, rate, self.reference.omega, self.plan, low[active, :2], level, rise
         )
-        if off > ASKEW * self.leg:  # the whole friction where it stops the body
+        if hypot(*self.plan.error) > ASKEW * self.leg:  # the whole friction where it stops the body
             touching = replace(touching, along=float(np.arctan2(centre[1], centre[0])))
         rows: list[Rows | PointRows] = [
             replace(com_rows(M, h, body.mass, self.gravity, centre), weight=self.weights.centre)

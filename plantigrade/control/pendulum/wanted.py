@@ -41,8 +41,6 @@ VERTICAL = (5.0, 0.06)
 SINKS, RISES = -3.0, 4.0
 """The mass is let down and pressed up no faster than so, unless the recording does [m/s²]: who
 falls can neither press nor step, and who is thrown up neither."""
-STEPS = 2.0
-"""For the far steps of who was pushed it goes down so many times as fast."""
 BACK = (-3.0, 4.0)
 """Limits of the vertical acceleration that leads back to the recorded height [m/s²]: more would
 throw who lands low into the air again."""
@@ -121,8 +119,6 @@ def mass_acceleration(
     places: Float[Array, "k 2"],
     level: float,
     rise: Float[Array, " 2"],
-    *,
-    far: bool = False,
 ) -> Float[Array, " 3"]:
     """Return the acceleration of the centre of mass that is wanted [m/s²].
 
@@ -138,7 +134,6 @@ def mass_acceleration(
         places: What touches [m].
         level: Height of the ground around [m].
         rise: How far it rises along x and y, by distance.
-        far: Whether the divergent component is far off: the body goes down faster for far steps.
     """
     shift = plan.shift[:2] + plan.beside
     moved = shift + (1.0 + FIRM / omega) * plan.error
@@ -156,9 +151,8 @@ def mass_acceleration(
     off = ref["com"][2] + level - plan.bent - c[2]
     pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
     own = rate**2 * ref["com_acceleration"][2]
-    sinks = STEPS if far else 1.0
-    back = min(max((pace - v[2]) / time, sinks * BACK[0]), BACK[1])
-    wanted[2] = min(max(own + back, min(own, sinks * SINKS)), max(own, RISES))
+    back = min(max((pace - v[2]) / time, BACK[0]), BACK[1])
+    wanted[2] = min(max(own + back, min(own, SINKS)), max(own, RISES))
     return wanted
 
 
