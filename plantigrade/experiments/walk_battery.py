@@ -106,8 +106,8 @@ NOTES = (
     "Tiles are 40 cm wide, of random height up to the number given. The study's slopes began at "
     "once, its uphill speeds suffer from that. Recordings: closed strides are repeated for 30 s, "
     "others are walked once. Squares (--part squares): closed strides led round corners of 90° "
-    "every 4 m "
-    "for 25 s, to each side. RMS: all joints, against the gait at the controller's own phase.",
+    "every 4 m for 25 s, to each side. RMS: all joints, against the gait at the controller's own "
+    "phase.",
 )
 
 

@@ -202,5 +202,5 @@ def _load(path: Path, remedy: str) -> dict[str, np.ndarray]:
         raise FileError(path, problem, remedy=remedy) from error
     for key, value in arrays.items():
         if not isinstance(value, np.ndarray):
-            raise FileError(path, "is not an array", where=key, remedy=_REMEDY)
+            raise FileError(path, "is not an array", where=key, remedy=remedy)
     return arrays

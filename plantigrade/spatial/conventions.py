@@ -39,6 +39,17 @@ def rotation_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+def about_vertical(angle: float) -> Float[Array, "3 3"]:
+    """Return the rotation about the vertical by an angle, to the left [rad].
+
+    Example:
+        >>> (about_vertical(np.pi / 2) @ [1.0, 0.0, 0.0]).round(9) + 0.0
+        array([0., 1., 0.])
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
 def pelvis_angles_to_quaternion(angles: Float[Array, "*n 3"]) -> Float[Array, "*n 4"]:
     """Return ``wxyz`` from OpenSim's pelvis tilt, list and rotation [rad].
 

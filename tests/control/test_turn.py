@@ -13,9 +13,9 @@ SPEED, OMEGA, STEP, DURATION = 1.3, 3.2, 0.005, 0.55
 
 
 def on_a_circle() -> Turn:
-    turn = Turn(OMEGA)
+    turn = Turn()
     for _ in range(800):
-        turn.look(10.0, SPEED, DURATION, STEP)
+        turn.look(10.0, SPEED, DURATION, OMEGA, STEP)
     return turn
 
 
@@ -41,9 +41,9 @@ def test_round_a_circle_feet_that_land_on_it_keep_the_mass_on_it():
 
 
 def test_with_ever_shorter_steps_it_is_what_a_circle_asks_for():
-    turn = Turn(OMEGA)
+    turn = Turn()
     for _ in range(800):
-        turn.look(10.0, SPEED, 0.4, STEP)
+        turn.look(10.0, SPEED, 0.4, OMEGA, STEP)
     longer = turn.after(0.0)[1]
     assert longer > on_a_circle().after(0.0)[1]
     assert longer < SPEED * FASTEST / OMEGA**2
@@ -51,9 +51,9 @@ def test_with_ever_shorter_steps_it_is_what_a_circle_asks_for():
 
 def test_what_is_foreseen_comes():
     """A turn of 30° to the left, from straight on to straight on."""
-    turn, angle, rows = Turn(OMEGA), 0.0, []
+    turn, angle, rows = Turn(), 0.0, []
     for _ in range(1600):
-        turn.look(np.deg2rad(30.0) - angle, SPEED, DURATION, STEP)
+        turn.look(np.deg2rad(30.0) - angle, SPEED, DURATION, OMEGA, STEP)
         rows.append((angle, turn.rate, *turn.after(0.4)[:2], turn.after(0.0)[1]))
         angle += STEP * turn.rate
     angles, rate, later, inward, now = np.array(rows).T
@@ -67,16 +67,16 @@ def test_what_is_foreseen_comes():
 
 
 def test_a_turn_to_the_right_is_the_mirrored_one():
-    left, right = Turn(OMEGA), Turn(OMEGA)
+    left, right = Turn(), Turn()
     for _ in range(60):
-        left.look(0.5, SPEED, DURATION, STEP)
-        right.look(-0.5, SPEED, DURATION, STEP)
+        left.look(0.5, SPEED, DURATION, OMEGA, STEP)
+        right.look(-0.5, SPEED, DURATION, OMEGA, STEP)
     assert right.after(0.3) == pytest.approx([-x for x in left.after(0.3)])
 
 
 def test_who_goes_straight_on_leans_nowhere():
-    turn = Turn(OMEGA)
-    turn.look(0.0, SPEED, DURATION, STEP)
+    turn = Turn()
+    turn.look(0.0, SPEED, DURATION, OMEGA, STEP)
     assert (turn.rate, turn.after(0.5)) == (0.0, (0.0, 0.0, 0.0))
     assert steered(1.0, 0.0, 0.1) == pytest.approx(0.1) and steered(9.0, 0.2, 9.0) == FASTEST
 

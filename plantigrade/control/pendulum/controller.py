@@ -1,11 +1,11 @@
 """The controller that walks as recorded: pendulum, landing, wanted velocities, torques."""
 
 from dataclasses import replace
-from math import cos, hypot, sin, sqrt
+from math import hypot, sqrt
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.borne import borne
@@ -38,6 +38,7 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.kinematics.stride import stood_apart
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import about_vertical
 from plantigrade.wbc.whole_body import PointRows, Rows, Touching
 from plantigrade.world import Command, Drawing, StablePD, State, World
 
@@ -329,7 +330,7 @@ class Pendulum:
             tilt = tilted(normal)
             way = ref["turn"][i].reshape(3, 3)
             if self.plan.toes and not own.stands:  # half of a turn's step before, half behind
-                way = _about_vertical(self.plan.toes) @ way
+                way = about_vertical(self.plan.toes) @ way
             turn = (tilt @ way).ravel()
             error = turn_error(turn, turned[i])
             goal = tilt @ (rate * ref["turn_velocity"][i]) + self.plan.turning * normal
@@ -415,9 +416,3 @@ class Pendulum:
             place[2] -= own.lowered
             pace[2] = -0.4
         return place, pace, push
-
-
-def _about_vertical(angle: float) -> Float[Array, "3 3"]:
-    """Return the rotation to the left by an angle [rad]."""
-    c, s = cos(angle), sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -13,6 +13,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.balance.carried import PLATE
 from plantigrade.kinematics.state import State as BodyState
+from plantigrade.spatial.conventions import about_vertical
 from plantigrade.world import State, World
 
 
@@ -35,8 +36,7 @@ class Frame:
     @property
     def turn(self) -> Float[Array, "3 3"]:
         """Rotation from its axes to the world's."""
-        c, s = np.cos(self.angle), np.sin(self.angle)
-        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return about_vertical(self.angle)
 
     def to_world(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
         """Return points of the frame in the world [m]."""

@@ -41,32 +41,30 @@ STILL = 1e-6
 class Turn:
     """A turn.
 
-    Args:
-        omega: Root of gravity by height [1/s].
-
     Attributes:
         rate: How fast it turns to the left now [rad/s].
     """
 
-    def __init__(self, omega: float):
-        self.omega, self.rate = omega, 0.0
+    def __init__(self):
+        self.rate = 0.0
         self._path: Float[Array, "n 3"] | None = None
 
-    def look(self, off: float, speed: float, duration: float, step: float) -> None:
+    def look(self, off: float, speed: float, duration: float, omega: float, step: float) -> None:
         """Go on by a step, and foresee the rest.
 
         Args:
             off: By how much the bearing is missed, to the left [rad].
             speed: How fast the walk is [m/s].
             duration: Of its steps [s].
+            omega: Root of gravity by height [1/s].
             step: How long the step is by which it goes on [s].
         """
         self.rate = steered(off, self.rate, step)
         if abs(off) + abs(self.rate) < STILL:
             self.rate, self._path = 0.0, None
             return
-        self._duration = duration
-        self._ahead = speed / self.omega - speed * duration / (exp(self.omega * duration) - 1.0)
+        self._duration, self._omega = duration, omega
+        self._ahead = speed / omega - speed * duration / (exp(omega * duration) - 1.0)
         rate, angle, angles = self.rate, 0.0, [0.0]
         for _ in range(ceil((STEPS + 1) * duration / FINE) + 1):
             rate = steered(off - angle, rate, FINE)
@@ -99,7 +97,7 @@ class Turn:
         angle, x, y = ((1.0 - part) * path[i] + part * path[i + 1]).T
         c, s = np.cos(angle[0]), np.sin(angle[0])
         beside = c * (y - y[0]) - s * (x - x[0]) + self._ahead * np.sin(angle - angle[0])
-        falls = np.exp(-self.omega * self._duration * np.arange(1, STEPS + 1))
+        falls = np.exp(-self._omega * self._duration * np.arange(1, STEPS + 1))
         weight = falls - np.append(falls[1:], 0.0)
         return float(angle[0]), float(weight @ beside[1:]), 0.5 * float(angle[1] - angle[0])
 

@@ -211,7 +211,7 @@ class Walker:
         self.styles.begin()
         self.pendulum.reference.start(1.0, 0.0, 0.0)
         self.pendulum.begin(state)
-        self._turn = Turn(self.pendulum.reference.omega)
+        self._turn = Turn()
         self.pendulum.plan.heading = self._turn.after
         self._ground = Underfoot(state.world, self.frame)
         self.walks, self._time = True, 0.0
@@ -292,7 +292,7 @@ class Walker:
         off = toward(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
         paced, turn = self.pendulum.reference, self._turn
         steps = self.pendulum.gait.reference.duration / paced.cadence
-        turn.look(off, self._mean, 0.5 * steps, step)
+        turn.look(off, self._mean, 0.5 * steps, paced.omega, step)
         self.pendulum.plan.turning = turn.rate
         if turn.rate != 0.0:
             self.frame.steer(*self._here, step * turn.rate)
@@ -367,7 +367,7 @@ class Walker:
         self.frame.shift(float(feet[stands, 1] - now))
         pendulum.place = np.array([ahead, 0.0])
         pendulum.resume(self._seen(state).body, phase)
-        self._turn = Turn(self.pendulum.reference.omega)
+        self._turn = Turn()
         pendulum.plan.heading = self._turn.after
         self.walks, self._since = True, None
         self._stride = self._mean = self._more = 0.0

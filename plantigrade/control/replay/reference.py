@@ -23,6 +23,8 @@ STEP = 0.002
 """Of the grid [s]."""
 AFTER = 4.0
 """So long after the end (or the second period) offsets of the feet are looked ahead [s]."""
+HIGH, ROLLS = 0.05, 0.1
+"""A foot this high carries nothing [m]; one that strikes or rolls off is fast for so long [s]."""
 SOON = 0.08
 """So long before a point is to be down it may stay down that touches [s]."""
 MOVING = 0.2
@@ -306,10 +308,6 @@ def _swings(gap: Array, touches: Array) -> Array:
         touches: Whether a sphere is near the ground and slow.
     """
     return (gap > HIGH) | ~settled(touches, round(ROLLS / STEP))
-
-
-HIGH, ROLLS = 0.05, 0.1
-"""A foot this high carries nothing [m]; one that strikes or rolls off is fast for so long [s]."""
 
 
 def foot_load(record: Record, side: str, n: int) -> Float[Array, " n"]:

@@ -13,6 +13,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import SAME, ContactPlan, Footprint
 from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.spatial.conventions import about_vertical
 from plantigrade.synthesize.problem.constraint_family import ConstraintFamily
 from plantigrade.synthesize.problem.contact_body import ContactBody
 from plantigrade.synthesize.transcription.derivatives import derivatives_of
@@ -92,8 +93,7 @@ def site_targets(body: ContactBody, footprint: Footprint) -> dict[str, Float[Arr
     flat = body.cache.get(
         ("flat foot", footprint.side), lambda: flat_sites(body.human, body.sites, footprint.side)
     )
-    c, s = np.cos(footprint.heading), np.sin(footprint.heading)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    turn = about_vertical(footprint.heading)
     return {n: np.array(footprint.position) + turn @ x for n, x in flat.items()}
 
 
