@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plantigrade.arrays import Array
+from plantigrade.contact.thing import Thing
 from plantigrade.errors import ParameterError
 
 NUMBERS, WORDS, FLAGS = "fiub", "US", "b"
@@ -131,6 +132,9 @@ def check_signals(signals: Mapping[str, Array], n_frames: int, nv: int) -> None:
         missing = [name for name in family if name not in signals]
         if missing and len(missing) < len(family):
             raise ParameterError(f"signal {missing[0]} is missing, others of its kind are there")
+    things = (signals.get(f"things.{what}", ()) for what in ("name", "kind", "size"))
+    for name, kind, (x, y, z) in zip(*things, strict=True):
+        Thing(str(name), str(kind), (float(x), float(y), float(z)))
     curves = (f"foot.{name}" for name in signals.get("foot.names", ()))
     length = len(signals.get("foot.percent", ()))
     for name in curves:

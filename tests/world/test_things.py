@@ -111,6 +111,16 @@ def test_things_without_a_shape_are_refused():
             Thing("it", kind, size)
 
 
+def test_a_record_with_a_thing_that_cannot_be_is_refused(record):
+    for name, bad in (
+        ("things.kind", np.array(["cone"] * 3)),
+        ("things.size", -record.signals["things.size"]),
+        ("things.size", record.signals["things.size"][:2]),
+    ):
+        with pytest.raises(ParameterError, match=r"thing"):
+            replace(record, signals={**record.signals, name: bad})
+
+
 def test_what_begins_after_the_end_is_refused():
     with pytest.raises(
         ParameterError, match=r"a push would begin at 3 s, but the simulation lasts 1 s"
