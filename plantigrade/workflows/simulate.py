@@ -14,6 +14,7 @@ from plantigrade.constants import SIDES
 from plantigrade.control.choices import STANDING, usual
 from plantigrade.control.replay.reference import period_of
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.posture import lean_figures
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from plantigrade.threads import on_one_thread
@@ -186,6 +187,7 @@ def run_of(
         status = f"the person {world.fall}"
     if world.diverged is not None:
         status = f"the simulation diverged at {world.diverged:.2f} s"
+    until = np.inf if world.fall is None else world.fall.time
     references: dict[str, Motion] = {}
     if begin.motion is not None and word not in ("passive", STANDING):
         references[FOLLOWED] = _followed(begin.motion, begin.record, record.motion.duration)
@@ -196,7 +198,8 @@ def run_of(
         "on_feet": world.fall is None and world.diverged is None,
         **({} if world.fall is None else {"fell_at_s": world.fall.time}),
         **({} if world.diverged is None else {"diverged_at_s": world.diverged}),
-        **figures_of(record, np.inf if world.fall is None else world.fall.time),
+        **figures_of(record, until),
+        **_leaning(record, references.get(FOLLOWED), until),
         **getattr(controller, "figures", dict)(),
         **personal_figures(how),
     }
@@ -236,6 +239,14 @@ def figures_of(record: Record, until: float = np.inf) -> dict[str, float | bool]
         error = record.signals["controller.tracking_error"][record.motion.time <= until]
         figures["tracking_error_rms_deg"] = float(np.rad2deg(np.sqrt(np.nanmean(error**2))))
     return figures
+
+
+def _leaning(record: Record, followed: Motion | None, until: float) -> dict[str, float]:
+    """Return how trunk and head leaned, and what was followed, until the person fell."""
+    motion = record.motion
+    figures = lean_figures(record.human, motion.qpos[motion.time <= until])
+    own = {} if followed is None else lean_figures(record.human, followed.qpos)
+    return figures | {name.replace("_deg", "_followed_deg"): own[name] for name in own}
 
 
 def spare(record: Record) -> float:
