@@ -104,6 +104,26 @@ GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
         ),
     ),
     (
+        "Simulation",
+        (
+            Shown("speed", "m/s", "speed_m_s", 2),
+            Shown("speed of the recording", "m/s", "recorded_speed_m_s", 2),
+            Shown("speed wanted at the end", "m/s", "speed_wanted_m_s", 2),
+            Shown("speed at the end", "m/s", "speed_at_end_m_s", 2),
+            Shown("off the way, most", "m", "astray_max_m", 2),
+            Shown("points of the way passed", "", "points_passed", 0),
+            Shown("stood for", "s", "stood_s"),
+            Shown("steps", "", "landings", 0),
+            Shown("steps shortened", "", "landings_shortened", 0),
+            Shown("landing beside its prediction, median", "m", "landing_error_median_m", 3),
+            Shown("nearest to a barrier", "m", "barrier_clearance_min_m", 3),
+            Shown("vertical force, mean", "BW", "vertical_force_mean_bw", 2),
+            Shown("vertical force, largest", "BW", "vertical_force_max_bw", 2),
+            Shown("motors, most of the joints' strength", "%", "motor_torque_max_pct", 0),
+            Shown("off the motion, RMS", "°", "tracking_error_rms_deg"),
+        ),
+    ),
+    (
         "Segment lengths",
         tuple(
             Shown(name.replace("_", " "), "cm", f"length_{name}_m", 1, 100.0) for name in LENGTHS
