@@ -120,5 +120,7 @@ def leans(
     up, ahead = axes[:, 0, :, 2], axes[:, 1, :2, 0]
     ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
     left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
-    off = [(up[:, :2] * way).sum(axis=1) for way in (ahead, left)]
-    return np.rad2deg(np.arctan2(np.stack(off, axis=1), up[:, 2:]))
+    to_front, to_left = ((up[:, :2] * way).sum(axis=1) for way in (ahead, left))
+    # Who lies on the back leans to no side: not what is left of up, but all of it, counts there.
+    both = np.arctan2(to_front, up[:, 2]), np.arcsin(np.clip(to_left, -1.0, 1.0))
+    return np.rad2deg(np.stack(both, axis=1))
