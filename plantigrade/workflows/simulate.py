@@ -277,6 +277,9 @@ def _sentence(
 ) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
+    words = {"speed": how.speed, "path": how.path, "stoop": how.stoop}
+    asked = ", ".join(f"{name} {asked}" for name, asked in words.items() if asked is not None)
+    led = f", led by {asked}" if asked else ""
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
     times = {1: "once", 2: "twice"}
     pushes = "".join(
@@ -288,6 +291,7 @@ def _sentence(
     pushes += (", on a floor that shifts" if how.shift else "") + otherwise
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
-        f"freedom and {human.feet} feet, moved by {word}{pushes}: {record.motion.duration:.2f} s "
-        f"of physics at {world.rate:g} Hz, commands at {world.control_rate:g} Hz."
+        f"freedom and {human.feet} feet, moved by {word}{led}{pushes}: "
+        f"{record.motion.duration:.2f} s of physics at {world.rate:g} Hz, "
+        f"commands at {world.control_rate:g} Hz."
     )
