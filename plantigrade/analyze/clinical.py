@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze import norms
-from plantigrade.analyze.curves import GaitCurves, coordinates_of, gait_curves
+from plantigrade.analyze.curves import GaitCurves, gait_curves, pelvis_cycles
 from plantigrade.analyze.foot_progression import foot_progression
-from plantigrade.analyze.gait_profile import PELVIS, gait_profile
+from plantigrade.analyze.gait_profile import gait_profile
 from plantigrade.analyze.own_norms import from_signals
 from plantigrade.analyze.symmetry import symmetry_figures
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
-from plantigrade.motion.cycles import normalise_cycles
 from plantigrade.record import Record
 
 LEG_LENGTHS = ("thigh", "shank", "ankle_height")
@@ -64,13 +63,11 @@ def clinical_angles(
     """
     curves = curves or gait_curves(record)
     found = {n: rows for n, rows in curves.angles.items() if n[-2:] in ("_r", "_l")}
-    table = coordinates_of(record)
-    for name in PELVIS:
-        values = np.rad2deg(table[name])
-        for side in SIDES:
-            mine = [cycle for cycle in curves.cycles if cycle.side == side]
-            turned = -1.0 if side == "l" and name in norms.MIRRORED else 1.0
-            found[f"{name}_{side}"] = turned * normalise_cycles(table.time, values, mine)
+    for side in SIDES:
+        mine = [cycle for cycle in curves.cycles if cycle.side == side]
+        for name, rows in pelvis_cycles(record, mine).items():
+            mirrored = side == "l" and name in norms.MIRRORED
+            found[f"{name}_{side}"] = -rows if mirrored else rows
     return found | foot_progression(record)
 
 

@@ -1,17 +1,21 @@
 """Curves over the gait cycle, from a record alone: angles, moments, powers, ground reactions."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from plantigrade.analyze.foot_progression import SHORTEST
 from plantigrade.analyze.laboratory_angles import shown_angles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise_cycles
 from plantigrade.record import Record
-from plantigrade.spatial.conventions import PELVIS
+from plantigrade.spatial.conventions import PELVIS, quaternion_to_pelvis_angles, turned
 
+ASIDE = np.deg2rad(10.0)
+"""A cycle leads along the laboratory if its way is no farther from the forward axis [rad]."""
 AXES = ("forward", "left", "up")
 LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 """Joints whose moments and powers are drawn and compared over the gait cycle."""
@@ -54,6 +58,29 @@ def coordinates_of(record: Record) -> Table:
     return Table(names, record.motion.time, values)
 
 
+def pelvis_cycles(
+    record: Record, cycles: Sequence[Cycle]
+) -> dict[str, Float[Array, "n_cycles n_percent"]]:
+    """Return tilt, list and rotation of the pelvis over cycles [deg], by coordinate.
+
+    They are about the axes of the laboratory, or about the direction of walking in a cycle that
+    leads more than :data:`ASIDE` away from its forward axis: in a turn, or behind one.
+    """
+    time, qpos = record.motion.time, record.motion.qpos
+    rows = np.zeros((len(cycles), len(PERCENT), 3))
+    straight = coordinates_of(record).values[:, :3]
+    for k, cycle in enumerate(cycles):
+        start, stop = (int(np.argmin(np.abs(time - t))) for t in (cycle.start, cycle.stop))
+        x, y = qpos[stop, :2] - qpos[start, :2]
+        heading = float(np.arctan2(y, x)) if np.hypot(x, y) > SHORTEST else 0.0
+        values = straight
+        if abs(heading) > ASIDE:
+            values = quaternion_to_pelvis_angles(turned(qpos[:, 3:7], -heading))
+            values[:, 2] -= 2.0 * np.pi * np.round(values[start, 2] / (2.0 * np.pi))
+        rows[k] = np.rad2deg(normalise_cycles(time, values, [cycle])[0])
+    return {name: rows[:, :, i] for i, name in enumerate(PELVIS[:3])}
+
+
 def gait_curves(record: Record, *, estimated: bool = False) -> GaitCurves:
     """Return the curves of a record over its gait cycles; empty where it has none.
 
@@ -74,8 +101,10 @@ def gait_curves(record: Record, *, estimated: bool = False) -> GaitCurves:
     angles = {
         n: over(np.rad2deg(table.values[:, i]), n)
         for i, n in enumerate(table.names)
-        if n not in PELVIS[3:]
+        if n not in PELVIS
     }
+    for name, rows in pelvis_cycles(record, [c for c in cycles if c.side == "r"]).items():
+        angles[name] = rows[np.isfinite(rows).mean(axis=1) > 0.5] if len(rows) else rows
     shown = shown_angles(record) if cycles else None
     if shown is not None:
         angles |= {name: over(np.rad2deg(shown[name]), name) for name in shown.names}

@@ -39,15 +39,18 @@ class RunOptions(PrintOptions, Bounded):
 
         Raises:
             RunExists: If the folder of ``--out``, or one to be replaced, may not be written.
+            FileError: If nothing may be written where it is to be.
         """
-        from plantigrade.record.folder import refuse_existing
+        from plantigrade.record.folder import refuse_existing, refuse_unwritable
         from plantigrade.record.run import RUNS
 
         if self.out is not None:
             refuse_existing(self.out, self.overwrite)
-        elif self.overwrite:
-            for name in names:
+        for name in names if self.out is None else ():
+            if self.overwrite:
                 refuse_existing(RUNS / name, overwrite=True)
+            else:
+                refuse_unwritable(RUNS / name)
 
 
 @dataclass(frozen=True, kw_only=True)

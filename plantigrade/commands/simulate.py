@@ -123,6 +123,16 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
     ]
     if "tracking_error_rms_deg" in metrics:
         lines.append(f"  motion           {metrics['tracking_error_rms_deg']:.1f}° off, RMS")
+    if "trunk_lean_mean_followed_deg" in metrics:
+        ahead, aside, ahead_was, aside_was = (
+            metrics[f"trunk_{what}{of}_deg"]
+            for of in ("", "_followed")
+            for what in ("lean_mean", "sideways_rms")
+        )
+        lines.append(
+            f"  trunk            {ahead:.1f}° forward on average ({ahead_was:.1f}° in the motion), "
+            f"{aside:.1f}° to the sides, RMS ({aside_was:.1f}°)"
+        )
     lines += [
         f"  report           {folder / 'report.html'}",
         f"  viewer           {folder / 'viewer.html'}",

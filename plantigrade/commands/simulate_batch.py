@@ -40,6 +40,11 @@ def several(options: "Command") -> Outcome:
     for one in batch.members:
         if one.problem:
             progress.warn(f"{one.name}: {one.problem}")
+    if batch.seeds_alike:
+        progress.warn(
+            "all seeds gave the same: nothing is random here (--start-noise, --sensor-noise-deg, "
+            "and uneven grounds such as bumps:2 are)"
+        )
     lines = [f"{folder}: {batch.on_feet} of {len(batch.members)} on the feet at the end"]
     lines.append(f"  table            {folder / PAGE}")
     return Outcome("\n".join(lines), read_metrics(Path(folder)))

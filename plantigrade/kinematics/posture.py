@@ -40,8 +40,7 @@ def posture_figures(
     * ``hip_flexion_plane_mean_{side}_deg``: of the thigh against that plane, as Plug-in Gait's:
       ``hip_flexion`` plus :data:`~plantigrade.models.anatomy.SPINE_PLANE`.
     * ``lumbar_behind_hips_mm``: the lumbar joint behind the line of the hips, in the pelvis.
-    * ``trunk_lean_mean_deg``, ``neck_lean_mean_deg``: trunk and head against the vertical,
-      positive forward; ``trunk_lean_standing_deg``: the trunk in the standing trial.
+    * What :func:`lean_figures` has; ``trunk_lean_standing_deg``: the trunk in the standing trial.
     * ``arms_at_stop_pct``: the largest share of frames in which a joint of elbow, forearm or
       wrist is at an end of its range.
 
@@ -53,8 +52,7 @@ def posture_figures(
     d = human.dimensions
     names, values = human.to_coordinates(qpos)
     mean = {n: float(np.rad2deg(values[:, i].mean())) for i, n in enumerate(names)}
-    few = qpos[np.unique(np.linspace(0, len(qpos) - 1, MOST_FRAMES).astype(int))]
-    pelvis, trunk, head = (leans(human, few, part) for part in ("asis_r", "c7", "vertex"))
+    pelvis = leans(human, _few(qpos), "asis_r")[:, 0]
     arms = [c for c in human.coordinates if without_side(c) in ARMS]
     hinges = [human.hinge(c) for c in arms]
     low, high = human.limits[:, hinges]
@@ -67,13 +65,30 @@ def posture_figures(
             f"hip_flexion_plane_mean_{s}_deg": SPINE_PLANE + mean[f"hip_flexion_{s}"] for s in SIDES
         },
         "lumbar_behind_hips_mm": 1e3 * float(hip(d)[0] - lumbar(d)[0]),
-        "trunk_lean_mean_deg": float(trunk.mean()),
-        "neck_lean_mean_deg": float(head.mean()),
+        **lean_figures(human, qpos),
         "arms_at_stop_pct": 100 * float(max(stopped, default=0.0)),
     }
     if standing is not None and len(standing):
-        figures["trunk_lean_standing_deg"] = float(leans(human, standing, "c7").mean())
+        figures["trunk_lean_standing_deg"] = float(leans(human, standing, "c7")[:, 0].mean())
     return figures
+
+
+def lean_figures(human: Human, qpos: Float[Array, "n_frames nq"]) -> dict[str, float]:
+    """Return how trunk and head lean against the vertical (flat, unit as suffix).
+
+    ``trunk_lean_mean_deg``, ``neck_lean_mean_deg``: on average, positive forward;
+    ``trunk_sideways_rms_deg``, ``neck_sideways_rms_deg``: to the sides, root mean square.
+    """
+    figures = {}
+    for name, landmark in (("trunk", "c7"), ("neck", "vertex")):
+        ahead, left = leans(human, _few(qpos), landmark).T
+        figures[f"{name}_lean_mean_deg"] = float(ahead.mean())
+        figures[f"{name}_sideways_rms_deg"] = float(np.sqrt(np.mean(left**2)))
+    return figures
+
+
+def _few(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_few nq"]:
+    return qpos[np.unique(np.linspace(0, len(qpos) - 1, MOST_FRAMES).astype(int))]
 
 
 def pelvis_notes(human: Human, places: Sequence[Attachment]) -> list[str]:
@@ -95,8 +110,8 @@ def pelvis_notes(human: Human, places: Sequence[Attachment]) -> list[str]:
 
 def leans(
     human: Human, qpos: Float[Array, "n_frames nq"], landmark: str
-) -> Float[Array, " n_frames"]:
-    """Return how far the body that carries a landmark leans forward [deg].
+) -> Float[Array, "n_frames 2"]:
+    """Return how far the body that carries a landmark leans forward, and to the left [deg].
 
     Forward is where the pelvis faces.
     """
@@ -104,4 +119,8 @@ def leans(
     axes = np.array([state.rotations[[body, pelvis]] for state in sweep(human, qpos)])
     up, ahead = axes[:, 0, :, 2], axes[:, 1, :2, 0]
     ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
-    return np.rad2deg(np.arctan2((up[:, :2] * ahead).sum(axis=1), up[:, 2]))
+    left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+    to_front, to_left = ((up[:, :2] * way).sum(axis=1) for way in (ahead, left))
+    # Who lies on the back leans to no side: not what is left of up, but all of it, counts there.
+    both = np.arctan2(to_front, up[:, 2]), np.arcsin(np.clip(to_left, -1.0, 1.0))
+    return np.rad2deg(np.stack(both, axis=1))

@@ -16,9 +16,10 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import LONGEST_CYCLE, SHORTEST_CYCLE, cut_cycles
 from plantigrade.spatial.conventions import (
-    PELVIS,
     pelvis_angles_to_quaternion,
     pelvis_rates_to_free_joint,
+    quaternion_to_pelvis_angles,
+    turned,
 )
 
 RATE = 120.0
@@ -133,13 +134,13 @@ def _coordinates(
     n = max(int(np.ceil((stop - start) * RATE)), 8)
     part = motion.at(np.clip(np.linspace(start, stop, n + 1), motion.time[0], motion.time[-1]))
     _, values = human.to_coordinates(part.qpos)
-    angles = np.unwrap(values[:, :3], axis=0)
     place = part.qpos[:, :3] - [*part.qpos[0, :2], 0.0]
     way = place[-1, :2]
     turn = float(np.arctan2(way[1], way[0])) if np.linalg.norm(way) > SHORT else 0.0
     c, s = np.cos(turn), np.sin(turn)
     place[:, :2] = place[:, :2] @ np.array([[c, -s], [s, c]])
-    angles[:, PELVIS.index("pelvis_rotation")] -= turn
+    # As a whole: tilt and list are about axes of the world, which do not turn with the walk.
+    angles = quaternion_to_pelvis_angles(turned(part.qpos[:, 3:7], -turn))
     middle = angles[:, 2].mean()
     angles[:, 2] -= 2 * np.pi * np.round(middle / (2 * np.pi))
     return np.hstack([place, angles, values[:, 6:]])

@@ -6,6 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.thing import Thing
 from plantigrade.world import Drawing, World
 
 SPAN = 5.0
@@ -27,6 +28,9 @@ class Frame:
         force: Of the ground at each contact sphere, world [N].
         point: Where it acts [m].
         rope: From where a body is held to the hand [m]; None where none is.
+        pushes: Where something pushes [m], and its force [N].
+        pack: What is on the back, half its sizes [m]; None where nothing is.
+        worn: Middle of the trunk's back [m] and rotation ``wxyz``: where a pack is.
         drawings: Of the controller.
         past: The last seconds.
         ended: Why it does not go on as it should; empty while it does.
@@ -40,6 +44,9 @@ class Frame:
     force: Float[Array, "n_sites 3"]
     point: Float[Array, "n_sites 3"]
     rope: Float[Array, "2 3"] | None
+    pushes: Float[Array, "n 2 3"]
+    pack: Thing | None
+    worn: Float[Array, " 7"]
     drawings: tuple[Drawing, ...]
     past: "Past"
     ended: str

@@ -23,6 +23,7 @@ from plantigrade.live.slope import Slope
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
 from plantigrade.world import Controller, Disturbance, Load, Target, World
+from plantigrade.world.load import pack_of
 from plantigrade.world.offers import drawings_of, targets_of
 from plantigrade.world.scene import GROUND
 
@@ -319,6 +320,9 @@ class Session:
             force=force,
             point=point,
             rope=line,
+            pushes=world.pushes,
+            pack=pack_of(self._load),
+            worn=self._cast.load.place(world),
             drawings=tuple(drawings_of(self._controller, self._state)),
             past=self._history.past(),
             ended=self._ended(),

@@ -96,9 +96,7 @@ def write_folder(
     except RunExists:
         raise
     except OSError as error:
-        problem = f"the run folder cannot be written ({error.strerror or error})"
-        remedy = "choose another folder with --out, or free disk space"
-        raise FileError(out, problem, remedy=remedy) from error
+        raise _unwritable(out, str(error.strerror or error)) from error
     finally:
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
@@ -190,14 +188,30 @@ def _check_depth(value: Any, depth: int = 0) -> None:
             _check_depth(part, depth + 1)
 
 
+def refuse_unwritable(out: str | Path) -> None:
+    """Raise if nothing may be written where a folder of results is to be.
+
+    Raises:
+        FileError: If the nearest folder above it that exists is no folder, or may not be written.
+    """
+    out = _place(out)
+    above = next(place for place in out.absolute().parents if os.path.lexists(place))
+    if not above.is_dir():
+        raise _unwritable(out, f"{above} is no folder")
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise _unwritable(out, f"nothing may be written to {above}")
+
+
 def refuse_existing(out: str | Path, overwrite: bool) -> None:
     """Raise if a folder of results could not be written.
 
     Raises:
         RunExists: If the folder exists and ``overwrite`` is false, or it holds anything that this
             package did not write.
+        FileError: If nothing may be written where it is to be.
     """
     out = _place(out)
+    refuse_unwritable(out)
     if not os.path.lexists(out):
         return
     if not overwrite:
@@ -222,6 +236,11 @@ def refuse_existing(out: str | Path, overwrite: bool) -> None:
     if foreign:
         names = ", ".join(foreign[:5]) + (" …" if len(foreign) > 5 else "")
         raise RunExists(f"{kept}: it also holds {names}; move these files elsewhere, or {advice}")
+
+
+def _unwritable(out: Path, why: str) -> FileError:
+    remedy = "choose another folder with --out, or free disk space"
+    return FileError(out, f"the run folder cannot be written ({why})", remedy=remedy)
 
 
 def _contents(folder: Path) -> set[str]:

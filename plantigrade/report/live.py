@@ -25,8 +25,6 @@ from plantigrade.report.live_parts import (
 )
 from plantigrade.report.scene import build_scene, heading_of, standing_height
 
-BEFORE = 0.12
-"""The tip of a push is drawn so far before where it acts, outside of the body [m]."""
 PAUSE = 0.6  # the last frame stays this long before the first comes again [s]
 
 
@@ -148,10 +146,7 @@ class LiveViewer:
                 self._place(arrow, frame, side)
             if scene.force is not None and scene.point is not None:
                 for k, arrow in zip(scene.pushes, self._pushing, strict=True):
-                    vector = ARROW * scene.force[frame, k] / scene.weight
-                    away = vector + BEFORE * vector / max(float(np.linalg.norm(vector)), 1e-9)
-                    arrow.place(scene.point[frame, k] - away, vector)
-                    arrow.disc.visible = False
+                    arrow.push(scene.point[frame, k], ARROW * scene.force[frame, k] / scene.weight)
 
     def _draw_static(self) -> None:
         server, scene = self.server, self.scene

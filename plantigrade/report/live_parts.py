@@ -14,6 +14,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.report.local_only import local_only
 from plantigrade.report.shapes import Shape, mesh_of, rgb
 
+BEFORE = 0.3  # a push at the trunk ends so far before where it acts: outside of the arms, too [m]
 ARROW = 0.6  # one body weight is drawn this long [m]
 HEAD, SHORTEST = 0.08, 0.015  # of which the head is; shorter ones are not drawn [m]
 
@@ -71,6 +72,12 @@ class Arrow(NamedTuple):
             self.shaft.position, self.shaft.scale = start + along * body / 2, (1.0, 1.0, body)
             self.head.position, self.head.scale = start + along * body, tip / HEAD
             self.shaft.wxyz = self.head.wxyz = turned_to(along)
+
+    def push(self, place: Float[Array, " 3"], vector: Float[Array, " 3"]) -> None:
+        """End it before where a push acts [m], outside of the body."""
+        away = vector + BEFORE * vector / max(float(np.linalg.norm(vector)), 1e-9)
+        self.place(place - away, vector)
+        self.disc.visible = False
 
 
 def add_arrow(server: Any, forces: str, pressure: str, colour: str) -> Arrow:

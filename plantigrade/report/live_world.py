@@ -19,6 +19,7 @@ from plantigrade.report.live_beside import Beside
 from plantigrade.report.live_panel import Panel
 from plantigrade.report.live_parts import (
     ARROW,
+    Arrow,
     add_arrow,
     add_bodies,
     add_grid,
@@ -127,6 +128,8 @@ class LiveWorld:
             self._com.position = frame.com
             self._forces_to(frame)
             self._rope_to(frame)
+            self._pushes_to(frame)
+            self._pack_to(frame)
             self._drawings_to(frame)
 
     def _begin(self, frame: Frame) -> None:
@@ -163,6 +166,9 @@ class LiveWorld:
             "/world/centre_of_pressure/both", radius=0.014, color=in_bytes(theme.COM)
         )
         self._sides = [np.array([s.side == side for s in world.sites]) for side in SIDES]
+        scene.add_frame("/world/pushes", show_axes=False)
+        self._pushing: list[Arrow] = []
+        self._pack = None
         self._lines: dict[str, Any] = {}
         self._drawn: set[str] = set()
         self.panel.begin()
@@ -213,6 +219,29 @@ class LiveWorld:
     def _rope_to(self, frame: Frame) -> None:
         empty = np.zeros((0, 2, 3))
         self._segments("rope", empty if frame.rope is None else frame.rope[None], theme.FITTED, 4.0)
+
+    def _pushes_to(self, frame: Frame) -> None:
+        """Draw what pushes; what is held by the rope is pulled by that."""
+        for k in range(len(self._pushing), len(frame.pushes)):
+            place = f"/world/pushes/{k}"
+            self._pushing.append(add_arrow(self.server, place, place, theme.PUSHED))
+        nowhere = np.full((2, 3), np.nan)
+        for k, arrow in enumerate(self._pushing):
+            place, force = frame.pushes[k] if k < len(frame.pushes) else nowhere
+            arrow.push(place, ARROW * force / self._weight)
+
+    def _pack_to(self, frame: Frame) -> None:
+        """Draw what is on the back, as large as it is heavy."""
+        if self._pack is not None and self._pack[0] != frame.pack:
+            self._pack[1].remove()
+            self._pack = None
+        if frame.pack is None:
+            return
+        if self._pack is None:
+            size = tuple(2.0 * half for half in frame.pack.size)
+            box = self.server.scene.add_box("/world/pack", in_bytes(theme.THING), dimensions=size)
+            self._pack = frame.pack, box
+        self._pack[1].position, self._pack[1].wxyz = frame.worn[:3], frame.worn[3:]
 
     def _drawings_to(self, frame: Frame) -> None:
         """Draw what the controller offers, and no longer what it offered before."""

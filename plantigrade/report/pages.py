@@ -24,6 +24,17 @@ MEASURED = (
     ("RMS marker error", " mm", "marker_rms_mean_mm", 1),
     ("RMS joint centre error", " mm", "joint_rms_mm", 1),
 )
+SIMULATED = (
+    ("fell at", " s", "fell_at_s", 2),
+    ("speed", " m/s", "speed_m_s", 2),
+    ("speed of the recording", " m/s", "recorded_speed_m_s", 2),
+    ("steps", "", "landings", 0),
+    ("off the motion, RMS", "°", "tracking_error_rms_deg", 1),
+    ("lean of the trunk, mean", "°", "trunk_lean_mean_deg", 1),
+    ("off the way, most", " m", "astray_max_m", 2),
+    ("vertical force, largest", " BW", "vertical_force_max_bw", 2),
+    ("motors, most", " %", "motor_torque_max_pct", 0),
+)
 FROM_TASKS = (
     ("range of motion error, mean", "°", "rom_error_mean_deg", 1),
     ("range of motion error, largest", "°", "rom_error_max_deg", 1),
@@ -206,6 +217,8 @@ def facts_of(subject: Subject) -> dict[str, str]:
         return found
     if "tasks.names" in signals:
         return _told(subject, FROM_TASKS)
+    if subject.run.kind == "simulate":
+        return _told(subject, SIMULATED)
     found = _told(subject, MEASURED[:3]) | _both_sides(subject)
     return found | _told(subject, MEASURED[3:])
 

@@ -50,6 +50,18 @@ def about_vertical(angle: float) -> Float[Array, "3 3"]:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def turned(quat: Float[Array, "*n 4"], angle: float) -> Float[Array, "*n 4"]:
+    """Return orientations (``wxyz``) turned about the vertical by an angle, to the left [rad].
+
+    Example:
+        >>> turned(np.array([1.0, 0, 0, 0]), np.pi).round(9) + 0.0
+        array([0., 0., 0., 1.])
+    """
+    c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
+    w, x, y, z = np.moveaxis(np.asarray(quat), -1, 0)
+    return np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], axis=-1)
+
+
 def pelvis_angles_to_quaternion(angles: Float[Array, "*n 3"]) -> Float[Array, "*n 4"]:
     """Return ``wxyz`` from OpenSim's pelvis tilt, list and rotation [rad].
 

@@ -62,6 +62,17 @@ class Batch:
         """How many were on the feet at the end."""
         return sum(bool(one.metrics.get("on_feet")) for one in self.members)
 
+    @property
+    def seeds_alike(self) -> bool:
+        """Whether simulations that differ by their seed alone all came out the same."""
+        found: dict[str, list[dict[str, Any]]] = {}
+        for one in self.members:
+            others = {name: value for name, value in one.varied.items() if name != "seed"}
+            own = {n: v for n, v in one.row().items() if n not in ("name", "seed")}
+            found.setdefault(str(others), []).append(own)
+        groups = [rows for rows in found.values() if len(rows) > 1]
+        return bool(groups) and all(row == rows[0] for rows in groups for row in rows)
+
     def to_dataframe(self) -> Any:
         """Return the table as a pandas DataFrame, one row a simulation.
 

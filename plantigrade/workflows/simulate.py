@@ -1,5 +1,6 @@
 """A person in the physical world: who, on what, moved by what; simulate; a Run."""
 
+import re
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,6 +14,7 @@ from plantigrade.constants import SIDES
 from plantigrade.control.choices import STANDING, usual
 from plantigrade.control.replay.reference import period_of
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.posture import lean_figures
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from plantigrade.threads import on_one_thread
@@ -21,7 +23,8 @@ from plantigrade.workflows.fit import Step, personal_figures, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, timed
-from plantigrade.world import Controller, Disturbance, World
+from plantigrade.world import Controller, Disturbance, PhasePush, State, World
+from plantigrade.world.command import Commanded
 
 STANDS = 5.0
 """How long a person stands where no duration is named [s]."""
@@ -86,18 +89,57 @@ def simulate(
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
     lasts = _duration(begin, how, moved_by)
-    for each in (*acting, *disturbances):
-        if (first := min(each.edges(), default=0.0)) >= lasts:
+    begins = [(_called(each), min(each.edges(), default=0.0)) for each in (*acting, *disturbances)]
+    for what, first in (*begins, *(() if begin.wish is None else begin.wish.changes)):
+        if first >= lasts:
             raise ParameterError(
-                f"a {type(each).__name__.lower()} would begin at {first:g} s, but the simulation "
-                f"lasts {lasts:g} s: give it a longer duration, or let that begin earlier"
+                f"{what} would begin at {first:g} s, but the simulation lasts {lasts:g} s: give it "
+                "a longer duration, or let that begin earlier"
             )
+    moved_by = UntilFall(moved_by)
     with step("simulating"):
         began = clock.perf_counter()
         world = world_of(begin, otherwise, how, (*acting, *disturbances), moved_by)
         record = world.simulate(otherwise.seen(moved_by), lasts)
         seconds = clock.perf_counter() - began
     return run_of(begin, otherwise, how, world, record, word, seconds, moved_by)
+
+
+def _called(disturbance: Disturbance) -> str:
+    """Return what acts, by the name of its kind: a thrown box."""
+    return "a " + re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(disturbance).__name__).lower()
+
+
+class UntilFall:
+    """A controller whose account of itself ends where the person falls; all else is its own.
+
+    Args:
+        controller: The controller.
+    """
+
+    def __init__(self, controller: Controller):
+        self._controller = controller
+        self._told: tuple[tuple[str, ...], dict[str, Any]] | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what the controller has."""
+        return getattr(self._controller, name)
+
+    def __call__(self, state: State) -> Commanded:
+        """Return its command."""
+        fell = state.world.fall is not None
+        self._told = (self._told or (self.said(), self.figures())) if fell else None
+        return self._controller(state)
+
+    def said(self) -> tuple[str, ...]:
+        """Return what it says it did, one sentence each."""
+        own = getattr(self._controller, "said", tuple)
+        return tuple(own()) if self._told is None else self._told[0]
+
+    def figures(self) -> dict[str, Any]:
+        """Return its figures."""
+        own = getattr(self._controller, "figures", dict)
+        return dict(own()) if self._told is None else self._told[1]
 
 
 def _duration(begin: Start, how: SimulateSettings, controller: Controller) -> float:
@@ -137,12 +179,15 @@ def run_of(
 ) -> Run:
     """Return the run of a simulation, with what its controller says of it."""
     said = getattr(controller, "said", tuple)()
-    record = replace(record, notes=(*record.notes, *said, *_passed(record)))
+    waited = [d.missed(world) for d in world.disturbances if isinstance(d, PhasePush)]
+    missed = [sentence for sentence in waited if sentence]
+    record = replace(record, notes=(*record.notes, *said, *missed, *_passed(record)))
     record, status = otherwise.told(record), "ok"
     if world.fall is not None:
         status = f"the person {world.fall}"
     if world.diverged is not None:
         status = f"the simulation diverged at {world.diverged:.2f} s"
+    until = np.inf if world.fall is None else world.fall.time
     references: dict[str, Motion] = {}
     if begin.motion is not None and word not in ("passive", STANDING):
         references[FOLLOWED] = _followed(begin.motion, begin.record, record.motion.duration)
@@ -153,7 +198,8 @@ def run_of(
         "on_feet": world.fall is None and world.diverged is None,
         **({} if world.fall is None else {"fell_at_s": world.fall.time}),
         **({} if world.diverged is None else {"diverged_at_s": world.diverged}),
-        **figures_of(record),
+        **figures_of(record, until),
+        **_leaning(record, references.get(FOLLOWED), until),
         **getattr(controller, "figures", dict)(),
         **personal_figures(how),
     }
@@ -171,8 +217,13 @@ def run_of(
     )
 
 
-def figures_of(record: Record) -> dict[str, float | bool]:
-    """Return what a simulation shows: forces, torques, how far the controller was off."""
+def figures_of(record: Record, until: float = np.inf) -> dict[str, float | bool]:
+    """Return what a simulation shows: forces, torques, how far the controller was off.
+
+    Args:
+        record: What happened.
+        until: When the person fell [s]: nobody follows a motion afterwards.
+    """
     figures: dict[str, float | bool] = {}
     feet = sum(record.foot(side).force[:, 2] for side in SIDES)
     figures["vertical_force_mean_bw"] = float(np.mean(feet) / record.weight)
@@ -185,9 +236,17 @@ def figures_of(record: Record) -> dict[str, float | bool]:
         figures["barrier_clearance_min_m"] = spare(record)
         figures["barrier_touched"] = touched(record)
     if "controller.tracking_error" in record.signals:
-        error = record.signals["controller.tracking_error"]
+        error = record.signals["controller.tracking_error"][record.motion.time <= until]
         figures["tracking_error_rms_deg"] = float(np.rad2deg(np.sqrt(np.nanmean(error**2))))
     return figures
+
+
+def _leaning(record: Record, followed: Motion | None, until: float) -> dict[str, float]:
+    """Return how trunk and head leaned, and what was followed, until the person fell."""
+    motion = record.motion
+    figures = lean_figures(record.human, motion.qpos[motion.time <= until])
+    own = {} if followed is None else lean_figures(record.human, followed.qpos)
+    return figures | {name.replace("_deg", "_followed_deg"): own[name] for name in own}
 
 
 def spare(record: Record) -> float:
@@ -218,6 +277,9 @@ def _sentence(
 ) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
+    words = {"speed": how.speed, "path": how.path, "stoop": how.stoop}
+    asked = ", ".join(f"{name} {asked}" for name, asked in words.items() if asked is not None)
+    led = f", led by {asked}" if asked else ""
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
     times = {1: "once", 2: "twice"}
     pushes = "".join(
@@ -229,6 +291,7 @@ def _sentence(
     pushes += (", on a floor that shifts" if how.shift else "") + otherwise
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
-        f"freedom and {human.feet} feet, moved by {word}{pushes}: {record.motion.duration:.2f} s "
-        f"of physics at {world.rate:g} Hz, commands at {world.control_rate:g} Hz."
+        f"freedom and {human.feet} feet, moved by {word}{led}{pushes}: "
+        f"{record.motion.duration:.2f} s of physics at {world.rate:g} Hz, "
+        f"commands at {world.control_rate:g} Hz."
     )

@@ -23,7 +23,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
-from plantigrade.errors import ReproduceError
+from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.models import Human
 from plantigrade.motion import Motion, Recording
 from plantigrade.motion.filters import resample
@@ -201,7 +201,7 @@ def track(
         FileError: If the file cannot be read.
         FitError: If it cannot be fitted.
         ReproduceError: If it is not on level ground.
-        ParameterError: If no foot is on the ground between start and stop.
+        ParameterError: If nothing is recorded, or no foot is on the ground, between start and stop.
     """
     settings, path = settings or TrackSettings(), as_path(path, "a recording")
     origin = origin or Origin(name=f"synthesize-track-{path.stem}")
@@ -254,6 +254,11 @@ def track_trial(
     start, stop = (walked[0].time, walked[-1].time) if len(walked) > 2 else (first, last)
     start = start if settings.start is None else settings.start
     stop = stop if settings.stop is None else settings.stop
+    if start >= last or stop <= first:
+        raise ParameterError(
+            f"nothing is recorded from {start:g} to {stop:g} s: the recording lasts from "
+            f"{first:g} to {last:g} s"
+        )
     begin = max(start - MARGIN, min(first + EDGE, start))
     end = min(stop + MARGIN, max(last - EDGE, stop))
     estimate = estimate_forces(human, motion)

@@ -55,11 +55,11 @@ class Barrier(Disturbance):
             ParameterError: If it is none.
 
         Example:
-            >>> Barrier.written("5,1.5").height
-            1.5
+            >>> Barrier.written("5,1.6").height
+            1.6
         """
         ahead, height = written_numbers(
-            word, "barrier", "AHEAD_M,HEIGHT_M such as 5,1.5: 5 m ahead, 1.5 m high", 2
+            word, "barrier", "AHEAD_M,HEIGHT_M such as 5,1.6: 5 m ahead, 1.6 m high", 2
         )
         return Barrier(ahead=ahead, height=height)
 

@@ -196,6 +196,17 @@ class PhasePush(Push):
         if self.side not in SIDES or not 0.0 <= self.phase <= 1.0:
             raise ParameterError(f"{self}: side must be 'r' or 'l', the phase within 0 and 1")
 
+    def missed(self, world: "plantigrade.world.world.World") -> str:
+        """Return a sentence where its time has not come yet, else nothing."""
+        begin = world.memory[self].begin
+        if begin is not None and begin < world.time:
+            return ""
+        foot = "right" if self.side == "r" else "left"
+        return (
+            f"A push at {100 * self.phase:g} % of a cycle of the {foot} foot never came: it waits "
+            "for two strikes of that foot."
+        )
+
     def reset(self, world: "plantigrade.world.world.World") -> None:
         """Wait for a step."""
         super().reset(world)

@@ -76,10 +76,7 @@ class Load(Disturbance):
     @property
     def thing(self) -> Thing | None:
         """The pack it starts with."""
-        if self.mass == 0.0:
-            return None
-        x, y, z = 0.5 * SLIM * np.cbrt(self.mass / PACKED)
-        return Thing("pack", "box", (float(x), float(y), float(z)))
+        return pack_of(self.mass)
 
     def place(self, world: World) -> Float[Array, " 7"]:
         """Return where it is, in the axes of the trunk."""
@@ -87,3 +84,11 @@ class Load(Disturbance):
         own = self._own[world][1] if world in self._own else world.model.body_ipos[body]
         middle = data.xpos[body] + data.xmat[body].reshape(3, 3) @ (own + BACK)
         return np.concatenate([middle, data.xquat[body]])
+
+
+def pack_of(mass: float) -> Thing | None:
+    """Return the pack of a load [kg]; None where there is none."""
+    if mass == 0.0:
+        return None
+    x, y, z = 0.5 * SLIM * np.cbrt(mass / PACKED)
+    return Thing("pack", "box", (float(x), float(y), float(z)))

@@ -164,7 +164,7 @@ class World:
         data.qpos[:nq] = self._qpos if qpos is None else _finite("qpos", qpos, nq)
         data.qvel[:nv] = self._qvel if qvel is None else _finite("qvel", qvel, nv)
         self.actuators.reset()
-        self._steps, self._pushed, self._signals = 0, [], {}
+        self._steps, self._pushed, self._acted, self._signals = 0, [], [], {}
         self.memory: dict[Any, Any] = {}
         self.fall: Fall | None = None
         self.diverged: float | None = None
@@ -222,7 +222,7 @@ class World:
         data, held = self.data, self._pushed
         if self._alone and not held:
             self.actuators.step(data, end - self._steps)
-            self._steps = end
+            self._steps, self._acted = end, []
             return
         while self._steps < end:
             self._disturb(held)
@@ -241,7 +241,7 @@ class World:
             self.actuators.ease(data, (stop - self._steps) / self.rate)
             self.actuators.step(data, stop - self._steps)
             self._steps = stop
-        self._pushed = []
+        self._acted, self._pushed = self._pushed, []
         if self._alone:
             data.xfrc_applied[:] = 0.0
 
@@ -325,6 +325,13 @@ class World:
         """
         lever = np.zeros(3) if arm is None else np.array(arm, dtype=float)
         self._pushed.append((body, np.array(force, dtype=float), lever))
+
+    @property
+    def pushes(self) -> Float[Array, "n 2 3"]:
+        """Where something pushed at the end of the last control step [m], and its force [N]."""
+        place = self.data.xipos
+        acted = [(place[body] + arm, force) for body, force, arm in self._acted]
+        return np.array(acted).reshape(-1, 2, 3)
 
     def say(self, name: str, value: float | Array) -> None:
         """Let a disturbance keep a number or array with the frames, as a signal of that name."""

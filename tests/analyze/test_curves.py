@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.analyze.curves import coordinates_of, gait_curves, known, side_of
+from plantigrade.spatial.conventions import about_vertical, turned
 from tests.analyze.plated_walk import MASS, analyse, plated_walk, without_plates
 
 
@@ -38,6 +40,20 @@ def test_ends_of_a_curve_are_the_angles_at_the_heel_strikes(trial, curves):
     for cycle, row in zip(mine, curves.angles["knee_angle_l"], strict=True):
         ends = np.interp([cycle.start, cycle.stop], motion.time, knee)
         np.testing.assert_allclose(row[[0, -1]], ends, atol=0.1)
+
+
+@pytest.mark.parametrize("heading", [np.pi / 2, -2.8])
+def test_the_pelvis_turns_with_the_way(trial, curves, heading):
+    """Behind a bend it leans and turns as before it, against the direction of walking."""
+    record = trial.record()
+    qpos = record.motion.qpos.copy()
+    qpos[:, :3] = qpos[:, :3] @ about_vertical(heading).T
+    qpos[:, 3:7] = turned(qpos[:, 3:7], heading)
+    bent = replace(record, motion=replace(record.motion, qpos=qpos))
+    found, own = clinical_angles(bent), clinical_angles(record)
+    for name in ("pelvis_tilt", "pelvis_list", "pelvis_rotation"):
+        assert found[f"{name}_l"] == pytest.approx(own[f"{name}_l"], abs=2.5)
+        assert gait_curves(bent).angles[name] == pytest.approx(curves.angles[name], abs=2.5)
 
 
 def test_a_steady_walk_carries_its_weight(curves):

@@ -12,6 +12,7 @@ from plantigrade.commands import main as cli
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.workflows.live import prepare
+from plantigrade.world import Torque
 
 STORED = Path(__file__).parents[1] / "stored"
 SMALL = ("--joints", "42", "--feet", "rigid", "--rate", "300")
@@ -55,6 +56,33 @@ def test_a_controller_of_ones_own(folder):
     assert run.figures["controller"] == "still" and "controller.time" in run.record.signals
     follows = pg.simulate(run, duration=0.1, rate=300.0)
     assert follows.figures["tracking_error_rms_deg"] < 1.0 and "motion" in follows.record.references
+    for what in ("trunk_lean_mean", "neck_lean_mean", "trunk_sideways_rms", "neck_sideways_rms"):
+        lean, asked = (follows.figures[f"{what}{of}_deg"] for of in ("", "_followed"))
+        assert lean == pytest.approx(asked, abs=1.0)
+
+
+def test_what_a_controller_says_of_itself_ends_with_a_fall():
+    class Counts:
+        ticks = 0
+
+        def __call__(self, state):
+            self.ticks += 1
+            still = np.zeros(len(state.angles))
+            return Torque(still, signals={"tracking_error": state.time})
+
+        def said(self):
+            return (f"It had {self.ticks} ticks.",)
+
+        def figures(self):
+            return {"ticks": self.ticks}
+
+    options = {"rate": 300.0, "joints": "42", "feet": "rigid", "push": ("80,0.2,0,0",)}
+    run = pg.simulate(controller=Counts(), duration=1.2, **options)
+    ticks = round(100 * run.figures["fell_at_s"])
+    assert ticks < 100 and run.figures["ticks"] == ticks
+    assert f"It had {ticks} ticks." in run.record.notes
+    off = np.deg2rad(run.figures["tracking_error_rms_deg"])
+    assert off == pytest.approx(run.figures["fell_at_s"] / np.sqrt(3.0), abs=0.02)
 
 
 @pytest.mark.parametrize(

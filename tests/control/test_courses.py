@@ -11,6 +11,7 @@ from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
 from plantigrade.control.pendulum.manner import stoop
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.route import depths, path, speeds
+from plantigrade.control.pendulum.words import led_told
 from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
@@ -49,6 +50,8 @@ def test_words_of_speed_and_way_are_read_and_bad_ones_refused():
         np.pi / 2
     )
     assert path("straight").bearing(9.0, 1.0, 2.0) == 0.0
+    with pytest.raises(ParameterError, match="as its times must rise"):
+        speeds("1,0@5,1@3")
     for word in ("left", "bearing:", "bearing:x", "points:1,2/3", "points:", "points:1,inf"):
         with pytest.raises(ParameterError, match="write straight; bearing:DEG"):
             path(word)
@@ -65,6 +68,41 @@ def test_a_way_through_points_is_come_back_to_and_ends_at_the_last():
     assert way.bearing(0.3, 1.0, 0.0) > 0.15  # what was passed is not walked to again
     assert way.bearing(0.4, 4.0, 3.01) is None
     assert way.bearing(0.0, 1.0, 0.0) == pytest.approx(0.0)  # another walk begins
+
+
+def test_how_far_a_walk_is_from_its_way_is_measured_in_the_world():
+    way = path("points:4,0/4,3")
+    assert way.off(2.0, 0.5) == pytest.approx(0.5) and way.off(5.0, 0.0) == pytest.approx(1.0)
+    assert way.off(4.0, 2.0) == pytest.approx(2.0)  # that part of it is still to come
+    assert way.bearing(0.1, 3.9, 0.0) is not None and way.passed == 1
+    assert way.off(6.0, 2.0) == pytest.approx(2.0)
+    assert led_told(None, way.off(6.0, 2.0), (), way) == (
+        "It kept within 200 cm of its way.",
+        "It did not come to the end of its way: points passed, 1 of 2.",
+    )
+    assert way.bearing(0.2, 4.0, 3.0) is None and way.passed == 2
+    assert len(led_told(None, 0.0, (), way)) == 1
+    assert path("bearing:0,90@5").off(1.0, 2.0) is None
+
+
+def test_a_walk_that_cuts_a_corner_or_overshoots_it_says_so(walk):
+    way = path("points:1,0/1,4")
+    led = Walker(walk, Wish(way=way))
+    motion = walk.motion
+    world = World(walk.human, recording=False, qpos=motion.qpos[0], qvel=motion.qvel[0])
+    led(world.reset())
+    way.bearing(0.1, 0.9, 0.0)
+    led.frame.shift(0.7)  # 0.7 m aside of all of it
+    led._astray = 0.0
+    led._steer(0.01)
+    assert led.figures()["astray_max_m"] == pytest.approx(0.7, abs=0.15)
+
+
+def test_who_is_at_a_point_of_the_way_does_not_circle_about_it():
+    for word in ("points:0,0", "points:0,0/0,0"):
+        assert path(word).bearing(0.0, 0.5, 0.0) is None  # it stands
+    way = path("points:0,0/4,0/4,0/4,3")
+    assert way.places == ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0))
 
 
 def test_a_frame_shows_the_world_as_it_is_from_there(walk):
@@ -126,6 +164,7 @@ def test_a_walk_turns_stands_and_goes_on(data):
         duration=11.0,
     )
     assert run.status == "ok"
+    assert "moved by pendulum, led by speed 1.0,0@4,0.9@7, path bearing:0,30@1: " in run.sentence
     followed = run.record.references["motion"]
     assert followed.duration > run.record.motion.duration - 1e-6, "its pale figure stood still"
     assert 0.0 < np.diff(followed.qpos[:, 0]).max() < 0.05 and np.diff(followed.time).min() > 0.0

@@ -8,7 +8,7 @@ import pytest
 from plantigrade.control.pendulum import Walker, Wish
 from plantigrade.control.pendulum.styles import RECORDED, Style, Styles
 from plantigrade.control.pendulum.switch import Clocks, Crossing, instants
-from plantigrade.control.pendulum.upper import Pose, Upper, source_of, upper_hinges
+from plantigrade.control.pendulum.upper import POSES, Pose, Upper, source_of, upper_hinges
 from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
@@ -189,3 +189,14 @@ def test_styles_are_chosen_by_number_and_begin_anew(walk, slower):
     assert walker.pendulum.reference.recorded.period == pytest.approx(slower.motion.duration)
     styles.begin()
     assert styles.name == "walk" and style.value == 0.0
+
+
+@pytest.mark.parametrize("joints", ["42", "43", "58", "66"])
+def test_named_poses_have_both_arms_alike_whatever_was_recorded(joints):
+    human = Human.create(joints=joints)
+    for name, angles in POSES.items():
+        pose = Pose.of(human, {n: float(np.deg2rad(angle)) for n, angle in angles.items()})
+        held = dict(zip(np.array(human.coordinates)[pose.hinges], pose.angles, strict=True))
+        arms = {n[:-2] for n in held if n.startswith(("arm", "elbow"))}
+        assert name == "leaning" or arms == {"arm_flex", "arm_add", "arm_rot", "elbow_flex"}
+        assert all(held[f"{n}_r"] == held[f"{n}_l"] for n in arms)

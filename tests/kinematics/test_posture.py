@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.posture import leans, posture_figures
+from plantigrade.kinematics.posture import lean_figures, leans, posture_figures
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar, usual_lumbar_depth
 from plantigrade.motion import Markers
+from plantigrade.spatial.conventions import xyzw_to_wxyz
 from plantigrade.workflows.fit import fit_trial
 from tests.kinematics.test_fit import NAMES, markers_of, recording, walker
 
@@ -83,8 +85,25 @@ def test_leans_of_a_known_posture(degrees):
     qpos[:, 7 + human.hinge("lumbar_extension")] = -np.deg2rad(degrees)
     for heading in (0.0, 1.2, 3.0):
         qpos[:, 3:7] = [np.cos(heading / 2), 0, 0, np.sin(heading / 2)]
-        np.testing.assert_allclose(leans(human, qpos, "c7"), degrees, atol=1e-9)
+        np.testing.assert_allclose(leans(human, qpos, "c7")[:, 0], degrees, atol=1e-9)
         np.testing.assert_allclose(leans(human, qpos, "asis_r"), 0.0, atol=1e-9)
+
+
+def test_who_waddles_leans_to_the_sides_and_not_ahead():
+    human = Human.create(1.7, 65.0)
+    qpos = np.tile(human.standing(), (40, 1))
+    roll = np.deg2rad(8.0) * np.sin(np.linspace(0.0, 2 * np.pi, 41)[:-1])
+    qpos[:, 3], qpos[:, 4] = np.cos(roll / 2), -np.sin(roll / 2)  # positive: to the left
+    np.testing.assert_allclose(leans(human, qpos, "c7")[:, 1], np.rad2deg(roll), atol=1e-9)
+    figures = lean_figures(human, qpos)
+    assert figures["trunk_sideways_rms_deg"] == pytest.approx(8.0 / np.sqrt(2.0))
+    assert figures["neck_sideways_rms_deg"] == pytest.approx(8.0 / np.sqrt(2.0))
+    assert figures["trunk_lean_mean_deg"] == pytest.approx(0.0, abs=1e-9)
+    lies = human.standing()[None].copy()
+    back, side = np.deg2rad(88.0), np.deg2rad(3.0)  # nearly on the back, a little to the left
+    turn = Rotation.from_euler("xy", [-side, -back]).as_quat()
+    lies[0, 3:7] = xyzw_to_wxyz(turn)
+    assert abs(leans(human, lies, "c7")[0, 1]) < 4.0
 
 
 def test_an_arm_at_its_stop_is_counted():

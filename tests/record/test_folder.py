@@ -6,9 +6,16 @@ import os
 import numpy as np
 import pytest
 
+from plantigrade.commands.options import RunOptions
 from plantigrade.errors import FileError, RunExists
 from plantigrade.record import folder as run_folder
-from plantigrade.record.folder import read_metrics, replace_files, write_folder
+from plantigrade.record.folder import (
+    read_metrics,
+    refuse_existing,
+    refuse_unwritable,
+    replace_files,
+    write_folder,
+)
 
 
 def write(out, **more):
@@ -161,9 +168,22 @@ def test_unwritable_place(tmp_path):
     (tmp_path / "file").write_text("x")
     with pytest.raises(FileError, match=r"cannot be written.*--out"):
         write(tmp_path / "file" / "run")
+    with pytest.raises(FileError, match=r"cannot be written .*file is no folder"):
+        refuse_existing(tmp_path / "file" / "run", overwrite=True)
     for name in ("../up.html", "metrics.json", ".hidden", "a/b"):
         with pytest.raises(FileError, match="not allowed as the name"):
             write(tmp_path / "run", files={name: "x"})
+
+
+def test_a_place_that_may_not_be_written_is_refused_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.access", lambda place, how: place != tmp_path)
+    with pytest.raises(FileError, match=r"cannot be written \(nothing may be written to .*--out"):
+        refuse_unwritable(tmp_path / "runs" / "new")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileError, match="nothing may be written"):
+        RunOptions().refuse_existing("fit-walk")
+    (tmp_path / "mine").mkdir()
+    refuse_unwritable(tmp_path / "mine" / "new")
 
 
 def test_read_says_what_is_wrong(tmp_path):

@@ -97,6 +97,32 @@ def test_what_is_drawn_is_where_it_is(page):
     assert y.min() < 0 < y.max()
 
 
+def test_pushes_and_the_pack_are_seen_while_they_are_there(page):
+    session = page.session
+    go(page, 0.05)
+    assert "/world/pack" not in nodes(page) and not page._pushing
+    session.push(np.pi / 2, 0.1)
+    go(page, 0.05)
+    (arrow,), trunk = page._pushing, session.frame.pushes[0, 0]
+    assert arrow.shaft.visible and not arrow.disc.visible
+    np.testing.assert_allclose(session.frame.pushes[0, 1], [0.0, 100.0, 0.0], atol=1e-9)
+    start, weight = np.array(arrow.shaft.position), HUMAN.mass * 9.81
+    assert trunk[1] - start[1] == pytest.approx(0.3 + 0.5 * 60.0 / weight, abs=0.05)
+    go(page, 0.2)
+    assert not arrow.shaft.visible and not len(session.frame.pushes)
+    sizes = []
+    for mass in (5.0, 20.0, 0.0):
+        session.carry(mass)
+        go(page, 0.02)
+        if mass:
+            box = nodes(page)["/world/pack"]
+            sizes.append(np.prod(box.dimensions))
+            behind = session.frame.positions[HUMAN.body("torso")][0] - box.position[0]
+            assert 0.1 < behind < 0.35
+    assert sizes[1] == pytest.approx(4.0 * sizes[0], rel=1e-5)
+    assert "/world/pack" not in nodes(page)
+
+
 def test_controls_follow_the_session(page):
     page.panel.update(page.session.frame)
     assert "0.00 s" in shown(page) and "100 % of real time" in shown(page)

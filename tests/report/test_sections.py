@@ -60,6 +60,17 @@ def test_a_fault_is_marked_and_told(record):
     }  # fmt: skip
 
 
+def test_a_simulation_begins_with_what_became_of_it(record):
+    told = {"speed_m_s": 1.234, "landings": 7, "astray_max_m": 0.861, "points_passed": 1}
+    run = replace(fitted(record), kind="simulate", figures={**told, "fell_at_s": 2.5})
+    facts = facts_of(Subject(run))
+    assert facts == {
+        "fell at": "2.50 s", "speed": "1.23 m/s", "steps": "7", "off the way, most": "0.86 m",
+    }  # fmt: skip
+    (group,) = (g for g in sections(run)["Further figures"].groups if g.title == "Simulation")
+    assert ["points of the way passed", "1"] in group.rows
+
+
 # Beside the recorded motion -----------------------------------------------------------------------
 
 

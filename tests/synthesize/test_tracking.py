@@ -228,6 +228,16 @@ def test_a_recording_gives_ground_reactions(data):
     assert made.figures["vertical_force_rmse_bw"] == pytest.approx(c.vertical_rmse)
 
 
+def test_a_time_outside_of_the_recording_is_refused(data):
+    from plantigrade.workflows.fit import fit_trial
+    from plantigrade.workflows.track import TrackSettings, track_trial
+
+    settings = TrackSettings(start=50.0, stop=60.0)
+    _, trial = fit_trial(data / "cmu_asfamc/07_01.amc", settings)
+    with pytest.raises(ParameterError, match=r"nothing is recorded from 50 to 60 s: .* from 0 to"):
+        track_trial(trial, settings)
+
+
 @pytest.mark.slow
 def test_a_recorded_rise_from_a_chair_passes_the_check(data):
     """The seat carries until the person rises, the feet carry after it, and nothing is broken."""

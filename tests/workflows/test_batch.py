@@ -93,6 +93,15 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     assert pg.load_run(folder / "3-slope-5-stiffness-2.0").record.ground.slope > 0.08
 
 
+def test_seeds_of_what_is_not_random_are_said_to_be_alike(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["simulate", *WORDS, "--seeds", "2", "--quiet"]
+    for more, alike in (([], True), (["--start-noise", "0.05"], False)):
+        assert cli.main([*words, *more, "--out", "noisy" if more else "same"]) == 0
+        assert ("all seeds gave the same" in capsys.readouterr().err) == alike
+    assert not pg.simulate_many(seeds=1, vary={"push": PUSHES}, **SMALL).seeds_alike
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -53,6 +53,14 @@ def test_other_walks_are_those_of_a_pendulum_and_need_a_time_where_nobody_looks_
     run = Run(walk, "fit")
     with pytest.raises(ParameterError, match="has no time"):
         pg.simulate(run, controller="pendulum", then=("stroll.c3d",))
+    for words, what in (
+        ({"speed": "1,0@9"}, "a speed would begin at 9 s, but the simulation lasts 1 s"),
+        ({"path": "bearing:0,40@9"}, "a bearing would begin"),
+        ({"stoop": "0,10@9"}, "a stoop would begin"),
+        ({"upper_body": ("arms-up@9",)}, "another upper body would begin"),
+    ):
+        with pytest.raises(ParameterError, match=what):
+            pg.simulate(run, controller="pendulum", duration=1.0, **words)
     with pytest.raises(ParameterError, match="no coordinate 'knee_angle_r' of the upper body"):
         pg.simulate(run, controller="pendulum", upper_body=("knee_angle_r=9",))
 

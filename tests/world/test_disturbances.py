@@ -213,8 +213,16 @@ def test_a_push_at_a_phase_waits_for_two_strikes():
     assert steps.begin == pytest.approx(1.4 + 0.25 * 1.0, abs=0.011)
     word = Push.written("10,0.1,90,l25")
     assert word == PhasePush(force=10.0, duration=0.1, direction=np.pi / 2, side="l", phase=0.25)
-    record = world(push, rate=300.0).simulate(Posture(), 0.2)
-    assert "world.push" not in record.signals
+    stands = world(push, rate=300.0)
+    assert "world.push" not in stands.simulate(Posture(), 0.2).signals
+    assert push.missed(stands) == (
+        "A push at 25 % of a cycle of the left foot never came: it waits for two strikes of that "
+        "foot."
+    )
+    stands.memory[push].begin = 0.1
+    assert not push.missed(stands)
+    stands.memory[push].begin = 0.3  # later than the end
+    assert push.missed(stands)
 
 
 def test_grounds_that_tilt_by_name():

@@ -126,3 +126,5 @@ def test_what_begins_after_the_end_is_refused():
         ParameterError, match=r"a push would begin at 3 s, but the simulation lasts 1 s"
     ):
         simulate(duration=1.0, push=("50,0.1,0,3",))
+    with pytest.raises(ParameterError, match="a thrown box would begin at 3 s"):
+        simulate(duration=1.0, box=("2,5,0,3",))

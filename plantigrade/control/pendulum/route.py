@@ -22,6 +22,8 @@ FASTEST = 5.0
 """Speeds above this are no walk [m/s]."""
 TURNS, MOST, FAR = 10, 1000, 10_000.0
 """Of a path: turns of a bearing, number of points, and how far they are [m], at most."""
+SAME = 0.01
+"""Points of a path nearer to the one before than this are one with it [m]."""
 PATH = (
     "write straight; bearing:DEG, or bearing:0,90@5 to turn left by 90° after 5 s; or "
     "points:X,Y/X,Y such as points:4,0/4,3 in metres, x ahead and y to the left"
@@ -64,8 +66,10 @@ class Timed:
                     raise ValueError
         except ValueError:
             raise ParameterError(f"{word!r} is no {what}: {form}") from None
-        if not np.isfinite([*times, *values]).all() or (np.diff([0.0, *times]) < 0.0).any():
-            raise ParameterError(f"{word!r} is no {what}, its times must rise: {form}")
+        if not np.isfinite([*times, *values]).all():
+            raise ParameterError(f"{word!r} is no {what}: {form}")
+        if (np.diff([0.0, *times]) < 0.0).any():
+            raise ParameterError(f"{word!r} is no {what}, as its times must rise: {form}")
         return cls(tuple(times), tuple(values))
 
 
@@ -107,9 +111,18 @@ class Bearings:
 
     angles: Timed
 
+    @property
+    def times(self) -> tuple[float, ...]:
+        """When it changes, the start with it [s]."""
+        return self.angles.times
+
     def bearing(self, time: float, x: float, y: float) -> float | None:
         """Return where to go [rad]."""
         return self.angles.at(time) * pi / 180.0
+
+    def off(self, x: float, y: float) -> float | None:
+        """Return None: a bearing is kept from wherever a walk has turned to it."""
+        return None
 
 
 class Points:
@@ -119,12 +132,30 @@ class Points:
     to it.
 
     Args:
-        places: The points [m].
+        places: The points [m]; one where the walk is already is left out.
+
+    Attributes:
+        places: The start and the points [m].
+        times: When it changes, whatever the walk does: never but at the start [s].
     """
 
     def __init__(self, places: tuple[tuple[float, float], ...]):
-        self.places = ((0.0, 0.0), *places)
+        kept = [(0.0, 0.0)]
+        for place in places:
+            if hypot(place[0] - kept[-1][0], place[1] - kept[-1][1]) >= SAME:
+                kept.append(place)
+        self.places, self.times = tuple(kept), (0.0,)
         self._leg = 1
+
+    @property
+    def passed(self) -> int:
+        """How many points were passed; at the last it stands."""
+        return self._leg - 1
+
+    def off(self, x: float, y: float) -> float | None:
+        """Return how far a place is from the way up to the point that is walked to [m]."""
+        ways = zip(self.places, self.places[1 : self._leg + 1], strict=False)
+        return min((_beside((x, y), *way) for way in ways), default=hypot(x, y))
 
     def bearing(self, time: float, x: float, y: float) -> float | None:
         """Return where to go [rad]; None at the end.
@@ -135,7 +166,7 @@ class Points:
             self._leg = 1
         while self._leg < len(self.places):
             (x0, y0), (x1, y1) = self.places[self._leg - 1 : self._leg + 1]
-            length = max(hypot(x1 - x0, y1 - y0), 1e-9)
+            length = hypot(x1 - x0, y1 - y0)
             ahead = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / length
             last = self._leg == len(self.places) - 1
             if ahead < length - (min(BRAKES, 0.5 * length) if last else self._early()):
@@ -154,6 +185,17 @@ class Points:
 
 
 Way = Bearings | Points
+
+
+def _beside(
+    place: tuple[float, float], start: tuple[float, float], end: tuple[float, float]
+) -> float:
+    """Return how far a place is from the line between two others [m]."""
+    (x, y), (x0, y0), (x1, y1) = place, start, end
+    dx, dy = x1 - x0, y1 - y0
+    part = ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy)
+    part = min(max(part, 0.0), 1.0)
+    return hypot(x - x0 - part * dx, y - y0 - part * dy)
 
 
 def path(word: str) -> Way:

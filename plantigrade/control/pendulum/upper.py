@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.control.pendulum.switch import Clocks
 from plantigrade.control.replay.reference import Instant, Reference
 from plantigrade.errors import ParameterError
@@ -38,10 +39,16 @@ def upper_hinges(human: Human) -> Bool[Array, " n_hinges"]:
     return np.array([not name.startswith(LEGS) for name in moved])
 
 
+def _arms(flex: float, add: float, elbow: float) -> dict[str, float]:
+    """Return angles of both arms, alike [deg]."""
+    one = {"arm_flex": flex, "arm_add": add, "arm_rot": 0.0, "elbow_flex": elbow}
+    return {f"{name}_{side}": angle for side in SIDES for name, angle in one.items()}
+
+
 POSES: Mapping[str, Mapping[str, float]] = {
-    "arms-forward": {"arm_flex_r": 80, "arm_flex_l": 80, "elbow_flex_r": 10, "elbow_flex_l": 10},
-    "arms-out": {"arm_add_r": -70, "arm_add_l": -70, "elbow_flex_r": 10, "elbow_flex_l": 10},
-    "arms-up": {"arm_flex_r": 150, "arm_flex_l": 150, "elbow_flex_r": 20, "elbow_flex_l": 20},
+    "arms-forward": _arms(80, -8, 10),
+    "arms-out": _arms(0, -70, 10),
+    "arms-up": _arms(150, -8, 20),
     "leaning": {"lumbar_extension": -10, "lumbar_bending": 0, "neck_extension": 5},
 }
 """Poses by name: coordinate → angle [deg]; at 0 arms hang, and trunk and pelvis are in line."""

@@ -74,6 +74,14 @@ class Wish:
         timed = any(style.time is not None for style in self.uppers)
         return timed or bool(self.walks) or any(word is not None for word in words)
 
+    @property
+    def changes(self) -> tuple[tuple[str, float], ...]:
+        """What changes, and when [s]; of speeds, bearings and stoops the last."""
+        kept = {"a speed": self.speed, "a bearing": self.way, "a stoop": self.stoop}
+        found = [(name, max(kind.times)) for name, kind in kept.items() if kind is not None]
+        styles = (("another walk", self.walks), ("another upper body", self.uppers))
+        return (*found, *((name, s.time) for name, own in styles for s in own if s.time))
+
 
 class Walker:
     """Walk as recorded at a wanted speed along a wanted way; stand where it is zero.
@@ -141,7 +149,8 @@ class Walker:
         speed = None if wish.speed is None else (self.targets[0].value, self._mean)
         astray = None if wish.way is None else self._astray
         switched = switched_told(self.styles.switched, self.styles.off)
-        return (*self.pendulum.said(), *switched, *led_told(speed, astray, self._stood))
+        led = led_told(speed, astray, self._stood, wish.way)
+        return (*self.pendulum.said(), *switched, *led)
 
     def figures(self) -> dict[str, float]:
         """Return figures of the last simulation."""
@@ -149,7 +158,10 @@ class Walker:
         if self._world is not None and self.wish.leads:
             figures["speed_wanted_m_s"] = self.targets[0].value
             figures["speed_at_end_m_s"] = self._mean if self.walks else 0.0
-            figures["astray_max_m"] = self._astray
+            if self.wish.way is not None:
+                figures["astray_max_m"] = self._astray
+            if isinstance(self.wish.way, Points):
+                figures["points_passed"] = self.wish.way.passed
             figures["stood_s"] = sum(end - start for start, end in self._stood)
         if self._world is not None and self.styles.switched:
             figures["switched_s"] = self.styles.switched[-1].time
@@ -288,7 +300,7 @@ class Walker:
         """Turn the frame to the bearing that is wanted."""
         off = float(self.pendulum.place[1]) - self._here[1]
         self._aside += step / MEAN * (off - self._aside)
-        self._astray = max(self._astray, abs(self._aside))
+        self._astray = max(self._astray, self._beside())
         off = toward(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
         paced, turn = self.pendulum.reference, self._turn
         steps = self.pendulum.gait.reference.duration / paced.cadence
@@ -296,6 +308,16 @@ class Walker:
         self.pendulum.plan.turning = turn.rate
         if turn.rate != 0.0:
             self.frame.steer(*self._here, step * turn.rate)
+
+    def _beside(self) -> float:
+        """Return how far the walker is from the way, over a stride [m]."""
+        ahead, left = self._here
+        if self.wish.way is not None:
+            x, y = self.frame.to_world(np.array([ahead, left + self._aside, 0.0]))[:2]
+            off = self.wish.way.off(float(x), float(y))
+            if off is not None:
+                return off
+        return abs(self._aside)
 
     def _pace(self, step: float) -> None:
         """Make steps longer or shorter, to the speed that is wanted."""

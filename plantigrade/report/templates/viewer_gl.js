@@ -249,7 +249,7 @@ function collect(at, ground) {
   }
   if (force && point && show.pushes) for (const k of D.pushes) {   // the tip is where it pushes, before the body
     const v = mix3(force, K, k, at).map((x) => x * SCALE), l = Math.hypot(...v) || 1;
-    arrow(mix3(point, K, k, at).map((x, i) => x - v[i] * (1 + 0.12 / l)), v, 0.016, COLOURS.pushed);
+    arrow(mix3(point, K, k, at).map((x, i) => x - v[i] * (1 + 0.3 / l)), v, 0.016, COLOURS.pushed);
   }
   if (force && point && show.force && D.many_contacts) for (let k = 0; k < K; k++) if (!D.pushes.includes(k))
     arrow(mix3(point, K, k, at), mix3(force, K, k, at).map((x) => x * SCALE), 0.006, CONTACT[k]);
