@@ -127,9 +127,9 @@ def synthesize(
         if not at.over and rescue:
             at = _rescued(run, problem, at)
     solve = run.ipopt if solver == "ipopt" else run.interior_point
-    for _ in range(refinements if at.success else 0):
+    for number in range(refinements if at.success else 0):
         nodes = run.solution(at).nodes
-        finer = split(nodes, *_wrong(run.solution(at)))
+        finer = split(nodes, *_wrong(run.solution(at)), beside=number == 0)
         if len(finer) == len(nodes):
             break
         problem = task.problem(body, finer)
