@@ -16,6 +16,7 @@ from plantigrade.record import Record
 from plantigrade.synthesize.contact_record import contact_record
 from plantigrade.synthesize.diagnose.violations import Violation, pressing, values, violations
 from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.dynamics import asked_by
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.sampling import Sampled, sample
 from plantigrade.synthesize.solvers.result import Iterate, Multipliers
@@ -156,17 +157,9 @@ class Solution:
         limit, speed = self.limits.torque, self.limits.velocity
         if limit is None or speed is None:
             return times, np.zeros(len(times))
-        sites = list(body.sites)
-
-        def torques(ca, q, v, a, u, p):
-            forces = ca.reshape(u, 3, len(sites))
-            return body.symbolic.inverse_dynamics(sites)(q, v, a, forces)[6:]
-
-        function = body.function("torques", torques)
         states = self.problem.states(self.coefficients, times)
         force = (self.sample(times).force @ self.task.plan.to_world).reshape(len(times), -1)
-        columns = [x.T for x in (*states, force, np.zeros((len(times), 0)))]
-        tau = np.array(function(*columns)).T
+        _, tau = asked_by(body, *states, force / body.weight)
         with np.errstate(divide="ignore", invalid="ignore"):
             use = np.where(tau > 0, tau / limit[1], tau / limit[0])
         use = np.nan_to_num(use, posinf=0.0, neginf=0.0)

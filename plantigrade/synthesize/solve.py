@@ -127,9 +127,10 @@ def synthesize(
         if not at.over and rescue:
             at = _rescued(run, problem, at)
     solve = run.ipopt if solver == "ipopt" else run.interior_point
-    for _ in range(refinements if at.success else 0):
+    for number in range(refinements if at.success else 0):
         nodes = run.solution(at).nodes
-        finer = split(nodes, *_wrong(run.solution(at)))
+        beside = number == 0 and problem.closure is None  # one round does for a periodic motion
+        finer = split(nodes, *_wrong(run.solution(at)), beside=beside)
         if len(finer) == len(nodes):
             break
         problem = task.problem(body, finer)

@@ -7,9 +7,13 @@ evaluated together; each is limited and weighed on its own.
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.synthesize.problem.constraint_family import ConstraintFamily, node_symbols
 from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.transcription.derivatives import derivatives_of
 
 if TYPE_CHECKING:
     import casadi
@@ -59,6 +63,29 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     for root in families[:2]:
         root.lower[:] = root.upper[:] = 0.0
     return ConstraintFamily.stacked("dynamics", whole, families)
+
+
+def asked_by(
+    body: ContactBody,
+    q: Float[Array, "n nv"],
+    v: Float[Array, "n nv"],
+    a: Float[Array, "n nv"],
+    force: Float[Array, "n n_forces"],
+) -> tuple[Float[Array, "n 6"], Float[Array, "n n_hinges"]]:
+    """Return what a motion asks for beside forces of the ground [body weights].
+
+    It is the wrench at the pelvis [body weights, body weights · m], and torques of joints [N m].
+    The function is that of :func:`dynamics`, which a solver has.
+    """
+    whole, _ = body.cache.get("dynamics", lambda: _functions(body))
+    rows = derivatives_of(whole).values(q, v, a, force, np.zeros((len(q), 0)))
+    hinges = body.symbolic.names[6:]
+    torques = rows[:, 6 : 6 + len(hinges)] * body.torque
+    if body.passive:
+        factor = scale(body.human.mass, body.human.height)
+        tissue = passive_moments(hinges, list(q[:, 6:].T), list(v[:, 6:].T), factor)
+        torques += np.stack(tissue, axis=1)
+    return rows[:, :6], torques
 
 
 def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Function]]":

@@ -18,6 +18,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.batched import BatchedFunction
 from plantigrade.constants import FRICTION
 from plantigrade.synthesize.problem.contact_body import ContactBody
+from plantigrade.synthesize.problem.dynamics import asked_by
 
 States = Float[Array, "n nv"]
 
@@ -83,11 +84,10 @@ def remainder(
 def _wrenches(body: ContactBody, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
     """Return the wrench a motion asks for [body weights], and the matrix from forces to it."""
     symbolic, sites = body.symbolic, list(body.sites)
-    wrench = body.cache.get("root wrench", lambda: BatchedFunction(symbolic.root_wrench()))
     places = body.cache.get("site positions", lambda: BatchedFunction(symbolic.positions(sites)))
     frames = body.cache.get("frames", lambda: BatchedFunction(symbolic.frames()))
     n, k = len(q), len(body.sites)
-    asked = wrench(q, v, a)[0] / body.weight
+    asked, _ = asked_by(body, q, v, a, np.zeros((n, 3 * k)))
     place = places(q)[0].reshape(n, k, 3)
     arm = place - frames(q)[0].reshape(n, -1, 3)[:, :1]
     A = np.zeros((n, 6, k, 3))

@@ -9,6 +9,9 @@ from plantigrade.errors import ParameterError
 MOST = 5000
 """Nodes of a mesh: a walk of 43 coordinates takes 1.1 MB of memory for each, so 5 GB."""
 
+AS_LONG = 0.7
+"""Length of an interval, beside that of its neighbour, from which it counts as no shorter."""
+
 
 def nodes_of(
     plan: ContactPlan, nodes_per_second: float = 20.0, *, least: int = 2
@@ -61,23 +64,30 @@ def split(
     times: Float[Array, " n_times"],
     excess: Float[Array, " n_times"] | float = 1.0,
     *,
+    beside: bool = False,
     shortest: float = 0.001,
 ) -> Float[Array, " m"]:
     """Return the mesh with every interval divided in which something is wrong.
 
     An interval is halved, or quartered where the ``excess`` is over four: errors between the nodes
-    of a cubic spline go with the square of their distance.
+    of a cubic spline go with the square of their distance. They reach to the next intervals, and go
+    there once nodes are nearer here: ``beside`` halves these as well, where they are not shorter.
 
     Args:
         nodes: The mesh [s].
         times: When something is wrong [s].
         excess: How much too large an error is there.
+        beside: Whether neighbours are halved, too.
         shortest: No interval gets shorter [s].
     """
     at = np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2)
     most = np.zeros(len(nodes) - 1)
     np.maximum.at(most, at, np.broadcast_to(excess, at.shape))
     length = np.diff(nodes)
+    if beside:
+        reach = np.pad(np.where(most > 0, length, np.inf), 1, constant_values=np.inf)
+        near = length > AS_LONG * np.minimum(reach[:-2], reach[2:])
+        most[near & (most == 0)] = 1.0
     new = [nodes]
     for k in np.flatnonzero(most > 0):
         parts = next((p for p in (4, 2) if length[k] >= p * shortest and most[k] > 4 * (p > 2)), 1)
