@@ -73,7 +73,7 @@ PELVIS_SPEEDING = 7e-4
 faster they swing; people's pelvis turns by about the same angle at all speeds (±4° to ±8°
 [Schwartz2008]_)."""
 SMOOTH = 1.5e-7
-"""What jerk costs of what the knee moves, over the sixth power of the time of a step [1/(s rad²)]."""
+"""What jerk of the knee costs, over the sixth power of the time of a step [1/(s rad²)]."""
 UPRIGHT = {
     "pelvis_tilt": 3.0,
     "pelvis_list": 2.0,
@@ -123,14 +123,14 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
             1.0,
             {"ankle_angle": 0.0, "hip_adduction": HIP_ABDUCTORS, "knee_angle": KNEE_MUSCLES},
         ),
-        Endurance(0.85),
+        Endurance(0.87),
         Work(0.6),
         Jerk(SMOOTH * step_time**6, by_inertia=True),
         Acceleration(PELVIS_SPEEDING, {"pelvis_rotation": 1.0}, others=0.0),
-        Forces(rate=2e-4),
+        Forces(rate=1e-4),
         AngularMomentum(forward=0.1, upward=0.5),
         Upright("head", forward=1.0, sideways=3.0, turning=0.05),
-        Upright("trunk", sideways=3.0, away=0.2),
+        Upright("trunk", sideways=3.0, away=1.2),
         Upright("pelvis", turning=PELVIS_TURNING),
         Posture(UPRIGHT, {**STANDING, "pelvis_tilt": -PELVIS_LEAN - slope}),
     )
