@@ -67,9 +67,9 @@ the zero. The spine straightens up above it."""
 USED_FRICTION = 0.35
 """Friction that a walk plans with; more on slopes, by their own."""
 PELVIS_TURNING = 0.03
-"""What the pelvis' angular velocity costs [s/rad²]."""
+"""What the pelvis' angular velocity costs [s/rad²] (*estimate*)."""
 PELVIS_SPEEDING = 7e-4
-"""What its angular acceleration about the vertical costs [s³/rad²]. The legs turn it the more, the
+"""What its angular acceleration about the vertical costs [s³/rad²] (*estimate*). The legs turn it the more, the
 faster they swing; people's pelvis turns by about the same angle at all speeds (±4° to ±8°
 [Schwartz2008]_)."""
 SMOOTH = 1.5e-7
@@ -84,7 +84,7 @@ UPRIGHT = {
     "neck_extension": 0.3,
     "neck_bending": 0.3,
     "neck_rotation": 0.3,
-    "arm_flex": 0.2,
+    "arm_flex": 0.25,
     "arm_add": 0.5,
     "arm_rot": 0.2,
     "elbow_flex": 0.1,
@@ -123,11 +123,11 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
             1.0,
             {"ankle_angle": 0.0, "hip_adduction": HIP_ABDUCTORS, "knee_angle": KNEE_MUSCLES},
         ),
-        Endurance(0.87),
+        Endurance(0.9),
         Work(0.6),
         Jerk(SMOOTH * step_time**6, by_inertia=True),
         Acceleration(PELVIS_SPEEDING, {"pelvis_rotation": 1.0}, others=0.0),
-        Forces(rate=1e-4),
+        Forces(rate=1.5e-4),
         AngularMomentum(forward=0.1, upward=0.5),
         Upright("head", forward=1.0, sideways=3.0, turning=0.05),
         Upright("trunk", sideways=3.0, away=1.2),
