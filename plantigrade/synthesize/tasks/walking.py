@@ -69,9 +69,8 @@ USED_FRICTION = 0.35
 PELVIS_TURNING = 0.03
 """What the pelvis' angular velocity costs [s/rad²] (*estimate*)."""
 PELVIS_SPEEDING = 7e-4
-"""What its angular acceleration about the vertical costs [s³/rad²] (*estimate*). The legs turn it the more, the
-faster they swing; people's pelvis turns by about the same angle at all speeds (±4° to ±8°
-[Schwartz2008]_)."""
+"""What its angular acceleration about the vertical costs [s³/rad²] (*estimate*). The legs turn it
+the more, the faster they swing; people's turns by ±4° to ±8° at all speeds [Schwartz2008]_."""
 SMOOTH = 1.5e-7
 """What jerk of the knee costs, over the sixth power of the time of a step [1/(s rad²)]."""
 UPRIGHT = {
