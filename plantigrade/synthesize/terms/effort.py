@@ -119,7 +119,8 @@ def relative_inertia(human: Human) -> Float[Array, " nv"]:
     Example:
         >>> person = Human.create(1.75, 77.5)
         >>> inertia = dict(zip(person.coordinates, relative_inertia(person)[6:], strict=True))
-        >>> [round(inertia[n], 1) for n in ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")]
+        >>> legs = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")
+        >>> [round(float(inertia[name]), 1) for name in legs]
         [6.7, 1.0, 0.1]
     """
     found = np.diag(State(human, human.model.qpos0).mass_matrix)
