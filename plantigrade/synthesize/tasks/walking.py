@@ -7,15 +7,18 @@ The cost is the same at every speed, for every person and every foot:
 - of the ankle the third power instead, by the strength of the muscles that make the torque, as
   endurance goes [Crowninshield1981]_; short fibres on a long tendon make it cheap [Griffin2003]_;
 - positive and negative work of muscles;
-- jerk and rates of contact forces, which keep splines and forces smooth between nodes: as little
-  as does that, for both also hold the centre of mass down;
+- jerk, of every part by its inertia [Biess2007]_ and in the time of a step [Hogan2009]_: a slow
+  walk is as smooth as a fast one is, so that its jerk costs more; and rates of contact forces. Both
+  keep splines and forces smooth between nodes, and hold the centre of mass down;
 - angular momentum about the centre of mass, in the frontal plane and about the vertical, which
   people keep small [Herr2008]_: it brings the swing of the arms and the thorax that turns against
   the pelvis;
-- lean of head and trunk in space, turning of the trunk off the way, and the pelvis' angular
-  velocity [Pozzo1990]_, [Winter1995]_. A cost of the pelvis' angles instead takes the one wave a
-  stride away that people have and leaves the faster ones that they do not;
-- weakly, deviations of joints of the trunk from standing, and of the arms from hanging.
+- lean of head and trunk in space, turning of the trunk off the way, the pelvis' angular velocity,
+  and how fast its turning about the vertical changes [Pozzo1990]_, [Winter1995]_. A cost of the
+  pelvis' angles instead takes the one wave a stride away that people have and leaves the faster
+  ones that they do not; the same has a cost of turning between pelvis and trunk beside the passive
+  tissue that there is;
+- weakly, leaning and bending of joints of the trunk, and of the arms from hanging.
 
 Legs and arms are solid, legs pass each other with a margin, and the plan uses no more friction than
 people do [Fong2009]_.
@@ -40,19 +43,19 @@ from plantigrade.synthesize.tasks.settings import Walk
 from plantigrade.synthesize.tasks.task import Guess, MotionTask
 from plantigrade.synthesize.tasks.walking_plan import periodic_walk_plan, walk_plan
 from plantigrade.synthesize.terms.contact import Clearance, Contact, Dynamics, Forces
-from plantigrade.synthesize.terms.effort import Endurance, Jerk, Torque, Work
+from plantigrade.synthesize.terms.effort import Acceleration, Endurance, Jerk, Torque, Work
 from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.synthesize.terms.momentum import AngularMomentum
 from plantigrade.synthesize.terms.posture import Posture, PostureAt, Quiet, Rest, Upright
 from plantigrade.synthesize.terms.solid import SolidLimbs
 from plantigrade.synthesize.terms.term import Term
 
-HIP_ABDUCTORS = 0.5
+HIP_ABDUCTORS = 0.55
 """What torque of hip adduction costs beside that of other joints (*estimate*): passive tissue at
 the side of the thigh bears a part of it."""
-KNEE_MUSCLES = 2.0
+KNEE_MUSCLES = 2.25
 """What a torque of the knee costs beside that of the hip: muscles across the knee pull at arms of
-about 4 cm, those across the hip at 6 cm [Rajagopal2016]_; the same torque takes 1.4 times the force
+about 4 cm, those across the hip at 6 cm [Rajagopal2016]_; the same torque takes 1.5 times the force
 (*estimate*)."""
 APART = 0.025
 """Distance that the legs keep as they pass each other [m]: the standard deviation of the step width
@@ -63,21 +66,24 @@ spines leans by about 10° in people who stand [Levine1996]_ and who walk [Fukuc
 the zero. The spine straightens up above it."""
 USED_FRICTION = 0.35
 """Friction that a walk plans with; more on slopes, by their own."""
-PELVIS_TURNING = 0.05
-"""What the pelvis' angular velocity costs [s/rad²]."""
+PELVIS_TURNING = 0.03
+"""What the pelvis' angular velocity costs [s/rad²] (*estimate*)."""
+PELVIS_SPEEDING = 7e-4
+"""What its angular acceleration about the vertical costs [s³/rad²] (*estimate*). The legs turn it
+the more, the faster they swing; people's turns by ±4° to ±8° at all speeds [Schwartz2008]_."""
+SMOOTH = 1.5e-7
+"""What jerk of the knee costs, over the sixth power of the time of a step [1/(s rad²)]."""
 UPRIGHT = {
     "pelvis_tilt": 3.0,
-    "pelvis_list": 1.5,
+    "pelvis_list": 2.0,
     "lumbar_extension": 0.5,
     "lumbar_bending": 1.0,
-    "lumbar_rotation": 0.5,
     "thorax_extension": 0.5,
     "thorax_bending": 1.0,
-    "thorax_rotation": 0.5,
     "neck_extension": 0.3,
     "neck_bending": 0.3,
     "neck_rotation": 0.3,
-    "arm_flex": 0.2,
+    "arm_flex": 0.25,
     "arm_add": 0.5,
     "arm_rot": 0.2,
     "elbow_flex": 0.1,
@@ -104,8 +110,8 @@ USUAL = 1.3
 """Speed [m/s]."""
 
 
-def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
-    """Return conditions and costs of every walk, on a slope [rad]."""
+def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
+    """Return conditions and costs of every walk, by the time of a step [s] and on a slope [rad]."""
     return (
         Dynamics(),
         Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),
@@ -116,13 +122,14 @@ def walking_terms(slope: float = 0.0) -> tuple[Term, ...]:
             1.0,
             {"ankle_angle": 0.0, "hip_adduction": HIP_ABDUCTORS, "knee_angle": KNEE_MUSCLES},
         ),
-        Endurance(0.7),
+        Endurance(0.9),
         Work(0.6),
-        Jerk(2e-9),
-        Forces(rate=3e-4),
+        Jerk(SMOOTH * step_time**6, by_inertia=True),
+        Acceleration(PELVIS_SPEEDING, {"pelvis_rotation": 1.0}, others=0.0),
+        Forces(rate=1.5e-4),
         AngularMomentum(forward=0.1, upward=0.5),
         Upright("head", forward=1.0, sideways=3.0, turning=0.05),
-        Upright("trunk", sideways=3.0, away=0.7),
+        Upright("trunk", sideways=3.0, away=1.2),
         Upright("pelvis", turning=PELVIS_TURNING),
         Posture(UPRIGHT, {**STANDING, "pelvis_tilt": -PELVIS_LEAN - slope}),
     )
@@ -147,7 +154,7 @@ def walk(human: Human, told: Walk) -> MotionTask:
 
     ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
     ends[:, 0] -= told.slope  # pelvis tilt: upright
-    terms: list[Term] = [*walking_terms(told.slope)]
+    terms: list[Term] = [*walking_terms(p.step_time, told.slope)]
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
     faster = max(1.0, told.speed / USUAL)
@@ -158,7 +165,8 @@ def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.
     """Return the task of a periodic walk up a slope [rad], of which half a stride is solved."""
     plan = replace(periodic_walk_plan(human, parameters), slope=slope)
     rate = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL)
-    return MotionTask("walk", plan, walking_terms(slope), _guess(parameters), rate)
+    terms = walking_terms(parameters.step_time, slope)
+    return MotionTask("walk", plan, terms, _guess(parameters), rate)
 
 
 def _guess(parameters: GaitParameters) -> Guess:

@@ -3,7 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.state import State
+from plantigrade.models import Human
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.terms.term import Term, per_coordinate
 
@@ -15,14 +19,16 @@ class Effort(Term):
     Attributes:
         weight: Weight of every joint.
         joints: Factor of single coordinates, by name without or with side.
+        others: Factor of all other coordinates.
     """
 
     weight: float
     joints: Mapping[str, float] = field(default_factory=dict)
+    others: float = 1.0
 
     def weights(self, names: tuple[str, ...]) -> Float[Array, " n"]:
         """Return the weight of every coordinate."""
-        return self.weight * per_coordinate(names, self.joints)
+        return self.weight * per_coordinate(names, self.joints, self.others)
 
 
 @dataclass(frozen=True)
@@ -78,12 +84,47 @@ class Acceleration(Effort):
         b.penalise(b.family("accelerations"), 2.0 * self.weights(b.names))
 
 
+LIGHTEST = 0.1
+"""Inertia of a coordinate is taken as so much of the knee's at least, so that light parts, as toes
+and hands, move smoothly too."""
+
+
 @dataclass(frozen=True)
 class Jerk(Effort):
-    r"""Cost :math:`\int \sum w_j \dddot q_j^2 dt`: smooth, but free to be quick; [s⁵/rad²]."""
+    r"""Cost :math:`\int \sum w_j \dddot q_j^2 dt`: smooth, but free to be quick; [s⁵/rad²].
+
+    Attributes:
+        by_inertia: Whether coordinates count by what they move (:func:`relative_inertia`), as in
+            the metric of kinetic energy [Biess2007]_: a foot may be flicked, a leg may not.
+    """
 
     weight: float = 1e-8
+    by_inertia: bool = False
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weight jerk."""
-        b.jerk += 2.0 * self.weights(b.names)
+        inertia = relative_inertia(b.body.human) if self.by_inertia else 1.0
+        b.jerk += 2.0 * self.weights(b.names) * inertia
+
+
+def relative_inertia(human: Human) -> Float[Array, " nv"]:
+    """Return what each coordinate moves, over what the knee does; :data:`LIGHTEST` at least.
+
+    It is the diagonal of the mass matrix in the neutral posture, where the pelvis' angles are about
+    the axes of the world.
+
+    Returns:
+        Of the pelvis' tilt, list, rotation and place, then of the hinges [1, place: 1/m²].
+
+    Example:
+        >>> person = Human.create(1.75, 77.5)
+        >>> inertia = dict(zip(person.coordinates, relative_inertia(person)[6:], strict=True))
+        >>> legs = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")
+        >>> [round(float(inertia[name]), 1) for name in legs]
+        [6.7, 1.0, 0.1]
+    """
+    found = np.diag(State(human, human.model.qpos0).mass_matrix)
+    about_x, about_y, about_z = found[3:6]
+    root = [about_y, about_x, about_z, *found[:3]]
+    knee = found[6:][human.coordinates.index("knee_angle_r")]
+    return np.maximum(np.concatenate([root, found[6:]]) / knee, LIGHTEST)
