@@ -11,6 +11,10 @@ from plantigrade.errors import ParameterError
 from plantigrade.synthesize import InteriorPoint, Options, PeriodicClosure, Problem
 from plantigrade.synthesize.solvers import ipopt
 from plantigrade.synthesize.solvers.interior_point import Multipliers
+from plantigrade.synthesize.solvers.kkt import KKTSystem
+from plantigrade.synthesize.solvers.slacks import Slacks
+from plantigrade.synthesize.transcription.constraint_block import limits_of_unknowns
+from plantigrade.synthesize.transcription.evaluation import Evaluation
 from plantigrade.synthesize.transcription.linear_map import Transcription
 from tests.synthesize.toys import cubic, inputs, mass_on_a_line, pendulum, rows, swing, uneven
 
@@ -269,6 +273,27 @@ def test_multipliers_on_other_nodes_push_as_much_per_time():
     np.testing.assert_allclose(moved, values[:, :1] / 4 * np.ones((1, 41, 1)))
     same = Multipliers({"law": values}).moved(before, before.copy()).rows["law"]
     np.testing.assert_array_equal(same, values)
+
+
+def test_a_recentred_step_is_the_newton_step_towards_other_products():
+    problem = quadratic(3, periodic=False)
+    limits = limits_of_unknowns(problem)
+    assert limits is not None
+    e = Evaluation(problem, (*problem.rows, limits))
+    slacks = [Slacks(block) for block in e.blocks]
+    kkt = KKTSystem(e, slacks, 1e-8)
+    x = np.random.default_rng(3).normal(size=e.t.size)
+    e.linearise(x)
+    for s in slacks:
+        s.start(0.01, 0.01, None)
+    assert kkt.factorise(x)
+    gaps = [s.gap(s.block.r, s.s) for s in slacks]
+    changes = [np.where(s.limited, 0.04, 0.0) for s in slacks]
+    found, wanted = kkt.recentred(kkt.step(x, gaps, 0.01), changes), kkt.step(x, gaps, 0.05)
+    np.testing.assert_allclose(found.x, wanted.x, atol=1e-5)  # equations are kept to that
+    for one, other in ((found.s, wanted.s), (found.y, wanted.y), (found.z, wanted.z)):
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_allclose(a, b, atol=1e-4)
 
 
 def test_one_solver_solves_again():

@@ -20,7 +20,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.synthesize.problem.nlp import Problem
 from plantigrade.synthesize.solvers.kkt import KKTSystem, factorised, lagrangian, solved
-from plantigrade.synthesize.solvers.line_search import Filter, LineSearch, Trial
+from plantigrade.synthesize.solvers.line_search import Filter, LineSearch, Trial, recentred
 from plantigrade.synthesize.solvers.result import Iterate, Multipliers, Options, Result, Status
 from plantigrade.synthesize.solvers.slacks import Slacks
 from plantigrade.synthesize.transcription.constraint_block import limits_of_unknowns
@@ -146,6 +146,7 @@ class InteriorPoint:
                 status = "stalled"
                 break
             step = self._kkt.step(at.x, errors.gaps, at.mu)
+            step = recentred(self._kkt, self._slacks, step, at.mu)
             search = LineSearch(e, self._slacks, at.x, step, at.mu, objective)
             trial = search.run(filter_, self._kkt)
             if trial is None:

@@ -133,6 +133,27 @@ class KKTSystem:
             step.z.append(s.multiplier_steps(ds, mu))
         return step
 
+    def recentred(self, step: Step, changes: Sequence[Array]) -> Step:
+        """Return a step that changes products of limits' multipliers and distances as well.
+
+        Args:
+            step: A Newton step.
+            changes: By how much each product is to become another one (2, n_nodes, n_rows).
+        """
+        e, slacks = self._evaluation, self._slacks
+        assert self._factor is not None
+        forces = [s.barrier_force(each) for s, each in zip(slacks, changes, strict=True)]
+        dx = -solved(self._factor, e.pull_back(forces))
+        new = Step(step.x + dx, [], [], [])
+        every = zip(slacks, e.push_forward(dx), self._sigma, forces, changes, strict=True)
+        for i, (s, j, sigma, force, change) in enumerate(every):
+            b = s.block
+            dy = np.where(b.inequalities, sigma * j + force, 0.0)
+            new.y.append(step.y[i] + np.where(b.equations, j / self._delta, dy))
+            new.s.append(step.s[i] + np.where(b.inequalities, j, 0.0))
+            new.z.append(step.z[i] + s.changed_steps(j, change))
+        return new
+
 
 def lagrangian(slacks: Sequence[Slacks]) -> list[Array]:
     """Return the derivative of the Lagrangian by the rows of every block."""

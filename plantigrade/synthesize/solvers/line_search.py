@@ -21,6 +21,18 @@ TRIALS = 14
 MARGIN = 1e-5
 """Part of the residuals by which a point must be better than one in the filter."""
 
+CORRECTIONS = 2
+"""Most corrections of a step that limits stop early."""
+
+SHORT = 0.5
+"""Fraction of a step up to which that is early."""
+
+FURTHER = 0.3
+"""By how much further a correction aims."""
+
+GAIN = 1.1
+"""Factor by which a correction has to let a step be longer."""
+
 
 @dataclass(frozen=True)
 class Merit:
@@ -94,10 +106,8 @@ class LineSearch:
         objective: float,
     ):
         self._e, self._slacks, self._x, self._step, self._mu = evaluation, slacks, x, step, mu
-        self.tau = max(0.99, 1.0 - mu)
-        self.alpha_max, self.alpha_dual = self._largest(step.s), 1.0
-        for s, dz in zip(slacks, step.z, strict=True):
-            self.alpha_dual = min(self.alpha_dual, s.largest_dual_step(dz, self.tau))
+        self.tau = boundary(mu)
+        self.alpha_max, self.alpha_dual = fractions(slacks, step, self.tau)
         self.gaps = [s.gap(s.block.r, s.s) for s in slacks]
         self.here = self._merit(objective, [s.s for s in slacks], self.gaps)
 
@@ -139,7 +149,7 @@ class LineSearch:
     def _largest(self, ds: Sequence[Array]) -> float:
         """Return the largest fraction of a step of all slacks."""
         return min(
-            [1.0, *(s.largest_step(d, self.tau) for s, d in zip(self._slacks, ds, strict=True))]
+            [1.0, *(x.largest_step(d, self.tau) for x, d in zip(self._slacks, ds, strict=True))]
         )
 
     def _merit_of(self, trial: Trial) -> Merit:
@@ -158,3 +168,36 @@ class LineSearch:
         for s, d in zip(self._slacks, self._step.s, strict=True):
             slope += float(np.sum(s.barrier_force(self._mu) * d))
         return slope
+
+
+def boundary(mu: float) -> float:
+    """Return the part of the way to a limit that a step may go [Waechter2006]_."""
+    return max(0.99, 1.0 - mu)
+
+
+def fractions(slacks: Sequence[Slacks], step: Step, tau: float) -> tuple[float, float]:
+    """Return the largest fractions of a step that slacks, and multipliers of limits, can take."""
+    primal = [s.largest_step(ds, tau) for s, ds in zip(slacks, step.s, strict=True)]
+    dual = [s.largest_dual_step(dz, tau) for s, dz in zip(slacks, step.z, strict=True)]
+    return min([1.0, *primal]), min([1.0, *dual])
+
+
+def recentred(kkt: KKTSystem, slacks: Sequence[Slacks], step: Step, mu: float) -> Step:
+    """Return a step that limits stop later, where they stop the Newton step early.
+
+    Somewhat further along, products of multipliers and distances that would be far from the barrier
+    parameter are brought back [Gondzio1996]_. That takes the factor that is there.
+    """
+    tau = boundary(mu)
+    reach = fractions(slacks, step, tau)
+    for _ in range(CORRECTIONS):
+        if reach[0] > SHORT:
+            break
+        aim = min(1.0, reach[0] + FURTHER), min(1.0, reach[1] + FURTHER)
+        pairs = zip(slacks, step.s, step.z, strict=True)
+        other = kkt.recentred(step, [s.off_centre(ds, dz, *aim, mu) for s, ds, dz in pairs])
+        longer = fractions(slacks, other, tau)
+        if longer[0] < GAIN * reach[0]:
+            break
+        step, reach = other, longer
+    return step

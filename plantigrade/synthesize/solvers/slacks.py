@@ -16,6 +16,9 @@ CLEARANCE = 1e-15
 REACH = 1e10
 """Factor within which multipliers stay of barrier parameter over distance."""
 
+CENTRAL = 10.0
+"""Factor within which products of multiplier and distance are well centred [Gondzio1996]_."""
+
 _INWARDS = np.array([1.0, -1.0])[:, None, None]  # from lower and from upper limits
 
 
@@ -84,15 +87,23 @@ class Slacks:
         r"""Return :math:`\Sigma = z_l / (s - l) + z_h / (h - s)`."""
         return np.where(self.limited, self.z / self.room(self.s), 0.0).sum(axis=0)
 
-    def barrier_force(self, mu: float) -> Array:
+    def barrier_force(self, mu: float | Array) -> Array:
         r"""Return the gradient of the barrier by the slacks, :math:`-\mu/(s-l) + \mu/(h-s)`."""
         return np.where(self.limited, -_INWARDS * mu / self.room(self.s), 0.0).sum(axis=0)
 
     def multiplier_steps(self, ds: Array, mu: float) -> Array:
         """Return Newton's steps of the limits' multipliers for a step of the slacks."""
-        room = self.room(self.s)
-        steps = mu / room - self.z - _INWARDS * (self.z / room * ds)
-        return np.where(self.limited, steps, 0.0)
+        return self.changed_steps(ds, mu) - self.z
+
+    def changed_steps(self, ds: Array, change: float | Array) -> Array:
+        """Return how these steps change with the step of the slacks and what products shall be."""
+        return np.where(self.limited, (change - _INWARDS * self.z * ds) / self.room(self.s), 0.0)
+
+    def off_centre(self, ds: Array, dz: Array, alpha: float, alpha_dual: float, mu: float) -> Array:
+        """Return by how much products of multiplier and distance, so far along, are too far off."""
+        product = (self.room(self.s) + alpha * _INWARDS * ds) * (self.z + alpha_dual * dz)
+        off = np.clip(product, mu / CENTRAL, CENTRAL * mu) - product
+        return np.where(self.limited, np.maximum(off, -CENTRAL * mu), 0.0)
 
     def largest_step(self, ds: Array, tau: float) -> float:
         """Return the fraction of a step of slacks that keeps to the rule of the boundary."""
