@@ -442,7 +442,7 @@ def test_crossed_feet_come_apart_before_one_passes(side):
         place = np.array([-0.75 + 1.4 * part, side * (-0.2 + 0.4 * part), 0.1])
         pace = np.array([1.4, 0.4 * side, 0.0]) / 0.33 * (part < 1.0)
         push = np.zeros(3)
-        around(narrow, LEG, side, foot, place, pace, push, amiss=False)
+        around(narrow, LEG, side, foot, place, pace, push)
         pull = (pace[:2] + 10.0 * (place[:2] - foot) - speed) / 0.025
         speed = speed + dt * np.clip(pull, -70.0, 70.0)
         foot = foot + dt * speed
@@ -450,10 +450,3 @@ def test_crossed_feet_come_apart_before_one_passes(side):
             passed.append(side * foot[1])
     assert foot[0] > 0.55  # it gets there
     assert min(passed) > narrow - 0.04
-
-
-def test_who_is_amiss_may_cross_near_the_toes_of_the_other_foot():
-    for amiss, least in ((False, 0.0), (True, -0.2)):
-        place, pace, push = np.array([0.45, -0.2, 0.0]), np.zeros(3), np.zeros(3)
-        around(0.07, LEG, 1.0, np.array([0.3, 0.1]), place, pace, push, amiss)
-        assert place[1] == pytest.approx(least, abs=0.05)

@@ -15,7 +15,7 @@ from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan
-from plantigrade.control.pendulum.swing import SwingPath, around, in_reach
+from plantigrade.control.pendulum.swing import ACROSS, SwingPath, around, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
@@ -32,7 +32,7 @@ from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, T
 from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import DOWN, JUST, Gait
 from plantigrade.control.replay.reference import reference_of, world_sites
-from plantigrade.control.replay.swing import narrowest
+from plantigrade.control.replay.swing import SLANT, narrowest
 from plantigrade.control.replay.tasks import com_rows, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -401,20 +401,25 @@ class Pendulum:
         """
         place = np.array(ref["foot"][i])
         pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
+        others = self.gait.standing
+        if others:
+            k = SIDES.index(others[0].side)
+            planned = (ref["foot"][i] - ref["foot"][k])[:2]
+            off, legs = place[:2] - foot[k, :2], self.clearance.legs
+            amiss = hypot(*self.plan.error) > AMISS * self.leg
+            slant = ACROSS if amiss else SLANT
+            own.swing.pass_beside(off, planned, AXES, own.left, self.leg, legs, slant)
         place[:2] += own.swing.offset
         # The axes turn about the walker, and the goal with them.
         ahead, left = place[0] - self.place[0], place[1] - self.plan.path[1]
         pace[:2] += own.swing.velocity + self.plan.turning * np.array([-left, ahead])
         push[:2] += own.swing.acceleration
-        others = self.gait.standing
         if others:
-            k = SIDES.index(others[0].side)
             apart = abs(float(ref["foot"][i, 1] - ref["foot"][k, 1]))
             narrow = narrowest(apart, self.leg, self.clearance.legs)
-            amiss = hypot(*self.plan.error) > AMISS * self.leg
             there = np.append(foot[k, :2], 0.0)
             place -= there
-            around(narrow, self.leg, own.left, (foot[i] - there)[:2], place, pace, push, amiss)
+            around(narrow, self.leg, own.left, (foot[i] - there)[:2], place, pace, push)
             place += there
         goal = None if self.landing is None else self.landing.place
         if goal is not None and own.lowered and hypot(*(goal - foot[i, :2])) < HERE * self.leg:

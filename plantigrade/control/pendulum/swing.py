@@ -159,12 +159,12 @@ def around(
     place: Float[Array, " 3"],
     pace: Float[Array, " 3"],
     push: Float[Array, " 3"],
-    amiss: bool,
 ) -> None:
     """Lead a swinging foot around the leg that stands, on its own side.
 
     Feet that stand across each other have to come apart before one passes: who led them straight on
-    had one leg pressed against the other, and fell over it.
+    had one leg pressed against the other, and fell over it. A foot from behind waits until it is
+    far enough to its own side.
 
     Args:
         narrow: How far beside the standing foot it passes it, at least [m].
@@ -174,24 +174,15 @@ def around(
         place: Where it is to be, likewise [m]; changed.
         pace: How fast it is to go there [m/s]; changed.
         push: Its acceleration [m/s²]; changed.
-        amiss: Whether it may cross close to the toes of the other one.
     """
-    near, behind = BESIDE * leg, float(foot[0])
-    lacks = narrow - side * float(foot[1]) - LEAD * leg
-    if lacks > 0.0 and behind < 0.0:
-        free = max(-near - lacks / SLANT, behind)
-        if place[0] > free:
-            place[0], pace[0], push[0] = free, min(pace[0], WAITS), min(push[0], 0.0)
-            if side * place[1] < narrow:
-                place[1] = side * narrow
-                pace[1] = side * max(side * pace[1], 0.0)
-                push[1] = 0.0
-    beyond = abs(float(place[0])) - near
-    slant = ACROSS if amiss and place[0] > 0.0 else SLANT
-    bound = narrow - slant * max(beyond, 0.0)
-    if side * place[1] >= bound:
+    behind, lacks = float(foot[0]), narrow - side * float(foot[1]) - LEAD * leg
+    if lacks <= 0.0 or behind >= 0.0:
         return
-    out = 0.0 if beyond <= 0.0 else -slant * float(np.sign(place[0])) * float(pace[0])
-    place[1] = side * bound
-    pace[1] = side * max(side * pace[1], out)
-    push[1] = side * max(side * push[1], 0.0)
+    free = max(-BESIDE * leg - lacks / SLANT, behind)
+    if place[0] <= free:
+        return
+    place[0], pace[0], push[0] = free, min(pace[0], WAITS), min(push[0], 0.0)
+    if side * place[1] < narrow:
+        place[1] = side * narrow
+        pace[1] = side * max(side * pace[1], 0.0)
+        push[1] = 0.0
