@@ -15,7 +15,7 @@ from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan
-from plantigrade.control.pendulum.swing import SwingPath, in_reach
+from plantigrade.control.pendulum.swing import ACROSS, SwingPath, around, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
@@ -30,8 +30,9 @@ from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, TOUCHING
 from plantigrade.control.replay.footsteps import hurried
-from plantigrade.control.replay.gait import JUST, Gait
+from plantigrade.control.replay.gait import DOWN, JUST, Gait
 from plantigrade.control.replay.reference import reference_of, world_sites
+from plantigrade.control.replay.swing import SLANT, narrowest
 from plantigrade.control.replay.tasks import com_rows, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -44,9 +45,14 @@ from plantigrade.world import Command, Drawing, StablePD, State, World
 
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
+AMISS = 0.1
+"""From this deviation on feet may cross close to the toes of the other one [leg lengths]."""
 ASKEW = 0.06
 """From this deviation on pyramids of friction have a corner in the direction of the push that is
 wanted; half way between corners they lack 0.3 of it [leg lengths]."""
+HERE, LOWERED = 0.3, 1.0
+"""A foot that is late comes down where it is, so near to its place [leg lengths]; it is let down so
+fast [m/s]."""
 LEVEL = 0.06
 """Places where feet stand in a walk on level ground are no farther apart in height [m]."""
 STILL = np.zeros(3)
@@ -308,8 +314,9 @@ class Pendulum:
         points = body.rigid_points(touching.body, where)
         M, h = body.mass_matrix, body.bias
         level, rise = self._slope(body.com)
+        left = None if self.landing is None else self.landing.after
         centre = mass_acceleration(
-            body, ref, rate, self.reference.omega, self.plan, low[active, :2], level, rise
+            body, ref, rate, self.reference.omega, self.plan, low[active, :2], level, rise, left
         )
         if hypot(*self.plan.error) > ASKEW * self.leg:  # the whole friction where it stops the body
             touching = replace(touching, along=float(np.arctan2(centre[1], centre[0])))
@@ -398,14 +405,25 @@ class Pendulum:
         if others:
             k = SIDES.index(others[0].side)
             planned = (ref["foot"][i] - ref["foot"][k])[:2]
-            off = place[:2] - foot[k, :2]
-            own.swing.pass_beside(off, planned, AXES, own.left, self.leg, self.clearance.legs)
+            off, legs = place[:2] - foot[k, :2], self.clearance.legs
+            amiss = hypot(*self.plan.error) > AMISS * self.leg
+            slant = ACROSS if amiss else SLANT
+            own.swing.pass_beside(off, planned, AXES, own.left, self.leg, legs, slant)
         place[:2] += own.swing.offset
         # The axes turn about the walker, and the goal with them.
         ahead, left = place[0] - self.place[0], place[1] - self.plan.path[1]
         pace[:2] += own.swing.velocity + self.plan.turning * np.array([-left, ahead])
         push[:2] += own.swing.acceleration
+        if others:
+            apart = abs(float(ref["foot"][i, 1] - ref["foot"][k, 1]))
+            narrow = narrowest(apart, self.leg, self.clearance.legs)
+            there = np.append(foot[k, :2], 0.0)
+            place -= there
+            around(narrow, self.leg, own.left, (foot[i] - there)[:2], place, pace, push)
+            place += there
         goal = None if self.landing is None else self.landing.place
+        if goal is not None and own.lowered and hypot(*(goal - foot[i, :2])) < HERE * self.leg:
+            place[:2], pace[:2], push[:2] = foot[i, :2], 0.0, 0.0
         plane = None if self._rough else self.normal
         high, rises = self.paths[i].height(
             own, self.gait.phase, rate, place, pace, goal, self._level, plane
@@ -413,6 +431,6 @@ class Pendulum:
         place[2] += high
         pace[2] += rises
         if own.lowered:
-            place[2] -= own.lowered
-            pace[2] = -0.4
+            place[2] -= own.lowered * LOWERED / DOWN
+            pace[2] = -0.8 * LOWERED
         return place, pace, push

@@ -19,7 +19,7 @@ RATES = np.array([0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
 FARTHEST, WIDEST = 1.3, 1.0
 """Reach from the standing foot: ahead or behind, and to its side [leg lengths]; the body goes down
 for it."""
-CROSSES, CROSSED = 0.3, -0.15
+CROSSES, CROSSED = 0.3, -0.3
 """A foot that lands so far ahead of the other may cross over, to this place."""
 SWINGS, HASTY = 70.0, 1e3
 """Acceleration of a swinging foot, at most [m/s²]; cost of what it falls short [1/m²]. A recorded

@@ -44,6 +44,9 @@ falls can neither press nor step, and who is thrown up neither."""
 BACK = (-3.0, 4.0)
 """Limits of the vertical acceleration that leads back to the recorded height [m/s²]: more would
 throw who lands low into the air again."""
+FASTEST, SOONEST = -7.0, 0.04
+"""For a far foot it is let down so fast [m/s²] if it takes that to be low when it lands, in this
+time or more [s]: the foot hung over its place, and the body fell over it."""
 
 _ONE = np.eye(3)
 
@@ -119,6 +122,7 @@ def mass_acceleration(
     places: Float[Array, "k 2"],
     level: float,
     rise: Float[Array, " 2"],
+    left: float | None = None,
 ) -> Float[Array, " 3"]:
     """Return the acceleration of the centre of mass that is wanted [m/s²].
 
@@ -134,6 +138,7 @@ def mass_acceleration(
         places: What touches [m].
         level: Height of the ground around [m].
         rise: How far it rises along x and y, by distance.
+        left: In what time the swinging foot lands [s]; none does if absent.
     """
     shift = plan.shift[:2] + plan.beside
     moved = shift + (1.0 + FIRM / omega) * plan.error
@@ -151,8 +156,14 @@ def mass_acceleration(
     off = ref["com"][2] + level - plan.bent - c[2]
     pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
     own = rate**2 * ref["com_acceleration"][2]
-    back = min(max((pace - v[2]) / time, BACK[0]), BACK[1])
-    wanted[2] = min(max(own + back, min(own, SINKS)), max(own, RISES))
+    sinks, down = SINKS, BACK[0]
+    if left is not None and plan.bent > 0.0:
+        left = max(left, SOONEST)
+        needs = 2.0 * (max(off, -plan.bent) - v[2] * left) / left**2
+        down = min(max(needs, FASTEST), down)
+        sinks = min(sinks, down)
+    back = min(max((pace - v[2]) / time, down), BACK[1])
+    wanted[2] = min(max(own + back, min(own, sinks)), max(own, RISES))
     return wanted
 
 

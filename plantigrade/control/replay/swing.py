@@ -56,6 +56,7 @@ class SwingOffset:
         side: float,
         leg: float,
         overlap: float,
+        across: float = SLANT,
     ) -> None:
         """Hold the foot on its side of the other one while it passes it.
 
@@ -66,14 +67,28 @@ class SwingOffset:
             side: 1 for the left foot, -1 for the right.
             leg: Length of the leg [m].
             overlap: How deep one leg is in the other in the motion itself, at most [m].
+            across: Ahead of the other foot it may be so much nearer to its line, by the distance.
         """
         outward = side * axes[:, 1]
-        ahead = abs(float((off + self.offset) @ axes[:, 0]))
+        ahead = float((off + self.offset) @ axes[:, 0])
         aside = float((off + self.offset) @ outward)
         width = abs(float(planned @ axes[:, 1]))
-        narrow = min(NARROW * leg, width - SLACK)
-        if overlap > 0.0:
-            narrow = max(narrow, min(width + overlap + APART, WIDER * leg))
-        narrow -= SLANT * max(ahead - BESIDE * leg, 0.0)
+        narrow = narrowest(width, leg, overlap)
+        slant = across if ahead > 0.0 else SLANT
+        narrow -= slant * max(abs(ahead) - BESIDE * leg, 0.0)
         if aside < narrow:
             self.hold_back(outward, narrow - aside)
+
+
+def narrowest(width: float, leg: float, overlap: float) -> float:
+    """Return how far to the side of the standing foot a swinging one passes it, at least [m].
+
+    Args:
+        width: How far the motion has it to the side then [m].
+        leg: Length of the leg [m].
+        overlap: How deep one leg is in the other in the motion, at most [m].
+    """
+    narrow = min(NARROW * leg, width - SLACK)
+    if overlap > 0.0:
+        narrow = max(narrow, min(width + overlap + APART, WIDER * leg))
+    return narrow
