@@ -308,7 +308,7 @@ def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun
     controller, world, state = begun
     assert world.fall is None
     assert len(controller.landings) >= 1
-    assert controller.landings[0].error < 0.08
+    assert controller.landings[0].error < 0.1
     assert "pendulum" in {d.name for d in controller.drawings(state)}
     figures = controller.figures()
     assert figures["landings"] == len(controller.landings)
@@ -345,7 +345,7 @@ def test_a_walk_with_a_tick_of_20_ms_lands_its_step_with_a_third_of_the_programs
     while world.time < 0.6:
         state = world.step(controller(state))
     assert 30 <= len(solved) < 48 and world.fall is None
-    assert controller.landings[0].error < 0.08
+    assert controller.landings[0].error < 0.1
     assert controller.figures()["speed_m_s"] == pytest.approx(1.2, rel=0.15)
 
 
