@@ -32,7 +32,7 @@ from plantigrade.control.pendulum.pendulum import (
     struck,
     swung,
 )
-from plantigrade.control.pendulum.swing import SwingPath, around, in_reach
+from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
@@ -429,24 +429,3 @@ def test_a_foot_beyond_its_leg_comes_nearer_to_the_hip_at_the_height_it_is_to_ha
     kept = [each.copy() for each in near]
     in_reach(0.9, hip, goes, *near)
     np.testing.assert_array_equal(near, kept)
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_crossed_feet_come_apart_before_one_passes(side):
-    narrow, dt = 0.07, 0.005
-    foot, speed = np.array([-0.75, -0.2 * side]), np.zeros(2)
-    passed = []
-    for i in range(120):
-        # It is led straight on, in a third of a second, and follows with a lag.
-        part = min(i * dt / 0.33, 1.0)
-        place = np.array([-0.75 + 1.4 * part, side * (-0.2 + 0.4 * part), 0.1])
-        pace = np.array([1.4, 0.4 * side, 0.0]) / 0.33 * (part < 1.0)
-        push = np.zeros(3)
-        around(narrow, LEG, side, foot, place, pace, push)
-        pull = (pace[:2] + 10.0 * (place[:2] - foot) - speed) / 0.025
-        speed = speed + dt * np.clip(pull, -70.0, 70.0)
-        foot = foot + dt * speed
-        if abs(foot[0]) < 0.28 * LEG:
-            passed.append(side * foot[1])
-    assert foot[0] > 0.55  # it gets there
-    assert min(passed) > narrow - 0.04

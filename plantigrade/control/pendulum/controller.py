@@ -15,7 +15,7 @@ from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan
-from plantigrade.control.pendulum.swing import ACROSS, SwingPath, around, in_reach
+from plantigrade.control.pendulum.swing import ACROSS, SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
@@ -32,7 +32,7 @@ from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, T
 from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import DOWN, JUST, Gait
 from plantigrade.control.replay.reference import reference_of, world_sites
-from plantigrade.control.replay.swing import SLANT, narrowest
+from plantigrade.control.replay.swing import SLANT
 from plantigrade.control.replay.tasks import com_rows, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -46,13 +46,13 @@ from plantigrade.world import Command, Drawing, StablePD, State, World
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
 AMISS = 0.1
-"""From this deviation on feet may cross close to the toes of the other one [leg lengths]."""
+"""From this deviation on feet may cross near the toes of the other one, and come down where they are
+when they are late [leg lengths]."""
 ASKEW = 0.06
 """From this deviation on pyramids of friction have a corner in the direction of the push that is
 wanted; half way between corners they lack 0.3 of it [leg lengths]."""
 HERE, LOWERED = 0.3, 1.0
-"""A foot that is late comes down where it is, so near to its place [leg lengths]; it is let down so
-fast [m/s]."""
+"""So near to its place it does so [leg lengths]; so fast a late foot is let down [m/s]."""
 LEVEL = 0.06
 """Places where feet stand in a walk on level ground are no farther apart in height [m]."""
 STILL = np.zeros(3)
@@ -402,11 +402,11 @@ class Pendulum:
         place = np.array(ref["foot"][i])
         pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
         others = self.gait.standing
+        amiss = hypot(*self.plan.error) > AMISS * self.leg
         if others:
             k = SIDES.index(others[0].side)
             planned = (ref["foot"][i] - ref["foot"][k])[:2]
             off, legs = place[:2] - foot[k, :2], self.clearance.legs
-            amiss = hypot(*self.plan.error) > AMISS * self.leg
             slant = ACROSS if amiss else SLANT
             own.swing.pass_beside(off, planned, AXES, own.left, self.leg, legs, slant)
         place[:2] += own.swing.offset
@@ -414,15 +414,9 @@ class Pendulum:
         ahead, left = place[0] - self.place[0], place[1] - self.plan.path[1]
         pace[:2] += own.swing.velocity + self.plan.turning * np.array([-left, ahead])
         push[:2] += own.swing.acceleration
-        if others:
-            apart = abs(float(ref["foot"][i, 1] - ref["foot"][k, 1]))
-            narrow = narrowest(apart, self.leg, self.clearance.legs)
-            there = np.append(foot[k, :2], 0.0)
-            place -= there
-            around(narrow, self.leg, own.left, (foot[i] - there)[:2], place, pace, push)
-            place += there
         goal = None if self.landing is None else self.landing.place
-        if goal is not None and own.lowered and hypot(*(goal - foot[i, :2])) < HERE * self.leg:
+        near = goal is not None and hypot(*(goal - foot[i, :2])) < HERE * self.leg
+        if amiss and own.lowered and near:
             place[:2], pace[:2], push[:2] = foot[i, :2], 0.0, 0.0
         plane = None if self._rough else self.normal
         high, rises = self.paths[i].height(

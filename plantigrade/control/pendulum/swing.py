@@ -7,7 +7,6 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.replay.gait import Foot
-from plantigrade.control.replay.swing import BESIDE, SLANT
 
 CLEAR = 0.012
 """A foot is swung so much higher than recorded, in the middle: recorded toes pass the ground within
@@ -25,10 +24,7 @@ STRAIGHT = 0.99
 """A swinging leg is stretched so far, hip to ankle [leg lengths]."""
 ACROSS = 2.5
 """Ahead of the other foot, one that has to cross may be so much nearer to its line, by the distance
-ahead; else :data:`~plantigrade.control.replay.swing.SLANT`."""
-LEAD, WAITS = 0.03, 1.0
-"""A foot that has to come apart from the other one first is led so far ahead of where it is free to
-go, at most [leg lengths], and goes on no faster than so [m/s]."""
+ahead."""
 
 Level = Callable[[Array], float]
 """Height of the ground at a place [m]."""
@@ -149,40 +145,3 @@ def in_reach(
     place[:2] -= (far - most) * out
     pace[:2] -= max(float((pace - goes)[:2] @ out), 0.0) * out
     push[:2] -= max(float(push[:2] @ out), 0.0) * out
-
-
-def around(
-    narrow: float,
-    leg: float,
-    side: float,
-    foot: Float[Array, " 2"],
-    place: Float[Array, " 3"],
-    pace: Float[Array, " 3"],
-    push: Float[Array, " 3"],
-) -> None:
-    """Lead a swinging foot around the leg that stands, on its own side.
-
-    Feet that stand across each other have to come apart before one passes: who led them straight on
-    had one leg pressed against the other, and fell over it. A foot from behind waits until it is
-    far enough to its own side.
-
-    Args:
-        narrow: How far beside the standing foot it passes it, at least [m].
-        leg: Length of the leg [m].
-        side: 1 for the left foot, -1 for the right.
-        foot: Where it is, from the standing foot: ahead and to the left [m].
-        place: Where it is to be, likewise [m]; changed.
-        pace: How fast it is to go there [m/s]; changed.
-        push: Its acceleration [m/s²]; changed.
-    """
-    behind, lacks = float(foot[0]), narrow - side * float(foot[1]) - LEAD * leg
-    if lacks <= 0.0 or behind >= 0.0:
-        return
-    free = max(-BESIDE * leg - lacks / SLANT, behind)
-    if place[0] <= free:
-        return
-    place[0], pace[0], push[0] = free, min(pace[0], WAITS), min(push[0], 0.0)
-    if side * place[1] < narrow:
-        place[1] = side * narrow
-        pace[1] = side * max(side * pace[1], 0.0)
-        push[1] = 0.0

@@ -73,22 +73,10 @@ class SwingOffset:
         ahead = float((off + self.offset) @ axes[:, 0])
         aside = float((off + self.offset) @ outward)
         width = abs(float(planned @ axes[:, 1]))
-        narrow = narrowest(width, leg, overlap)
+        narrow = min(NARROW * leg, width - SLACK)
+        if overlap > 0.0:
+            narrow = max(narrow, min(width + overlap + APART, WIDER * leg))
         slant = across if ahead > 0.0 else SLANT
         narrow -= slant * max(abs(ahead) - BESIDE * leg, 0.0)
         if aside < narrow:
             self.hold_back(outward, narrow - aside)
-
-
-def narrowest(width: float, leg: float, overlap: float) -> float:
-    """Return how far to the side of the standing foot a swinging one passes it, at least [m].
-
-    Args:
-        width: How far the motion has it to the side then [m].
-        leg: Length of the leg [m].
-        overlap: How deep one leg is in the other in the motion, at most [m].
-    """
-    narrow = min(NARROW * leg, width - SLACK)
-    if overlap > 0.0:
-        narrow = max(narrow, min(width + overlap + APART, WIDER * leg))
-    return narrow
