@@ -13,7 +13,7 @@ from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
 
 SPINE, LIGHT, LEG, TOES = 1.0, 0.25, 0.6, 0.3
-"""Weights of joints: spine and neck; arms; hips, knees and ankles; toes and bones of the foot."""
+"""Weights of joints: spine; arms and neck; hips, knees and ankles; toes and bones of the foot."""
 PELVIS, FOOT, SWING_TURN, STANCE_TURN, HELD = 3.0, 10.0, 2.0, 0.5, 30.0
 """Weights: turn of the pelvis, place and turn of a swinging foot, turn of a standing one, what
 touches."""
@@ -33,7 +33,7 @@ FARTHEST = 0.15
 """A foot's error counts no further than this [m]."""
 _ONE = np.eye(3)
 LEGS = ("hip_", "knee_", "ankle_", "subtalar_")
-TRUNK = ("lumbar_", "thor", "neck_")
+TRUNK = ("lumbar_", "thor")
 
 
 def joint_weights(human: Human) -> Float[Array, " n_hinges"]:
