@@ -46,13 +46,13 @@ from plantigrade.world import Command, Drawing, StablePD, State, World
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
 AMISS = 0.1
-"""From this deviation on feet may cross near the toes of the other one, and come down where they are
-when they are late [leg lengths]."""
+"""From this deviation on feet may cross near the toes of the other one, and late ones come down
+where they are [leg lengths]."""
 ASKEW = 0.06
 """From this deviation on pyramids of friction have a corner in the direction of the push that is
 wanted; half way between corners they lack 0.3 of it [leg lengths]."""
 HERE, LOWERED = 0.3, 1.0
-"""So near to its place it does so [leg lengths]; so fast a late foot is let down [m/s]."""
+"""So near to its place one does so [leg lengths]; so fast a late foot is let down [m/s]."""
 LEVEL = 0.06
 """Places where feet stand in a walk on level ground are no farther apart in height [m]."""
 STILL = np.zeros(3)
