@@ -114,7 +114,7 @@ def relative_inertia(human: Human) -> Float[Array, " nv"]:
     the axes of the world.
 
     Returns:
-        Of the pelvis' tilt, list, rotation and place, then of the hinges [1, place: 1/m²].
+        Of the pelvis' tilt, list, rotation [1] and place [1/m²], then of the hinges [1].
 
     Example:
         >>> person = Human.create(1.75, 77.5)
