@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solution import Solution
+from plantigrade.synthesize.solution import Solution, Stage
 from plantigrade.synthesize.solve import Progress, synthesize
 from plantigrade.synthesize.tasks.gait_parameters import FLAT, GaitParameters, ball_off
 from plantigrade.synthesize.tasks.task import MotionTask
@@ -26,7 +26,7 @@ class OptimisedTiming:
     """A walk on times of its own.
 
     Attributes:
-        solution: The motion that costs least; its stages are those of the last solve.
+        solution: The motion that costs least; its stages are those of every trial.
         parameters: Its lengths and times.
         costs: Cost of a metre of every trial, in order; inf where none was found.
     """
@@ -57,6 +57,7 @@ def optimise_timing(
 
     best: list[tuple[float, Solution, GaitParameters]] = []
     costs: list[float] = []
+    stages: list[Stage] = []
     halted = False
 
     def told(stage, iterate) -> bool:
@@ -72,6 +73,7 @@ def optimise_timing(
         made = synthesize(body, task, warm=warm, progress=told, refinements=0, rescue=not best)
         value = made.objective / (p.speed * task.plan.duration) if made.success else np.inf
         costs.append(value)
+        stages.extend(made.stages)
         if made.success and (not best or value < best[0][0]) or not best:
             best[:] = [(value, made, p)]
         worst = max((c for c in costs if np.isfinite(c)), default=1.0)
@@ -86,7 +88,7 @@ def optimise_timing(
     )
     _, made, p = best[0]
     last = synthesize(body, task_of(p), warm=made, progress=progress)
-    chosen = replace(last if last.success else made, stages=last.stages)
+    chosen = replace(last if last.success else made, stages=(*stages, *last.stages))
     return OptimisedTiming(chosen, p, tuple(costs))
 
 

@@ -27,7 +27,7 @@ def test_free_times_cost_no_more_and_stay_within_their_bounds():
     assert found.solution.success
     assert min(found.costs) <= found.costs[0]
     assert len(found.costs) <= 6
-    assert found.solution.iterations > 0 and found.solution.seconds > 0.0  # those of all trials
+    assert found.solution.iterations > 0 and found.solution.seconds > 0.0  # of every trial
     p = found.parameters
     assert abs(p.step_length / start.step_length - 1) <= BOUNDS["step_length"] + 1e-9
     assert abs(p.stance_fraction - start.stance_fraction) <= BOUNDS["stance"] + 1e-9
