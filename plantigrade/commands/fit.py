@@ -115,7 +115,7 @@ def fit_one(
         run = save(named, out, overwrite=options.overwrite, numbered=numbered)
     of = f"{path.name}: " if len(options.files) > 1 else ""
     for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
-        progress.warn(of + sentence)
+        progress.note(sentence, of)
     return run
 
 

@@ -17,7 +17,7 @@ class PrintOptions:
     """What is printed, and where."""
 
     quiet: Flag = False
-    """No progress on standard error, only warnings."""
+    """Print only warnings and errors: no progress, no information."""
     json: Flag = False
     """Print metrics.json on standard output, everything else on standard error."""
 

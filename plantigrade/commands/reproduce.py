@@ -47,7 +47,7 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
         self.refuse_existing(f"reproduce-{files[0].stem}")
         run = reproduce_one(self, (files[0], self.out), progress)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
-            progress.warn(sentence)
+            progress.note(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
     def _study(self, progress: "Progress") -> Outcome:

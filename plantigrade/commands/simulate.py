@@ -73,7 +73,7 @@ class Command(SimulateSettings, RunOptions, JobOptions):
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:  # how it ended is among them
-            progress.warn(sentence)
+            progress.note(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
     def show(self) -> Outcome:

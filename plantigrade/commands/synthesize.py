@@ -59,8 +59,10 @@ class Command(RunOptions):
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         findings = run.record.signals.get("check.findings", ())
-        for line in (*run.record.notes, *findings[:SAID]):
-            progress.warn(str(line))
+        for sentence in run.record.notes:
+            progress.note(sentence)
+        for finding in findings[:SAID]:
+            progress.warn(str(finding))
         if len(findings) > SAID:
             progress.warn(f"{len(findings) - SAID} more of that kind are in the report")
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)

@@ -38,7 +38,7 @@ class Command(VaultSettings, JobOptions, RunOptions):
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:
-            progress.warn(sentence)
+            progress.note(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
 

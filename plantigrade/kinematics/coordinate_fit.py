@@ -26,6 +26,7 @@ from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.jumps import unwrapped
 from plantigrade.motion.recording import Table, rate_of
+from plantigrade.notes import Info
 from plantigrade.spatial.conventions import PELVIS
 
 USUAL_HEIGHT = 1.74  # [m], where the file gives no height
@@ -79,11 +80,11 @@ def fit_coordinates(
         notes.append("the file gives no path of the pelvis; it was found from the standing feet.")
     way = _way(human, table.time, qpos)
     if np.abs(way).max() > 0:
-        notes.append("the ground moves under the feet (a treadmill, or walking in place).")
+        notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
     qpos, rise = level(human, qpos, rate, way=way)
     shift = float(np.median(rise))
     if abs(shift) > 0.02:
-        notes.append(f"the motion was moved vertically by {1e3 * shift:+.0f} mm onto the ground.")
+        notes.append(Info(f"the motion was shifted by {1e3 * shift:+.0f} mm onto the ground."))
     seen = np.array([name in table.names for name in human.coordinates])
     assumed = unmeasured(human, seen)
     qpos = follow_the_legs(human, table.time, qpos, seen)
@@ -152,7 +153,7 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     off = np.abs(smooth - values[:, angles]).max(axis=0, initial=0.0)
     wrapped = [names[k] for k, by in zip(angles, off, strict=True) if by > np.pi]
     if wrapped:
-        notes.append(f"angles that step by a whole turn were led on: {listed(wrapped)}.")
+        notes.append(Info(f"angles that step by a whole turn were led on: {listed(wrapped)}."))
         values[:, angles] = smooth
     return Table(names, time, values)
 
@@ -196,8 +197,10 @@ def _stature(person: Person, table: Table, notes: list[str]) -> float:
         if abs(usual - 1) < 1e-3:
             break
     notes.append(
-        f"the stature is not in the file; {stature:.2f} m was found from the pelvis's height "
-        "(--height)."
+        Info(
+            f"the stature is not in the file; {stature:.2f} m was found from the pelvis's height "
+            "(--height)."
+        )
     )
     return float(stature)
 

@@ -43,6 +43,7 @@ from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
+from plantigrade.notes import Info
 from plantigrade.spatial.conventions import rotation_matrix
 
 USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
@@ -188,8 +189,10 @@ def fit_markers(
         )
     if person.height is None:
         notes.append(
-            f"the stature is not in the file; {calibration.human.height:.2f} m was found from the "
-            "markers (give --height to set it)."
+            Info(
+                f"the stature is not in the file; {calibration.human.height:.2f} m was estimated "
+                "from the markers (set it with --height)."
+            )
         )
     used = np.where(kept, residual, np.nan)
     return Fit(

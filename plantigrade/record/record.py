@@ -90,7 +90,8 @@ class Record:
         recorded_markers: The recorded markers, on the frames of ``motion``.
         fitted_markers: The same markers on the body, world [m].
         clock: Time zero of ``motion`` on the clock of the recording [s].
-        notes: What the user should know, one sentence each.
+        notes: Warnings to the user, one sentence each; those of type
+            :class:`~plantigrade.notes.Info` only inform.
     """
 
     human: Human

@@ -10,6 +10,7 @@ from plantigrade.errors import FileError
 from plantigrade.io.mot import write_mot
 from plantigrade.motion.recording import Table
 from plantigrade.motion.views import table_html
+from plantigrade.notes import Info
 from plantigrade.options import as_path
 from plantigrade.record.folder import FORMAT, METRICS, read_metrics, write_folder
 from plantigrade.record.npz import read_npz, write_npz
@@ -24,7 +25,7 @@ RUNS = Path("runs")
 """Where a run goes for which no folder is named."""
 
 _META = ("status", "format", "version", "kind", "title", "sentence", "command", "settings", "seed",
-         "source_files", "notes", "files", "seconds")  # fmt: skip
+         "source_files", "notes", "warnings", "files", "seconds")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +90,7 @@ class Run:
             "seconds": dict(self.seconds),
             **self.figures,
             "notes": list(self.record.notes),
+            "warnings": [note for note in self.record.notes if not isinstance(note, Info)],
             **({"files": list(self.files)} if self.files else {}),
         }
 

@@ -29,7 +29,7 @@ from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.policies import is_policy, policy_of
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.settings import OF_RECORDINGS, SimulateSettings
 from plantigrade.workflows.styles import styles_of
 from plantigrade.world import (
     Barrier,
@@ -140,6 +140,8 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
+    if not (_recording(source) or how.then or how.upper_body):
+        how.refuse(OF_RECORDINGS, "without a recording to fit; name one")
     if is_policy(how.controller):
         return _learned(source, how, command)
     begin = _start_of(source, how, step, command)
@@ -195,6 +197,14 @@ def _start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> S
     return _over_the_feet(begin)
 
 
+def _recording(source: Any) -> Path | None:
+    """Return the file of a recording; None where the source is a run, its folder or nothing."""
+    if source is None or isinstance(source, Run):
+        return None
+    path = as_path(source, "what is simulated")
+    return None if path.is_dir() else path
+
+
 def _over_the_feet(begin: Start) -> Start:
     """Return a start whose motion is one that the feet can carry."""
     assert begin.motion is not None
@@ -208,16 +218,16 @@ def _over_the_feet(begin: Start) -> Start:
 
 def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
     """Return who starts without a script."""
+    path = _recording(source)
+    if path is not None:
+        recording, trial = fit_trial(path, how, step)
+        origin = fit_provenance(recording, how, command, how.seed)
+        return _of_trial(recording.source.name, trial, origin)
     if source is None:
         human = how.human()
         return Start(human, Ground(), "standing", Provenance(command, how.plain(), seed=how.seed))
     if not isinstance(source, Run):
-        path = as_path(source, "what is simulated")
-        if not path.is_dir():
-            recording, trial = fit_trial(path, how, step)
-            origin = fit_provenance(recording, how, command, how.seed)
-            return _of_trial(recording.source.name, trial, origin)
-        source = Run.load(path)
+        source = Run.load(source)
     if how.known:
         raise ParameterError(
             f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"

@@ -33,6 +33,7 @@ from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import Subject
+from plantigrade.notes import Info
 from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
@@ -77,9 +78,9 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
         raise FitError(f"without_plates means nothing for {path.name}, which came without any")
     notes = []
     if static is not None and settings.static is None:
-        notes.append(f"{static.source.name} beside it was taken as its standing trial.")
+        notes.append(Info(f"{static.source.name}, found beside it, is its standing trial."))
     if source is not None and settings.forces is None:
-        notes.append(f"{source.name} beside it was taken as its ground reactions.")
+        notes.append(Info(f"{source.name}, found beside it, holds its ground reactions."))
     named = (static.source if static else None, source, skeleton, settings.marker_set)
     recording = replace(
         recording,
@@ -90,10 +91,10 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
     if settings.swap_sides:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
         recording = swap_sides(recording, chosen)
-        notes.append("left and right were exchanged in the names of markers and events.")
+        notes.append(Info("left and right were exchanged in the names of markers and events."))
     if settings.mirror_axis:
         recording = mirror_axis(recording)
-        notes.append("the axis to the left was turned round in markers and ground reactions.")
+        notes.append(Info("the leftward axis of markers and ground reactions was reversed."))
     return replace(recording, warnings=(*recording.warnings, *notes))
 
 

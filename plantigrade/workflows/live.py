@@ -17,6 +17,7 @@ from plantigrade.live.clock import Clock
 from plantigrade.live.session import Cast, Choice, Session, run
 from plantigrade.live.slope import Slope
 from plantigrade.models import Human
+from plantigrade.notes import Info
 from plantigrade.record import Run
 from plantigrade.report.live_world import LiveWorld
 from plantigrade.threads import on_one_thread
@@ -27,7 +28,7 @@ from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.simulate import run_of
 from plantigrade.world import Controller, Disturbance, Load, Platform
 
-BY_HAND = (
+BY_HAND = Info(
     "A live session: what was pushed by hand is a contact site of its own (push_…); friction and "
     "targets as they were set are the signals live.…"
 )

@@ -8,6 +8,7 @@ import numpy as np
 
 from plantigrade.control.replay import Replay
 from plantigrade.control.replay.clearance import part_of
+from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.otherwise import Otherwise
@@ -207,7 +208,7 @@ def certified(figures: dict[str, Any]) -> str:
         else f"not every push of {TRIED[0]:.0f} N (weakest: {way})"
     )
     off, beside = figures["replay_error_rms_deg"], 100.0 * figures["replay_off_path_end_m"]
-    return (
+    return Info(
         f"Carried out in the physical world it survives, {off:.1f}° off the motion and "
         f"{beside:.0f} cm beside its path at the end; on the way it survives {held}."
     )

@@ -14,6 +14,7 @@ from plantigrade.analyze.reproduction_status import force_figures, gait_figures,
 from plantigrade.analyze.trial import Trial
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
+from plantigrade.notes import Info
 from plantigrade.record import Record, Run
 from plantigrade.reproduce.gait import gait_tasks
 from plantigrade.reproduce.reference import Reference
@@ -172,7 +173,9 @@ def _notes(walk: RecordedWalk, reference: Reference) -> list[str]:
     way = float(np.linalg.norm(walk.ground[-1, :2] - walk.ground[0, :2]))
     if way > TREADMILL:
         found.append(
-            f"the ground moves at {way / walk.motion.duration:.2f} m/s (a treadmill); the gait was "
-            "reproduced over ground at rest."
+            Info(
+                f"the ground moves at {way / walk.motion.duration:.2f} m/s (a treadmill); the gait "
+                "was reproduced over ground at rest."
+            )
         )
     return found

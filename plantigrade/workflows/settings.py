@@ -1,6 +1,6 @@
 """The settings of jobs: dataclasses whose fields are options of the commands."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -28,6 +28,17 @@ TRACK, PAPER = "track", "zhakatayev2023"
 """Motions that are made from something else than a task."""
 LEARNED, POLICY = "learned", ".npz"
 """The controller that a trained policy of the package is, and how files of others end."""
+USED_BY = {
+    "stiffness": ("posture", "stable-pd"),
+    "stepping": ("balance",),
+    **dict.fromkeys(("speed", "path", "stoop", "then", "upper_body"), ("pendulum",)),
+}
+"""Options of a simulation that only some controllers use."""
+DRIVEN = ("torque_rise", "delay", "sensor_noise_deg")
+"""Options of a simulation that need a controller that drives the joints."""
+OF_RECORDINGS = ("static", "skeleton", "forces", "marker_set", "swap_sides", "mirror_axis",
+                 "cutoff", "without_plates")  # fmt: skip
+"""Options that say how a recording is read and fitted."""
 DEFAULT_JOINTS = "43"
 """Of a person who does a task."""
 SLOWEST, FASTEST = 0.5, 500.0
@@ -59,6 +70,18 @@ class Settings(Person):
             raise ParameterError(f"settings must be {cls.__name__}, not {settings!r:.80}")
         refuse_unknown(what, options, (f.name for f in fields(cls)))
         return cls(**options) if settings is None else replace(settings, **options)
+
+    def refuse(self, names: Iterable[str], why: str) -> None:
+        """Refuse options that would be ignored.
+
+        Raises:
+            ParameterError: If one of them is not at its default; the message says ``why``.
+        """
+        default = {f.name: f.default for f in fields(self)}
+        given = [name for name in names if getattr(self, name) != default[name]]
+        if given:
+            has = "has" if len(given) == 1 else "have"
+            raise ParameterError(f"{' and '.join(given)} {has} no effect {why}")
 
     def plain(self) -> dict[str, Any]:
         """Return the settings as ``metrics.json`` holds them."""
@@ -204,8 +227,9 @@ class SimulateSettings(FitSettings):
 
             if not (self.controller == LEARNED or self.controller.endswith(POLICY)):
                 checked(self.controller)
-        if self.stepping and self.controller != "balance" and self.motion is None:
-            raise ParameterError("stepping is that of balance: add controller=balance")
+        self.refuse(("norms",), "on a simulation; give them to plantigrade report")
+        usual = ("balance",) if self.motion else ("posture", "stable-pd", "replay")
+        self.refuse_unused(*((self.controller,) if self.controller else usual))
         self._check_walk()
         if (
             self.rate is not None
@@ -216,19 +240,26 @@ class SimulateSettings(FitSettings):
                 f"rate={self.rate:g} must be a whole multiple of control_rate={self.control_rate:g}"
             )
 
+    def refuse_unused(self, *controllers: str) -> None:
+        """Refuse options that none of some controllers uses.
+
+        Raises:
+            ParameterError: If there is one.
+        """
+        for name, users in USED_BY.items():
+            if not set(users) & set(controllers):
+                self.refuse((name,), f"without controller={' or '.join(users)}")
+        if controllers == ("passive",):
+            self.refuse(DRIVEN, "with controller=passive, which drives no joint")
+
     def _check_walk(self) -> None:
         """Refuse words that lead no walk."""
         from plantigrade.control.pendulum.route import depths, path, speeds
 
         for name, read in {"speed": speeds, "path": path, "stoop": depths}.items():
             word = getattr(self, name)
-            if word is not None and self.controller != "pendulum":
-                raise ParameterError(f"{name} is that of a walk: add controller=pendulum")
             if word is not None:
                 read(word)
-        for name, words in {"then": self.then, "upper_body": self.upper_body}.items():
-            if words and self.controller != "pendulum":
-                raise ParameterError(f"{name} is that of a walk: add controller=pendulum")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -269,6 +300,11 @@ class TrainSettings(FitSettings):
     """Seed of everything random."""
     device: str = "cpu"
     """Of torch: cpu, cuda."""
+
+    def __post_init__(self):
+        """Refuse what a training has no use for."""
+        super().__post_init__()
+        self.refuse(("norms", "age"), "on a training")
 
 
 @dataclass(frozen=True, kw_only=True)

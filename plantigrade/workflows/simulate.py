@@ -16,6 +16,7 @@ from plantigrade.control.replay.reference import period_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.posture import lean_figures
 from plantigrade.motion import Motion
+from plantigrade.notes import Info
 from plantigrade.record import Record, Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
@@ -88,6 +89,7 @@ def simulate(
         moved_by = controller_of(begin, ground, how, word)
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
+    how.refuse_unused(word)
     lasts = _duration(begin, how, moved_by)
     begins = [(_called(each), min(each.edges(), default=0.0)) for each in (*acting, *disturbances)]
     for what, first in (*begins, *(() if begin.wish is None else begin.wish.changes)):
@@ -178,7 +180,7 @@ def run_of(
     controller: Controller,
 ) -> Run:
     """Return the run of a simulation, with what its controller says of it."""
-    said = getattr(controller, "said", tuple)()
+    said = map(Info, getattr(controller, "said", tuple)())
     waited = [d.missed(world) for d in world.disturbances if isinstance(d, PhasePush)]
     missed = [sentence for sentence in waited if sentence]
     record = replace(record, notes=(*record.notes, *said, *missed, *_passed(record)))
@@ -269,7 +271,7 @@ def _passed(record: Record) -> tuple[str, ...]:
     far = 100.0 * spare(record)
     if touched(record):
         return (f"It struck the barrier, up to {-far:.1f} cm deep in the skin.",)
-    return (f"It passed the barrier {far:.1f} cm away.",)
+    return (Info(f"It passed the barrier {far:.1f} cm away."),)
 
 
 def _sentence(

@@ -22,7 +22,7 @@ from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.fit import Step, fit_trial, silent
 from plantigrade.workflows.policies import file_of
-from plantigrade.workflows.settings import TrainSettings
+from plantigrade.workflows.settings import OF_RECORDINGS, TrainSettings
 
 if TYPE_CHECKING:
     from plantigrade.learn.training import Progress
@@ -174,6 +174,7 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
 
 def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
     if source is None:
+        how.refuse(OF_RECORDINGS, "without a recording to fit; name one")
         return Reference.textbook(Human.create(**{**PAPER_PERSON, **how.known}))
     if not isinstance(source, Run):
         path = as_path(source, "what is followed")
@@ -183,6 +184,7 @@ def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
         raise ParameterError(
             f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
         )
+    how.refuse(OF_RECORDINGS, "on a run; name the recording")
     return Reference.of(source)
 
 

@@ -24,6 +24,7 @@ from plantigrade.motion import Motion
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.recording import even_clock
+from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.reproduce.phases import in_order, walking_events
 from plantigrade.reproduce.reference import Reference, reference_of
@@ -112,7 +113,7 @@ class RecordedWalk:
         motion = Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
         what = "half a cycle" if loop.mirrored else "one cycle"
         closes = "its mirror image" if loop.mirrored else "itself"
-        note = (
+        note = Info(
             f"the recording is {what} of {loop.period:.2f} s that closes on {closes}; it was "
             "repeated to three cycles, in which the gait was found."
         )

@@ -85,6 +85,14 @@ def test_what_a_controller_says_of_itself_ends_with_a_fall():
     assert off == pytest.approx(run.figures["fell_at_s"] / np.sqrt(3.0), abs=0.02)
 
 
+def test_an_option_its_usual_controller_ignores_is_refused():
+    run = Run.load(STORED / "side-step")  # is replayed where no controller is named
+    with pytest.raises(ParameterError, match="stiffness has no effect"):
+        pg.simulate(run, stiffness=2.0)
+    with pytest.raises(ParameterError, match="cutoff has no effect"):
+        pg.simulate(run, cutoff=8.0)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -104,6 +112,19 @@ def test_what_a_controller_says_of_itself_ends_with_a_fall():
         (["--ground", "hill"], "there are flat, slope:DEG"),
         (["--controller", "stable-pd"], "follows a motion"),
         (["--rate", "1000", "--control-rate", "300"], "whole multiple"),
+        (
+            ["--controller", "balance", "--stiffness", "2"],
+            "stiffness has no effect without controller=posture or stable-pd",
+        ),
+        (["--motion", "tiptoe", "--feet", "multi-segment", "--stiffness", "2"], "no effect"),
+        (["--controller", "passive", "--torque-rise", "0.1"], "drives no joint"),
+        (["--speed", "1.2"], "speed has no effect without controller=pendulum"),
+        (["--stepping"], "stepping has no effect without controller=balance"),
+        (
+            ["--static", "stand.c3d", "--cutoff", "8"],
+            "static and cutoff have no effect without a recording to fit",
+        ),
+        (["--norms", "mine.csv"], "give them to plantigrade report"),
         (["--duration", "0"], "duration must be"),
         (["nothing.c3d"], "there is no such file"),
     ],

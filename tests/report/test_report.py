@@ -65,7 +65,7 @@ def test_sections_are_picked_by_what_the_run_has(record):
     assert "Marker errors" in fit and "Joint moments" in fit
     assert not {"Check", "The tasks and when they act", "Ranges of motion"} & set(fit)
     assert tasks[:5] == [
-        "What to know about this run", "Reproduced against recorded angles",
+        "Warnings", "Reproduced against recorded angles",
         "Toes, pelvis, trunk and arms against the recorded ones", "Ranges of motion",
         "The tasks and when they act",
     ]  # fmt: skip

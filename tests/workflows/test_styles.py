@@ -46,9 +46,9 @@ def test_words_have_a_time_behind_them():
 
 
 def test_other_walks_are_those_of_a_pendulum_and_need_a_time_where_nobody_looks_on(walk):
-    with pytest.raises(ParameterError, match="then is that of a walk"):
+    with pytest.raises(ParameterError, match="then has no effect without"):
         SimulateSettings(then=("stroll.c3d@4",))
-    with pytest.raises(ParameterError, match="upper_body is that of a walk"):
+    with pytest.raises(ParameterError, match="upper_body has no effect without"):
         SimulateSettings(controller="balance", upper_body=("arm_flex_r=90",))
     run = Run(walk, "fit")
     with pytest.raises(ParameterError, match="has no time"):
