@@ -199,7 +199,7 @@ WRONG = (
     ("pg.synthesize('side-step', side='left')", "side must be 'r' or 'l'"),
     ("pg.synthesize('reach', target=[1.0, 2.0])", "target must be 3 numbers"),
     ("pg.synthesize('walk', solver='snopt')", "solver must be 'interior-point' or"),
-    ("pg.synthesize('walk', seed=3)", "seed is that of restarts"),
+    ("pg.synthesize('walk', seed=3)", "seed has no effect without restarts"),
     ("pg.synthesize('walk', seed=-1, restarts=2)", "seed must be a whole number from 0"),
     ("pg.synthesize('zhakatayev2023', motion='run')", "motion must be 'walk' or"),
     ("pg.synthesize('zhakatayev2023', speed=1.0)", "has no option 'speed'"),

@@ -1,4 +1,4 @@
-"""Write the human as MJCF and print what it is made of."""
+"""Write a human as MJCF, or print its segments, joints and strengths."""
 
 import os
 import tempfile
@@ -28,15 +28,15 @@ SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 
 @dataclass(frozen=True, kw_only=True)
 class Command(Person, PrintOptions):
-    """Write the human as MJCF and print what it is made of."""
+    """Write a human as MJCF, or print its segments, joints and strengths."""
 
     lengths: Lengths = ()
-    """Own segment length, as thigh=0.43; may be given several times."""
+    """Segment length, such as thigh=0.43; repeatable."""
     marker_set: SetOrFile = None
-    """Markers to put on the body as sites: plug-in-gait, oxford-foot-model, gait2392, rajagopal,
-    or a TOML file of your own."""
+    """Marker set to add as sites: plug-in-gait, oxford-foot-model, gait2392, rajagopal, or your own
+    TOML file."""
     out: OptionalPath = None
-    """MJCF file to write, of the person alone; - prints it instead of the summary."""
+    """MJCF file to write; - prints it instead of the summary."""
     overwrite: Flag = False
     """Replace the file if it exists."""
 

@@ -1,4 +1,4 @@
-"""Rebuild recorded gaits from ordered tasks; several of them make a study."""
+"""Reproduce recorded gaits from prioritised tasks; several recordings make a study."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,11 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Command(ReproduceSettings, RunOptions, JobOptions):
-    """Rebuild a recorded gait from three ordered tasks; several make a study.
+    """Reproduce a recorded gait from three prioritised tasks; several make a study.
 
-    Of the recording the tasks see the contacts of the feet, the paths of the heels over the ground
-    and of the centre of mass, and the posture at the end of each phase, by default with its rate;
-    all else follows.
+    The tasks take only foot contacts, heel and centre-of-mass paths, and the posture (by default
+    with its rate) at the end of each gait phase from the recording. Everything else is computed.
     """
 
     files: Annotated[
@@ -40,7 +39,7 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
         from plantigrade.commands.progress import Progress
 
         if not self.files:
-            raise ParameterError("no recording was named; write plantigrade reproduce FILE")
+            raise ParameterError("no recording given: plantigrade reproduce FILE")
         progress, files = Progress(quiet=self.quiet), list(self.files)
         if len(files) > 1 or files[0].is_dir():
             return self._study(progress)
@@ -78,7 +77,7 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
             progress.say(f"{k}/{of} {path}: {members[-1].words}")
         if not members:
             raise ParameterError(
-                f"none of {of} recordings could be reproduced; the first: {files[0]}: "
+                f"none of the {of} recordings could be reproduced; first: {files[0]}: "
                 f"{left_out[str(files[0])]}"
             )
         with progress.step("writing the study"):

@@ -260,7 +260,7 @@ def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(run_folder, "_put_in_next_place", interrupt)  # all is written but the name
     monkeypatch.chdir(tmp_path)
     assert cli.main(["fit", str(data / KINDS["normal_gait"][0])]) == 130
-    assert "not complete" in capsys.readouterr().err
+    assert "no incomplete run folder" in capsys.readouterr().err
     assert list((tmp_path / "runs").iterdir()) == []
 
 

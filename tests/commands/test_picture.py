@@ -55,12 +55,12 @@ def test_a_strip_of_instants(run, capsys):
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (["--out", "picture.png"], "ends in .svg"),
-        (["--out", "picture"], "ends in .svg"),
+        (["--out", "picture.png"], "ending in .svg"),
+        (["--out", "picture"], "ending in .svg"),
         (["--out", "nowhere/picture.svg"], "no folder"),
-        (["--still", "--foot", "left"], "--foot means nothing to a strip"),
+        (["--still", "--foot", "left"], "--foot has no effect with --still"),
         (["--still", "--start", "9", "--stop", "8"], "no part of this motion"),
-        (["--still", "--speed", "0.5"], "--speed means nothing to a strip"),
+        (["--still", "--speed", "0.5"], "--speed has no effect with --still"),
         (["--start", "0"], ""),
         (["--start", "5"], "no part of this motion"),
         (["--speed", "0"], "speed must be 0.05"),

@@ -206,7 +206,7 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["walk.c3d", "--jobs", "0"], "jobs=0"),
+        (["walk.c3d", "--jobs", "0"], "jobs must be 1, 2"),
         (["nowhere.c3d"], "nowhere.c3d"),
         (["walk.c3d", "walk.c3d"], "twice"),
     ],

@@ -124,7 +124,6 @@ def test_an_option_its_usual_controller_ignores_is_refused():
             ["--static", "stand.c3d", "--cutoff", "8"],
             "static and cutoff have no effect without a recording to fit",
         ),
-        (["--norms", "mine.csv"], "give them to plantigrade report"),
         (["--duration", "0"], "duration must be"),
         (["nothing.c3d"], "there is no such file"),
     ],
@@ -199,6 +198,6 @@ def test_a_run_has_its_own_person(folder):
 def test_what_is_for_a_live_page_needs_one(folder, capsys):
     for words in (["--port", "8123"], ["--no-open"]):
         assert cli.main(["simulate", *words]) == 2
-        assert "--port and --no-open are for --live" in capsys.readouterr().err
+        assert "--port and --no-open need --live" in capsys.readouterr().err
     assert cli.main(["simulate", "--live", "--controller", "hill"]) == 2
     assert "there are passive, posture" in capsys.readouterr().err and not list(folder.iterdir())
