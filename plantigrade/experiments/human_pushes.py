@@ -21,8 +21,10 @@ from plantigrade.experiments.table import Row, at_least
 from plantigrade.experiments.walking import recorded
 from plantigrade.models import Human
 from plantigrade.record import Record
-from plantigrade.workflows.harness import Walked, walk
-from plantigrade.workflows.walkers import leg_of, on_body, walker, walks_as
+from plantigrade.workflows.harness import walk
+from plantigrade.workflows.other_bodies import leg_of, on_body
+from plantigrade.workflows.walked import Walked
+from plantigrade.workflows.walkers import walker, walks_as
 from plantigrade.world import PhasePush
 
 FILE = "pushes/human-data.csv"

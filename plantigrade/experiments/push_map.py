@@ -39,7 +39,7 @@ from plantigrade.experiments.walking import (
 )
 from plantigrade.report.section import Section
 from plantigrade.workflows.harness import PushedWalk
-from plantigrade.workflows.walkers import limits_of
+from plantigrade.workflows.other_bodies import limits_of
 from plantigrade.world.push_limits import PushTest, directions, push_limit
 
 FORCE, IMPULSE = 0.4, 0.2

@@ -34,7 +34,8 @@ from plantigrade.experiments.walking import (
 )
 from plantigrade.record import Record
 from plantigrade.workflows.harness import walk
-from plantigrade.workflows.walkers import Walker, on_body, walks_as, with_legs
+from plantigrade.workflows.other_bodies import on_body, with_legs
+from plantigrade.workflows.walkers import Walker, walks_as
 from plantigrade.world import Controller
 from plantigrade.world.grounds import ground_named
 

@@ -25,7 +25,7 @@ from plantigrade.workflows.policies import file_of
 from plantigrade.workflows.settings import OF_RECORDINGS, TrainSettings
 
 if TYPE_CHECKING:
-    from plantigrade.learn.training import Progress
+    from plantigrade.learn.curve import Progress
 
 PAPER_PERSON = {"height": 1.50, "mass": 48.5, "joints": "66"}
 """The person of [Park2020]_, who walks where no recording is named."""
@@ -73,7 +73,7 @@ def train(
         resume: Take up what was stopped; what has ended is kept as it is.
         overwrite: Replace what is there.
         step: Shows progress of a fit.
-        tell: Called with the seed and a :class:`~plantigrade.learn.training.Progress` after every
+        tell: Called with the seed and a :class:`~plantigrade.learn.curve.Progress` after every
             part of a training.
         options: Fields of ``settings`` by name; they replace those of ``settings``.
 

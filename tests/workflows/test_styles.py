@@ -14,10 +14,10 @@ from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
+from plantigrade.workflows.other_bodies import walk_on_body
 from plantigrade.workflows.save import save
 from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, pose_of, styles_of, timed
-from plantigrade.workflows.walkers import walk_on_body
 
 
 @pytest.fixture(scope="module")
