@@ -203,7 +203,7 @@ WRONG = (
     ("pg.synthesize('walk', seed=-1, restarts=2)", "seed must be a whole number from 0"),
     ("pg.synthesize('zhakatayev2023', motion='run')", "motion must be 'walk' or"),
     ("pg.synthesize('zhakatayev2023', speed=1.0)", "has no option 'speed'"),
-    ("pg.synthesize('track')", "give recording=FILE"),
+    ("pg.synthesize('track')", "needs recording=FILE"),
     ("pg.synthesize('track', recording=p, speed=1.0)", "has no option 'speed'"),
     ("pg.synthesize(None)", "a task must be the path"),
     ("pg.check(p)", "only a Record or a Run can be checked"),

@@ -108,7 +108,7 @@ def _advice(record: Record) -> str:
             "forces without plates leave over what is noise of the motion; more than that comes "
             "from a hand or a seat that carries too, from the body mass, or from the fit"
         )
-    return "look at the body mass, at the clock and the place of the plates, and at the fit"
+    return "check the body mass, the clock and position of the plates, and the fit"
 
 
 def _root(s: Sweep, tol: Tolerances, advice: str) -> Iterator[Series]:

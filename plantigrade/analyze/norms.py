@@ -155,13 +155,13 @@ def reason(age: float | None = None, height: float | None = None) -> str:
 
     Example:
         >>> reason(9), reason(None, 1.7)
-        ('by an age of 9 years', 'by a body height of 1.70 m, for no age is known')
+        ('by an age of 9 years', 'by a body height of 1.70 m, because no age is known')
     """
     if age is not None:
         return f"by an age of {age:.3g} years"
     if height is not None:
-        return f"by a body height of {height:.2f} m, for no age is known"
-    return "for neither age nor body height is known"
+        return f"by a body height of {height:.2f} m, because no age is known"
+    return "because neither age nor body height is known"
 
 
 def names(population: Population = CHILDREN) -> tuple[str, ...]:

@@ -107,7 +107,7 @@ def estimate_forces(
         flies = loading.flies
     if not contacts and measured is None:
         raise ParameterError(
-            "no foot comes to the ground in this motion; forces need a foot that stands (or tell "
+            "no foot touches the ground in this motion; forces need a standing foot (or give "
             "`contacts` when something carries)"
         )
     step = _step(motion)

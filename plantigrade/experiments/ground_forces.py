@@ -170,7 +170,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     """Return all rows of one recording: as it is, and of a walk also with noise."""
     trial = fit_trial(path, FitSettings(mass=MASSES.get(name)))[1]
     if trial.forces is None:
-        raise ReproduceError(f"{path} came without force plates; nothing to compare with")
+        raise ReproduceError(f"{path} has no force plates to compare with")
     fit, mass = trial.fit, trial.fit.human.mass
     alone = analyse(fit, mass=mass, without_plates=True)
     if alone.ground is None:

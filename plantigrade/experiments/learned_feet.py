@@ -210,13 +210,13 @@ def run(*, controllers: Sequence[str] = (), **options: Any) -> ResultTable:
         options: As :meth:`~plantigrade.experiments.measured.Measured.run` takes it.
 
     Raises:
-        ParameterError: If a controller is no policy.
+        ParameterError: If a controller is not a policy.
         FileError: If a policy cannot be read.
     """
     for word in controllers:  # before hours are spent
         if not is_policy(word):
             raise ParameterError(
-                f"controller={word} is no policy: learned-feet compares files ({POLICY}) that "
+                f"controller={word} is not a policy: learned-feet compares files ({POLICY}) that "
                 "plantigrade train wrote, and learned"
             )
         policy_of(word)

@@ -261,7 +261,7 @@ def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
     if not good.any():
         raise FitError(
             f"no frame shows {VISIBLE:.0%} of the markers (best {share.max():.0%}); "
-            "fill the gaps first or give a marker set of the markers that are there"
+            "fill the gaps first, or give a marker set for the visible markers"
         )
     inner = slice(good.argmax(), len(good) - good[::-1].argmax())
     for gap in runs(~good[inner]):  # inverse kinematics tolerates short ones

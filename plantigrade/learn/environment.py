@@ -58,7 +58,7 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def __init__(self, reference: Any = None, *, render_mode: str | None = None, **rules: Any):
         if render_mode is not None:
-            raise ParameterError("render_mode must be None: save a run of record() and look at it")
+            raise ParameterError("render_mode must be None: save a run of record() and view that")
         self.render_mode = None
         self.following = Following(_rules(reference, rules))
         self.observation_space, self.action_space = spaces(self.following)

@@ -105,9 +105,9 @@ class Rules:
         if self.reach is not None and not 0.0 < self.reach < np.inf:
             raise ParameterError(f"reach={self.reach:g} rad must be positive")
         if self.mirrored and self.form != "lean":
-            raise ParameterError("mirrored=True is for form='lean': the other is as printed")
+            raise ParameterError("mirrored=True needs form='lean'")
         if self.terrain and self.ground != "flat":
-            raise ParameterError("terrain lies on level ground: leave out ground, or terrain")
+            raise ParameterError("terrain and ground cannot be combined; give one")
         part_of_stride("start", self.start)
 
     def world(self, human: Human) -> World:

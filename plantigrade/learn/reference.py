@@ -76,11 +76,13 @@ class Reference:
         record = source.record if isinstance(source, Run) else source
         if not isinstance(record, Record):
             raise ParameterError(
-                f"a reference is a run, its folder or a record, not {shown(record)}"
+                f"a reference must be a run, its folder or a record, not {shown(record)}"
             )
         ground = record.ground
         if ground.slope or ground.steps or ground.uneven or ground.seats:
-            raise ParameterError("a reference is walked on level ground, without steps and seats")
+            raise ParameterError(
+                "a reference must be a walk on level ground, without steps and seats"
+            )
         return cls.of_motion(record.human, record.motion)
 
     @classmethod

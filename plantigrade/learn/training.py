@@ -315,12 +315,12 @@ class Training:
             state = _torch.load(path, weights_only=True)
             what, curve = dict(state["what"]), [Progress(**row) for row in state["curve"]]
         except Exception as error:
-            raise FileError(path, f"no checkpoint of a training: {str(error)[:200]}") from error
+            raise FileError(path, f"not a checkpoint of a training: {str(error)[:200]}") from error
         mine = self._what()
         other = [k for k in mine if what.get(k) != mine[k]]
         if other:
             raise ParameterError(
-                f"{path} is the checkpoint of another training: {', '.join(other)} differ; give "
+                f"{path} is a checkpoint of another training: {', '.join(other)} differ; give "
                 "another folder, or the options of that training"
             )
         learner, rms = self._learner, self._norm.obs_rms
@@ -334,7 +334,7 @@ class Training:
                 raise ValueError("numbers are missing, or not finite")
             reached = state["reached"] is not None and state["reached"] >= self.goal > 0
         except Exception as error:
-            raise FileError(path, f"no whole checkpoint: {str(error)[:200]}") from error
+            raise FileError(path, f"damaged checkpoint: {str(error)[:200]}") from error
         (rms.mean, rms.var), (rms.count, self._rate) = seen, numbers[-2:]
         learner.lr_schedule = _utils.ConstantSchedule(self._rate)
         self.curve, self.reached = curve, reached

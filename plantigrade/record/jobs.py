@@ -75,9 +75,11 @@ def run_jobs(
     if backend not in BACKENDS:
         raise ParameterError(f"no backend {backend!r}; there are {', '.join(BACKENDS)}")
     if jobs == 0:
-        raise ParameterError("jobs=0 does nothing; allowed are 1, 2, … or -1 for one per core")
+        raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
     if address is not None and backend not in ("ray", "dask"):
-        raise ParameterError(f"an address is for ray and dask; {backend} runs on this machine")
+        raise ParameterError(
+            f"an address needs backend ray or dask; {backend} runs on this machine"
+        )
     if jobs == 1 and backend == "loky":  # no other process is needed
         return (_attempt(work, item) for item in items)
     _start(backend, address)

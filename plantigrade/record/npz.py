@@ -156,7 +156,7 @@ def read_npz(path: str | Path) -> Record:
         )
     except ParameterError as error:
         raise FileError(
-            path, f"does not hold one motion of one person: {error}", remedy="run the command again"
+            path, f"does not hold a motion of one person: {error}", remedy="run the command again"
         ) from error
 
 

@@ -145,7 +145,7 @@ class Record:
                 raise ParameterError(what)
         for name, other in self.references.items():
             if other.joint_names != self.motion.joint_names or not other.n_frames:
-                raise ParameterError(f"reference {name!r} is no motion of this person")
+                raise ParameterError(f"reference {name!r} is not a motion of this person")
         check_signals(self.signals, n, nv)
 
     @property

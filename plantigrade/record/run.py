@@ -185,7 +185,7 @@ class Run:
         missing = ", ".join(name for name in (MODEL, MOTION) if not (folder / name).is_file())
         if missing:
             remedy = "name a folder a plantigrade command wrote"
-            raise FileError(folder, f"is not a whole run: {missing} missing", remedy=remedy)
+            raise FileError(folder, f"is not a complete run: {missing} missing", remedy=remedy)
         kept = sorted(folder.glob("*.npz"))
         others = {path.stem: read_npz(path) for path in kept if path.name != MOTION}
         settings, sources = metrics.get("settings"), metrics.get("source_files")

@@ -99,7 +99,7 @@ def moving_picture(
     _, resting = _scene(record, still, view=view, side=FEET[foot], clock=clock, prefix="s", box=box)
     left, top, right, bottom = box
     width, height = right - left, bottom - top
-    words = title or "A moving body"
+    words = title or "Animated body"
     svg = (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" '
         f'aria-label="{escape(words, {chr(34): "&quot;"})}" '

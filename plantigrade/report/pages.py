@@ -29,17 +29,17 @@ SIMULATED = (
     ("speed", " m/s", "speed_m_s", 2),
     ("speed of the recording", " m/s", "recorded_speed_m_s", 2),
     ("steps", "", "landings", 0),
-    ("off the motion, RMS", "°", "tracking_error_rms_deg", 1),
-    ("lean of the trunk, mean", "°", "trunk_lean_mean_deg", 1),
-    ("off the way, most", " m", "astray_max_m", 2),
-    ("vertical force, largest", " BW", "vertical_force_max_bw", 2),
-    ("motors, most", " %", "motor_torque_max_pct", 0),
+    ("tracking error, RMS", "°", "tracking_error_rms_deg", 1),
+    ("trunk lean, mean", "°", "trunk_lean_mean_deg", 1),
+    ("distance from path, maximum", " m", "astray_max_m", 2),
+    ("vertical force, peak", " BW", "vertical_force_max_bw", 2),
+    ("motor torque, peak", " %", "motor_torque_max_pct", 0),
 )
 FROM_TASKS = (
     ("range of motion error, mean", "°", "rom_error_mean_deg", 1),
-    ("range of motion error, largest", "°", "rom_error_max_deg", 1),
-    ("centre of mass error, largest", " mm", "com_error_max_mm", 1),
-    ("contact drift, largest", " mm", "contact_drift_max_mm", 1),
+    ("range of motion error, maximum", "°", "rom_error_max_deg", 1),
+    ("centre of mass error, maximum", " mm", "com_error_max_mm", 1),
+    ("contact drift, maximum", " mm", "contact_drift_max_mm", 1),
     ("lowest point of the soles", " mm", "sole_lowest_mm", 1),
     ("vertical force error, RMS", " BW", "vertical_force_rmse_bw", 3),
 )
@@ -51,7 +51,7 @@ SOLVED = (
     ("rise in flight", " m", "flight_rise_m", 2),
     ("take-off speed", " m/s", "take_off_speed_m_s", 2),
     ("knee range", "°", "knee_angle_range_r_deg", 0),
-    ("vertical force, largest", " BW", "ground_force_max_bw", 2),
+    ("vertical force, peak", " BW", "ground_force_max_bw", 2),
     ("cost of transport", "", "cost_of_transport", 2),
 )
 
@@ -87,7 +87,7 @@ def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
         strip=Markup(strip_of(subject)),
         reference=next(iter(run.record.references), ""),
         arrows=_has_arrows(subject),
-        footer="World axes: x forward, y left, z up; signs of angles are OpenSim's.",
+        footer="World axes: x forward, y left, z up. Signs of angles as in OpenSim.",
         provenance={
             name: provenance[name]
             for name in ("source_files", "version", "command", "settings", "seed")
@@ -210,7 +210,7 @@ def facts_of(subject: Subject) -> dict[str, str]:
     """Return name and value of what is shown large."""
     signals = subject.record.signals
     if "check.quantity" in signals:
-        verdict = {"verdict": "passed" if subject.run.ok else "did not pass"}
+        verdict = {"verdict": "passed" if subject.run.ok else "failed"}
         found = verdict | _told(subject, SOLVED)
         if "walking speed" in found:
             found.pop("distance", None)

@@ -114,7 +114,7 @@ def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
     if how.shift is not None:
         shift = FloorShift.written(how.shift)
         if how.ground not in (None, "flat"):
-            raise ParameterError(f"only a flat floor shifts, not ground={how.ground!r}")
+            raise ParameterError(f"shift needs a flat floor, not ground={how.ground!r}")
         acting: tuple[Disturbance, ...] = (shift, *pushes)
     else:
         acting = pushes if plate is None else (plate, *pushes)
@@ -178,7 +178,7 @@ def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
         FileError: If there is no such policy.
     """
     if source is not None or how.motion is not None:
-        raise ParameterError("a policy walks as it was taught: leave out recording, run and motion")
+        raise ParameterError("a policy brings its own motion: leave out recording, run and motion")
     policy = policy_of(how)
     word, lasts = str(how.controller), how.duration or LEARNED_WALK
     origin = Provenance(command, how.plain(), seed=how.seed)
@@ -189,7 +189,7 @@ def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
 def _start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
     if how.motion is not None:
         if source is not None:
-            raise ParameterError("motion is a script of its own: leave out the recording or run")
+            raise ParameterError("motion and a recording or run cannot be combined; give one")
         return _scripted(how.motion, how, command)
     begin = _moving(source, how, step, command)
     if how.controller != SCRIPTED or begin.motion is None or begin.motion.n_frames == 1:
@@ -212,7 +212,7 @@ def _over_the_feet(begin: Start) -> Start:
     motion = feasible_motion(begin.human, asked)
     script = Followed(begin.human, motion, asked.presses)
     moved = 1e3 * float(np.linalg.norm((script.com - asked.com)[:, :2], axis=1).max())
-    said = f"The centre of mass was moved by up to {moved:.0f} mm to where the feet carry it."
+    said = f"The centre of mass was moved by up to {moved:.0f} mm to where the feet can carry it."
     return replace(begin, motion=motion, script=script, notes=(*begin.notes, said))
 
 
@@ -230,14 +230,14 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
         source = Run.load(source)
     if how.known:
         raise ParameterError(
-            f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
+            f"a run defines its own person: leave out {', '.join(how.known)}, or name the recording"
         )
     record, folder = source.record, source.folder
     first = record.motion.qpos[0]
     sunk = float(on_ground(record.human, record.ground, first)[2] - first[2])
     if sunk > DEEP:
         raise ParameterError(
-            f"the motion starts {sunk:.2f} m below its ground: name a run whose feet are on it"
+            f"the motion starts {sunk:.2f} m below its ground; give a run whose feet are on it"
         )
     files = {} if folder is None else source_files([folder / METRICS])
     return Start(

@@ -64,18 +64,18 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
     if recording.markers is None or not recording.markers.names:
         for name in ("static", "marker_set", "swap_sides", "mirror_axis"):
             if getattr(settings, name):
-                raise FitError(f"{name} means nothing for {path.name}, which holds no markers")
+                raise FitError(f"{name} has no effect on {path.name}, which holds no markers")
     found = find_companions(recording, read) if settings.companions else Companions()
     static = read(settings.static) if settings.static else found.static
     if static is not None and static.markers is None:
-        raise FitError(f"{settings.static} holds no markers, so it is no standing trial")
+        raise FitError(f"{settings.static} holds no markers, so it is not a standing trial")
     plates, source = recording.plates or found.forces, found.forces_source
     if settings.forces:
         plates, source = read(settings.forces).plates, settings.forces
         if not plates:
             raise FitError(f"{settings.forces} holds no ground reactions")
     if settings.without_plates and not plates:
-        raise FitError(f"without_plates means nothing for {path.name}, which came without any")
+        raise FitError(f"without_plates has no effect on {path.name}, which has none")
     notes = []
     if static is not None and settings.static is None:
         notes.append(Info(f"{static.source.name}, found beside it, is its standing trial."))
@@ -91,7 +91,7 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
     if settings.swap_sides:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
         recording = swap_sides(recording, chosen)
-        notes.append(Info("left and right were exchanged in the names of markers and events."))
+        notes.append(Info("left and right were swapped in marker and event names."))
     if settings.mirror_axis:
         recording = mirror_axis(recording)
         notes.append(Info("the leftward axis of markers and ground reactions was reversed."))
@@ -268,7 +268,7 @@ def sentence(trial: Trial) -> str:
         text += f"; RMS {kind} error {error:.1f} mm"
     if trial.forces is not None and bool(np.any(trial.forces.valid_side)):
         text += "; joint moments from the measured ground reactions"
-        text += ", estimated where no plate told them" if trial.ground is not None else ""
+        text += ", estimated where there was no plate" if trial.ground is not None else ""
     elif trial.ground is not None:
         text += "; ground reactions and joint moments estimated from the motion"
     return text[0].upper() + text[1:] + "."

@@ -37,7 +37,7 @@ WATCH = 6.0
 """So long somebody is watched after what disturbed them has ended [s]."""
 WAIT = 12.0
 """A push that waits for a phase of the gait has begun by then, or nobody walks [s]."""
-NO_GAIT = "no gait: the phase of the push never came"
+NO_GAIT = "no gait: the phase of the push never occurred"
 
 
 def tracks(walker: Walker) -> tuple[float, Float[Array, " 2"]]:
@@ -195,7 +195,7 @@ class Going:
         """
         world = self.world
         if self._legs.deepest > DEEP:
-            end = "one leg went through the other"
+            end = "one leg passed through the other"
         if world.fall is not None:
             end = str(world.fall)
         if world.diverged is not None:

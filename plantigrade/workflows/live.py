@@ -29,8 +29,8 @@ from plantigrade.workflows.simulate import run_of
 from plantigrade.world import Controller, Disturbance, Load, Platform
 
 BY_HAND = Info(
-    "A live session: what was pushed by hand is a contact site of its own (push_…); friction and "
-    "targets as they were set are the signals live.…"
+    "A live session: pushes by hand are contact sites of their own (push_…); friction and target "
+    "values are the signals live.…"
 )
 
 
@@ -237,7 +237,7 @@ def _look_on(
 ) -> None:
     """Show the page, and save when somebody wants it, until interrupted; then end both."""
     try:
-        tell(f"Live at {page.address} (end with Ctrl-C)")
+        tell(f"Live at {page.address} (press Ctrl-C to stop)")
         if open:
             webbrowser.open(page.address)
         while not stop.is_set():

@@ -82,7 +82,7 @@ def walk_on_body(record: Record, human: Human) -> Record:
     walk = walk_of(record)
     period, advance = period_of(walk)
     if period is None:
-        raise ParameterError("no stride of it nearly closes, so it is no walk that could go on")
+        raise ParameterError("no stride of it nearly closes, so the walk cannot be repeated")
     motion, n = walk.motion, walk.motion.n_frames - 1
     reference = reference_of(walk)
     sides = [s.side for s in world_sites(walk)]

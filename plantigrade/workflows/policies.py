@@ -56,6 +56,6 @@ def policy_of(how: SimulateSettings) -> "PolicyController":
     path = file_of(word, known.pop("feet", None) if word == LEARNED else None)
     if known:
         raise ParameterError(
-            f"a policy has its own person: leave out {', '.join(known)}, or train one for yours"
+            f"a policy defines its own person: leave out {', '.join(known)}, or train one for yours"
         )
     return policy_named(path)

@@ -194,9 +194,7 @@ def certificate(record: Record, duration: float | None = None) -> dict[str, Any]
 def certified(figures: dict[str, Any]) -> str:
     """Return the certificate of a motion in one sentence."""
     if not figures["replay_survived"]:
-        return (
-            f"Carried out in the physical world it falls after {figures['replay_seconds']:.2f} s."
-        )
+        return f"In simulation it falls after {figures['replay_seconds']:.2f} s."
     pushes = [v for k, v in figures.items() if k.startswith("replay_push_")]
     weakest = min(pushes)
     way = next(
@@ -209,6 +207,6 @@ def certified(figures: dict[str, Any]) -> str:
     )
     off, beside = figures["replay_error_rms_deg"], 100.0 * figures["replay_off_path_end_m"]
     return Info(
-        f"Carried out in the physical world it survives, {off:.1f}° off the motion and "
-        f"{beside:.0f} cm beside its path at the end; on the way it survives {held}."
+        f"In simulation it stays upright, {off:.1f}° off the motion and "
+        f"{beside:.0f} cm beside its path at the end; on the way it withstands {held}."
     )

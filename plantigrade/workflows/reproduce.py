@@ -117,7 +117,7 @@ def run_of(
         figures |= force_figures(forced, compare(forced), walk.measured, walk.ground)
         if figures["dynamics_status"] != "ok":
             notes.append(
-                f"of the gait moved by forces: {figures['dynamics_status']}; its ground reactions "
+                f"gait computed with forces: {figures['dynamics_status']}; its ground reactions "
                 "and joint moments are left out of the report."
             )
     signals = {**record.signals, **assumed, **norm_signals(settings)}
@@ -153,7 +153,7 @@ def _sentence(name: str, record: Record, held: Comparison, tasks: str) -> str:
     human, motion, n, m = record.human, record.motion, len(held.cycles), held.metrics()
     text = (
         f"The gait of {name} ({motion.duration:.2f} s, {n} stride{'' if n == 1 else 's'}) "
-        f"rebuilt from the ordered tasks “{tasks}” on a person of {human.height:.2f} m and "
+        f"reproduced from the prioritised tasks “{tasks}” on a person of {human.height:.2f} m and "
         f"{human.mass:.1f} kg with {human.model.nv} degrees of freedom; the centre of mass within "
         f"{m['com_error_max_mm']:.1f} mm of its path"
     )
@@ -167,7 +167,7 @@ def _notes(walk: RecordedWalk, reference: Reference) -> list[str]:
     events, found = walk.motion.events, []
     if len(reference.events) < len(events):
         found.append(
-            f"of {len(events)} gait events the longest sequence of steps was reproduced: "
+            f"of {len(events)} gait events, the longest sequence of steps was reproduced: "
             f"{len(reference.events)} events, {reference.start:.2f} to {reference.stop:.2f} s."
         )
     way = float(np.linalg.norm(walk.ground[-1, :2] - walk.ground[0, :2]))

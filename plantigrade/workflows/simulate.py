@@ -77,9 +77,7 @@ def simulate(
     how = SimulateSettings.given("simulate", settings, options)
     by_hand = [word for word in how.then if timed(word, "walk to go over to", THEN)[1] is None]
     if by_hand:
-        raise ParameterError(
-            f"then={by_hand[0]!r} has no time, as only a live page needs none: {THEN}"
-        )
+        raise ParameterError(f"then={by_hand[0]!r} needs a time, except with --live: {THEN}")
     otherwise, acting = around(how)
     begin = start_of(source, how, step, command)
     ground = otherwise.under(begin.ground)
@@ -96,7 +94,7 @@ def simulate(
         if first >= lasts:
             raise ParameterError(
                 f"{what} would begin at {first:g} s, but the simulation lasts {lasts:g} s: give it "
-                "a longer duration, or let that begin earlier"
+                "a longer duration or an earlier time"
             )
     moved_by = UntilFall(moved_by)
     with step("simulating"):
@@ -270,7 +268,7 @@ def _passed(record: Record) -> tuple[str, ...]:
         return ()
     far = 100.0 * spare(record)
     if touched(record):
-        return (f"It struck the barrier, up to {-far:.1f} cm deep in the skin.",)
+        return (f"It hit the barrier, up to {-far:.1f} cm deep in the skin.",)
     return (Info(f"It passed the barrier {far:.1f} cm away."),)
 
 
@@ -281,7 +279,7 @@ def _sentence(
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
     words = {"speed": how.speed, "path": how.path, "stoop": how.stoop}
     asked = ", ".join(f"{name} {asked}" for name, asked in words.items() if asked is not None)
-    led = f", led by {asked}" if asked else ""
+    led = f", with {asked}" if asked else ""
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
     times = {1: "once", 2: "twice"}
     pushes = "".join(
@@ -289,8 +287,8 @@ def _sentence(
         for what, words in kinds.items()
         if words
     )
-    pushes += f", with {how.load:g} kg on the back" if how.load else ""
-    pushes += (", on a floor that shifts" if how.shift else "") + otherwise
+    pushes += f", with a backpack of {how.load:g} kg" if how.load else ""
+    pushes += (", on a shifting floor" if how.shift else "") + otherwise
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
         f"freedom and {human.feet} feet, moved by {word}{led}{pushes}: "

@@ -112,11 +112,11 @@ def proven(run: Run) -> Run:
 def _refuse_beside_timing(how: SolveSettings, file: TaskFile | None) -> None:
     """Refuse what means nothing where the timing is optimised: every trial is solved one way."""
     if file is not None:
-        raise ParameterError("the timing of a task file stays as it is: leave out optimise_timing")
+        raise ParameterError("optimise_timing does not apply to a task file")
     plain = SolveSettings()
     for name in ("solver", "warm", "restarts"):
         if getattr(how, name) != getattr(plain, name):
-            raise ParameterError(f"{name} means nothing beside optimise_timing: leave out one")
+            raise ParameterError(f"{name} has no effect with optimise_timing: leave out one")
 
 
 def person(how: SolveSettings | PaperSettings) -> Human:

@@ -113,7 +113,7 @@ class Tracked:
         """Compare the forces with the measured ones.
 
         Raises:
-            ReproduceError: If the recording came without force plates.
+            ReproduceError: If the recording has no force plates.
         """
         return compare_forces(self.compared(), self._measured, ground=self.walk.ground)
 
@@ -123,7 +123,7 @@ class Tracked:
         The joint moments beside them are those of the recorded motion.
 
         Raises:
-            ReproduceError: If the recording came without force plates.
+            ReproduceError: If the recording has no force plates.
         """
         motion, found = self.motion, self.estimate
         assert motion.qacc is not None
@@ -149,7 +149,7 @@ class Tracked:
     @property
     def _measured(self) -> Record:
         if self.walk.measured is None:
-            raise ReproduceError(f"{self.walk.name} came without force plates")
+            raise ReproduceError(f"{self.walk.name} has no force plates")
         return self.walk.measured
 
     def figures(self) -> dict[str, Any]:

@@ -158,7 +158,7 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
     reference = _reference(source, how, step)
     lean = how.form == "lean"
     if how.landing and not lean:
-        raise ParameterError("landing is for form=lean: the other is rewarded as printed")
+        raise ParameterError("landing needs form=lean")
     return Rules(
         reference=reference,
         form=how.form,
@@ -182,7 +182,7 @@ def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
             return Reference.of(fit_trial(path, how, step)[1].record())
     if how.known:
         raise ParameterError(
-            f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
+            f"a run defines its own person: leave out {', '.join(how.known)}, or name the recording"
         )
     how.refuse(OF_RECORDINGS, "on a run; name the recording")
     return Reference.of(source)

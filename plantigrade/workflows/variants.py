@@ -53,7 +53,7 @@ def variants(
             raise ParameterError(f"{name} varies: give a list of its values, not {values!r:.40}")
         axes[name] = [typed(name, value) for value in values]
         if any(value in axes[name][:i] for i, value in enumerate(axes[name])):
-            raise ParameterError(f"{name} varies: it has one of its values twice")
+            raise ParameterError(f"{name}: a value is given twice")
     if seeds > 1:
         axes["seed"] = [how.seed + i for i in range(seeds)]
     count = 1

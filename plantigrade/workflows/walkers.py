@@ -96,7 +96,7 @@ def walks_as(controller: str | Make, record: Record) -> Walker:
     """
     found = walker(controller, record)
     if found.record.human is not record.human:
-        raise ParameterError(f"{found.name} walks as a person of its own and as nobody else")
+        raise ParameterError(f"{found.name} defines its own person, and walks as nobody else")
     return found
 
 
@@ -194,7 +194,7 @@ class _Outside:
         except (Exception, SystemExit) as error:
             raise _refused(self.word, error) from error
         if not callable(made):
-            raise ParameterError(f"{self.word} made no controller, but {shown(made)}")
+            raise ParameterError(f"{self.word} returned no controller, but {shown(made)}")
         return cast(Controller, made)
 
 

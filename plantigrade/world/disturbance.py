@@ -135,7 +135,7 @@ class Push(Disturbance):
             force, duration, direction, at = (float(part) for part in (*size, percent))
         except ValueError:
             raise ParameterError(
-                f"{word!r} is no push: write NEWTON,SECONDS,DIRECTION_DEG,AT_S such as "
+                f"{word!r} is not a push: write NEWTON,SECONDS,DIRECTION_DEG,AT_S such as "
                 "100,0.2,90,1.5, to the left after 1.5 s; or r25 for AT_S, at 25 % of a right cycle"
             ) from None
         turned = float(np.deg2rad(direction))

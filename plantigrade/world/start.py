@@ -49,7 +49,9 @@ def standing_on(
         ParameterError: If the stance is not over the feet, or the feet cannot be there.
     """
     if not 0.0 <= ahead <= 1.0:
-        raise ParameterError(f"ahead={ahead:g} is not over the soles, 0 at the heels and 1 before")
+        raise ParameterError(
+            f"ahead={ahead:g} is not over the soles (0 at the heels, 1 at the toes)"
+        )
     upright = human.standing() if width is None else _astride(human, width)
     for name, angle in (bent or {}).items():
         upright[[7 + human.hinge(f"{name}_{side}") for side in SIDES]] += angle

@@ -67,8 +67,8 @@ def test_what_is_refused_is_said_in_words(words, sentence, capsys, tmp_path, mon
 @pytest.mark.parametrize(
     ("file", "option", "sentence"),
     [
-        ("cmu_bvh/07_01.bvh", "--marker-set", "marker_set means nothing for 07_01.bvh"),
-        ("cmu_asfamc/16_15.amc", "--static", "static means nothing for 16_15.amc"),
+        ("cmu_bvh/07_01.bvh", "--marker-set", "marker_set has no effect on 07_01.bvh"),
+        ("cmu_asfamc/16_15.amc", "--static", "static has no effect on 16_15.amc"),
         ("c3d/HC038A11.c3d", "--skeleton", "C3D files have no option 'skeleton'"),
     ],
 )

@@ -80,7 +80,7 @@ def test_its_pages_in_a_browser(browser, one):
     assert moved(both, alone) > 0.002, "the recorded body is not to be seen"
     browser.open(run / "report.html")
     text = browser.evaluate("document.body.innerText")
-    assert "Ranges of motion" in text and "What each level missed" in text
+    assert "Ranges of motion" in text and "Residual of each level" in text
     assert browser.evaluate("document.querySelectorAll('svg.plot').length") > 25
     assert browser.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
     assert browser.errors == [] and browser.requests == []

@@ -105,12 +105,12 @@ def test_an_option_its_usual_controller_ignores_is_refused():
         (["--shift", "1"], "METRES,SECONDS,DIRECTION_DEG,AT_S"),
         (["--shift", "1e9,0.2,0,0"], "distance must be"),
         (["--vary", "motion", "hill"], "no motion 'hill'"),
-        (["--vary", "ground", "flat", "flat"], "one of its values twice"),
+        (["--vary", "ground", "flat", "flat"], "a value is given twice"),
         (["--mass-error-pct", "nan"], "mass_error_pct must be"),
         (["--delay", "1"], "delay must be"),
         (["--shift", "0.1,0.2,0,1", "--ground", "stones"], "only a flat floor shifts"),
         (["--ground", "hill"], "there are flat, slope:DEG"),
-        (["--controller", "stable-pd"], "follows a motion"),
+        (["--controller", "stable-pd"], "needs a motion"),
         (["--rate", "1000", "--control-rate", "300"], "whole multiple"),
         (
             ["--controller", "balance", "--stiffness", "2"],
@@ -138,7 +138,7 @@ def test_what_else_acts_is_said_and_felt(folder):
     pulled = pg.simulate(rope=("50,0,2,1,0",), shift="0.05,0.05,0,0", **small)
     assert pulled.record.signals["world.push"][:-1, 1].min() > 40.0
     assert pulled.record.signals["ground.place"][-1, 0] == pytest.approx(0.05, abs=1e-3)
-    assert ", pulled once, on a floor that shifts:" in pulled.sentence
+    assert ", pulled once, on a shifting floor:" in pulled.sentence
 
 
 def test_what_is_otherwise_than_planned_is_said_and_felt():

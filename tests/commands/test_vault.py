@@ -30,7 +30,7 @@ def test_a_vault_is_searched_written_and_read(folder, capsys, monkeypatch):
     run = pg.load_run(made)
     assert pg.check(run).ok and list(run.record.references) == ["5 segments"]
     page = (made / "report.html").read_text("utf-8")
-    assert "Activation of the joints" in page and "What of the approach matters" in page
+    assert "Activation of the joints" in page and "Sensitivity to the approach" in page
 
 
 @pytest.mark.slow

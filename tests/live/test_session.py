@@ -153,7 +153,7 @@ def test_what_cannot_be_is_said_and_nothing_changes(session):
     before = session.choice
     session.ask(lambda: session.choose(Choice("stable-pd", "rigid", "42")))
     session.advance(0.1)
-    assert "stable-pd follows a motion" in session.message and session.choice == before
+    assert "stable-pd needs a motion" in session.message and session.choice == before
     assert session.world.time == pytest.approx(0.1)
     session.ask(lambda: session.choose(Choice("passive", "rigid", "42")))
     session.advance(1.5)

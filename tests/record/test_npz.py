@@ -269,7 +269,7 @@ def bomb(path, keys, rows):
 def test_a_file_that_unpacks_to_too_much_is_refused(tmp_path):
     path = tmp_path / "motion.npz"
     bomb(path, range(10), 60 * 2**17)
-    with pytest.raises(FileError, match=r"would unpack to 600 MiB in 10 arrays"):
+    with pytest.raises(FileError, match=r"would decompress to 600 MiB in 10 arrays"):
         read_npz(path)
     bomb(path, range(1200), 1)
     with pytest.raises(FileError, match=r"in 1200 arrays"):

@@ -85,7 +85,7 @@ def test_a_run_shows_withheld_plates_beside_the_estimate(written):
 
 def test_plates_that_are_not_there_cannot_be_withheld(tmp_path):
     walking(tmp_path / "walk.trc")
-    with pytest.raises(FitError, match="without_plates means nothing for walk.trc"):
+    with pytest.raises(FitError, match="without_plates has no effect on walk.trc"):
         fitting.load(tmp_path / "walk.trc", FitSettings(without_plates=True))
 
 

@@ -124,7 +124,7 @@ def test_controllers_by_word(record, tmp_path):
             return passive
 
     assert walker(Policy(), record).record is own
-    with pytest.raises(ParameterError, match="walks as a person of its own"):
+    with pytest.raises(ParameterError, match="defines its own person"):
         walks_as(Policy(), record)
     with pytest.raises(ParameterError, match="made no controller"):
         walker(f"{path}:bad", record).make(record)
