@@ -1,7 +1,5 @@
 """Draw a run as an animated SVG, or as a strip of still frames."""
 
-import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -70,6 +68,7 @@ class Command(PrintOptions, Bounded):
             ParameterError: If a value is not allowed, or the motion cannot be drawn.
             RunExists: If the file exists and is not to be replaced.
         """
+        from plantigrade.io.text import write_whole
         from plantigrade.record import Run
         from plantigrade.record.folder import replace_files
 
@@ -88,7 +87,7 @@ class Command(PrintOptions, Bounded):
         if own:
             replace_files(self.run_folder, {out.name: svg})  # it becomes one of the run's files
         else:
-            _write(out, svg)
+            write_whole(out, svg)
         size = len(svg.encode()) / 1000
         metrics = {"status": "ok", "command": "picture", "target_file": out, **facts}
         shown = f"{facts['frames']} still frames" if self.still else _told(facts)
@@ -139,13 +138,3 @@ class Command(PrintOptions, Bounded):
 def _told(facts: dict[str, Any]) -> str:
     kind = "one looping stride" if facts["loop"] else f"{facts['seconds']:.1f} s"
     return f"{kind}, {facts['frames']} frames"
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file, whole or not at all."""
-    if not path.parent.is_dir():
-        raise FileError(path, f"there is no folder {path.parent}", remedy="create it first")
-    with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=path.parent) as folder:
-        written = Path(folder) / path.name  # renaming works inside one file system only
-        written.write_text(text, encoding="utf-8")
-        os.replace(written, path)

@@ -42,7 +42,7 @@ def said(capsys) -> str:
         ("demo --jobs 2", "--jobs"),
         ("demo --cutoff 6", "--cutoff"),
         ("model --seed 3", "--seed"),
-        ("model --overwrite", "--overwrite means nothing without --out"),
+        ("model --overwrite", "--overwrite has no effect without --out"),
         ("view run --height 1.8", "--height"),
         ("report run --out x", "--out"),
         ("data . --jobs 2", "--jobs"),

@@ -65,7 +65,8 @@ def test_a_simulation_begins_with_what_became_of_it(record):
     run = replace(fitted(record), kind="simulate", figures={**told, "fell_at_s": 2.5})
     facts = facts_of(Subject(run))
     assert facts == {
-        "fell at": "2.50 s", "speed": "1.23 m/s", "steps": "7", "distance from path, maximum": "0.86 m",
+        "fell at": "2.50 s", "speed": "1.23 m/s", "steps": "7",
+        "distance from path, maximum": "0.86 m",
     }  # fmt: skip
     (group,) = (g for g in sections(run)["Further figures"].groups if g.title == "Simulation")
     assert ["waypoints passed", "1"] in group.rows
