@@ -1,4 +1,4 @@
-"""Published mean and standard deviation of gait curves, to draw behind one's own.
+"""Published mean and standard deviation of gait curves, to compare with.
 
 Two populations, never mixed up: a page names the one it shows, with number, ages and speed.
 
@@ -55,7 +55,7 @@ CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)
 
 @dataclass(frozen=True)
 class Population:
-    """Whose gait was published."""
+    """A population with published gait curves."""
 
     name: str  #: ``"adults"``, ``"children"`` or ``"own norms"``
     people: str  #: Who they are, how many, of which ages

@@ -1,4 +1,4 @@
-"""From a fitted recording to everything that is known about it: one Record and its curves.
+"""Analysis of a fitted recording: one Record and its curves.
 
 Filter and differentiate, find the gait events, share the plates out to the feet, estimate the
 forces that no plate measured, compute the joint moments, cut the cycles, measure the gait.

@@ -1,4 +1,4 @@
-r"""Measured ground reactions on the frames of a motion: which plate holds which foot, and when.
+r"""Measured ground reactions at the frames of a motion: which foot is on which plate, and when.
 
 **Which foot.** A loading of a plate belongs to the foot whose sole is at its centre of pressure;
 a plate that names its side is believed. One plate may hold one foot after the other. While both
@@ -60,7 +60,7 @@ SHORTEST_REST = 0.06  # shorter rests of a foot are a low pass in swing [s]
 
 @dataclass(frozen=True)
 class PlateUse:
-    """One loading of a plate and whose it was."""
+    """One loading of a plate and the foot it belongs to."""
 
     plate: str  #: Name of the plate
     side: str  #: ``"r"`` or ``"l"``; empty where no foot was at the centre of pressure
@@ -187,7 +187,7 @@ def assign_plates(
 def over_plates(
     plates: tuple[ForcePlate, ...], foot_points: Mapping[str, Float[Array, "n_frames n_points 3"]]
 ) -> Bool[Array, " n_frames"]:
-    """Return the frames in which both soles are over plates whole, so that nothing escapes them.
+    """Return the frames in which both soles are entirely over plates.
 
     Plates whose corners are not known do not count.
     """

@@ -1,4 +1,4 @@
-"""Fit a marker recording: scale the person, follow every frame, find wrong samples.
+"""Fit a marker recording: scale the person, solve every frame, detect wrong samples.
 
 :func:`fit_markers` is the whole path: turn the recording so that the person faces x, choose
 frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve every frame with
@@ -64,7 +64,7 @@ def fit_markers(
     marker_set: MarkerSet | None = None,
     progress: Progress | None = None,
 ) -> Fit:
-    """Put a marker recording on a person scaled to it.
+    """Fit a scaled person to a marker recording.
 
     Args:
         recording: The recording; it must have markers.

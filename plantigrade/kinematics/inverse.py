@@ -55,7 +55,7 @@ _NOISE = 0.006
 
 
 def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
-    """Return the usual pull of each hinge towards the rest posture where points are measured.
+    """Return the default weights of the hinges towards the rest posture.
 
     Its unit is [m^2/rad^2].
     """
@@ -73,7 +73,7 @@ def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
 
 
 class Terms(PointSet):
-    """What inverse kinematics is to match, each term linear in points fixed to bodies.
+    """Targets of inverse kinematics, each linear in points fixed to bodies.
 
     A term is the position of a point, or the vector from one point to another. An orientation is
     two vectors between points of one body.
@@ -112,7 +112,7 @@ class Terms(PointSet):
 
 @dataclass(frozen=True)
 class InverseSolution:
-    """What inverse kinematics found for one frame.
+    """Result of inverse kinematics for one frame.
 
     Attributes:
         qpos: The configuration.

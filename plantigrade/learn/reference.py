@@ -1,4 +1,4 @@
-"""A walk as a reference that goes on for ever: one stride, closed, with how far it leads."""
+"""A reference walk that repeats without end: one closed stride and its displacement."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,7 @@ BESIDE = 3 + 3 * 4 + 1
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A walk at any time: a table of one stride, or of a motion that is no walk and ends.
+    """A walk at any time: a table of one stride, or of a motion that ends.
 
     The walk leads along x from the origin, on level ground at height zero.
 

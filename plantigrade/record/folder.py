@@ -189,7 +189,7 @@ def _check_depth(value: Any, depth: int = 0) -> None:
 
 
 def refuse_unwritable(out: str | Path) -> None:
-    """Raise if nothing may be written where a folder of results is to be.
+    """Raise if a folder of results cannot be written there.
 
     Raises:
         FileError: If the nearest folder above it that exists is no folder, or may not be written.

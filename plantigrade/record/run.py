@@ -1,4 +1,4 @@
-"""A run: one or more Records with their figures and where they come from, and its folder."""
+"""Runs: one or more Records with figures and provenance, and their folder."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -30,7 +30,7 @@ _META = ("status", "format", "version", "kind", "title", "sentence", "command", 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What a command made.
+    """The result of a command.
 
     Attributes:
         record: What happened.

@@ -1,4 +1,4 @@
-"""The pages of a run, whatever made it: ``report.html`` and ``viewer.html``."""
+"""The pages of any run: ``report.html`` and ``viewer.html``."""
 
 from typing import Any
 
@@ -66,7 +66,7 @@ def pages(run: Run) -> dict[str, str]:
 
 
 def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
-    """Return the report as one page: all that the run has something for, then ``more`` sections.
+    """Return the report as one page: all sections the run has data for, then ``more``.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -191,7 +191,7 @@ def _strip_frames(subject: Subject) -> list[int]:
 
 
 def who_of(subject: Subject) -> list[str]:
-    """Return who moved, as far as it is known, the model, and with whom the gait is compared."""
+    """Return the person, the model, and the norms the gait is compared with."""
     human, age, figures = subject.record.human, subject.number("age_years"), subject.figures
     name, sex, date = (figures.get(key) for key in ("subject_name", "sex", "recorded_on"))
     known = [f"Subject {name}"] if name else []
@@ -207,7 +207,7 @@ def who_of(subject: Subject) -> list[str]:
 
 
 def facts_of(subject: Subject) -> dict[str, str]:
-    """Return name and value of what is shown large."""
+    """Return name and value of the headline figures."""
     signals = subject.record.signals
     if "check.quantity" in signals:
         verdict = {"verdict": "passed" if subject.run.ok else "failed"}

@@ -1,4 +1,4 @@
-"""How a gymnast arrives: velocity, rotation and posture as the hands touch the table."""
+"""The approach of a gymnast: velocity, rotation and posture at hand contact."""
 
 import math
 from dataclasses import dataclass

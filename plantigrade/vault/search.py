@@ -1,4 +1,4 @@
-"""Activations that throw a gymnast highest: the report's downhill simplex, and a modern search.
+"""Search for the best activations: the report's downhill simplex, and a modern method.
 
 The report's *downhill simplex* is SciPy's, with the coefficients for many unknowns of [Gao2012]_.
 As there, first guesses vary, and each optimum found is where the next simplex starts, until that

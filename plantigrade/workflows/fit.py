@@ -50,7 +50,7 @@ def silent(_: str) -> contextlib.AbstractContextManager:
 
 
 def load(path: str | Path, settings: FitSettings) -> Recording:
-    """Read a recording and what belongs to it.
+    """Read a recording and its companion files.
 
     Raises:
         FileError: If a file cannot be read.
@@ -220,7 +220,7 @@ def run_of(
 def provenance(
     recording: Recording, settings: FitSettings, command: str = "", seed: int | None = None
 ) -> Provenance:
-    """Return where a result on a recording comes from: all files that were read."""
+    """Return the provenance of a result on a recording: all files that were read."""
     own = norm_files(settings.norms)
     files = source_files([recording.source, *recording.companions, *own])
     return Provenance(command, settings.plain(), files, seed)
@@ -237,7 +237,7 @@ def norm_signals(settings: FitSettings) -> dict[str, Array]:
 
 
 def personal_figures(settings: Settings) -> dict[str, Any]:
-    """Return what the settings say of a person, as the figures of a run hold it."""
+    """Return what the settings say of a person, as figures of a run."""
     return Subject(age=settings.age, sex=settings.sex).figures
 
 

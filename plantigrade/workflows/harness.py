@@ -1,4 +1,4 @@
-"""One test for all controllers: somebody walks and is disturbed. On the feet? Back to the gait?
+"""One test for all controllers: a person walks and is disturbed, and should return to the gait.
 
 ::
 
@@ -107,7 +107,7 @@ def walk(
     seed: int = 0,
     noise: float = 0.0,
 ) -> Walked:
-    """Let somebody walk, disturb them, and say what became of it.
+    """Simulate a walk with disturbances and return the outcome.
 
     Args:
         walker: Who walks.
@@ -138,7 +138,7 @@ def walk(
 
 
 class Going:
-    """A walk that goes on, and what is seen of it.
+    """A walk in progress, and what is recorded of it.
 
     Args:
         walker: Who walks.
@@ -227,7 +227,7 @@ class Going:
 
 
 class PushedWalk:
-    """A walk that is pushed again and again at one phase of the gait.
+    """A walk that can be pushed repeatedly at one phase of the gait.
 
     What comes before the push is walked once, where the controller is one of
     :mod:`plantigrade.control`; others may keep what a copy of them would share, and start anew for

@@ -1,4 +1,4 @@
-"""Whatever ``plantigrade synthesize`` makes: a task, a task file, a paper's motion, or tracking."""
+"""The motions of ``plantigrade synthesize``: a task, a task file, a paper's motion, or tracking."""
 
 import contextlib
 from collections.abc import Callable
@@ -36,7 +36,7 @@ def synthesize(
     command: str = "",
     **options: Any,
 ) -> Run:
-    """Make a motion from a task alone by trajectory optimisation, and have it checked.
+    """Generate a motion from a task by trajectory optimisation, and check it.
 
     Args:
         task: A task of :data:`~plantigrade.synthesize.tasks.settings.TASKS` (``"walk"``,

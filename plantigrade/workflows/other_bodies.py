@@ -32,7 +32,7 @@ LEGS = ("thigh", "shank")
 
 
 def on_body(record: Record, human: Human, *, faster: float = 1.0) -> Record:
-    """Return a motion brought over to another body: the same angles, dynamically similar.
+    """Return a motion transferred to another body: the same angles, dynamically similar.
 
     Lengths go by that of the leg and times by its root, so that the ratio of inertia to weight
     (Froude number) stays. The pelvis is led to where the feet are on the ground slowly, lest the
@@ -66,7 +66,7 @@ def on_body(record: Record, human: Human, *, faster: float = 1.0) -> Record:
 
 
 def walk_on_body(record: Record, human: Human) -> Record:
-    """Return the walk of somebody else, closed, on another body whose feet stand as theirs do.
+    """Return a closed walk transferred to another body, with the same foot contacts.
 
     As :func:`on_body`, which leads the lowest point to the ground; then whole feet are planted
     when they stand in the walk itself, so that none of another shape rocks or drags, and what each

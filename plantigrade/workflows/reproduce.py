@@ -1,4 +1,4 @@
-"""A recorded gait rebuilt from ordered tasks: fit, reproduce, compare."""
+"""Reproduce a recorded gait from prioritised tasks: fit, reproduce, compare."""
 
 import time as clock
 from dataclasses import replace
@@ -45,7 +45,7 @@ def reproduce(
     command: str = "",
     **options: Any,
 ) -> Run:
-    """Rebuild the recorded gait of a file from ordered tasks.
+    """Reproduce the recorded gait of a file from prioritised tasks.
 
     Args:
         path: The recording, as :func:`plantigrade.workflows.fit.fit` takes it.
@@ -80,7 +80,7 @@ def run_of(
     command: str = "",
     seed: int | None = None,
 ) -> Run:
-    """Return the run of a gait that is rebuilt from an analysed recording.
+    """Return the run of a gait reproduced from an analysed recording.
 
     Its record is the motion from the hierarchy of accelerations; ``others["forces"]`` is the
     motion moved by forces, with the measured forces as signals ``measured.…``.

@@ -46,7 +46,7 @@ UNITS = {name: unit for kind in TASKS.values() for name, (_, _, unit) in kind.ra
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a run comes from: title of its pages, command line, files read; and its name."""
+    """Origin of a run: title of its pages, command line, files read, and its name."""
 
     title: str = ""
     command: str = ""
@@ -62,7 +62,7 @@ def synthesize_task(
     progress: Progress | None = None,
     origin: Origin | None = None,
 ) -> Run:
-    """Make a motion and have it checked.
+    """Generate a motion and check it.
 
     Args:
         told: What is to be done.
@@ -101,7 +101,7 @@ def synthesize_task(
 
 
 def proven(run: Run) -> Run:
-    """Return a run with what became of its motion in the physical world: figures and a note."""
+    """Return a run with the result of simulating its motion: figures and a note."""
     began = clock.perf_counter()
     figures = certificate(run.record)
     record = replace(run.record, notes=(*run.record.notes, certified(figures)))
@@ -199,7 +199,7 @@ def _optimised(
 def synthesize_paper(
     how: PaperSettings, *, progress: Progress | None = None, origin: Origin | None = None
 ) -> Run:
-    """Make a motion of the paper and have it checked.
+    """Solve a motion of the paper and check it.
 
     Raises:
         ParameterError: If the person has other feet than the paper's.
@@ -324,7 +324,7 @@ def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
 
 
 def solver_figures(solution: Solution) -> dict[str, Any]:
-    """Return how the solver got there."""
+    """Return figures of the solver's convergence."""
     problem, last = solution.problem, solution.stages[-1].history[-1]
     found: dict[str, Any] = {
         "task": solution.task.name,
@@ -346,7 +346,7 @@ def solver_figures(solution: Solution) -> dict[str, Any]:
 
 
 def in_words(name: str, value: Any) -> str:
-    """Return what a task was told, in words.
+    """Return the parameters of a task in words.
 
     Example:
         >>> in_words("step_length", 0.6), in_words("turn", np.pi / 2), in_words("periodic", True)

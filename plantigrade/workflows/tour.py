@@ -1,4 +1,4 @@
-"""A tour of twelve waypoints in a minute, with a punch on every way between two of them.
+"""A tour of twelve waypoints in a minute, with a punch on every leg.
 
 The form in which 34 policies of a humanoid robot were compared in 2026: punches of up to 600 N for
 0.08 s at a random body in a random direction; the best completed 77 % of its tours.
@@ -30,7 +30,7 @@ LATE = (0.1, 0.9)
 
 @dataclass(frozen=True)
 class Toured:
-    """What became of a tour.
+    """The outcome of a tour.
 
     Attributes:
         completed: Whether all waypoints were reached in time, on the feet.
@@ -87,7 +87,7 @@ def tour(
     hardest: float = HARDEST,
     say: Callable[[str], None] = lambda _: None,
 ) -> Toured:
-    """Let somebody go on a tour.
+    """Simulate a tour.
 
     A controller with a method ``follow(waypoints)`` is told the waypoints before it starts, world
     [m], rows of x and y; the walk starts at the origin along x. Who has none goes straight on, and

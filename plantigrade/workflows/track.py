@@ -1,4 +1,4 @@
-"""A recording made physical: fitted, then tracked on ground reactions.
+"""Track a recording with a dynamically consistent motion.
 
 Ground reactions are estimated from the motion; the tracked motion starts from them and keeps near
 them as closely as their error bands allow. Measured ones are withheld; at most the body mass is
@@ -46,7 +46,7 @@ EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too li
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A recorded motion on ground reactions.
+    """A tracked recording.
 
     Attributes:
         walk: The recorded motion, as fitted.
@@ -187,7 +187,7 @@ def track(
     step: Callable[[str], contextlib.AbstractContextManager] = silent,
     origin: Origin | None = None,
 ) -> Run:
-    """Fit a recording, make it physical with ground reactions, and have it checked.
+    """Fit a recording, track it with ground reactions, and check the result.
 
     Args:
         path: The recording: markers, a skeleton's motion, or joint coordinates.
@@ -240,7 +240,7 @@ def track_trial(
     tracking: Tracking | None = None,
     progress: Progress | None = None,
 ) -> Tracked:
-    """Track a fitted recording on ground reactions; see :func:`track`."""
+    """Track a fitted recording with ground reactions; see :func:`track`."""
     settings, began = settings or TrackSettings(), clock.perf_counter()
     if trial.withheld is None and trial.forces is not None:
         trial = analyse(

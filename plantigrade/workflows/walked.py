@@ -1,4 +1,4 @@
-"""What became of a walk: whether the person survived, and was back to the gait."""
+"""The outcome of a walk: whether the person stayed upright and returned to the gait."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +14,7 @@ at its height over the ground within this [m], over one stride."""
 
 @dataclass(frozen=True)
 class Landing:
-    """A foot that came down.
+    """A landing of a foot.
 
     Attributes:
         time: When [s].
@@ -31,7 +31,7 @@ class Landing:
 
 @dataclass(frozen=True, eq=False)
 class Walked:
-    """What became of a walk.
+    """The outcome of a walk.
 
     Attributes:
         survived: Whether nothing but the feet had touched the ground until the end, and no leg

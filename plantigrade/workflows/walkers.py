@@ -1,4 +1,4 @@
-"""Who walks, and what moves them: any controller, by name or object, any policy, any body."""
+"""Walkers: a gait and the controller that walks it, by name or object, policy or file."""
 
 import importlib
 import importlib.util
@@ -33,7 +33,7 @@ One that can only walk as a person of its own, as a policy does, has that walk a
 
 @dataclass(frozen=True, eq=False)
 class Walker:
-    """A gait, and what makes the controller that is to walk it.
+    """A gait and the factory of the controller that walks it.
 
     Attributes:
         record: The gait: who walks, and how; one closed stride, or a motion that ends
@@ -64,7 +64,7 @@ class Walker:
 
 
 def walker(controller: str | Make, record: Record | None = None, name: str = "") -> Walker:
-    """Return somebody who walks: the walk given, or that of a controller which has its own.
+    """Return a walker with the given walk, or with that of a controller which has its own.
 
     Args:
         controller: Its word (:func:`make_named`), or a function or class that is called with the
@@ -89,7 +89,7 @@ def walker(controller: str | Make, record: Record | None = None, name: str = "")
 
 
 def walks_as(controller: str | Make, record: Record) -> Walker:
-    """Return somebody who walks as a person that is given.
+    """Return a walker with a given walk.
 
     Raises:
         ParameterError: If there is no such controller, or it has a person of its own.
@@ -101,7 +101,7 @@ def walks_as(controller: str | Make, record: Record) -> Walker:
 
 
 def make_named(word: str) -> Make:
-    """Return what makes the controller of a word.
+    """Return the factory of a controller by its name.
 
     A name of :data:`~plantigrade.control.choices.CONTROLLERS`; ``pendulum:LAW`` with a landing law;
     ``learned`` or ``learned:FEET``, a policy of the package, and ``FILE.npz``, another policy; or

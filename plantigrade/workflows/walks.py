@@ -1,4 +1,4 @@
-"""From an analysed recording to a walk that can be rebuilt, or the reason why there is none.
+"""From an analysed recording to a walk that can be reproduced, or the reason why it cannot.
 
 Events that a jerk has blurred are put in order, a single cycle is repeated; recordings in which
 there is no walking, or no level ground, are refused.
@@ -40,7 +40,7 @@ CUTOFF = 6.0
 
 @dataclass(frozen=True)
 class RecordedWalk:
-    """A recorded walk on its way to the tasks."""
+    """A recorded walk to be reproduced."""
 
     name: str  #: Name of the file
     human: Human  #: Who walks

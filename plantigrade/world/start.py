@@ -1,4 +1,4 @@
-"""How a person stands at the beginning: feet on the ground, weight over the feet."""
+"""Initial standing posture: feet on the ground, centre of mass over the feet."""
 
 from collections.abc import Mapping
 
@@ -71,7 +71,7 @@ def standing_on(
 
 
 def laid(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:
-    """Return a person who stands on both feet, their soles laid on a ground.
+    """Return a posture of standing on both feet, with the soles placed on a ground.
 
     Legs bend, ankles and joints within the feet turn until the soles lie on it as closely as they
     can: least squares of the gaps under them. Pelvis and trunk stay as they are, the feet and the

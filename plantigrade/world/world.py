@@ -1,4 +1,4 @@
-"""A world: a person on a ground, what disturbs them, and time that any controller steps.
+"""A simulated world: a person on a ground, with disturbances, stepped by any controller.
 
 ::
 

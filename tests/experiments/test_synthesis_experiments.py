@@ -83,7 +83,7 @@ def test_the_code_of_an_experiment_is_what_it_is_made_of():
 def test_a_broken_file_is_refused(tmp_path):
     path = tmp_path / "results.json"
     path.write_text("[1, 2")
-    with pytest.raises(FileError, match="delete it to start anew"):
+    with pytest.raises(FileError, match="delete it to start again"):
         KeptResults(path)
     assert KeptResults(path, anew=True).results == {}
 

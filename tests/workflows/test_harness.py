@@ -126,7 +126,7 @@ def test_controllers_by_word(record, tmp_path):
     assert walker(Policy(), record).record is own
     with pytest.raises(ParameterError, match="defines its own person"):
         walks_as(Policy(), record)
-    with pytest.raises(ParameterError, match="made no controller"):
+    with pytest.raises(ParameterError, match="returned no controller"):
         walker(f"{path}:bad", record).make(record)
 
 

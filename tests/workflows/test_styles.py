@@ -51,7 +51,7 @@ def test_other_walks_are_those_of_a_pendulum_and_need_a_time_where_nobody_looks_
     with pytest.raises(ParameterError, match="upper_body has no effect without"):
         SimulateSettings(controller="balance", upper_body=("arm_flex_r=90",))
     run = Run(walk, "fit")
-    with pytest.raises(ParameterError, match="has no time"):
+    with pytest.raises(ParameterError, match="needs a time"):
         pg.simulate(run, controller="pendulum", then=("stroll.c3d",))
     for words, what in (
         ({"speed": "1,0@9"}, "a speed would begin at 9 s, but the simulation lasts 1 s"),
